@@ -35,7 +35,7 @@ from radargui.gui.sessions.transfer_controller import TransferController
 from radargui.gui.settings import LAYOUT_VERSION, Settings
 from radargui.gui.setup.antenna_panel import AntennaPanel
 from radargui.gui.setup.channels import ChannelWatch
-from radargui.gui.setup.hardware_panel import FindDevices, HardwarePanel, find_ni_devices
+from radargui.gui.setup.hardware_panel import FindDevices, HardwarePanel
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupFileController, first_setup
 from radargui.gui.theme import Theme
@@ -45,6 +45,7 @@ from radargui.model.errors import SessionError
 from radargui.report.facts import Glances
 from radargui.session.info import default_data_folder
 from radargui.sources.factory import SourceKind, make_source
+from radargui.sources.ni.discovery import find_devices
 
 FRAME_MS = 33
 """Thirty pictures a second: as many as a falling sphere needs to be followed."""
@@ -78,7 +79,7 @@ class MainWindow(QMainWindow):
         setup_path: Path | None = None,
         source: SourceKind = "simulated",
         source_maker: MakeSource = make_source,
-        find_devices: FindDevices = find_ni_devices,
+        find_devices: FindDevices = find_devices,
         calibrator: Calibrate = calibrate_files,
         probe: OpenGLProbe | None = None,
     ) -> None:

@@ -57,6 +57,18 @@ def window(make_window: Any, setup_path: Path, fit: Fit) -> MainWindow:
     return made
 
 
+def test_of_a_sorted_list_the_recording_that_is_chosen_on_the_screen_is_meant(window: MainWindow) -> None:
+    recordings = window.calibration.dialog.recordings
+    recordings.put([Path("run-0002.h5")])
+    recordings.table.sortByColumn(0, Qt.SortOrder.DescendingOrder)
+    recordings.table.selectRow(0)
+    recordings.say_known("turntable.toml")
+    assert [one.known for one in recordings.entries] == ["fall", "turntable.toml"]
+    recordings.table.selectRow(0)
+    recordings.remove.click()
+    assert [one.file.name for one in recordings.entries] == ["run-0001.h5"]
+
+
 def test_the_keys_lead_from_recordings_to_a_setup_that_refers_to_its_calibration(
     window: MainWindow, fit: Fit, qtbot: QtBot, wait_for: Any, setup_path: Path
 ) -> None:

@@ -77,7 +77,7 @@ def test_what_the_scopes_draw_does_not_grow_with_the_rate(make_window: Any, setu
 
 def test_no_axis_has_a_prefix_of_its_own(window: MainWindow, record_one: Any) -> None:
     record_one(window)
-    window.scopes.show_view("spectrum")
+    window.scopes.view.setCurrentText("Spectrum")
     for name in window.panels.docks:
         window.panels.go_to(name)
         QApplication.processEvents()

@@ -16,7 +16,8 @@ from radargui.gui.plots.plot import Plot
 from radargui.gui.plots.ranges import SteadyRange, round_up
 from radargui.gui.scopes.iq_plane_panel import IQPlane
 from radargui.gui.theme import Theme
-from radargui.gui.track.space_view import _segments, _spaced
+from radargui.gui.track.space_view import _spaced
+from radargui.gui.track.speed_colours import segments
 
 
 @settings(max_examples=60, deadline=None)
@@ -92,7 +93,7 @@ def test_the_line_in_space_does_not_run_across_what_is_unknown() -> None:
     points[20] = np.nan
     spaced = points[_spaced(points)]
     assert len(spaced) < 40
-    pairs = spaced[_segments(spaced)].reshape(-1, 2, 3)
+    pairs = spaced[segments(spaced)].reshape(-1, 2, 3)
     assert np.isfinite(pairs).all()
     assert not any(pair[0, 0] < 20.0 < pair[1, 0] for pair in pairs)
 

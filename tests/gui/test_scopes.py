@@ -64,7 +64,7 @@ def live(
     wait_for(lambda: not window.control.state.running)
     if window.actions_.pause.isChecked():
         window.actions_.pause.trigger()
-    window.scopes.show_view("time")
+    window.scopes.view.setCurrentText("Time")
     window.scopes.let_go.click()
     for scope in window.scopes.scopes:
         scope.set_gains(Gain(), Gain())
@@ -82,7 +82,7 @@ def give(source: ControlledSource, window: MainWindow, wait_for: Any, samples: R
 def test_the_spectrum_reads_frequency_speed_and_amplitude(
     live: MainWindow, source: ControlledSource, wait_for: Any
 ) -> None:
-    live.scopes.show_view("spectrum")
+    live.scopes.view.setCurrentText("Spectrum")
     give(source, live, wait_for, Signal().codes(4.0, amplitudes_v=(0.5, 0.25, 0.1)))
     view = live.scopes.spectrum
     wait_for(lambda: view.spectrum is not None and view.spectrum.span_s > 2.9)
@@ -103,7 +103,7 @@ def test_the_spectrum_reads_frequency_speed_and_amplitude(
 
 
 def test_a_hum_is_found_in_the_spectrum(live: MainWindow, source: ControlledSource, wait_for: Any) -> None:
-    live.scopes.show_view("spectrum")
+    live.scopes.view.setCurrentText("Spectrum")
     give(source, live, wait_for, Signal().codes(4.0, amplitudes_v=(0.5, 0.5, 0.5), hum_v=0.01))
     view = live.scopes.spectrum
     wait_for(lambda: "mains ▼ 50.0 Hz" in view.words.text())
@@ -123,7 +123,7 @@ def test_the_hum_of_a_simulated_laboratory_is_found(make_window: Any, tmp_path: 
     # not by the clock: what comes in faster than it is drawn has no spectrum
     source = ControlledSource(recording.digitisation)
     window = make_window(tmp_path / "lab.toml", source_maker=lambda *_args, **_options: source)
-    window.scopes.show_view("spectrum")
+    window.scopes.view.setCurrentText("Spectrum")
     window.actions_.start.trigger()
     give(source, window, wait_for, recording.raw)
     view = window.scopes.spectrum
@@ -135,7 +135,7 @@ def test_the_hum_of_a_simulated_laboratory_is_found(make_window: Any, tmp_path: 
 
 
 def test_the_waterfall_shows_when_something_moved(live: MainWindow, source: ControlledSource, wait_for: Any) -> None:
-    live.scopes.show_view("waterfall")
+    live.scopes.view.setCurrentText("Waterfall")
     signal = Signal()
     give(source, live, wait_for, signal.codes(2.0, amplitudes_v=(0.0, 0.0, 0.0)))
     give(source, live, wait_for, signal.codes(1.0, amplitudes_v=(0.5, 0.5, 0.5)))
@@ -153,7 +153,7 @@ def test_the_waterfall_shows_when_something_moved(live: MainWindow, source: Cont
 def test_the_bar_of_a_turned_antenna_follows_and_the_highest_is_held(
     live: MainWindow, source: ControlledSource, wait_for: Any
 ) -> None:
-    live.scopes.show_view("alignment")
+    live.scopes.view.setCurrentText("Alignment")
     bars, signal = live.scopes.alignment.bars, Signal()
     give(source, live, wait_for, signal.codes(2.0, amplitudes_v=(0.5, 0.5, 0.5)))
     wait_for(lambda: np.allclose(bars.amplitude_v, 0.5, rtol=0.02))
@@ -174,7 +174,7 @@ def test_the_bar_of_a_turned_antenna_follows_and_the_highest_is_held(
 
 
 def test_without_motion_the_bars_say_what_to_do(live: MainWindow, source: ControlledSource, wait_for: Any) -> None:
-    live.scopes.show_view("alignment")
+    live.scopes.view.setCurrentText("Alignment")
     assert "swing the sphere" in live.scopes.alignment.words.text()
     give(source, live, wait_for, Signal().codes(2.0, amplitudes_v=(0.0, 0.0, 0.0)))
     wait_for(lambda: live.scopes.alignment.words.text().startswith("Nothing moves"))
@@ -281,7 +281,7 @@ def test_after_stop_the_last_seconds_can_still_be_looked_at(
     wait_for(lambda: not live.control.state.running)
     live.actions_.pause.trigger()
     assert live.scopes.back.isVisible()
-    live.scopes.show_view("spectrum")
+    live.scopes.view.setCurrentText("Spectrum")
     view = live.scopes.spectrum
     wait_for(lambda: view.spectrum is not None and view.spectrum.span_s > 2.9)
     assert view.spectrum.strongest(0).frequency_hz == pytest.approx(137.0, abs=0.05)

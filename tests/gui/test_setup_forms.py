@@ -123,7 +123,7 @@ def test_a_replay_without_a_file_says_so_at_its_field(window: MainWindow) -> Non
     window.hardware.choose("replay")
     window.actions_.record.trigger()
     assert window.hardware.replay.fault.text() == "No file to replay is chosen"
-    window.hardware.replay.choose(Path("drop.h5"))
+    window.hardware.replay._file.line.setText(str(Path("drop.h5")))
     assert window.hardware.replay.fault.isHidden()
 
 
@@ -141,14 +141,14 @@ def test_a_replay_says_where_the_setup_is_not_that_of_the_recording_and_takes_it
             writer.write(Block(recording.raw[:, :500], 0))
     replay = window.hardware.replay
     window.hardware.choose("replay")
-    replay.choose(tmp_path / "other.h5")
+    replay._file.line.setText(str(tmp_path / "other.h5"))
     wait_for(lambda: replay.other.isVisibleTo(window.hardware))
     assert replay.other.text().endswith("is computed with the one here: Receiver 3: Tilt.")
     replay.take_own.click()
     assert window.setup_model.setup == tilted
     assert not replay.other.isVisibleTo(window.hardware)
     assert window.setup_model.unsaved == ("receiver[3].tilt_deg",)
-    replay.choose(tmp_path / "same.h5")
+    replay._file.line.setText(str(tmp_path / "same.h5"))
     wait_for(lambda: replay.other.isVisibleTo(window.hardware))
     # what was edited stands in no file
     assert not replay.take_own.isEnabled()
@@ -300,12 +300,12 @@ def test_a_folder_or_file_that_cannot_be_used_is_told_at_its_field(
     folder.setText(str(tmp_path / "data"))
     window.hardware.choose("replay")
     window.panels.go_to("hardware")
-    window.hardware.replay.choose(tmp_path / "gone.csv")
+    window.hardware.replay._file.line.setText(str(tmp_path / "gone.csv"))
     failed()
     fault = window.hardware.replay.fault
     assert fault.isVisible()
     assert fault.text().startswith("File: ")
     assert "gone.csv" in fault.text()
     assert window.session_panel.folder_fault.isHidden()
-    window.hardware.replay.choose(tmp_path / "lab.csv")
+    window.hardware.replay._file.line.setText(str(tmp_path / "lab.csv"))
     assert fault.isHidden()

@@ -171,7 +171,7 @@ def test_a_file_replayed_twice_in_a_session_of_measurements_changes_no_statistic
 
     own_window.sessions.ask_where = lambda _name: "add"
     own_window.hardware.choose("replay")
-    own_window.hardware.replay.choose(copy)
+    own_window.hardware.replay._file.line.setText(str(copy))
     for number in (1, 2):
         own_window.actions_.record.trigger()
         wait_for(lambda: own_window.control.state in (AppState.DONE, AppState.FAILED))

@@ -46,7 +46,7 @@ def test_every_action_has_a_key_and_stands_in_a_menu(window: MainWindow) -> None
 
 
 def test_the_look_reaches_palette_and_plots(window: MainWindow) -> None:
-    plots = [*window.scopes.scopes, *window.planes.raw, window.track.height_plot]
+    plots = [*window.scopes.scopes, *window.planes.raw, window.track.curves.height_plot]
     for choice, colours in (("dark", DARK), ("light", LIGHT)):
         action = next(action for action in window.theme_actions.actions() if action.data() == choice)
         action.trigger()

@@ -6,21 +6,21 @@ from datetime import datetime
 from functools import cached_property
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from radargui.experiment.calibrating import Calibrate, CalibrationOrder
 from radargui.experiment.event import RecordedRun
 from radargui.files.calibration_file import free_path, write_calibration
 from radargui.gui.background import WorkStrip
-from radargui.gui.calibration.pages import RecordingList, ResultView, UnknownsForm
+from radargui.gui.calibration.pages import Recorded, RecordingList, ResultView, UnknownsForm
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.layout import Dialog, FaultText, PlainLabel, button, fill
 from radargui.gui.services import Services
 from radargui.gui.sessions.browser import SessionBrowser
 from radargui.gui.setup.antenna_panel import CalibrationGroup
 from radargui.gui.setup.session_panel import SessionPanel
-from radargui.gui.setup.setup_model import SetupModel
+from radargui.gui.setup.setup_model import SetupModel, tried
 from radargui.gui.theme import scaled_font
 from radargui.model.calibrated_setup import calibrated, too_old
 from radargui.model.calibration import Calibration
@@ -44,25 +44,13 @@ class CalibrationDialog(Dialog):
         The setup that is calibrated.
     calibrate
         The fit.
-    folder
-        Where a calibration is kept while the setup has no file of the operator's own.
-    operator
-        Who calibrates.
+    panel
+        Says where a calibration is kept while the setup has no file of the operator's own, and who calibrates.
     """
 
-    used = Signal()
-
-    def __init__(
-        self,
-        model: SetupModel,
-        calibrate: Calibrate,
-        folder: Callable[[], Path],
-        operator: Callable[[], str],
-        services: Services,
-    ) -> None:
+    def __init__(self, model: SetupModel, calibrate: Calibrate, panel: SessionPanel, services: Services) -> None:
         super().__init__("Calibrate the antennas", (1060, 640), services.parent, "calibration")
-        self._model, self._services, self._folder, self._operator = model, services, folder, operator
-        self.calibrate = calibrate
+        self._model, self.calibrate, self._panel, self._services = model, calibrate, panel, services
         self.found: Calibration | None = None
         self._order: CalibrationOrder | None = None
         self.step, self.fault = PlainLabel(selectable=False), FaultText()
@@ -82,16 +70,15 @@ class CalibrationDialog(Dialog):
         self.discard = button("Discard", self.reject)
         ends = (self.back, self.next, self.use, self.save, self.compare, 1, self.discard)
         self.lay_out(self.step, (self.pages, 1), self.fault, fill(QHBoxLayout(), *ends, spacing=6))
-        self.recordings.changed.connect(self._show)
-        self.unknowns.changed.connect(self._show)
+        for changed in (self.recordings.changed, self.unknowns.changed):
+            changed.connect(self._show)
         self._go(_RECORDINGS)
 
     def begin(self, files: Iterable[Path] = ()) -> None:
         """Come up at the first step with some drops; one that calibrates already stays as it is."""
         if not self.work.busy:
             self.found = None
-            self.recordings.clear()
-            self.recordings.put(files)
+            self.recordings.show_recordings(map(Recorded, files))
             self._go(_RECORDINGS)
         self.come_up()
 
@@ -105,21 +92,16 @@ class CalibrationDialog(Dialog):
             self.unknowns.show_setup(self._model.setup)
             self._go(_UNKNOWNS)
             return
-        entries = self.recordings.entries
         if not self._model.valid:
             self.fault.say(self._model.error)
             return
-        self._order = order = CalibrationOrder(
-            tuple(one.file for one in entries),
-            tuple(one.known for one in entries),
-            self._model.setup,
-            self.unknowns.free,
-            self._operator(),
-        )
-        count = len(entries)
-        self.doing.setText(f"{count} recording{'s' if count > 1 else ''}, together. The window can be used meanwhile.")
+        files, known = zip(*((one.file, one.known) for one in self.recordings.entries), strict=True)
+        operator = self._panel.details.operator
+        order = CalibrationOrder(files, known, self._model.setup, self.unknowns.free, operator)
+        self._order, calibrate = order, self.calibrate
+        count = f"{len(files)} recording{'s' if len(files) > 1 else ''}"
+        self.doing.setText(f"{count}, together. The window can be used meanwhile.")
         self._go(_FIT)
-        calibrate = self.calibrate
         self.work.start(
             "calibrating",
             lambda task: calibrate(order, task.report),
@@ -174,7 +156,6 @@ class CalibrationDialog(Dialog):
         path = free_path(self._own_folder, found.origin.made_at)
         if self._tried(lambda: self._take(path, found)):
             self._services.board.post("info", f"Calibrated: {path.name} is kept. Save the setup to keep its values.")
-            self.used.emit()
             self.accept()
 
     def _take(self, path: Path, found: Calibration) -> None:
@@ -185,7 +166,7 @@ class CalibrationDialog(Dialog):
     @property
     def _own_folder(self) -> Path:
         path = self._model.path
-        return self._folder() if path is None or self._model.shipped else path.parent
+        return self._panel.data_folder if path is None or self._model.shipped else path.parent
 
     def _ask_save(self) -> None:
         found = self.found
@@ -204,13 +185,8 @@ class CalibrationDialog(Dialog):
             self._tried(lambda: self.view.show_older(Path(name).name, read_calibration(Path(name)), found))
 
     def _tried(self, step: Callable[[], None]) -> bool:
-        try:
-            step()
-        except RadarGuiError as error:
-            self.fault.say(str(error))
-            return False
         self.fault.say("")
-        return True
+        return tried(step, lambda error: self.fault.say(str(error)))
 
 
 @dataclass(eq=False, repr=False)
@@ -234,10 +210,7 @@ class CalibrationController(QObject):
     @cached_property
     def dialog(self) -> CalibrationDialog:
         """Made when it is first wanted: the window starts sooner without it."""
-        panel = self.panel
-        made = CalibrationDialog(
-            self.model, self.calibrate, lambda: panel.data_folder, lambda: panel.details.operator, self.services
-        )
+        made = CalibrationDialog(self.model, self.calibrate, self.panel, self.services)
         self.services.settings.restore_sizes(made)
         return made
 

@@ -8,23 +8,14 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QCheckBox,
-    QFileDialog,
-    QHBoxLayout,
-    QLabel,
-    QSplitter,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QLabel, QSplitter, QVBoxLayout, QWidget
 
 from radargui.calibration.unknowns import U_UNSTATED, USUAL
 from radargui.experiment.calibrating import FALL
 from radargui.files.formats import SUFFIXES
 from radargui.gui.layout import TIPS, Group, Paragraph, PlainLabel, button, fill, follow
 from radargui.gui.plots.plot import Plot
-from radargui.gui.setup.words import called, words_of
+from radargui.gui.setup.words import UNKNOWNS, called, words_of
 from radargui.gui.table import RowModel, RowTable, WordTable
 from radargui.gui.theme import Theme, scaled_font
 from radargui.model.assumed import uncertain_inputs
@@ -36,16 +27,6 @@ from radargui.model.setup import Setup
 
 _RECORDINGS = f"Recordings ({' '.join('*' + suffix for suffix in SUFFIXES)});;All files (*)"
 _PATHS = "Known motions (*.toml *.csv);;All files (*)"
-GROUPS = {
-    "tilt": ("Tilt of each receiver", (".tilt_deg",)),
-    "azimuth": ("Azimuth of each receiver", (".azimuth_deg",)),
-    "distance": ("Distance of each antenna", (".distance_m",)),
-    "transmitter": ("Place of the transmitter, also off the axis", ()),
-    "release": ("Place of the release", ("release_position_m[3]",)),
-    "gravity": ("Direction of gravity against z", ()),
-    "polarization": ("Polarisation of each antenna", (".polarization_deg",)),
-}
-"""What may be unknown, in words, and which values of the setup are its priors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,11 +35,6 @@ class Recorded:
 
     file: Path
     known: str = FALL
-
-    @property
-    def words(self) -> str:
-        """What is known, for people."""
-        return "free fall" if self.known == FALL else Path(self.known).name
 
 
 class RecordingList(QWidget):
@@ -70,56 +46,49 @@ class RecordingList(QWidget):
         super().__init__()
         columns = {
             "Recording": lambda one: one.file.name,
-            "What is known of it": lambda one: one.words,
+            "What is known of it": lambda one: "free fall" if one.known == FALL else Path(one.known).name,
             "Folder": lambda one: str(one.file.parent),
         }
         self.rows = RowModel[Recorded](columns, lambda one: str(one.file))
-        self.table = RowTable(self.rows, "calibration.recordings")
-        self.table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        self.table = RowTable(self.rows, "calibration.recordings", many=True)
         self.table.setAccessibleName("Recordings")
         self.add = button("Add recordings…", self._ask_files)
         self.fall = button("Known: free fall", lambda: self.say_known(FALL))
         self.path = button("Known: path…", self._ask_path)
-        self.remove = button("Remove", lambda: self._replace(one for one in self.entries if one not in self._chosen))
+        self.remove = button("Remove", self._remove)
         buttons = fill(QHBoxLayout(), self.add, self.fall, self.path, 1, self.remove, spacing=6)
         words = (
             "Drops of a session are a calibration by themselves, best from several places and heights. With a stage, a "
             f"turntable or a pendulum say how it moves: ready files to copy lie in {resources_folder() / 'paths'}."
         )
         fill(QVBoxLayout(self), Paragraph(words), (self.table, 1), buttons, spacing=6)
-        self._show_buttons()
+        self.show_recordings(())
 
     @property
     def entries(self) -> list[Recorded]:
         """The recordings in order."""
         return self.rows.entries
 
-    def put(self, files: Iterable[Path], known: str = FALL) -> None:
+    def put(self, files: Iterable[Path]) -> None:
         """Add recordings that are not there yet."""
         there = {one.file for one in self.entries}
-        self._replace([*self.entries, *(Recorded(file, known) for file in files if file not in there)])
-
-    def clear(self) -> None:
-        """Take all out."""
-        self._replace(())
+        self.show_recordings([*self.entries, *(Recorded(file) for file in files if file not in there)])
 
     def say_known(self, known: str) -> None:
         """Say what is known of the chosen recordings."""
-        chosen = self._chosen or self.entries
-        self._replace([replace(one, known=known) if one in chosen else one for one in self.entries])
+        chosen = self.table.all_chosen or self.entries
+        self.show_recordings([replace(one, known=known) if one in chosen else one for one in self.entries])
 
-    @property
-    def _chosen(self) -> list[Recorded]:
-        return [self.entries[index.row()] for index in self.table.selectionModel().selectedRows()]
-
-    def _replace(self, entries: Iterable[Recorded]) -> None:
+    def show_recordings(self, entries: Iterable[Recorded]) -> None:
+        """Show these and no others."""
         self.table.show_rows(entries)
-        self._show_buttons()
-        self.changed.emit()
-
-    def _show_buttons(self) -> None:
         for one in (self.fall, self.path, self.remove):
             one.setEnabled(bool(self.entries))
+        self.changed.emit()
+
+    def _remove(self) -> None:
+        chosen = self.table.all_chosen
+        self.show_recordings([one for one in self.entries if one not in chosen])
 
     def _ask_files(self) -> None:
         names, _ = QFileDialog.getOpenFileNames(self, "Recordings to calibrate from", "", _RECORDINGS)
@@ -141,9 +110,9 @@ class UnknownsForm(QWidget):
         group = Group("Unknown")
         self.boxes: dict[str, QCheckBox] = {}
         self._priors: dict[str, PlainLabel] = {}
-        for name, (words, _) in GROUPS.items():
-            box, prior = QCheckBox(words), PlainLabel()
-            box.setToolTip(TIPS["fields"].get(words, ""))
+        for name, unknown in UNKNOWNS.items():
+            box, prior = QCheckBox(unknown["title"]), PlainLabel()
+            box.setToolTip(TIPS["fields"].get(box.text(), ""))
             box.setChecked(name in USUAL)
             box.toggled.connect(self.changed)
             self.boxes[name], self._priors[name] = box, prior
@@ -163,8 +132,9 @@ class UnknownsForm(QWidget):
         """Show what a setup knows of each group."""
         plain = setup.model_copy(update={"calibration": type(setup.calibration)()})
         given = [one for one in uncertain_inputs(plain) if not one.assumed]
-        for name, (_, ends) in GROUPS.items():
-            own = [one for one in given if ends and one.key.endswith(ends)]
+        for name, unknown in UNKNOWNS.items():
+            ends = tuple(unknown["priors"])
+            own = [one for one in given if one.key.endswith(ends)]
             said = [f"{called(one.key).partition(':')[0]} ± {words_of(one.key).with_unit(one.u)}" for one in own]
             if ends and not said:
                 # of the first receiver: all are written in one unit
@@ -197,20 +167,19 @@ class ResultView(QWidget):
         self.plot = Plot(theme, "recording", "rms residual [mm]")
         self.plot.setLogMode(y=True)
         self.plot.getPlotItem().getAxis("bottom").setTickSpacing(major=5, minor=1)
-        self._after = [self.plot.marker(f"receivers.{n}", size=8, name=f"Rx {n + 1} after") for n in range(_RECEIVERS)]
-        self._before = [
-            self.plot.marker(f"receivers.{n}", "x", size=9, name=f"Rx {n + 1} before") for n in range(_RECEIVERS)
-        ]
+        self._after, self._before = (
+            [self.plot.marker(f"receivers.{n}", symbol, size, f"Rx {n + 1} {when}") for n in range(_RECEIVERS)]
+            for when, symbol, size in (("after", "o", 8), ("before", "x", 9))
+        )
         self.key = QLabel()
         left, right = QWidget(), QWidget()
         fill(QVBoxLayout(left), self.compared, (self.parameters, 1), spacing=4)
         fill(QVBoxLayout(right), (self.residuals, 3), (self.plot, 4), self.key, spacing=4)
-        parts = QSplitter(Qt.Orientation.Horizontal)
+        parts = QSplitter(Qt.Orientation.Horizontal, childrenCollapsible=False)
         parts.setObjectName("calibration.parts")
         for part in (left, right):
             parts.addWidget(part)
         parts.setSizes([540, 440])
-        parts.setChildrenCollapsible(False)
         fill(QVBoxLayout(self), self.title, self.words, (parts, 1), spacing=6)
         follow(theme.changed, self._colour)
 
@@ -223,9 +192,10 @@ class ResultView(QWidget):
         columns = zip(found.names, found.before, found.u_before, found.values, u, strict=True)
         changes = [change(name, (old, u_old), (new, u_new)) for name, old, u_old, new, u_new in columns]
         self._show_changes("Before: the setup as it is", changes)
-        rows = [
-            (one.file, str(one.receiver) if one.receiver else "all", *map(_mm, _rms(one))) for one in found.residuals
-        ]
+        rows = []
+        for one in found.residuals:
+            rms = map(_mm, (one.rms_before_m, one.rms_m, one.left_out_rms_m))
+            rows.append((one.file, str(one.receiver or "all"), *rms))
         self.residuals.show_rows(rows)
         self._draw(found.residuals)
         self._colour()
@@ -286,10 +256,6 @@ def found_words(found: Calibration) -> list[str]:
 
 def _together(values: list[float]) -> float:
     return math.sqrt(sum(value**2 for value in values) / len(values))
-
-
-def _rms(one: Residual) -> tuple[float, float, float]:
-    return one.rms_before_m, one.rms_m, one.left_out_rms_m
 
 
 def _mm(value: float) -> str:

@@ -66,16 +66,22 @@ class Envelope:
         slot = bins % self._capacity
         known = self._seen[slot] == bins
         bins, slot = bins[known], slot[known]
-        pairs = np.empty((self._low.shape[0], 2 * bins.size))
-        pairs[:, 0::2] = self._low[:, slot]
-        pairs[:, 1::2] = self._high[:, slot]
-        return np.repeat((bins + 0.5) * self.bin, 2), pairs, self._lost[slot]
+        return (
+            np.repeat((bins + 0.5) * self.bin, 2),
+            _in_turn(self._low[:, slot], self._high[:, slot]),
+            self._lost[slot],
+        )
+
+
+def _in_turn(low: FloatArray, high: FloatArray) -> FloatArray:
+    """Return the values of both, shape (n_channels, n) each, one after the other, shape (n_channels, 2 n)."""
+    return np.stack([low, high], axis=2).reshape(len(low), -1)
 
 
 def thin(samples: FloatArray, most: int) -> FloatArray:
     """Return at most `most` evenly spaced columns of samples (n, n_samples), the last one among them."""
-    step = -(-samples.shape[1] // most) if samples.shape[1] else 1
-    return samples[:, (samples.shape[1] - 1) % step :: step] if samples.shape[1] else samples
+    step = max(1, -(-samples.shape[1] // most))
+    return samples[:, (samples.shape[1] - 1) % step :: step]
 
 
 def look(ring: Ring, first: int, last: int, n_bins: int) -> tuple[FloatArray, FloatArray, BoolArray, int]:
@@ -89,6 +95,4 @@ def look(ring: Ring, first: int, last: int, n_bins: int) -> tuple[FloatArray, Fl
     size = max(1, (last - first) // max(1, n_bins))
     begin, low, high, lost = ring.extremes(first, last, size)
     bins = np.arange(begin, begin + lost.size)
-    pairs = np.empty((low.shape[0], 2 * bins.size))
-    pairs[:, 0::2], pairs[:, 1::2] = low, high
-    return np.repeat((bins + 0.5 * (size > 1)) * size, 2), pairs, lost, size
+    return np.repeat((bins + 0.5 * (size > 1)) * size, 2), _in_turn(low, high), lost, size

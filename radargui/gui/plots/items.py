@@ -23,12 +23,16 @@ class LiveCurve(pg.PlotCurveItem):  # type: ignore[misc] # pyqtgraph has no type
 
 
 class Marker(pg.PlotDataItem):  # type: ignore[misc] # pyqtgraph has no types
-    """Symbols; nothing is done where there were none and are none."""
+    """Symbols without an edge; nothing is done where there were none and are none."""
 
     def setData(self, *args: Any, **options: Any) -> None:  # noqa: N802 - pyqtgraph's name
         """Set the places of the symbols."""
         if not (len(args) == 2 and not options and len(args[0]) == 0 and self.getOriginalDataset()[0] is None):
             super().setData(*args, **options)
+
+    def setPen(self, pen: QPen) -> None:  # noqa: N802 - pyqtgraph's name
+        """Take over a colour, without an edge."""
+        self.setSymbolBrush(pen.color())
 
 
 class Dot(QGraphicsEllipseItem):
@@ -37,8 +41,12 @@ class Dot(QGraphicsEllipseItem):
     def __init__(self, size: int) -> None:
         super().__init__(-0.5 * size, -0.5 * size, size, size)
         self.setFlag(self.GraphicsItemFlag.ItemIgnoresTransformations)
-        self.setPen(QPen(Qt.PenStyle.NoPen))
+        super().setPen(QPen(Qt.PenStyle.NoPen))
         self.hide()
+
+    def setPen(self, pen: QPen | QColor | Qt.PenStyle) -> None:  # noqa: N802 - Qt's name
+        """Take over a colour, without an edge."""
+        self.setBrush(pg.mkPen(pen).color())
 
     def show_at(self, x: FloatArray, y: FloatArray) -> None:
         """Show it at the only point of x and y, shape (1,) each; empty: nowhere."""

@@ -9,11 +9,12 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QPoint, Qt
-from PySide6.QtGui import QAction, QColor, QContextMenuEvent, QKeyEvent, QKeySequence
+from PySide6.QtGui import QAction, QContextMenuEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QApplication, QGraphicsItem, QMenu
 
 from radargui.gui.layout import TIPS, follow
 from radargui.gui.plots.items import Axis, Band, Dot, LiveCurve, Marker
+from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.plots.tools import Cursors, picture_of, table_of, unit_of
 from radargui.gui.plots.view import View
 from radargui.gui.theme import LIGHT, Colours, Theme
@@ -57,11 +58,15 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         One unit is as long on both axes.
     live
         For plots drawn many times a second: axes are cached, and what is zoomed by hand stays so.
+    density
+        How close the figures of the left axis stand; less for low plots, several of which share a hand's breadth.
 
     Attributes
     ----------
     cursors
         The two; None while they are not shown.
+    steady
+        What `fit_y` keeps; put a new one to begin anew.
     when_empty
         What to do while it shows nothing; empty: what its panel says.
     """
@@ -75,6 +80,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         left_px: int | None = None,
         equal: bool = False,
         live: bool = False,
+        density: float = 1.0,
     ) -> None:
         self.view = View(live=live)
         axes = {name: Axis(name) for name in ("left", "bottom", "right", "top")}
@@ -82,8 +88,8 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         self._theme = theme
         self._paper: Colours | None = None
         self.cursors: Cursors | None = None
+        self.steady = SteadyRange()
         self.when_empty = ""
-        self._labels = {"bottom": bottom, "left": left}
         self._inside: pg.LabelItem | None = None
         self._inside_text = ""
         self._pens: list[_Drawn] = []
@@ -100,14 +106,14 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             if live:
                 axis.setCacheMode(axis.CacheMode.DeviceCoordinateCache)
         item.getAxis("left").setWidth(left_px)
+        item.getAxis("left").setTickDensity(density)
         self.setToolTip(TIPS["plots"].get(left) or " against ".join(filter(None, (left, bottom))))
         # below that the words of the axes lie upon another: the panel scrolls instead
         self.setMinimumSize(80, 86 if bottom else 62)
         # Tab goes through fields; a plot gets the keys by a click, or by its own key
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
-        self._hint = pg.LabelItem(justify="left")
-        self._hint.setParentItem(self.view)
-        self._hint.anchor((0.0, 1.0), (0.0, 1.0), offset=(2, 4))
+        self.relabel(bottom, left)
+        self._hint = self._corner(1.0, 4)
         self._hint.hide()
         self.view.zoom_changed.connect(self._show_hint)
         self.view.menu_asked.connect(self._show_menu)
@@ -125,17 +131,12 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
 
     def points_of(self, item: pg.GraphicsObject) -> tuple[FloatArray, FloatArray]:
         """Return the points of a curve as they are drawn, on the axes."""
-        x, y = item.getData()
-        return (np.empty(0), np.empty(0)) if x is None else (np.asarray(x, float), np.asarray(y, float))
+        return _arrays(*item.getData())
 
     def value_of(self, item: pg.GraphicsObject | None, y: float) -> float:
         """Return the value that a place on the left axis stands for, on a curve or beside all; NaN where none is."""
         del item
         return float(10.0**y if self.getPlotItem().getAxis("left").logMode else y)
-
-    def true_x(self, x: float) -> float:
-        """Return the value that a place on the lower axis stands for."""
-        return float(10.0**x if self.getPlotItem().getAxis("bottom").logMode else x)
 
     def also(self, value: float, axis: str = "bottom") -> str:
         """Return what else a value of the `bottom` or `left` axis means, for the words of the cursors."""
@@ -148,8 +149,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
 
     def data_of(self, item: pg.GraphicsObject) -> tuple[FloatArray, FloatArray]:
         """Return the data of a curve, all points in the units of the axes."""
-        x, y = item.getOriginalDataset() if isinstance(item, pg.PlotDataItem) else item.getData()
-        return (np.empty(0), np.empty(0)) if x is None else (np.asarray(x, float), np.asarray(y, float))
+        return _arrays(*(item.getOriginalDataset() if isinstance(item, pg.PlotDataItem) else item.getData()))
 
     def entries(self) -> list[tuple[str, str]]:
         """Return role and name of each curve that has a name and is shown."""
@@ -160,12 +160,11 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         """Return the data as columns, each under its name; of a plot that is zoomed what is seen of them."""
         columns: list[tuple[str, FloatArray]] = []
         before: FloatArray | None = None
-        low, high = (self.true_x(x) for x in self.view.viewRange()[0])
+        low, high = self.view.viewRange()[0]
         behind = f" [{unit}]" if (unit := unit_of(self.words("left"))) else ""
-        for one in self._pens:
-            if not isinstance(one.item, pg.PlotCurveItem | pg.PlotDataItem):
-                continue
-            x, y = self.data_of(one.item)
+        names = {one.item: one.name for one in self._pens}
+        for item in self.curves():
+            x, y = self.data_of(item)
             if not x.size:
                 continue
             if self.view.zoomed:
@@ -174,7 +173,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             if before is None or not np.array_equal(before, x):
                 columns.append((self.words("bottom") or "x", x))
             before = x
-            columns.append((f"{one.name}{behind}" if one.name else self.words("left") or "y", y))
+            columns.append((f"{names[item]}{behind}" if names[item] else self.words("left") or "y", y))
         return columns
 
     def copy_image(self) -> None:
@@ -250,12 +249,12 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
         return action
 
-    def relabel(self, bottom: str, left: str | None = None) -> None:
-        """Write other words to the lower axis, and to the left one where they are given."""
+    def relabel(self, bottom: str | None = None, left: str | None = None) -> None:
+        """Write other words to the axes for which they are given."""
         for name, words in (("bottom", bottom), ("left", left)):
-            if words is not None and words != self._labels[name]:
-                self._labels[name] = words
-                self.getPlotItem().getAxis(name).setLabel(words)
+            axis = self.getPlotItem().getAxis(name)
+            if words is not None and words != axis.labelText:
+                axis.setLabel(words)
 
     def write_inside(self, text: str) -> None:
         """Write a line into the upper left corner of the plot."""
@@ -263,10 +262,15 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             return
         self._inside_text = text
         if self._inside is None:
-            self._inside = pg.LabelItem(justify="left")
-            self._inside.setParentItem(self.getPlotItem().getViewBox())
-            self._inside.anchor((0.0, 0.0), (0.0, 0.0), offset=(2, -4))
+            self._inside = self._corner(0.0, -4)
         self._write_inside()
+
+    def _corner(self, place: float, offset_px: int) -> pg.LabelItem:
+        """Return words for the left edge: in the upper corner (0) or the lower one (1)."""
+        made = pg.LabelItem(justify="left")
+        made.setParentItem(self.view)
+        made.anchor((0.0, place), (0.0, place), offset=(2, offset_px))
+        return made
 
     @property
     def height_inside(self) -> int:
@@ -291,7 +295,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
 
     def marker(self, role: str, symbol: str = "o", size: int = 8, name: str = "") -> pg.PlotDataItem:
         """Add an empty set of symbols."""
-        return self._add(Marker(pen=None, symbol=symbol, symbolSize=size), role, name)
+        return self._add(Marker(pen=None, symbol=symbol, symbolSize=size, symbolPen=None), role, name)
 
     def rule(self, role: str, position: float, *, angle: int = 90, dashed: bool = True) -> pg.InfiniteLine:
         """Add a straight line across the plot."""
@@ -300,6 +304,11 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
     def band(self, role: str) -> Band:
         """Add an empty band around a curve."""
         return self._add(Band(), role)
+
+    def fit_y(self, low: float, high: float) -> None:
+        """Show low..high on the left axis, in round steps that stay put."""
+        if self.steady.fit(low, high):
+            self.setYRange(*self.steady.span, padding=0)
 
     def show_nothing(self) -> None:
         """Empty all curves; they stay for what comes."""
@@ -339,13 +348,9 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         """Take over the colours of the theme."""
         colours = self._paper or self._theme.colours
         self.setBackground(colours.base)
-        item = self.getPlotItem()
-        for name, words in self._labels.items():
-            axis = item.getAxis(name)
+        for axis in map(self.getPlotItem().getAxis, ("bottom", "left")):
             axis.setPen(pg.mkPen(colours.line))
             axis.setTextPen(pg.mkPen(colours.text))
-            if words:
-                axis.setLabel(words)
         self._write_inside()
         self._hint.setText(_ZOOMED, color=colours.faint, size="8pt")
         for one in self._pens:
@@ -365,14 +370,10 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         return item
 
     def _paint(self, item: Any, role: str, *, dashed: bool) -> None:
-        colour = QColor(self.colour(role))
-        if isinstance(item, Dot):
-            item.setBrush(colour)
-            return
-        if isinstance(item, pg.PlotDataItem) and item.opts["symbol"] is not None:
-            item.setSymbolBrush(colour)
-            item.setSymbolPen(None)
-            return
         # width 1 is ten times faster to draw than 2
         style = Qt.PenStyle.DashLine if dashed else Qt.PenStyle.SolidLine
-        item.setPen(pg.mkPen(colour, width=1, style=style))
+        item.setPen(pg.mkPen(self.colour(role), width=1, style=style))
+
+
+def _arrays(x: Any, y: Any) -> tuple[FloatArray, FloatArray]:
+    return (np.empty(0), np.empty(0)) if x is None else (np.asarray(x, float), np.asarray(y, float))

@@ -7,11 +7,23 @@ import re
 from collections.abc import Callable, Sequence
 from functools import partial
 from html import escape
-from typing import TYPE_CHECKING, Any
+from itertools import zip_longest
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QMarginsF, QMimeData, QRectF, QSize, QSizeF, Qt
+from PySide6.QtCore import (
+    QBuffer,
+    QByteArray,
+    QIODevice,
+    QMarginsF,
+    QMimeData,
+    QRectF,
+    QSignalBlocker,
+    QSize,
+    QSizeF,
+    Qt,
+)
 from PySide6.QtGui import QColor, QImage, QPageSize, QPaintDevice, QPainter, QPdfWriter
 from PySide6.QtSvg import QSvgGenerator
 
@@ -46,10 +58,9 @@ class Cursors:
 
     def __init__(self, plot: Plot) -> None:
         self._plot = plot
-        self._view = plot.getPlotItem().getViewBox()
+        self._view = plot.view
         self._on: list[pg.GraphicsObject | None] = [None, None]
         self._chosen = 0
-        self._placing = False
         self._words = pg.TextItem(anchor=(1, 0))
         self._words.setParentItem(self._view)
         self._words.setZValue(100)
@@ -121,18 +132,13 @@ class Cursors:
             self._plot.removeItem(item)
         self._view.sigResized.disconnect(self._write)
         self._view.sigRangeChanged.disconnect(self._write)
-        self._words.setParentItem(None)
-        if (scene := self._words.scene()) is not None:
-            scene.removeItem(self._words)
+        self._plot.scene().removeItem(self._words)
 
     def _moved(self, number: int, _mark: object = None) -> None:
-        if self._placing:
-            return
         mark = self.marks[number]
         self._on[number], x, y = self._nearest(mark.pos().x(), mark.pos().y())
-        self._placing = True
-        mark.setPos(x, y)
-        self._placing = False
+        with QSignalBlocker(mark):
+            mark.setPos(x, y)
         self._lines[number].setValue(x)
         self._write()
 
@@ -142,13 +148,9 @@ class Cursors:
         best, place = _REACH_PX, (None, x, y)
         for item in self._plot.curves():
             xs, ys = self._plot.points_of(item)
-            if not xs.size:
-                continue
-            far: FloatArray = np.hypot((xs - x) / pixel_x, (ys - y) / pixel_y)
-            if not np.isfinite(far).any():
-                continue
-            at = int(np.nanargmin(far))
-            if far[at] < best:
+            far = np.nan_to_num(np.hypot((xs - x) / pixel_x, (ys - y) / pixel_y), nan=np.inf)
+            if far.min(initial=best) < best:
+                at = int(far.argmin())
                 best, place = float(far[at]), (item, float(xs[at]), float(ys[at]))
         return place
 
@@ -158,7 +160,7 @@ class Cursors:
         pixel_x, pixel_y = self._view.viewPixelSize()
         lines, places = [], []
         for number, mark in enumerate(self.marks):
-            x, y = plot.true_x(mark.pos().x()), plot.value_of(self._on[number], mark.pos().y())
+            x, y = mark.pos().x(), plot.value_of(self._on[number], mark.pos().y())
             places.append((x, y))
             across, up = _said(x, pixel_x, x_unit), _said(y, pixel_y, y_unit)
             lines.append(f"{'AB'[number]}  {across}{plot.also(x)}   {up}{plot.also(y, 'left')}")
@@ -235,18 +237,11 @@ def _paint(plot: Plot, device: QPaintDevice, size: QSize) -> None:
 
 def table_of(columns: Sequence[tuple[str, FloatArray]], notes: Sequence[str] = ()) -> QMimeData:
     """Return columns of any lengths, each under its name with its unit, as text with tabs; `notes` go before them."""
-    length = max((values.size for _, values in columns), default=0)
-    cells: Any = np.full((length, len(columns)), "", dtype=object)
-    for place, (_, values) in enumerate(columns):
-        cells[: values.size, place] = [f"{value:.9g}" for value in values]
+    cells = zip_longest(*([f"{value:.9g}" for value in values] for _, values in columns), fillvalue="")
     titles = [name for name, _ in columns]
     # two curves without a name, or with times of their own, are told apart all the same
     titles = [f"{name} ({n})" if (n := titles[: at + 1].count(name)) > 1 else name for at, name in enumerate(titles)]
-    lines = [
-        *(f"# {note}" for note in notes),
-        "\t".join(titles),
-        *("\t".join(row) for row in cells),
-    ]
+    lines = (*(f"# {note}" for note in notes), *map("\t".join, (titles, *cells)))
     data = QMimeData()
     data.setText("\n".join(lines) + "\n")
     data.setData("text/tab-separated-values", QByteArray(data.text().encode()))

@@ -48,8 +48,8 @@ class View(pg.ViewBox):  # type: ignore[misc] # pyqtgraph has no types
     def setRange(self, rect: Any = None, xRange: Any = None, yRange: Any = None, **options: Any) -> None:  # noqa: N802 - pyqtgraph's name
         """Set a range; while the view is zoomed and live, the program's is kept for later."""
         if rect is None and not self.by_hand and options.get("disableAutoRange", True):
-            asked = {name: value for name, value in (("xRange", xRange), ("yRange", yRange)) if value is not None}
-            self._whole.update(asked)
+            asked = zip(_AXES, (xRange, yRange), strict=True)
+            self._whole |= {name: value for name, value in asked if value is not None}
             if self.zoomed and self._live:
                 return
             self._zoom(on=False)
@@ -93,18 +93,19 @@ class View(pg.ViewBox):  # type: ignore[misc] # pyqtgraph has no types
 
     def meant(self, key: Qt.Key) -> Callable[[], None] | None:
         """Return how a key zooms or moves; None where it means nothing here."""
-        moves = {
-            Qt.Key.Key_Left: (-_STEP, 0.0),
-            Qt.Key.Key_Right: (_STEP, 0.0),
-            Qt.Key.Key_Down: (0.0, -_STEP),
-            Qt.Key.Key_Up: (0.0, _STEP),
+        closer = partial(self._scale, _CLOSER)
+        does: dict[Qt.Key, Callable[[], None]] = {
+            Qt.Key.Key_Left: partial(self._move, -_STEP, 0.0),
+            Qt.Key.Key_Right: partial(self._move, _STEP, 0.0),
+            Qt.Key.Key_Down: partial(self._move, 0.0, -_STEP),
+            Qt.Key.Key_Up: partial(self._move, 0.0, _STEP),
+            # on many keyboards + is the shift of =
+            Qt.Key.Key_Plus: closer,
+            Qt.Key.Key_Equal: closer,
+            Qt.Key.Key_Minus: partial(self._scale, 1.0 / _CLOSER),
+            Qt.Key.Key_Home: self.show_all,
         }
-        scales = {Qt.Key.Key_Plus: _CLOSER, Qt.Key.Key_Equal: _CLOSER, Qt.Key.Key_Minus: 1.0 / _CLOSER}
-        if key == Qt.Key.Key_Home:
-            return self.show_all
-        if key in moves:
-            return partial(self._move, *moves[key])
-        return partial(self._scale, scales[key]) if key in scales else None
+        return does.get(key)
 
     def _move(self, across: float, up: float) -> None:
         (left, right), (low, high) = self.viewRange()

@@ -36,9 +36,7 @@ class Bars(QWidget):
     def __init__(self, theme: Theme) -> None:
         super().__init__()
         self._theme = theme
-        self.amplitude_v: FloatArray = np.full(3, np.nan)
-        self.held_v: FloatArray = np.full(3, np.nan)
-        self._range_v = 1.0
+        self.forget(3)
         self.setMinimumSize(200, 110)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         theme.changed.connect(self.update)
@@ -46,6 +44,11 @@ class Bars(QWidget):
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         """Return the least: the bars take what room there is, and never make the panel scroll."""
         return self.minimumSize()
+
+    def forget(self, n_receivers: int) -> None:
+        """Show a bar for each of so many receivers, of which nothing is known."""
+        self.held_v: FloatArray = np.full(n_receivers, np.nan)
+        self.show_amplitudes(self.held_v, 1.0)
 
     def show_amplitudes(self, amplitude_v: FloatArray, range_v: float) -> None:
         """Show amplitudes, shape (n_receivers,), of inputs with a range of +-`range_v`; NaN is not known."""
@@ -71,20 +74,23 @@ class Bars(QWidget):
     @property
     def shares(self) -> FloatArray:
         """Height of each bar, 0 to 1."""
-        return np.asarray(np.clip(1.0 + (decibels(self.amplitude_v) - self._top_db) / _DEPTH_DB, 0.0, 1.0))
+        return self._share(self.amplitude_v)
+
+    def _share(self, amplitude_v: FloatArray | float) -> FloatArray:
+        return np.clip(1.0 + (decibels(amplitude_v) - self._top_db) / _DEPTH_DB, 0.0, 1.0)
 
     @property
     def _top_db(self) -> float:
         """Upper end of all bars: steady, whole tens of dB above the range's square root of two."""
         highest = float(np.nanmax(self.held_v)) if np.isfinite(self.held_v).any() else self._range_v
-        return _STEP_DB * math.ceil(float(decibels(np.array(round_up(highest)))) / _STEP_DB)
+        return _STEP_DB * math.ceil(decibels(round_up(highest)) / _STEP_DB)
 
     def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
         """Draw the bars side by side, the figures beneath them."""
         painter = QPainter(self)
         colours = self._theme.colours
         painter.fillRect(self.rect(), QColor(colours.base))
-        count, top = len(self.amplitude_v), self._top_db
+        count = len(self.amplitude_v)
         scale_px = QFontMetricsF(self.font()).horizontalAdvance("−88 dB ") + 6
         width = (self.width() - scale_px) / max(1, count)
         large = self._fitting(_WIDEST, width - 12, self.height() / 6)
@@ -92,7 +98,7 @@ class Bars(QWidget):
         heights = [QFontMetricsF(font).height() for font in (large, small, small)]
         title_px = heights[1] + 6
         bar = QRectF(scale_px, title_px, self.width() - scale_px, self.height() - sum(heights) - 12 - title_px)
-        self._draw_scale(painter, bar, top)
+        self._draw_scale(painter, bar)
         for number, (now, held) in enumerate(zip(self.amplitude_v, self.held_v, strict=True)):
             left = scale_px + number * width
             colour = QColor(colours.role(f"receivers.{number % len(colours.receivers)}"))
@@ -103,7 +109,7 @@ class Bars(QWidget):
                 high = bar.height() * self.shares[number]
                 painter.fillRect(QRectF(left + 0.15 * width, bar.bottom() - high, 0.7 * width, high), colour)
             if math.isfinite(held):
-                at = bar.bottom() - bar.height() * min(1.0, max(0.0, 1.0 + (_db(held) - top) / _DEPTH_DB))
+                at = bar.bottom() - bar.height() * float(self._share(held))
                 painter.fillRect(QRectF(left + 0.05 * width, at - 1.5, 0.9 * width, 3), QColor(colours.text))
             y = bar.bottom() + 4
             for font, words, high in zip((large, small, small), _said(now, held), heights, strict=False):
@@ -113,8 +119,8 @@ class Bars(QWidget):
                 y += high
         painter.end()
 
-    def _draw_scale(self, painter: QPainter, bar: QRectF, top: float) -> None:
-        colours = self._theme.colours
+    def _draw_scale(self, painter: QPainter, bar: QRectF) -> None:
+        colours, top = self._theme.colours, self._top_db
         painter.setFont(self.font())
         for step in range(int(_DEPTH_DB / _STEP_DB) + 1):
             y = bar.top() + bar.height() * step * _STEP_DB / _DEPTH_DB
@@ -152,14 +158,8 @@ class AlignmentView(QWidget):
 
     def show_nothing(self) -> None:
         """Forget what was shown."""
-        self.bars.held_v[:] = np.nan
-        self.bars.show_amplitudes(np.full(self.bars.amplitude_v.shape, np.nan), 1.0)
+        self.bars.forget(self.bars.amplitude_v.size)
         self.words.setText("Start, swing the sphere on a thread, and turn an antenna until its bar is highest")
-
-    def set_receivers(self, count: int) -> None:
-        """Show so many receivers."""
-        self.bars.held_v = np.full(count, np.nan)
-        self.bars.show_amplitudes(np.full(count, np.nan), 1.0)
 
     def draw(self, shown: Shown) -> None:
         """Draw what is new; called each frame."""
@@ -174,16 +174,12 @@ class AlignmentView(QWidget):
         self.words.setText("Nothing moves: swing the sphere on a thread through the field of view" if still else turn)
 
 
-def _db(value: float) -> float:
-    return float(decibels(np.array(value)))
-
-
 def _said(now: float, held: float) -> tuple[str, str, str]:
     """Return the amplitude in dB and in V, and how far below the highest it is."""
     if not math.isfinite(now):
         return UNKNOWN, "", ""
-    below = f"{_db(held) - _db(now):.1f} dB below {_volts(held)}" if now < held else "the highest so far"
-    return f"{_db(now):.1f} dB".replace("-", "−"), _volts(now), below
+    below = f"{decibels(held) - decibels(now):.1f} dB below {_volts(held)}" if now < held else "the highest so far"
+    return f"{decibels(now):.1f} dB".replace("-", "−"), _volts(now), below
 
 
 def _volts(value: float) -> str:

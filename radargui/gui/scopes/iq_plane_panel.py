@@ -8,7 +8,6 @@ from radargui.gui.layout import take_out
 from radargui.gui.plots.envelope import thin
 from radargui.gui.plots.per_receiver import PerReceiver
 from radargui.gui.plots.plot import Plot
-from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
 
@@ -32,18 +31,14 @@ class IQPlane(Plot):
         # axis words or a title would take half of so small a plot
         self.write_inside(f"Rx {number} / A" if corrected else f"Rx {number} [V]")
         self._corrected = corrected
-        self._range = SteadyRange()
         if corrected:
             turn = np.linspace(0.0, 2.0 * np.pi, 181)
             self.fast_line("faint", dashed=True).setData(np.cos(turn), np.sin(turn))
         self._curve = self.fast_line(f"receivers.{number - 1}", "Q")
         self._now = self.dot("text")
         self._axes = ("I / A", "Q / A") if corrected else ("I [V]", "Q [V]")
-        self.setToolTip(
-            "Corrected, in units of its amplitude A: the unit circle (dashed)"
-            if corrected
-            else "As the converter gave it, in volts"
-        )
+        tips = "As the converter gave it, in volts", "Corrected, in units of its amplitude A: the unit circle (dashed)"
+        self.setToolTip(tips[corrected])
         self._show(1.3)
 
     def words(self, axis: str) -> str:
@@ -59,8 +54,8 @@ class IQPlane(Plot):
         if self._corrected or not last.size:
             return
         reach = float(np.hypot(i[known], q[known]).max())
-        if self._range.fit(-reach, reach):
-            self._show(self._range.half)
+        if self.steady.fit(-reach, reach):
+            self._show(self.steady.half)
 
     def _show(self, half: float) -> None:
         """Show a square of that half width, with room for the words above."""
@@ -85,10 +80,12 @@ class IQPlanePanel(PerReceiver):
     def make_plots(self, count: int) -> None:
         """Make two planes a receiver."""
         take_out(self._grid, *self.raw, *self.corrected)
-        self.raw = [IQPlane(self._theme, number + 1, corrected=False) for number in range(count)]
-        self.corrected = [IQPlane(self._theme, number + 1, corrected=True) for number in range(count)]
-        for column, planes in enumerate(zip(self.raw, self.corrected, strict=True)):
-            for row, plane in enumerate(planes):
+        self.raw, self.corrected = (
+            [IQPlane(self._theme, number + 1, corrected=corrected) for number in range(count)]
+            for corrected in (False, True)
+        )
+        for row, planes in enumerate((self.raw, self.corrected)):
+            for column, plane in enumerate(planes):
                 self._grid.addWidget(plane, row, column)
 
     def show_feed(self, feed: Feed | None) -> None:
@@ -112,16 +109,16 @@ class IQPlanePanel(PerReceiver):
             return
         if feed.ring.latest == self._drawn:
             return
-        self._drawn = feed.ring.latest
-        volts = feed.ring.thinned(feed.samples(SPAN_S), _POINTS)
-        if volts.shape[1]:
-            for number, plane in enumerate(self.raw):
-                plane.draw(volts[2 * number], volts[2 * number + 1])
-        live = feed.live
-        if live is None:
-            return
-        span = live.since(max(0, live.latest - feed.samples(SPAN_S)))
-        if span.index.size:
-            both = thin(np.concatenate([span.i, span.q]), _POINTS)
-            for number, plane in enumerate(self.corrected):
-                plane.draw(both[number], both[feed.n_receivers + number])
+        self._drawn, count = feed.ring.latest, feed.samples(SPAN_S)
+        volts = feed.ring.thinned(count, _POINTS)
+        _draw(self.raw, volts[0::2], volts[1::2])
+        if feed.live is not None:
+            span = feed.live.since(max(0, feed.live.latest - count))
+            _draw(self.corrected, thin(span.i, _POINTS), thin(span.q, _POINTS))
+
+
+def _draw(planes: list[IQPlane], i: FloatArray, q: FloatArray) -> None:
+    """Draw points, shape (n_receivers, n) each, where there are any."""
+    for plane, *point in zip(planes, i, q, strict=False):
+        if point[0].size:
+            plane.draw(*point)

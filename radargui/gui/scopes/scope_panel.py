@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from PySide6.QtCore import Qt
@@ -20,12 +20,13 @@ from PySide6.QtWidgets import (
 )
 
 from radargui.acquisition.health import Health
+from radargui.acquisition.run_output import Level
 from radargui.gui.control.state import Feed
-from radargui.gui.layout import Choice, button, fill, take_out
+from radargui.gui.layout import TIPS, Choice, button, fill, take_out
 from radargui.gui.plots.envelope import Envelope, look
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import LAST, NOW
-from radargui.gui.scopes.alignment_view import AlignmentView
+from radargui.gui.scopes.alignment_view import SPAN_S, AlignmentView
 from radargui.gui.scopes.scope import HELD, GainDialog, LevelBar, Scope
 from radargui.gui.scopes.shown import Held, Shown
 from radargui.gui.scopes.spectrum_view import BANDS_HZ, SpectrumView, WaterfallView
@@ -38,6 +39,8 @@ _LOST = ("■", "gap", "samples lost")
 VIEWS = {"time": "Time", "spectrum": "Spectrum", "waterfall": "Waterfall", "alignment": "Alignment"}
 _PER_S = 100
 """Steps of the slider a second."""
+_SPANS = [(seconds, f"{seconds:g} s") for seconds in WINDOWS_S]
+_BANDS = [(hertz, f"±{hertz / 1e3:g} kHz" if hertz >= 1e3 else f"±{hertz:g} Hz") for hertz in BANDS_HZ]
 
 
 class TimeView(QWidget):
@@ -63,23 +66,21 @@ class TimeView(QWidget):
         # columns are widgets: of a layout within the layout PySide keeps each item by its address, and where it was
         # deleted with what it held, a later widget at this address took both with it (segmentation fault)
         take_out(self._grid, *self.scopes, *self._columns)
-        self.scopes, self.levels, self._columns = [], [], []
-        for index in range(count):
-            # the time axis is the same for all: its words stand once, at the bottom
-            scope = Scope(self._theme, index + 1, with_time=index == count - 1)
+        last = count - 1
+        # the time axis is the same for all: its words stand once, at the bottom
+        self.scopes = [Scope(self._theme, index + 1, with_time=index == last) for index in range(count)]
+        names = [(part, index) for index in range(1, count + 1) for part in "IQ"]
+        self.levels = [LevelBar(self._theme, f"{part}{index}", part.lower(), full_scale_v) for part, index in names]
+        self._columns = [QWidget() for _ in range(count)]
+        for index, (scope, column) in enumerate(zip(self.scopes, self._columns, strict=True)):
+            scope.setXLink(None if index == last else self.scopes[last])
             scope.view.sigXRangeChanged.connect(self.look_again)
-            self.scopes.append(scope)
+            below = [self.gain] if index == last else []
+            fill(QVBoxLayout(column), 1, *self.levels[2 * index : 2 * index + 2], 1, *below)
             self._grid.addWidget(scope, index, 0)
-            bars = [LevelBar(self._theme, f"{part}{index + 1}", part.lower(), full_scale_v) for part in "IQ"]
-            self.levels += bars
-            below = [self.gain] if index == count - 1 else []
-            self._columns.append(column := QWidget())
-            fill(QVBoxLayout(column), 1, *bars, 1, *below)
             self._grid.addWidget(column, index, 1)
             # the last one holds the time axis as well
-            self._grid.setRowStretch(index, 5 if index == count - 1 else 4)
-        for scope in self.scopes[:-1]:
-            scope.setXLink(self.scopes[-1])
+            self._grid.setRowStretch(index, 5 if index == last else 4)
         for index in range(count, self._grid.rowCount()):
             self._grid.setRowStretch(index, 0)
         self._grid.setColumnStretch(0, 1)
@@ -89,6 +90,12 @@ class TimeView(QWidget):
         self._envelope, self._held, self.any_lost = None, (), False
         for scope in self.scopes:
             scope.show_nothing()
+
+    def show_levels(self, levels: Iterable[Level] = ()) -> None:
+        """Show the levels of the channels; of one that is not among them nothing is known."""
+        by_name = {level.name: level for level in levels}
+        for bar in self.levels:
+            bar.show_level(by_name.get(bar.name))
 
     def look_again(self, *_: object) -> None:
         """Draw what is held anew: another part of it is seen."""
@@ -159,53 +166,44 @@ class ScopePanel(QWidget):
         self._feed: Feed | None = None
         self._last: Feed | None = None
         self._held: Held | None = None
-        self.time = TimeView(theme)
-        self.spectrum = SpectrumView(theme)
-        self.waterfall = WaterfallView(theme)
-        self.alignment = AlignmentView(theme)
+        self.time, self.spectrum = TimeView(theme), SpectrumView(theme)
+        self.waterfall, self.alignment = WaterfallView(theme), AlignmentView(theme)
+        self._pages = (self.time, self.spectrum, self.waterfall, self.alignment)
 
-        self.view = Choice(VIEWS.items())
-        self.view.setObjectName("scope.view")
-        self.view.setAccessibleName("What the scopes show")
-        self.view.setToolTip("I and Q against time, their spectrum, spectra over time, or bars for turning antennas")
-        self.span = Choice((seconds, f"{seconds:g} s") for seconds in WINDOWS_S)
-        self.span.setObjectName("scope.window")
-        self.span.setAccessibleName("Window of time")
-        self.span.setToolTip("Window: how many seconds are shown. Of a spectrum: longer tells nearer lines apart")
+        self.view, self.span, self.band = Choice(VIEWS.items()), Choice(_SPANS), Choice(_BANDS)
+        names = {"view": "What the scopes show", "window": "Window of time", "band": "Band of the spectrum"}
+        for choice, (name, what) in zip((self.view, self.span, self.band), names.items(), strict=True):
+            choice.setObjectName(f"scope.{name}")
+            choice.setAccessibleName(what)
+            choice.setToolTip(TIPS["scopes"][what])
+            # in a narrow dock their words are cut before the plots are
+            choice.setMinimumWidth(46)
         self.span.setCurrentIndex(max(0, self.span.findData(window_s)))
-        self.band = Choice((hertz, f"±{_hertz(hertz)}") for hertz in BANDS_HZ)
-        self.band.setObjectName("scope.band")
-        self.band.setAccessibleName("Band of the spectrum")
-        self.band.setToolTip("Band: frequencies that the spectrum shows, at most half the rate of the samples")
         self.band.setCurrentIndex(1)
         self.let_go = button("Hold anew", self.alignment.bars.let_go)
         self.pause = QCheckBox("Pause")
-        self.pause.setToolTip("Holds the picture; recording goes on. What is held can be scrolled back and zoomed")
+        self.pause.setToolTip(TIPS["scopes"]["Pause"])
         self.key = Key(theme, *IQ_KEY)
-        for choice in (self.view, self.span, self.band):
-            # in a narrow dock their words are cut before the plots are
-            choice.setMinimumWidth(46)
         parts = (self.view, self.span, self.band, self.let_go, self.pause, 1, self.key)
         top = fill(QHBoxLayout(), *parts, margins=(6, 4, 6, 0), spacing=6)
 
         self.when = QLabel()
         self.back = QSlider(Qt.Orientation.Horizontal)
-        self.back.setToolTip("Back through the last seconds before the pause")
         self.back.setAccessibleName("Back through what is held")
+        self.back.setToolTip(TIPS["scopes"]["Back through what is held"])
         self.back.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self._past = QWidget()
         fill(QHBoxLayout(self._past), self.when, (self.back, 1), margins=(6, 2, 6, 0), spacing=8)
         self._past.hide()
-        self._pages = QStackedWidget()
-        for page in (self.time, self.spectrum, self.waterfall, self.alignment):
-            self._pages.addWidget(page)
-        fill(QVBoxLayout(self), top, self._past, (self._pages, 1))
+        self._stack = QStackedWidget()
+        for page in self._pages:
+            self._stack.addWidget(page)
+        fill(QVBoxLayout(self), top, self._past, (self._stack, 1))
 
         self.view.currentIndexChanged.connect(self._choose)
-        self.span.currentIndexChanged.connect(self._renew)
-        self.band.currentIndexChanged.connect(self._renew)
         self.pause.toggled.connect(self._pause)
-        self.back.valueChanged.connect(self._renew)
+        for changed in (self.span.currentIndexChanged, self.band.currentIndexChanged, self.back.valueChanged):
+            changed.connect(self._renew)
         self._choose()
 
     @property
@@ -223,17 +221,13 @@ class ScopePanel(QWidget):
         """Of each channel."""
         return self.time.levels
 
-    def show_view(self, name: str) -> None:
-        """Look at what comes in as `time`, `spectrum`, `waterfall` or `alignment`."""
-        self.view.setCurrentIndex(self.view.findData(name))
-
     def set_receivers(self, count: int, full_scale_v: float) -> None:
         """Show so many receivers."""
         if count == len(self.scopes):
             return
         self.time.set_receivers(count, full_scale_v)
         self.waterfall.set_receivers(count)
-        self.alignment.set_receivers(count)
+        self.alignment.bars.forget(count)
         self._renew()
 
     def show_feed(self, feed: Feed | None) -> None:
@@ -241,7 +235,7 @@ class ScopePanel(QWidget):
         self._last = self._feed or self._last
         self._feed = feed
         if feed is None:
-            self._forget_levels()
+            self.time.show_levels()
         if self._held is not None:
             return
         if feed is not None:
@@ -252,45 +246,44 @@ class ScopePanel(QWidget):
     def clear(self) -> None:
         """Forget what was shown: it belongs to another session."""
         self._last = None
-        for page in (self.time, self.spectrum, self.waterfall, self.alignment):
+        for page in self._pages:
             page.show_nothing()
-        self._forget_levels()
+        self.time.show_levels()
         self._say()
 
     def refresh(self, health: Health | None) -> None:
         """Draw what is new; called by the window's timer."""
         if health is not None:
-            by_name = {level.name: level for level in health.levels}
-            for bar in self.levels:
-                bar.show_level(by_name.get(bar.name))
+            self.time.show_levels(health.levels)
         if self._held is not None:
-            self.when.setText(self._held.words)
+            self.when.setText(self._held.words(self._clock()))
         shown = self._shown()
         if shown is None or not self.isVisible():
             return
-        page = self._pages.currentWidget()
-        if page is self.alignment:
-            shown = replace(shown, window_s=max(shown.window_s, 1.0))
-        page.draw(shown)  # type: ignore[attr-defined]
+        page = self._pages[self._stack.currentIndex()]
+        page.draw(replace(shown, window_s=max(shown.window_s, SPAN_S)) if page is self.alignment else shown)
         self._say()
 
     def _shown(self) -> Shown | None:
-        held, feed = self._held, self._feed
-        if held is not None:
-            back = self.back.maximum() - self.back.value()
-            end = held.ring.latest - round(back / _PER_S * held.feed.rate_hz)
-            feed = held.feed
-            return Shown(held.ring, feed.rate_hz, feed.setup, end, held.ring.latest, self.window_s, live=False)
-        if feed is None or feed.ring is None:
+        held = self._held
+        feed = self._feed if held is None else held.feed
+        ring = held.ring if held is not None else feed.ring if feed is not None else None
+        if feed is None or ring is None:
             return None
-        end = feed.ring.latest
-        return Shown(feed.ring, feed.rate_hz, feed.setup, end, end, self.window_s, live=True)
+        zero = ring.latest
+        end = zero - round(self._back_s * feed.rate_hz)
+        return Shown(ring, feed.rate_hz, feed.setup, end, zero, self.window_s, live=held is None)
+
+    @property
+    def _back_s(self) -> float:
+        """How far before the pause the picture ends."""
+        return (self.back.maximum() - self.back.value()) / _PER_S if self._held is not None else 0.0
 
     def _pause(self) -> None:
         feed = self._feed or self._last
         self._held = None
         if self.pause.isChecked() and feed is not None and feed.ring is not None:
-            self._held = Held(feed, feed.ring, self._clock)
+            self._held = Held(feed, feed.ring.held(), self._clock())
             held_s = (self._held.ring.latest - self._held.ring.first) / feed.rate_hz
             self.back.setRange(0, max(0, round((held_s - self.window_s) * _PER_S)))
             self.back.setPageStep(round(self.window_s * _PER_S))
@@ -301,11 +294,11 @@ class ScopePanel(QWidget):
 
     def _choose(self) -> None:
         name = self.view.currentData()
-        self._pages.setCurrentIndex(list(VIEWS).index(name))
+        self._stack.setCurrentIndex(self.view.currentIndex())
         ignored, preferred = QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred
-        for page in (self.time, self.spectrum, self.waterfall, self.alignment):
+        for page in self._pages:
             # the room that one view needs is not asked for another
-            policy = preferred if page is self._pages.currentWidget() else ignored
+            policy = preferred if page is self._stack.currentWidget() else ignored
             page.setSizePolicy(policy, policy)
         short = name == "time"
         self.key.setMinimumWidth(0 if short else 40)
@@ -315,10 +308,6 @@ class ScopePanel(QWidget):
         self.span.setVisible(name != "alignment")
         self.key.setVisible(name in ("time", "spectrum"))
         self._renew()
-
-    def _forget_levels(self) -> None:
-        for bar in self.levels:
-            bar.show_level(None)
 
     def _say(self) -> None:
         if self.view.currentData() == "spectrum":
@@ -331,14 +320,11 @@ class ScopePanel(QWidget):
         """Draw anew: with another window, of another acquisition, after a pause."""
         self.time.look_again()
         self.spectrum.half_band_hz = self.waterfall.half_band_hz = float(self.band.currentData())
-        back_s = (self.back.maximum() - self.back.value()) / _PER_S if self._held is not None else 0.0
-        words = HELD if back_s else LAST if self._held is not None or self._feed is None else NOW
+        words = HELD if self._back_s else LAST if self._held is not None or self._feed is None else NOW
         for scope in self.scopes:
             scope.view.show_all()
-            scope.set_window(self.window_s, -back_s)
-            scope.follow(words)
+            scope.set_window(self.window_s, -self._back_s)
+        for scope in self.scopes[-1:]:
+            # the only one with words on its time axis
+            scope.relabel(words)
         self._say()
-
-
-def _hertz(value: float) -> str:
-    return f"{value / 1e3:g} kHz" if value >= 1e3 else f"{value:g} Hz"

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from radargui.acquisition.baseband import Baseband
 from radargui.acquisition.ring import Ring
@@ -52,10 +52,6 @@ class Shown:
         """Return the time of an absolute index on the axes."""
         return (index - self.zero) / self.rate_hz
 
-    def speed_m_s(self, frequency_hz: float) -> float:
-        """Return dL/dt = wavelength times Doppler frequency: how fast the path Tx - sphere - Rx gets longer."""
-        return frequency_hz * self.setup.radar.wavelength_m
-
 
 class Follower:
     """Keeps a `Baseband` in step with what is shown; made anew when another ring, window or band is looked at."""
@@ -75,33 +71,31 @@ class Follower:
         return self.band
 
 
-class Held:
-    """The last seconds as they were when the display was paused: a copy, so that the recording goes on beneath it.
+class Held(NamedTuple):
+    """The last seconds as they were when the display was paused.
 
-    Parameters
+    Attributes
     ----------
     feed
         What came in then.
-    clock
-        Seconds since 1970; injected by tests.
+    ring
+        A copy of its samples, so that the recording goes on beneath it.
+    at_s
+        When that was, seconds since 1970.
     """
 
-    def __init__(self, feed: Feed, ring: Ring, clock: Callable[[], float] = time.time) -> None:
-        self.feed, self.ring = feed, ring.held()
-        self._clock, self._at_s = clock, clock()
+    feed: Feed
+    ring: Ring
+    at_s: float
 
-    @property
-    def words(self) -> str:
-        """When that was: paused at 14:03:22, 12 s ago."""
-        at = time.strftime("%H:%M:%S", time.localtime(self._at_s))
-        return f"paused at {at}, {ago(self._clock() - self._at_s)} ago"
+    def words(self, now_s: float) -> str:
+        """Return when that was: paused at 14:03:22, 12 s ago."""
+        at = time.strftime("%H:%M:%S", time.localtime(self.at_s))
+        return f"paused at {at}, {ago(now_s - self.at_s)} ago"
 
 
 def ago(seconds: float) -> str:
     """Return a span of time in words of which nobody needs more: 12 s, 3 min 5 s, 2 h 10 min."""
-    whole = max(0, int(seconds))
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600} h {whole % 3600 // 60} min"
+    minutes, rest = divmod(max(0, int(seconds)), 60)
+    hours, beyond = divmod(minutes, 60)
+    return f"{hours} h {beyond} min" if hours else f"{minutes} min {rest} s" if minutes else f"{rest} s"

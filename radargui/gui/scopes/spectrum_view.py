@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
 
 import numpy as np
 import pyqtgraph as pg
@@ -13,7 +14,6 @@ from radargui.acquisition.baseband import Baseband, Line, Spectrum
 from radargui.gui.layout import fill, take_out
 from radargui.gui.plots.per_receiver import PerReceiver
 from radargui.gui.plots.plot import LAST, NOW, Plot
-from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.scopes.shown import Follower, Shown
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
@@ -26,26 +26,40 @@ _MOST_POINTS = 4000
 """Of a curve: more than the pixels of any screen; where there are more, the highest of neighbours."""
 
 
-def decibels(amplitude_v: FloatArray) -> FloatArray:
+def decibels(amplitude_v: FloatArray | float) -> FloatArray:
     """Return 20 log10(amplitude / 1 V)."""
     return np.asarray(20.0 * np.log10(np.maximum(amplitude_v, _LEAST_V)))
 
 
-class SpectrumPlot(Plot):
+class _FrequencyPlot(Plot):
+    """One axis, `of_hz`, has Doppler frequencies, which are speeds of the path."""
+
+    of_hz = "bottom"
+    _per_hz = 0.0
+
+    def set_scale(self, wavelength_m: float, half_band_hz: float) -> None:
+        """Show +-half the band; a speed is wavelength times frequency."""
+        self._per_hz = wavelength_m
+        name = "xRange" if self.of_hz == "bottom" else "yRange"
+        self.setRange(**{name: (-half_band_hz, half_band_hz)}, padding=0)
+
+    def also(self, value: float, axis: str = "bottom") -> str:
+        """Return a frequency as a speed."""
+        return f" = {value * self._per_hz:.3f} m/s" if axis == self.of_hz else ""
+
+
+class SpectrumPlot(_FrequencyPlot):
     """All receivers in one plot; the upper axis has the speed of the path."""
 
     def __init__(self, theme: Theme) -> None:
-        self._per_hz = 0.0
         super().__init__(
             theme, "Doppler frequency [Hz], positive: the path gets longer", "amplitude [dB re 1 V]", live=True
         )
         self.getPlotItem().showAxis("top")
-        self._speed.setStyle(tickLength=-4)
         self._speed.setLabel("speed of the path, dL/dt [m/s]")
-        # not before the wavelength is known
-        self._speed.setStyle(showValues=False)
+        # no figures before the wavelength is known
+        self._speed.setStyle(tickLength=-4, showValues=False)
         self.setXRange(-BANDS_HZ[1], BANDS_HZ[1], padding=0)
-        self._range = SteadyRange()
         self.curves_ = [self.fast_line(f"receivers.{number}", f"Rx {number + 1}") for number in range(4)]
         self._mains = self.marker("text", "t", 9, "mains")
         self.setYRange(-100.0, 0.0, padding=0)
@@ -55,15 +69,10 @@ class SpectrumPlot(Plot):
         return self.getPlotItem().getAxis("top")
 
     def set_scale(self, wavelength_m: float, half_band_hz: float) -> None:
-        """Show +-half the band; the upper axis counts wavelength times frequency."""
-        self._per_hz = wavelength_m
+        """Show +-half the band, and its speeds on the upper axis."""
+        super().set_scale(wavelength_m, half_band_hz)
         self._speed.setScale(wavelength_m)
         self._speed.setStyle(showValues=True)
-        self.setXRange(-half_band_hz, half_band_hz, padding=0)
-
-    def also(self, value: float, axis: str = "bottom") -> str:
-        """Return a frequency as a speed."""
-        return f" = {value * self._per_hz:.3f} m/s" if axis == "bottom" else ""
 
     def retheme(self) -> None:
         """Take over the colours of the theme."""
@@ -81,8 +90,7 @@ class SpectrumPlot(Plot):
         at = np.array([line.frequency_hz for line in mains])
         self._mains.setData(at, decibels(np.array([line.amplitude_v for line in mains])) + 3.0)
         floor = float(np.median(level))
-        if self._range.fit(floor - 15.0, float(level.max()) + 5.0):
-            self.setYRange(*self._range.span, padding=0)
+        self.fit_y(floor - 15.0, float(level.max()) + 5.0)
 
 
 class _OfFrequencies(PerReceiver):
@@ -149,10 +157,9 @@ class SpectrumView(_OfFrequencies):
         if not self._drawn or self._drawn[0] is not band:
             self.plots[0].set_scale(shown.setup.radar.wavelength_m, band.half_band_hz)
         self._drawn, self.spectrum = (band, band.end), spectrum
-        receivers = range(spectrum.amplitude_v.shape[0])
-        mains = {receiver: spectrum.mains(receiver) for receiver in receivers}
-        self.plots[0].draw(spectrum, [line for lines in mains.values() for line in lines])
-        lines = [self._line(shown, spectrum, receiver, mains[receiver]) for receiver in receivers]
+        mains = [spectrum.mains(receiver) for receiver in range(len(spectrum.amplitude_v))]
+        self.plots[0].draw(spectrum, list(chain(*mains)))
+        lines = [self._line(shown, spectrum, receiver, own) for receiver, own in enumerate(mains)]
         said = f"{spectrum.span_s:.2g} s of samples, so lines {spectrum.resolution_hz:.2g} Hz apart are told apart"
         self.words.setText("\n".join((*lines, said)))
         self.words.setToolTip(self.words.text())
@@ -162,14 +169,15 @@ class SpectrumView(_OfFrequencies):
         line = spectrum.strongest(receiver)
         said = "no line above the noise"
         if line is not None:
-            speed = shown.speed_m_s(line.frequency_hz)
+            # dL/dt: how fast the path Tx - sphere - Rx gets longer
+            speed = shown.setup.radar.wavelength_m * line.frequency_hz
             said = f"strongest {line.frequency_hz:+.1f} Hz = {speed:+.3f} m/s, {_level(line)}"
         hum = ", ".join(f"{one.frequency_hz:.1f} Hz {_level(one)}" for one in mains)
         return f"Rx {receiver + 1}: {said}" + (f"; mains ▼ {hum}" if hum else "")
 
 
 def _level(line: Line) -> str:
-    return f"{float(decibels(np.array(line.amplitude_v))):.1f} dB"
+    return f"{decibels(line.amplitude_v):.1f} dB"
 
 
 _SIZE = 256
@@ -180,17 +188,17 @@ _FADES_DB = 1.0
 """By so much a picture the upper end of the colours follows a signal that got weaker."""
 
 
-class Waterfall(Plot):
+class Waterfall(_FrequencyPlot):
     """Frequency upwards, time to the right, amplitude as colour (viridis: lighter is more, also without colours)."""
+
+    of_hz = "left"
 
     def __init__(self, theme: Theme, number: int, *, with_time: bool) -> None:
         self._picture = pg.ImageItem(axisOrder="row-major")
         self._picture.setColorMap("viridis")
         self._level: FloatArray = np.empty((0, 0))
         self._axes: tuple[FloatArray, FloatArray] = (np.empty(0), np.empty(0))
-        self._per_hz = 0.0
-        super().__init__(theme, LAST if with_time else "", f"Rx {number} [Hz]", left_px=50, live=True)
-        self.getPlotItem().getAxis("left").setTickDensity(0.6)
+        super().__init__(theme, LAST if with_time else "", f"Rx {number} [Hz]", left_px=50, live=True, density=0.6)
         self.addItem(self._picture, ignoreBounds=True)
         self.setXRange(-3.0, 0.0, padding=0)
         self.setYRange(-BANDS_HZ[1], BANDS_HZ[1], padding=0)
@@ -205,19 +213,10 @@ class Waterfall(Plot):
         low, left = frequency_hz[0] - 0.5 * step_hz, time_s[0] - 0.5 * step_s
         self._picture.setRect(QRectF(left, low, step_s * time_s.size, step_hz * frequency_hz.size))
 
-    def set_scale(self, wavelength_m: float, half_band_hz: float) -> None:
-        """Show +-half the band."""
-        self._per_hz = wavelength_m
-        self.setYRange(-half_band_hz, half_band_hz, padding=0)
-
     def show_nothing(self) -> None:
         """Empty the picture."""
         self._picture.clear()
         self._level = np.empty((0, 0))
-
-    def also(self, value: float, axis: str = "bottom") -> str:
-        """Return a frequency as a speed."""
-        return f" = {value * self._per_hz:.3f} m/s" if axis == "left" else ""
 
     def columns(self) -> list[tuple[str, FloatArray]]:
         """Return one column a frequency."""
@@ -241,11 +240,11 @@ class WaterfallView(_OfFrequencies):
     def make_plots(self, count: int) -> None:
         """Make one waterfall a receiver."""
         take_out(self._column, *self.plots)
-        self.plots = [Waterfall(self._theme, number + 1, with_time=number == count - 1) for number in range(count)]
+        last = count - 1
+        self.plots = [Waterfall(self._theme, number + 1, with_time=number == last) for number in range(count)]
         for number, plot in enumerate(self.plots):
-            if number < count - 1:
-                plot.setXLink(self.plots[-1])
-            self._column.insertWidget(number, plot, 5 if number == count - 1 else 4)
+            plot.setXLink(None if number == last else self.plots[last])
+            self._column.insertWidget(number, plot, 5 if number == last else 4)
 
     def show_nothing(self) -> None:
         """Forget what was shown."""

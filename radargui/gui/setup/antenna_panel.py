@@ -1,19 +1,18 @@
 """The antenna calibration panel: receivers and the matrix T they make, polarisations, transmitter, wave, tracer."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
 
-import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFontDatabase, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QSizePolicy, QToolButton, QWidget
 
 from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
 from radargui.gui.background import Jobs
-from radargui.gui.layout import FaultText, Group, PlainLabel, button, fill, follow
-from radargui.gui.setup.fields import AntennaGrid, FormPanel, SetupForm
+from radargui.gui.layout import Answer, FaultText, Group, PlainLabel, button
+from radargui.gui.setup.fields import AntennaGrid, FormPanel, ModelGroup, SetupForm
 from radargui.gui.setup.geometry_sketch import GeometrySketch
 from radargui.gui.setup.setup_model import MOST_RECEIVERS, SetupModel
 from radargui.gui.setup.uncertainty_map import UncertaintyMapView
@@ -28,11 +27,10 @@ _ASSUMED_DEG = ASSUMED["u_polarization_deg"]
 _HEIGHT, _MARGIN = 108, 4
 
 
-class PolarizationForm(Group):
+class PolarizationForm(ModelGroup):
     """Angle and uncertainty of each antenna's electric field, and the drawing."""
 
     def __init__(self, model: SetupModel, theme: Theme) -> None:
-        super().__init__("Polarisation")
         table = AntennaGrid(model, ("polarization_deg", "u_polarization_deg"), first=0)
         self._angles = [fields[0] for fields in table.fields.values()]
         self.sketch = PolarizationSketch(model, theme)
@@ -40,11 +38,10 @@ class PolarizationForm(Group):
             "Each antenna from behind, looking at the centre. Arrow: electric field; wedge: uncertainty; dashed: "
             "strongest signal, of which the receiver gets so much."
         )
-        for part in (table, self.sketch, PlainLabel(said)):
-            self.whole(part)
-        follow(model.changed, self._refresh)
+        super().__init__("Polarisation", model, table, self.sketch, PlainLabel(said))
 
-    def _refresh(self) -> None:
+    def refresh(self) -> None:
+        """Show the angles that hold where none is given."""
         drawn = self.sketch.antennas
         for place, angle in enumerate(self._angles):
             strongest_deg = drawn[place].strongest_deg if place < len(drawn) else None
@@ -59,7 +56,7 @@ class DrawnAntenna:
     ----------
     name, axes
         Beneath it; what points right and what up.
-    angle_deg, u_deg
+    u_deg, angle_deg
         Of the field; None: not given.
     strongest_deg, share
         Of a receiver: the angle of the strongest signal, and what it gets of it; None where that is not known.
@@ -67,8 +64,8 @@ class DrawnAntenna:
 
     name: str
     axes: tuple[str, str]
-    angle_deg: float | None
     u_deg: float
+    angle_deg: float | None
     strongest_deg: float | None = None
     share: float | None = None
 
@@ -100,18 +97,18 @@ class PolarizationSketch(QWidget):
     def refresh(self) -> None:
         """Take over what the draft says."""
         setup, sent = self._model.setup, self._number("transmitter.polarization_deg")
-        self.antennas = [DrawnAntenna("Tx", ("x", "y"), sent, self._u("transmitter"))]
         receivers = [
             one.model_copy(update={"polarization_deg": self._number(f"receiver[{number}].polarization_deg")})
             for number, one in enumerate(setup.receiver, 1)
         ]
-        fields = () if sent is None else received_fields(setup.radar, setup.transmitter, receivers, setup.tracer, sent)
-        for number in range(1, len(receivers) + 1):
-            drawn = DrawnAntenna(f"Rx {number}", ("h", "v"), None, self._u(f"receiver[{number}]"))
-            if fields:
-                own = fields[number - 1]
-                drawn = replace(drawn, angle_deg=own.angle_deg, strongest_deg=own.strongest_deg, share=own.share)
-            self.antennas.append(drawn)
+        found: list[tuple[float | None, ...]] = [(None,)] * len(receivers)
+        if sent is not None:
+            fields = received_fields(setup.radar, setup.transmitter, receivers, setup.tracer, sent)
+            found = [(one.angle_deg, one.strongest_deg, one.share) for one in fields]
+        self.antennas = [
+            DrawnAntenna("Tx", ("x", "y"), self._u("transmitter"), sent),
+            *(DrawnAntenna(f"Rx {n}", ("h", "v"), self._u(f"receiver[{n}]"), *own) for n, own in enumerate(found, 1)),
+        ]
         words = "\n".join(one.words for one in self.antennas)
         self.setAccessibleDescription(words)
         self.setToolTip(f"{words}\nh is horizontal, v points up as far as the antenna's tilt lets it")
@@ -160,10 +157,10 @@ class PolarizationSketch(QWidget):
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(QColor(self._theme.colours.line), 1.0))
         painter.drawEllipse(box)
-        for angle_deg in (0.0, 90.0):
-            painter.drawLine(_at(middle, radius, angle_deg + 180.0), _at(middle, radius, angle_deg))
-        painter.setPen(faint)
         for name, angle_deg in zip(antenna.axes, (0.0, 90.0), strict=True):
+            painter.setPen(QPen(QColor(self._theme.colours.line), 1.0))
+            painter.drawLine(_at(middle, radius, angle_deg + 180.0), _at(middle, radius, angle_deg))
+            painter.setPen(faint)
             place = _at(middle, radius + 7.0, angle_deg)
             painter.drawText(QRectF(place.x() - 8.0, place.y() - 8.0, 16.0, 16.0), Qt.AlignmentFlag.AlignCenter, name)
         if antenna.strongest_deg is not None:
@@ -196,6 +193,7 @@ def _at(middle: QPointF, radius: float, angle_deg: float) -> QPointF:
 COLUMNS = ("tilt_deg", "azimuth_deg", "distance_m")
 LARGE_CONDITION = 20.0
 """An error of path length then grows twenty times in the position: 0.1 mm become 2 mm, as much as is measured."""
+_SINGULAR = "T is singular: these antennas cannot tell three directions apart. Spread the azimuths, or tilt them."
 SINGULAR_CONDITION = 1e6
 """Beyond it T is singular but for rounding: entries have an error of about 1e-16, angles are typed to 1e-3 at best."""
 
@@ -207,17 +205,14 @@ class AntennaPanel(FormPanel):
         super().__init__(model)
         self.sketch, self.map = GeometrySketch(model, theme), UncertaintyMapView(model, jobs, theme)
         self.only_shows = (self.map,)
-        self.table, self.matrix = ReceiverTable(model), TMatrixView(model)
-        receivers, matrix = Group("Receivers"), Group("Matrix T")
+        self.table, self.matrix, self.calibration = ReceiverTable(model), TMatrixView(model), CalibrationGroup(model)
+        receivers = Group("Receivers")
         receivers.whole(self.table)
-        matrix.whole(self.matrix)
         wave, tracer, site = (SetupForm(name, model) for name in ("wave", "tracer", "site"))
         self._place = wave.rows
-        self.calibration = CalibrationGroup(model)
-        polarization = PolarizationForm(model, theme)
-        groups = (receivers, self.calibration, matrix, self.map, wave, polarization, tracer, site)
+        upper = (receivers, self.calibration, self.matrix, self.map, wave)
         # above what scrolls: it follows the typing wherever that is
-        self.lay_out(*groups, above=self.sketch)
+        self.lay_out(*upper, PolarizationForm(model, theme), tracer, site, above=self.sketch)
 
     def refresh(self) -> None:
         """Show what the draft is now; of the transmitter's distance and position the one that is given."""
@@ -253,26 +248,20 @@ class ReceiverTable(AntennaGrid):
         self.add.setEnabled(count < MOST_RECEIVERS)
 
 
-class TMatrixView(QWidget):
+class TMatrixView(ModelGroup):
     """T row by row, its condition number, and a warning where the antennas cannot tell the three directions apart."""
 
     def __init__(self, model: SetupModel) -> None:
-        super().__init__()
-        self._model = model
-        self.matrix = QLabel()
+        self.matrix, self.condition, self.warning = QLabel(), PlainLabel(), FaultText()
         self.matrix.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
-        self.condition = PlainLabel()
-        self.warning = FaultText()
-        fill(QVBoxLayout(self), self.matrix, self.condition, self.warning, spacing=4)
-        follow(model.changed, self.refresh)
+        super().__init__("Matrix T", model, self.matrix, self.condition, self.warning)
 
     def refresh(self) -> None:
         """Compute T of the setup anew; a faulty draft leaves the last one, greyed."""
-        valid = self._model.valid
-        self.matrix.setEnabled(valid)
-        self.condition.setEnabled(valid)
+        for part in (self.matrix, self.condition):
+            part.setEnabled(self._model.valid)
         self.warning.say("")
-        if not valid:
+        if not self._model.valid:
             return
         antennas = place_antennas(self._model.setup)
         matrix = t_matrix(antennas)
@@ -281,30 +270,23 @@ class TMatrixView(QWidget):
             self.condition.setText("No 3D track: it needs three receivers. Path lengths are measured all the same.")
             return
         number = condition_number(antennas)
-        singular = not math.isfinite(number) or number > SINGULAR_CONDITION or np.linalg.matrix_rank(matrix) < 3
+        # not a number counts too
+        singular = not number <= SINGULAR_CONDITION
         self.condition.setText(f"Condition number: {'infinite' if singular else f'{number:.2f}'}")
-        if singular:
-            words = "these antennas cannot tell three directions apart. Spread the azimuths, or tilt them."
-            self.warning.say(f"T is singular: {words}")
-        elif number > LARGE_CONDITION:
-            words = f"grows up to {number:.0f} times in the position. Spread the antennas further."
-            self.warning.say(f"An error of path length {words}")
+        grows = f"An error of path length grows up to {number:.0f} times in the position. Spread the antennas further."
+        if singular or number > LARGE_CONDITION:
+            self.warning.say(_SINGULAR if singular else grows)
 
 
-class CalibrationGroup(Group):
+class CalibrationGroup(ModelGroup):
     """Beside the antennas: which calibration they have, what is wrong with it, and the way to another."""
 
     asked = Signal()
 
     def __init__(self, model: SetupModel) -> None:
-        super().__init__("Calibration")
-        self._model = model
-        self.words, self.checked, self.fault = PlainLabel(), PlainLabel(), FaultText()
-        self.begin = button("Calibrate the antennas…", self.asked)
-        for part in (self.words, self.fault, self.checked, self.begin):
-            self.whole(part)
-        self.checked.hide()
-        follow(model.changed, self.refresh)
+        self.words, self.checked, self.fault = PlainLabel(), Answer(), FaultText()
+        self.begin = button("Calibrate the antennas…", lambda: self.asked.emit())
+        super().__init__("Calibration", model, self.words, self.fault, self.checked, self.begin)
 
     def refresh(self) -> None:
         """Show what holds for the setup now."""
@@ -316,5 +298,4 @@ class CalibrationGroup(Group):
 
     def show_check(self, check: CalibrationCheck | None) -> None:
         """Show what the last first drop said."""
-        self.checked.setText("" if check is None else f"Last check: {check.words}")
-        self.checked.setVisible(check is not None)
+        self.checked.say("" if check is None else f"Last check: {check.words}")

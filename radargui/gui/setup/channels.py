@@ -14,8 +14,9 @@ from radargui.acquisition.health import ChannelFacts, channel_facts
 from radargui.gui.background import Jobs
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Feed
-from radargui.gui.layout import Group, PlainLabel, button, follow, ticking
+from radargui.gui.layout import PlainLabel, button, ticking
 from radargui.gui.panels import Actions
+from radargui.gui.setup.fields import ModelGroup
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme
@@ -37,17 +38,12 @@ class Channel:
     shows: ChannelFacts | None = None
 
     @property
-    def title(self) -> str:
-        """Which receiver's I or Q."""
-        return f"Rx {self.name[1:]} {self.name[0]}"
-
-    @property
     def level(self) -> str:
         """Largest voltage, and how much of the range that is."""
         if self.shows is None:
             return UNKNOWN
-        most = self.shows.level.full_scale_v
-        return f"{self.shows.level.peak_v:.2f}" + (f" ({self.shows.level.peak_v / most:.0%})" if most else "")
+        peak_v, most_v = self.shows.level.peak_v, self.shows.level.full_scale_v
+        return f"{peak_v:.2f} ({peak_v / most_v:.0%})" if most_v else f"{peak_v:.2f}"
 
     @property
     def clips(self) -> str:
@@ -62,7 +58,7 @@ class ChannelModel(RowModel[Channel]):
         self._theme = theme
         super().__init__(
             {
-                "Channel": lambda one: one.title,
+                "Channel": lambda one: f"Rx {one.name[1:]} {one.name[0]}",
                 "Input": lambda one: one.wired_to,
                 "Level [V]": lambda one: one.level,
                 "Offset [V]": lambda one: UNKNOWN if one.shows is None else f"{one.shows.offset_v:+.3f}",
@@ -78,46 +74,42 @@ class ChannelModel(RowModel[Channel]):
         return super().cell(entry, column, role)
 
 
-class ChannelGroup(Group):
+class ChannelGroup(ModelGroup):
     """The table, and the button that fills it without recording."""
 
     def __init__(self, model: SetupModel, does: Actions, theme: Theme) -> None:
-        super().__init__("Channels")
-        self._setup, self.rows_ = model, ChannelModel(theme)
+        self.rows_ = ChannelModel(theme)
         self.table = RowTable(self.rows_, "channels")
         self.table.setSelectionMode(RowTable.SelectionMode.NoSelection)
         self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         # as high as its rows; its columns fit the narrowest panel
-        self.table.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        for scrolled in (self.table.setVerticalScrollBarPolicy, self.table.setHorizontalScrollBarPolicy):
+            scrolled(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.table.setToolTip("What each input shows; while samples come in it is brought up to date once a second")
         self.read = button("Read a moment", does.moment.trigger, does.moment.toolTip())
         self.words = PlainLabel("Nothing was read yet.")
-        for part in (self.table, self.read, self.words):
-            self.whole(part)
-        follow(model.changed, self._wires_changed)
+        super().__init__("Channels", model, self.table, self.read, self.words)
 
     def show_facts(self, facts: tuple[ChannelFacts, ...]) -> None:
         """Show what the channels show; none: nothing is known any more."""
-        by_name = {one.level.name: one for one in facts}
-        setup = self._setup.setup
-        wires = zip(setup.channel_names, setup.physical_channels, strict=True)
-        names = {one.name for one in self.rows_.entries}
-        fits = bool(facts) and any(one.shows for one in self.rows_.entries)
-        rows = [Channel(name, wire.rpartition("/")[2], by_name.get(name)) for name, wire in wires]
+        by_name, before = {one.level.name: one for one in facts}, self.rows_.entries
+        wires = zip(self._model.setup.channel_names, self._wires, strict=True)
+        rows = [Channel(name, wire, by_name.get(name)) for name, wire in wires]
         self.rows_.replace_all(rows)
-        if not fits:
+        if not (facts and any(one.shows for one in before)):
             # not each second: it takes half as long as a frame
             self.table.fit_all()
-        if names != {one.name for one in rows}:
+        if {one.name for one in before} != {one.name for one in rows}:
             header, row = self.table.horizontalHeader(), self.table.verticalHeader().defaultSectionSize()
             self.table.setFixedHeight(header.sizeHint().height() + row * len(rows) + 4)
 
-    def _wires_changed(self) -> None:
-        # what was read came through other wires
-        setup = self._setup.setup
-        wires = [wire.rpartition("/")[2] for wire in setup.physical_channels]
-        if [one.wired_to for one in self.rows_.entries] != wires:
+    @property
+    def _wires(self) -> list[str]:
+        return [wire.rpartition("/")[2] for wire in self._model.setup.physical_channels]
+
+    def refresh(self) -> None:
+        """Forget what was read through other wires."""
+        if [one.wired_to for one in self.rows_.entries] != self._wires:
             self.show_facts(())
 
 

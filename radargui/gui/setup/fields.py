@@ -140,6 +140,21 @@ class CheckField(QCheckBox):
 Field: TypeAlias = LineField | ChoiceField | CheckField
 
 
+class ModelGroup(Group):
+    """A titled group that shows what follows from the setup, and follows its changes."""
+
+    def __init__(self, title: str, model: SetupModel, *parts: QWidget) -> None:
+        super().__init__(title)
+        self._model = model
+        for part in parts:
+            self.whole(part)
+        follow(model.changed, self.refresh)
+
+    def refresh(self) -> None:
+        """Show what holds for the setup now."""
+        raise NotImplementedError
+
+
 class SetupForm(Group):
     """A titled group of fields of the setup, each with its words; what is wrong with one stands beneath it.
 
@@ -160,22 +175,21 @@ class SetupForm(Group):
         for key in keys:
             words, kind = words_of(key), kind_of(key)
             if kind == "place":
-                fields = [LineField(self._model, f"{key}[{axis}]") for axis in (1, 2, 3)]
-                self.row(words.label, side_by_side(*fields), words.tip)
-                for axis, one in enumerate(fields):
+                axes = [LineField(self._model, f"{key}[{axis}]") for axis in (1, 2, 3)]
+                self.row(words.label, side_by_side(*axes), words.tip)
+                for axis, one in enumerate(axes):
                     one.setObjectName(f"{key}[{axis}]")
                     one.setAccessibleName(words_of(one.key).label)
                     self.whole(one.changed.fault)
                 continue
+            made: type[Field] = CheckField if kind == "boolean" else ChoiceField if words.choices else LineField
+            self.fields[key] = field = made(self._model, key)
             if kind == "boolean":
-                field: Field = CheckField(self._model, key)
                 self.whole(field)
-                self.whole(field.changed.fault)
             else:
-                field = ChoiceField(self._model, key) if words.choices else LineField(self._model, key)
-                self.row(words.label, side_by_side(field, *beside) if beside else field, words.tip, field.changed.fault)
+                self.row(words.label, side_by_side(field, *beside) if beside else field, words.tip)
                 field.setAccessibleName(words.label)
-            self.fields[key] = field
+            self.whole(field.changed.fault)
 
 
 class AntennaGrid(QWidget):

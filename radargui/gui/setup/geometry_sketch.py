@@ -1,6 +1,7 @@
 """The drawing of the setup, from the side and from above, to scale; follows the typing and shows what is edited."""
 
 from dataclasses import dataclass
+from itertools import zip_longest
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
@@ -59,20 +60,11 @@ def places_of(setup: Setup) -> tuple[DrawnPlace, ...]:
     # without the transmitter's direction no receiver has one
     got = () if sent is None else setup.received_fields()
     fields = [received_direction(one.angle_deg, one.horizontal, one.vertical) for one in got]
-    return (
-        DrawnPlace(
-            "transmitter",
-            "Tx",
-            "text",
-            antennas.transmitter_m,
-            None if sent is None else transmitted_direction(sent),
-        ),
-        *(
-            DrawnPlace(f"receiver[{n}]", f"Rx {n}", f"receivers.{n - 1}", place, fields[n - 1] if fields else None)
-            for n, place in enumerate(antennas.receivers_m, 1)
-        ),
-        DrawnPlace("tracer", "Release", "text", np.array(setup.tracer.release_position_m)),
-    )
+    own = None if sent is None else transmitted_direction(sent)
+    drawn = [DrawnPlace("transmitter", "Tx", "text", antennas.transmitter_m, own)]
+    for n, (place, field) in enumerate(zip_longest(antennas.receivers_m, fields), 1):
+        drawn.append(DrawnPlace(f"receiver[{n}]", f"Rx {n}", f"receivers.{n - 1}", place, field))
+    return (*drawn, DrawnPlace("tracer", "Release", "text", np.array(setup.tracer.release_position_m)))
 
 
 class GeometrySketch(QWidget):
@@ -140,9 +132,9 @@ class GeometrySketch(QWidget):
 
     def _reach(self, axes: tuple[int, int]) -> FloatArray:
         """Return the ends of a view in metres, shape (2, 2)."""
-        corners = [HALF_FIELD_M * np.array([s, s, s]) for s in (-1.0, 1.0)]
-        floor = [] if self.floor_m is None else [np.array([0.0, 0.0, self.floor_m])]
-        every = np.array([*(one.place_m for one in self.places), *corners, *floor])[:, list(axes)]
+        floor = [] if self.floor_m is None else [(0.0, 0.0, self.floor_m)]
+        places = (one.place_m for one in self.places)
+        every = np.array([*places, [-HALF_FIELD_M] * 3, [HALF_FIELD_M] * 3, *floor])[:, list(axes)]
         return np.stack([every.min(axis=0), every.max(axis=0)], axis=1)
 
     def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
@@ -161,21 +153,17 @@ class GeometrySketch(QWidget):
         painter.setPen(QColor(colours.text))
         left = 0.5 * view * self.width()
         painter.drawText(QPointF(left + 2, line - 3), f"{title}: {across} → , {up} ↑")
-        faint, centre = QPen(QColor(colours.faint), 1.0), np.zeros(3)
-        dashed = QPen(faint)
-        dashed.setStyle(Qt.PenStyle.DashLine)
+        faint, centre, half = QColor(colours.faint), np.zeros(3), np.full(3, HALF_FIELD_M)
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(dashed)
-        half = np.zeros(3)
-        half[list(axes)] = HALF_FIELD_M
+        painter.setPen(QPen(faint, 1.0, Qt.PenStyle.DashLine))
         painter.drawRect(QRectF(self.at(view, -half), self.at(view, half)).normalized())
         if self.floor_m is not None and axes[1] == 2:
             height = self.at(view, np.array([0.0, 0.0, self.floor_m])).y()
             bold = self.is_edited("floor")
-            painter.setPen(QPen(QColor(colours.text if bold else colours.faint), 3.0 if bold else 1.5))
+            painter.setPen(QPen(QColor(colours.text) if bold else faint, 3.0 if bold else 1.5))
             painter.drawLine(QPointF(left + 0.08 * self.width(), height), QPointF(left + 0.42 * self.width(), height))
             painter.drawText(QPointF(left + 0.08 * self.width(), height + line - 2.0), "Floor")
-        painter.setPen(faint)
+        painter.setPen(QPen(faint, 1.0))
         for end in (QPointF(5, 0), QPointF(0, 5)):
             painter.drawLine(self.at(view, centre) - end, self.at(view, centre) + end)
         painter.setPen(QPen(QColor(colours.line), 1.0))

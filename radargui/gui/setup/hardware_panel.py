@@ -8,49 +8,29 @@ from typing import Any
 
 from PySide6.QtWidgets import QFileDialog, QProgressBar, QWidget
 
+from radargui.experiment.importing import valid_setup_of
 from radargui.gui.background import Jobs, Then, Work
 from radargui.gui.layout import Answer, Choice, FaultText, Group, PathField, PlainLabel, button, follow, side_by_side
 from radargui.gui.panels import Actions
 from radargui.gui.setup.channels import ChannelGroup
-from radargui.gui.setup.fields import FormPanel, SetupForm
+from radargui.gui.setup.fields import FormPanel, ModelGroup, SetupForm
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.setup.words import called, in_words
+from radargui.gui.setup.words import FORMS, called, in_words
 from radargui.gui.theme import Theme
 from radargui.model.errors import DeviceError
 from radargui.model.plugins import plugins
 from radargui.model.setup import MEASURING, Setup
 from radargui.sources.factory import SourceKind
 from radargui.sources.ni.checks import check_rate, rate_limit_hz, rate_sentence
-from radargui.sources.ni.discovery import NiDevice
+from radargui.sources.ni.discovery import NiDevice, find_devices
+from radargui.sources.ni.source import check_setup
 
-_START = (
-    *("daq.start", "daq.start_source", "daq.start_edge", "daq.start_level_v", "daq.start_pretrigger"),
-    *("recording.restart_after_error", "recording.restart_within_s"),
-)
-"""When a run starts, and what happens after an error."""
 CERTIFICATES = "Certificates (*.pem *.crt *.cer);;All files (*)"
 FindDevices = Callable[[str | None, str | None], Sequence[Any]]
-CheckSetup = Callable[[Setup], Any]
-
-
-def find_ni_devices(remote: str | None, certificate: str | None = None) -> Sequence[Any]:
-    """Ask the driver, or the device server `remote`, for its devices; the driver's package is loaded only now."""
-    from radargui.sources.ni.discovery import find_devices
-
-    return find_devices(remote, certificate)
-
-
-def check_on_device(setup: Setup) -> Any:
-    """Try a setup on its device without sampling; the driver's package is loaded only now."""
-    from radargui.sources.ni.source import check_setup
-
-    return check_setup(setup)
-
-
 _UNKNOWN = "“Find devices” or “Check this setup” tells the limit of the device."
 
 
-class RateView(Group):
+class RateView(ModelGroup):
     """The aggregate rate of the setup against the limit of its device, where that is known.
 
     Attributes
@@ -60,15 +40,11 @@ class RateView(Group):
     """
 
     def __init__(self, model: SetupModel) -> None:
-        super().__init__("Rate of all channels")
-        self._model = model
         self._known: dict[tuple[str | None, str], NiDevice] = {}
         self.fault = ""
         self.words, self.bar, self.wrong = PlainLabel(), QProgressBar(maximum=1000, textVisible=False), FaultText()
         self.bar.setFixedHeight(10)
-        for part in (self.words, self.bar, self.wrong):
-            self.whole(part)
-        follow(model.changed, self.refresh)
+        super().__init__("Rate of all channels", model, self.words, self.bar, self.wrong)
 
     def take(self, *devices: NiDevice) -> None:
         """Remember what devices can do, each at the place where it was asked for."""
@@ -79,21 +55,15 @@ class RateView(Group):
     def refresh(self) -> None:
         """Show what the setup asks for, and what there is."""
         setup, daq = self._model.setup, self._model.setup.daq
-        device, count, rate_hz = (
-            self._known.get((daq.remote, daq.device.casefold())),
-            setup.n_receivers * 2,
-            daq.rate_hz,
-        )
+        device, count = self._known.get((daq.remote, daq.device.casefold())), 2 * setup.n_receivers
         limit_hz = None if device is None else rate_limit_hz(device, count)
-        said = rate_sentence(device or NiDevice(setup.daq.device), count, rate_hz)
+        said = rate_sentence(device or NiDevice(daq.device), count, daq.rate_hz)
         self.fault = ""
         if device is None:
             said = f"{said}. {_UNKNOWN}"
         else:
-            how = (
-                "simultaneous: each has a converter" if device.simultaneous else "multiplexed: they share one converter"
-            )
-            said = f"{said} ({device.title}, {how})"
+            how = "simultaneous: each has a" if device.simultaneous else "multiplexed: they share one"
+            said = f"{said} ({device.title}, {how} converter)"
             try:
                 check_rate(setup, device, count)
             except DeviceError as error:
@@ -102,23 +72,15 @@ class RateView(Group):
         self.wrong.say(self.fault)
         self.bar.setVisible(limit_hz is not None)
         if limit_hz is not None:
-            self.bar.setValue(round(1000.0 * min(1.0, rate_hz / limit_hz)))
-            self.bar.setToolTip(
-                f"{rate_hz / limit_hz:.0%} of the highest rate that the device has for {count} channels, S/s"
-            )
-        self.bar.setStyleSheet(
-            f"QProgressBar::chunk {{ background: palette({'bright-text' if self.fault else 'highlight'}); }}"
-        )
+            share = daq.rate_hz / limit_hz
+            self.bar.setValue(round(1000.0 * min(1.0, share)))
+            self.bar.setToolTip(f"{share:.0%} of the highest rate that the device has for {count} channels, S/s")
+        colour = "bright-text" if self.fault else "highlight"
+        self.bar.setStyleSheet(f"QProgressBar::chunk {{ background: palette({colour}); }}")
 
 
 FILTER = "Recordings (*.h5 *.csv *.mat *.tdms *.sigmf-meta *.sigmf-data *.sigmf);;All files (*)"
 _MOST_NAMED = 4
-
-
-def _setup_in(path: Path) -> Setup | None:
-    from radargui.experiment.importing import valid_setup_of
-
-    return valid_setup_of(path)
 
 
 class ReplayForm(Group):
@@ -147,21 +109,14 @@ class ReplayForm(Group):
         """The chosen file."""
         return self._file.path
 
-    def choose(self, path: Path) -> None:
-        """Take a file."""
-        self._file.line.setText(str(path))
-
     def _look(self) -> None:
         self._found(None)
         path = self.path
         # a name that is being typed is no file yet
         if path is not None and path.suffix:
-            what = "the setup of the recording"
-            self._jobs.start(what, partial(_setup_in, path), self._found, self._unknown, lambda: path == self.path)
-
-    def _unknown(self, _error: BaseException) -> None:
-        # what is wrong with the file is said when it is played
-        self._found(None)
+            what, work = "the setup of the recording", partial(valid_setup_of, path)
+            # what is wrong with the file is said when it is played
+            self._jobs.start(what, work, self._found, lambda _: self._found(None), lambda: path == self.path)
 
     def _found(self, setup: Setup | None) -> None:
         self._own = setup
@@ -172,7 +127,6 @@ class ReplayForm(Group):
         keys = [key for key in keys if re.split(r"[.\[]", key)[0] in MEASURING]
         named = ", ".join(map(called, keys[:_MOST_NAMED])) + (" …" if len(keys) > _MOST_NAMED else ".")
         self.other.setText(f"This recording was made with another setup, and is computed with the one here: {named}")
-        self.take_own.setToolTip("Takes the place of the values here; Undo all changes brings back those of the file")
         for part in (self.other, self.take_own):
             part.setVisible(bool(keys))
         # what was edited and stands in no file would be lost
@@ -192,10 +146,10 @@ class NiForm(SetupForm):
         Tries a setup on its device; tests put another one here.
     """
 
-    def __init__(self, model: SetupModel, jobs: Jobs, rates: RateView, find: FindDevices = find_ni_devices) -> None:
+    def __init__(self, model: SetupModel, jobs: Jobs, rates: RateView, find: FindDevices = find_devices) -> None:
         super().__init__("ni", model)
         self._jobs, self._find, self._rates = jobs, find, rates
-        self.check: CheckSetup = check_on_device
+        self.check: Callable[[Setup], Any] = check_setup
         self.add("daq.remote_certificate", beside=[button("Choose…", self._browse)])
         self.found = Choice()
         self.found.setVisible(False)
@@ -205,13 +159,13 @@ class NiForm(SetupForm):
         self.answer, self.checked = Answer(), Answer()
         for part in (self.button, self.found, self.answer):
             self.whole(part)
-        self.add("daq.channels", "daq.terminal", "daq.range_v", "daq.channel_skew_s", *_START)
+        self.add(*FORMS["ni_inputs"]["keys"])
         start = self.fields["daq.start"]
         if isinstance(start, Choice):
             start.activated.connect(lambda _index: self._settle(start.currentData()))
         self.check_button = button("Check this setup", self.try_out)
-        self.whole(self.check_button)
-        self.whole(self.checked)
+        for part in (self.check_button, self.checked):
+            self.whole(part)
         model.changed.connect(self._setup_changed)
         follow(model.changed, self._show_start)
 
@@ -233,8 +187,8 @@ class NiForm(SetupForm):
 
     def search(self) -> None:
         """Look for devices without holding up the window."""
-        find, remote, certificate = self._find, self._text("daq.remote"), self._text("daq.remote_certificate")
-        work = partial(find, remote, certificate)
+        asked = (self._model.value(key) or None for key in ("daq.remote", "daq.remote_certificate"))
+        work = partial(self._find, *asked)
         self.found.setVisible(False)
         self._ask("the search for devices", self.button, self.answer, "Searching for devices …", work, self._show)
 
@@ -272,15 +226,13 @@ class NiForm(SetupForm):
         if name:
             self._model.assign("daq.remote_certificate", name)
 
-    def _text(self, key: str) -> str | None:
-        value = self._model.value(key)
-        return value if isinstance(value, str) and value else None
-
     def _show(self, devices: Sequence[Any]) -> None:
         self._rates.take(*devices)
         self.found.clear()
         for device in devices:
-            self.found.addItem(describe_device(device), device.name)
+            simulated = ", simulated by the driver" if device.simulated else ""
+            absent = "" if device.connected else ", not connected"
+            self.found.addItem(f"{device.title}{simulated}{absent}", device.name)
         self.found.setVisible(bool(devices))
         if not devices:
             self.answer.say("No device found. Is it plugged in and powered, and does NI MAX show it?")
@@ -295,11 +247,28 @@ class NiForm(SetupForm):
         self._model.assign("daq.device", self.found.itemData(index))
 
 
-def describe_device(device: Any) -> str:
-    """Return one line for a device found."""
-    state = "" if device.connected else ", not connected"
-    simulated = ", simulated by the driver" if device.simulated else ""
-    return f"{device.title}{simulated}{state}"
+class SetupFileGroup(ModelGroup):
+    """Names the setup file and how far the setup has left it; opens and saves it."""
+
+    def __init__(self, model: SetupModel, does: Actions) -> None:
+        self._name = PlainLabel()
+        self._save_buttons = (button("Save", does.save_setup.trigger), button("Save as…", does.save_setup_as.trigger))
+        self.undo_all = button("Undo all changes", does.undo_setup.trigger)
+        line = side_by_side(button("Open…", does.open_setup.trigger), *self._save_buttons)
+        super().__init__("Setup file", model, self._name, line, self.undo_all)
+
+    def refresh(self) -> None:
+        """Show what is unlike the file."""
+        path, changed = self._model.path, self._model.unsaved
+        name = path.name if path else "not saved yet"
+        kind = " (shipped)" if self._model.shipped else ""
+        counted = f", {len(changed)} value{'s' if len(changed) > 1 else ''} changed" if changed else ""
+        self._name.setText(f"{name}{kind}{counted}")
+        self._name.setToolTip(str(path or ""))
+        self.undo_all.setEnabled(self._model.modified)
+        self.undo_all.setToolTip("\n".join(("Back to what the file says:", *map(called, changed))))
+        for one in self._save_buttons:
+            one.setEnabled(self._model.valid)
 
 
 SOURCES: dict[SourceKind, str] = {"simulated": "Simulated", "ni": "NI device", "replay": "Replay file"}
@@ -317,10 +286,9 @@ class HardwarePanel(FormPanel):
         *,
         source: SourceKind = "simulated",
         replay_file: Path | None = None,
-        find_devices: FindDevices = find_ni_devices,
+        find_devices: FindDevices = find_devices,
     ) -> None:
         super().__init__(model)
-        self._does = does
         self.source = Choice([*SOURCES.items(), *((name, name) for name in plugins("sources"))])
         self.source.setObjectName("source")
         group = Group("Source")
@@ -329,16 +297,18 @@ class HardwarePanel(FormPanel):
         self.rates, self.channels = RateView(model), ChannelGroup(model, does, theme)
         self.only_shows = (self.rates, self.channels)
         self.ni = NiForm(model, jobs, self.rates, find_devices)
-        names = ("simulated", "recording", "processing")
-        simulated, recording, processing = (SetupForm(name, model) for name in names)
-        self._forms: dict[str, Group] = {"simulated": simulated, "ni": self.ni, "replay": self.replay}
-        groups = (*self._forms.values(), self.rates, self.channels, recording, processing)
-        self.lay_out(self._file_group(), group, *groups)
+        self._forms: dict[str, Group] = {
+            "simulated": SetupForm("simulated", model),
+            "ni": self.ni,
+            "replay": self.replay,
+        }
+        others = (SetupForm(name, model) for name in ("recording", "processing"))
+        file = SetupFileGroup(model, does)
+        self.undo_all = file.undo_all
+        self.lay_out(file, group, *self._forms.values(), self.rates, self.channels, *others)
         self.choose(source)
         self.source.currentIndexChanged.connect(self._show_form)
-        model.changed.connect(self._name_file)
         self._show_form()
-        self._name_file()
 
     @property
     def kind(self) -> SourceKind:
@@ -357,29 +327,6 @@ class HardwarePanel(FormPanel):
     def choose(self, kind: SourceKind) -> None:
         """Choose a source."""
         self.source.setCurrentIndex(self.source.findData(kind))
-
-    def _file_group(self) -> Group:
-        group = Group("Setup file")
-        self._name = PlainLabel()
-        does = self._does
-        self._save_buttons = (button("Save", does.save_setup.trigger), button("Save as…", does.save_setup_as.trigger))
-        self.undo_all = button("Undo all changes", does.undo_setup.trigger)
-        opens = button("Open…", does.open_setup.trigger)
-        for part in (self._name, side_by_side(opens, *self._save_buttons), self.undo_all):
-            group.whole(part)
-        return group
-
-    def _name_file(self) -> None:
-        path, changed = self._model.path, self._model.unsaved
-        name = path.name if path else "not saved yet"
-        kind = " (shipped)" if self._model.shipped else ""
-        counted = f", {len(changed)} value{'s' if len(changed) > 1 else ''} changed" if changed else ""
-        self._name.setText(f"{name}{kind}{counted}")
-        self._name.setToolTip(str(path or ""))
-        self.undo_all.setEnabled(self._model.modified)
-        self.undo_all.setToolTip("\n".join(("Back to what the file says:", *map(called, changed))))
-        for one in self._save_buttons:
-            one.setEnabled(self._model.valid)
 
     def _show_form(self) -> None:
         for kind, form in self._forms.items():

@@ -29,24 +29,19 @@ class SessionPanel(QWidget):
         self._folder.line.textChanged.connect(lambda _text: self.folder_changed.emit())
         self.folder_fault = self._folder.fault
         group.row("Data folder", self._folder, fault=self.folder_fault)
-        self._operator = self._line("operator", operator)
-        self._sample, self._target = self._line("sample"), self._line("target")
-        for field, words, tip in (
-            (self._operator, "Operator", ""),
-            (self._sample, "Sample", "What is measured: material, make, surface"),
-            (self._target, "Target", "What it falls on, or moves in"),
-        ):
-            field.editingFinished.connect(self.details_changed)
-            group.row(words, field, tip)
-        self._notes = QPlainTextEdit()
+        self._operator = QLineEdit(operator)
+        self._sample, self._target, self._mark = (QLineEdit() for _ in range(3))
+        for line, words in ((self._operator, "Operator"), (self._sample, "Sample"), (self._target, "Target")):
+            line.setObjectName(f"session.{words.lower()}")
+            line.editingFinished.connect(self.details_changed)
+            group.row(words, line)
+        self._mark.setObjectName("session.mark")
+        self._notes = QPlainTextEdit(placeholderText="what else is worth knowing …", tabChangesFocus=True)
         self._notes.setObjectName("session.notes")
-        self._notes.setPlaceholderText("what else is worth knowing …")
-        self._notes.setTabChangesFocus(True)
         self._notes.setMinimumHeight(48)
         self._notes.setMaximumHeight(90)
         self._notes.textChanged.connect(self.details_changed)
         group.row("Notes", self._notes)
-        self._mark = self._line("mark")
         self._mark.setPlaceholderText("kept with time and sample")
         self._mark.returnPressed.connect(self.ask_mark)
         self._keep_mark = button("Keep", self.ask_mark)
@@ -115,9 +110,3 @@ class SessionPanel(QWidget):
         """Close or open what must not change while runs are recorded; notes stay open."""
         for widget in (self._folder, *self._buttons):
             widget.setEnabled(not running)
-
-    @staticmethod
-    def _line(name: str, text: str = "") -> QLineEdit:
-        field = QLineEdit(text)
-        field.setObjectName(f"session.{name}")
-        return field

@@ -102,10 +102,10 @@ class SetupModel(QObject):
 
     def undo(self, key: str = "") -> None:
         """Take back what was changed since the file was read or saved; without a key everything."""
-        if not key:
+        if key:
+            self.assign(key, _found(plain(self._saved), key))
+        else:
             self.replace(self._saved)
-            return
-        self.assign(key, _found(plain(self._saved), key))
 
     def take(self, setup: Setup, path: Path | None = None) -> None:
         """Begin with a setup; without a path it belongs to no file."""
@@ -131,8 +131,7 @@ class SetupModel(QObject):
             The file cannot be written.
         """
         write_setup(self.setup, path, self.path)
-        self.path, self._saved, self._of_file = path, self.setup, self.setup.model_dump()
-        self.changed.emit()
+        self.take(self.setup, path)
 
     def replace(self, setup: Setup) -> None:
         """Take over a whole setup."""
@@ -164,13 +163,11 @@ class SetupModel(QObject):
     def add_receiver(self) -> None:
         """Add a receiver that continues the ring of those there."""
         receivers = self._draft["receiver"]
-        if len(receivers) >= MOST_RECEIVERS:
-            return
-        last = receivers[-1]
-        azimuth = last.get("azimuth_deg", 0.0)
-        turned = (azimuth + 90.0) % 360.0 if isinstance(azimuth, (int, float)) else 0.0
-        receivers.append({**last, "azimuth_deg": turned})
-        self._receivers_changed()
+        if len(receivers) < MOST_RECEIVERS:
+            azimuth = receivers[-1].get("azimuth_deg", 0.0)
+            turned = (azimuth + 90.0) % 360.0 if isinstance(azimuth, (int, float)) else 0.0
+            receivers.append({**receivers[-1], "azimuth_deg": turned})
+            self._receivers_changed()
 
     def remove_receiver(self, number: int) -> None:
         """Take receiver `number` (from 1) out; the last one stays."""
@@ -184,8 +181,8 @@ class SetupModel(QObject):
         if isinstance(channels, list):
             if removed is not None:
                 del channels[2 * removed - 2 : 2 * removed]
+            free = (f"ai{number}" for number in range(64) if f"ai{number}" not in channels)
             while len(channels) < 2 * len(self._draft["receiver"]):
-                free = (f"ai{number}" for number in range(64) if f"ai{number}" not in channels)
                 channels.append(next(free))
         self._validate()
 
@@ -233,28 +230,29 @@ _MOST_NAMED = 4
 def first_setup(path: Path | None, settings: Settings, board: NoticeBoard) -> SetupModel:
     """Return the setup to begin with: the one asked for, the last one, or the shipped default."""
     remembered = settings.path(_FILE)
-    for candidate in (path, remembered):
-        if candidate is None:
-            continue
+    for candidate in filter(None, (path, remembered)):
         try:
             model = SetupModel(read_setup(candidate), candidate)
         except SetupError as error:
             board.post_error(error)
             continue
-        if candidate == remembered and path is None:
-            _take_draft(model, settings, board)
+        if path is None and (text := settings.text(_DRAFT)):
+            try:
+                model.replace(parse_setup(text, "the setup edited last"))
+            except SetupError as error:
+                board.post("warning", f"What was edited last could not be taken over. {error}")
         return model
     return SetupModel(read_setup(default_setup_path()), default_setup_path())
 
 
-def _take_draft(model: SetupModel, settings: Settings, board: NoticeBoard) -> None:
-    text = settings.text(_DRAFT)
-    if not text:
-        return
+def tried(step: Callable[[], None], say: Callable[[RadarGuiError], object]) -> bool:
+    """Return whether a step could be done; what is wrong is said."""
     try:
-        model.replace(parse_setup(text, "the setup edited last"))
-    except SetupError as error:
-        board.post("warning", f"What was edited last could not be taken over. {error}")
+        step()
+    except RadarGuiError as error:
+        say(error)
+        return False
+    return True
 
 
 class SetupFileController(QObject):
@@ -262,8 +260,7 @@ class SetupFileController(QObject):
 
     def __init__(self, model: SetupModel, services: Services) -> None:
         super().__init__(services.parent)
-        self._model, self._window = model, services.parent
-        self._settings, self._board = services.settings, services.board
+        self._model, self._services = model, services
 
     def undo(self) -> None:
         """Take back all that was changed since the file was read or saved."""
@@ -277,7 +274,7 @@ class SetupFileController(QObject):
         named = ", ".join(map(called, changed[:_MOST_NAMED])) + (" …" if len(changed) > _MOST_NAMED else "")
         button = QMessageBox.StandardButton
         answer = QMessageBox.question(
-            self._window,
+            self._services.parent,
             "RadarGUI",
             f"Changes of the setup are not saved: {named}. Without saving they are lost.",
             button.Save | button.Discard | button.Cancel,
@@ -287,23 +284,23 @@ class SetupFileController(QObject):
 
     def take(self, setup: Setup) -> bool:
         """Take over the setup of a session, unless the operator wants to keep what he edited."""
-        if not self.may_discard():
-            return False
-        self._model.take(setup)
-        return True
+        may = self.may_discard()
+        if may:
+            self._model.take(setup)
+        return may
 
     def ask_open(self) -> None:
         """Let the operator choose a setup file."""
         if not self.may_discard():
             return
         start = str(self._model.path.parent) if self._model.path else ""
-        name, _ = QFileDialog.getOpenFileName(self._window, "Open setup", start, FILTER)
+        name, _ = QFileDialog.getOpenFileName(self._services.parent, "Open setup", start, FILTER)
         if name:
             self.open(Path(name))
 
     def open(self, path: Path) -> bool:
         """Read a setup file; what is wrong with it is shown and the setup stays."""
-        return self._tried(lambda: self._model.load(path))
+        return tried(lambda: self._model.load(path), self._services.board.post_error)
 
     def save(self) -> bool:
         """Save where the setup came from; a shipped file is never written over."""
@@ -315,29 +312,22 @@ class SetupFileController(QObject):
         """Let the operator choose where to save."""
         folder = Path.home() if self._model.path is None or self._model.shipped else self._model.path.parent
         start = folder / (self._model.path.name if self._model.path else "setup.toml")
-        name, _ = QFileDialog.getSaveFileName(self._window, "Save setup", str(start), FILTER)
+        name, _ = QFileDialog.getSaveFileName(self._services.parent, "Save setup", str(start), FILTER)
         return bool(name) and self.save_to(Path(name))
 
     def save_to(self, path: Path) -> bool:
         """Save; comments of the user's file survive."""
         if not self._model.valid:
-            self._board.post("error", f"The setup is not saved: {self._model.error}")
+            self._services.board.post("error", f"The setup is not saved: {self._model.error}")
             return False
-        return self._tried(lambda: self._model.save(path))
+        return tried(lambda: self._model.save(path), self._services.board.post_error)
 
     def remember(self) -> None:
         """Keep the file's name, and edits that were not saved."""
-        if self._model.path is not None:
-            self._settings.put(_FILE, self._model.path)
-        if self._model.valid and (self._model.modified or self._model.path is None):
-            self._settings.put(_DRAFT, dump_setup(self._model.setup))
+        settings, model = self._services.settings, self._model
+        if model.path is not None:
+            settings.put(_FILE, model.path)
+        if model.valid and (model.modified or model.path is None):
+            settings.put(_DRAFT, dump_setup(model.setup))
         else:
-            self._settings.forget(_DRAFT)
-
-    def _tried(self, step: Callable[[], None]) -> bool:
-        try:
-            step()
-        except RadarGuiError as error:
-            self._board.post_error(error)
-            return False
-        return True
+            settings.forget(_DRAFT)

@@ -6,11 +6,12 @@ from functools import cached_property, partial
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, QRectF, QSignalBlocker
-from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPaintEvent, QShowEvent
-from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QSizePolicy, QWidget
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QWidget
 
 from radargui.gui.background import Jobs
-from radargui.gui.layout import Group, PlainLabel, fill, ticking
+from radargui.gui.layout import TIPS, Group, PlainLabel, fill, ticking
+from radargui.gui.plots.key import ColourBar
 from radargui.gui.plots.plot import Plot
 from radargui.gui.setup.geometry_sketch import HALF_FIELD_M
 from radargui.gui.setup.setup_model import SetupModel
@@ -23,18 +24,11 @@ POINTS = 25
 """Along each edge: a place every 12.5 mm, between which u changes by a twentieth."""
 _CALM_MS = 150
 """After the last key: longer than from key to key, shorter than a look from the field to the map."""
+_FIELD_MM = QRectF(*(2 * [-1e3 * HALF_FIELD_M]), *(2 * [2e3 * HALF_FIELD_M]))
 _COLOURS = "cividis"
 """Made for colour-blind eyes: lightness alone tells the order."""
 _LEFT = 48
-_PLANES = (("x [mm]", "z [mm]", (0, 2), "y = 0"), ("x [mm]", "y [mm]", (0, 1), "z = 0"))
-_SNR_TIP = (
-    "Signal-to-noise ratio of one sample at the release [dB], 10 log10(A² / (2 σ²)), as in the tables of a run; until "
-    "it is typed that of the simulated source"
-)
-_ABOUT = (
-    "Standard uncertainty of one coordinate of a place [mm], root mean square over x, y and z: noise of one sample, "
-    "antennas, release, wave and sphere by the setup's u_ values. Walls and what a correction leaves are not in it."
-)
+_PLANES = (("z [mm]", "y = 0"), ("y [mm]", "z = 0"))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,45 +51,19 @@ class UncertaintyMap:
 def map_of(setup: Setup, snr_db: float) -> UncertaintyMap | None:
     """Return the map of a setup; None where fewer than three receivers tell no place."""
     edge = np.linspace(-HALF_FIELD_M, HALF_FIELD_M, POINTS)
-    first, second = (one.ravel() for one in np.meshgrid(edge, edge, indexing="ij"))
-    zero = np.zeros(first.size)
+    places = np.zeros((3, 2, POINTS, POINTS))
+    # across x in both planes; upwards z from the side, y from above
+    places[0], places[2, 0], places[1, 1] = edge[:, None], edge, edge
     release = np.array(setup.tracer.release_position_m)[:, None]
     # two places to tell the release's own budget: one alone has no spacing
     at_release = expected_uncertainty(np.repeat(release, 2, axis=1), setup, snr_db)
-    places = np.concatenate([np.stack([first, zero, second]), np.stack([first, second, zero])], axis=1)
-    found = expected_uncertainty(places, setup, snr_db)
+    found = expected_uncertainty(places.reshape(3, -1), setup, snr_db)
     if found is None or at_release is None:
         return None
     u_mm = 1e3 * np.sqrt((found[0] ** 2).mean(axis=0)).reshape(2, POINTS, POINTS)
     line = at_release[1].position_m
     shares = {"noise": line.statistical, "antennas, release and wave": line.calibration, "the sphere": line.sphere}
     return UncertaintyMap(u_mm, 1e3 * (line.combined or np.nan), max(shares, key=lambda one: shares[one] or 0.0))
-
-
-class Scale(QWidget):
-    """From which to which value the colours go."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.ends = ("", "")
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setFixedHeight(self.fontMetrics().height() + 4)
-        self.setToolTip("Colours of the map, from the smallest to the largest standard uncertainty in it [mm]")
-
-    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
-        """Draw the colours between two values."""
-        painter, metrics = QPainter(self), self.fontMetrics()
-        left, right = (metrics.horizontalAdvance(end) + 6.0 for end in self.ends)
-        bar = QRectF(left, 3.0, self.width() - left - right, self.height() - 6.0)
-        gradient = QLinearGradient(bar.topLeft(), bar.topRight())
-        for stop in np.linspace(0.0, 1.0, 16):
-            gradient.setColorAt(float(stop), pg.colormap.get(_COLOURS).map(float(stop), mode="qcolor"))
-        painter.fillRect(bar, gradient)
-        painter.setPen(QColor(self.palette().windowText().color()))
-        foot = self.height() - metrics.descent() - 2.0
-        painter.drawText(QPointF(2.0, foot), self.ends[0])
-        painter.drawText(QPointF(self.width() - right + 4.0, foot), self.ends[1])
-        painter.end()
 
 
 class UncertaintyMapView(Group):
@@ -111,15 +79,18 @@ class UncertaintyMapView(Group):
         super().__init__("Position uncertainty to expect")
         self._model, self._jobs = model, jobs
         self.shown: UncertaintyMap | None = None
-        self._wanted: object = None
         self._of: tuple[Setup, float] | None = None
         self.snr = QDoubleSpinBox(minimum=0.0, maximum=120.0, decimals=0, suffix=" dB")
         self.snr.setObjectName("map.snr")
         self._own_snr = False
         self.snr.setValue(model.setup.simulation.snr_db)
-        self.row("SNR", self.snr, _SNR_TIP)
+        self.row("SNR", self.snr)
         self._theme, self._images = theme, list[pg.ImageItem]()
-        self.scale, self.words, self.here = Scale(), PlainLabel(), PlainLabel()
+        self.scale, self.words, self.here = (
+            ColourBar(TIPS["plots"]["Colours of the uncertainty"]),
+            PlainLabel(),
+            PlainLabel(),
+        )
         both = QWidget()
         self._row = fill(QHBoxLayout(both))
         for part in (both, self.scale, self.words, self.here):
@@ -132,14 +103,12 @@ class UncertaintyMapView(Group):
     def plots(self) -> list[Plot]:
         """One a plane; made when they are first looked at: plots are what a new window waits for."""
         made = []
-        for number, (bottom, left, _, plane) in enumerate(_PLANES):
-            plot = Plot(self._theme, bottom, left, left_px=_LEFT, equal=True)
+        for number, (left, plane) in enumerate(_PLANES):
+            plot = Plot(self._theme, "x [mm]", left, left_px=_LEFT, equal=True)
             plot.write_inside(plane)
             plot.setFixedHeight(176)
-            plot.setToolTip(_ABOUT)
-            plot.hideButtons()
+            plot.setToolTip(TIPS["plots"]["Uncertainty"])
             image = pg.ImageItem(colorMap=pg.colormap.get(_COLOURS))
-            image.setRect(QRectF(*(2 * [-1e3 * HALF_FIELD_M]), *(2 * [2e3 * HALF_FIELD_M])))
             image.setZValue(-10)
             plot.addItem(image)
             plot.scene().sigMouseMoved.connect(partial(self._read, plot, number))
@@ -167,13 +136,12 @@ class UncertaintyMapView(Group):
 
     def _begin(self) -> None:
         self._of = asked = (self._model.setup, self.snr.value())
-        self._wanted = asked
         self._jobs.start(
             "the map of the uncertainty",
             partial(map_of, *asked),
             self.show_map,
             lambda error: self._say(f"No map: {error}"),
-            lambda: self._wanted is asked,
+            lambda: self._of is asked,
         )
 
     def show_map(self, found: UncertaintyMap | None) -> None:
@@ -190,10 +158,10 @@ class UncertaintyMapView(Group):
         for plot, image, plane in zip(self.plots, self._images, found.planes_mm, strict=True):
             # row by column: the first axis is x, to the right
             image.setImage(plane.T, levels=(low, max(high, 1.000001 * low)), axisOrder="row-major")
-            image.setRect(QRectF(*(2 * [-1e3 * HALF_FIELD_M]), *(2 * [2e3 * HALF_FIELD_M])))
-            plot.setRange(QRectF(*(2 * [-1e3 * HALF_FIELD_M]), *(2 * [2e3 * HALF_FIELD_M])), padding=0.02)
-        self.scale.ends = (f"{low:.2f} mm", f"{high:.2f} mm")
-        self.scale.update()
+            image.setRect(_FIELD_MM)
+            plot.setRange(_FIELD_MM, padding=0.02)
+        table = pg.colormap.get(_COLOURS).map(np.linspace(0.0, 1.0, 16), mode="float")
+        self.scale.show_ends(table, f"{low:.2f} mm", f"{high:.2f} mm")
         self._say(f"±{found.release_mm:.2f} mm a coordinate at the release, most of it from {found.largest_share}.")
 
     def _say(self, words: str) -> None:

@@ -96,6 +96,8 @@ class Words:
 
 _TABLE = resource_table("window/words")
 FORMS: dict[str, dict[str, Any]] = _TABLE["forms"]
+UNKNOWNS: dict[str, dict[str, Any]] = _TABLE["unknowns"]
+"""What a calibration may change: its title, and the values of the setup that are its priors."""
 _ANTENNAS: dict[str, str] = _TABLE["antennas"]
 _WORDS = {key: Words(**found | {"choices": dict(found.get("choices", ()))}) for key, found in _TABLE["values"].items()}
 _BY = _WORDS["processing.correction"]

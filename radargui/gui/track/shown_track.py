@@ -43,24 +43,17 @@ class Space:
 
 def space_of(setup: Setup) -> Space:
     """Return the box around the field of view (about 30 cm wide), release and floor."""
-    release = np.array(setup.tracer.release_position_m) * MM
-    low, high = np.full(3, -_HALF_FIELD_MM), np.full(3, _HALF_FIELD_MM)
-    floor = setup.floor.height_m * MM if setup.floor.height_m is not None else float(low[2])
-    low[2] = min(floor, release[2] - _MARGIN_MM)
-    high[2] = release[2]
+    release, half = np.array(setup.tracer.release_position_m) * MM, _HALF_FIELD_MM
+    floor = -half if setup.floor.height_m is None else setup.floor.height_m * MM
+    # upwards the box ends where the sphere is released, not where the field of view does
+    low = np.minimum((-half, -half, min(floor, release[2] - _MARGIN_MM)), release)
+    high = np.maximum((half, half, release[2]), release)
     margin = np.array([0.0, 0.0, _MARGIN_MM])
-    low = np.minimum(low, release) - margin
-    high = np.maximum(high, release) + margin
     placed = place_antennas(setup)
-    names = ["Tx", *(f"Rx {number + 1}" for number in range(placed.n_receivers))]
     places = np.vstack([placed.transmitter_m, placed.receivers_m])
     directions = places / np.linalg.norm(places, axis=1, keepdims=True)
-    return Space(
-        low_mm=low,
-        high_mm=high,
-        floor_mm=floor,
-        antennas=tuple(zip(names, directions, strict=True)),
-    )
+    names = ("Tx", *(f"Rx {number + 1}" for number in range(placed.n_receivers)))
+    return Space(low - margin, high + margin, floor, tuple(zip(names, directions, strict=True)))
 
 
 _MOST_POINTS = 6000
@@ -88,7 +81,7 @@ class ShownTrack:
         Shape (n,); NaN where unknown.
     u_mm, u_kind
         Standard uncertainty of the position, shape (3, n), and which: combined where it is known, else statistical;
-        empty of a live track.
+        NaN of a live track.
     zero
         What the times of a result count from.
     """
@@ -113,7 +106,8 @@ NO_TRACK = ShownTrack(np.empty(0), np.empty((3, 0)))
 
 def live_track(time_s: FloatArray, position_m: FloatArray) -> ShownTrack:
     """Return a live trail for the screen; parameters as for `speed_along`."""
-    return ShownTrack(time_s, position_m * MM, speed_m_s=speed_along(time_s, position_m))
+    unknown = np.full(position_m.shape, np.nan)
+    return ShownTrack(time_s, position_m * MM, speed_m_s=speed_along(time_s, position_m), u_mm=unknown)
 
 
 def result_track(result: RunResult) -> ShownTrack | None:

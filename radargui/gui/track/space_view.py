@@ -1,5 +1,7 @@
 """The track in space by OpenGL; made only where the test of OpenGL said yes."""
 
+from __future__ import annotations
+
 import math
 from typing import Any
 
@@ -10,8 +12,8 @@ from PySide6.QtGui import QColor, QFont, QResizeEvent, QVector3D, QWheelEvent
 
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space
-from radargui.gui.track.speed_colours import SpeedColours
-from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.gui.track.speed_colours import SpeedColours, segments
+from radargui.model.arrays import BoolArray, FloatArray
 
 Points = NDArray[np.float32]
 """Shape (n, 3) in mm, as OpenGL takes them."""
@@ -38,18 +40,15 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         for item in (self._shadow, self._trail, self._impacts, self._sphere):
             self.addItem(item)
         self.setMinimumSize(160, 120)
+        self.setCameraPosition(elevation=16, azimuth=-78)
         theme.changed.connect(self._retheme)
         self._retheme()
 
     def show_space(self, space: Space) -> None:
         """Show another field of view."""
-        new = self._space is None
         self._space = space
         self._build()
-        centre = 0.5 * (space.low_mm + space.high_mm)
-        if new:
-            self.setCameraPosition(pos=QVector3D(*centre), elevation=16, azimuth=-78)
-        self.opts["center"] = QVector3D(*centre)
+        self.opts["center"] = QVector3D(*(0.5 * (space.low_mm + space.high_mm)))
         self._fit()
         self.update()
 
@@ -70,17 +69,11 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         aspect = max(1.0, self.width() / self.height())
         self.opts["distance"] = 0.8 * float(self._space.size_mm.max()) * aspect / half_width
 
-    def camera(self) -> tuple[float, float, float | None]:
-        """Return elevation and azimuth, and the distance where the operator chose it."""
-        opts = self.opts
-        return opts["elevation"], opts["azimuth"], opts["distance"] if self._distance_chosen else None
-
-    def take_camera(self, camera: tuple[float, float, float | None]) -> None:
-        """Look from where another view looked."""
-        self.opts["elevation"], self.opts["azimuth"], distance = camera
-        if distance is not None:
-            self._distance_chosen = True
-            self.opts["distance"] = distance
+    def look_as(self, other: SpaceView) -> None:
+        """Look from where another view looks; from as far only where the operator chose that."""
+        names = ("elevation", "azimuth", *(["distance"] if other._distance_chosen else []))
+        self.opts |= {name: other.opts[name] for name in names}
+        self._distance_chosen = other._distance_chosen
         self.update()
 
     def show_track(self, track: ShownTrack) -> None:
@@ -90,8 +83,7 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         known = points[np.isfinite(points).all(axis=1)]
         kept = _spaced(points)
         points = points[kept]
-        speed = track.speed_m_s if track.speed_m_s.size else np.full(len(kept), np.nan)
-        shades = self._colours.table().astype(np.float32)[self._colours.steps(speed[kept])]
+        shades = self._colours.table().astype(np.float32)[self._colours.steps(track.speed_m_s[kept])]
         self._draw_line(self._trail, points, shades)
         shadow = points.copy()
         if self._space is not None and len(shadow):
@@ -108,14 +100,13 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
             # drawn in one piece: joints of single pieces show as dots
             item.setData(pos=points, color=colour, mode="line_strip")
         else:
-            pairs = _segments(points)
+            pairs = segments(points)
             shades = colour[pairs] if isinstance(colour, np.ndarray) else colour
             item.setData(pos=np.ascontiguousarray(points[pairs]), color=shades, mode="lines")
 
     def _retheme(self) -> None:
         self.setBackgroundColor(self._theme.colours.base)
-        if self._space is not None:
-            self._build()
+        self._build()
         self.show_track(self._track)
 
     def _rgba(self, role: str, alpha: float = 1.0) -> tuple[float, float, float, float]:
@@ -176,10 +167,3 @@ def _spaced(points: Points) -> BoolArray:
     kept = np.concatenate([[True], np.diff(along) > 0])
     kept[-1] = True
     return kept
-
-
-def _segments(points: Points) -> IntArray:
-    """Return the ends of the line's pieces as pairs of indices, shape (2 m,), without pairs that touch NaN."""
-    known = np.asarray(np.isfinite(points).all(axis=1))
-    first = np.flatnonzero(known[:-1] & known[1:])
-    return np.stack([first, first + 1], axis=1).ravel()

@@ -1,15 +1,17 @@
 """Speed as colour: a perceptually uniform map, its bar with the unit, and a trail drawn in it."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
+from numpy.typing import NDArray
 from pyqtgraph.Qt.internals import PrimitiveArray
-from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtCore import QLineF, QPointF, QRectF
+from PySide6.QtGui import QColor, QPainter, QPen
 
 from radargui.gui.layout import follow
+from radargui.gui.plots.key import ColourBar
 from radargui.gui.plots.ranges import round_up
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import ShownTrack, Space
@@ -20,6 +22,16 @@ N_COLOURS = 16
 """Steps of speed: each is a path of its own; more are not told apart by eye."""
 _SPANS = {False: (0.0, 0.88), True: (0.3, 1.0)}
 """Part of the map that stands out from a light and from a dark background (chosen by eye)."""
+
+
+def segments(points: NDArray[Any]) -> IntArray:
+    """Return the ends of the pieces of a line through points (n, 3) as pairs of indices, shape (2 m,).
+
+    Pairs that touch NaN are left out.
+    """
+    known = np.isfinite(points).all(axis=1)
+    first = np.flatnonzero(known[:-1] & known[1:])
+    return np.stack([first, first + 1], axis=1).ravel()
 
 
 class SpeedColours:
@@ -48,14 +60,12 @@ class SpeedColours:
 
         Unknown points break it; each piece has the colour of the speed at its end.
         """
-        known = np.isfinite(track.position_mm.sum(axis=0))
-        first = np.flatnonzero(known[:-1] & known[1:])
-        step = self.steps(track.speed_m_s[first + 1])
+        ends = segments(track.position_mm.T).reshape(-1, 2)
+        step = self.steps(track.speed_m_s[ends[:, 1]])
         order = np.argsort(step, kind="stable")
         numbers, at = np.unique(step[order], return_index=True)
-        ends = np.stack([first[order], first[order] + 1], axis=1)
-        parts = np.split(ends, at[1:])
-        return {int(number): part.ravel() for number, part in zip(numbers, parts, strict=True)} if first.size else {}
+        parts = np.split(ends[order], at[1:])
+        return {int(number): part.ravel() for number, part in zip(numbers, parts, strict=True)} if ends.size else {}
 
     def pens(self) -> list[QPen]:
         """Return a pen of each colour, cosmetic: as wide at any zoom."""
@@ -70,39 +80,18 @@ class SpeedColours:
         return np.asarray(self._map.map(np.linspace(low, high, N_COLOURS), mode="float"), dtype=np.float64)
 
 
-class SpeedBar(QWidget):
+class SpeedBar(ColourBar):
     """What colour is what speed."""
 
     def __init__(self, theme: Theme, colours: SpeedColours) -> None:
-        super().__init__()
+        super().__init__("Colour of the trail: speed of the sphere in m/s")
         self._colours = colours
-        metrics = self.fontMetrics()
-        self._room = metrics.horizontalAdvance("0 ")
-        self._words_room = metrics.horizontalAdvance(" 10.0 m/s ")
-        self.setFixedSize(self._room + 64 + self._words_room, metrics.height() + 2)
-        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        self.setToolTip("Colour of the trail: speed of the sphere in m/s")
-        follow(theme.changed, self.update)
+        self.setFixedWidth(self.fontMetrics().horizontalAdvance("0  10.0 m/s ") + 64)
+        follow(theme.changed, self.refresh)
 
-    @property
-    def words(self) -> str:
-        """The fast end, with the unit."""
-        return f"{self._colours.most_m_s:g} m/s"
-
-    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
-        """Draw the colours between their ends."""
-        bar = QRectF(self._room, 4.0, self.width() - self._room - self._words_room, self.height() - 8.0)
-        gradient, table = QLinearGradient(bar.topLeft(), bar.topRight()), self._colours.table()
-        for place, colour in zip(np.linspace(0.0, 1.0, len(table)), table, strict=True):
-            gradient.setColorAt(place, QColor.fromRgbF(*colour))
-        painter = QPainter(self)
-        painter.fillRect(bar, gradient)
-        painter.setPen(self.palette().windowText().color())
-        painter.drawText(self.rect(), Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, "0")
-        after = QPointF(bar.right() + 3.0, 0.0)
-        words = QRectF(after, self.rect().bottomRight().toPointF())
-        painter.drawText(words, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, self.words)
-        painter.end()
+    def refresh(self) -> None:
+        """Take over the colours and the speed that they reach, which the fast end says with its unit."""
+        self.show_ends(self._colours.table(), "0", f"{self._colours.most_m_s:g} m/s")
 
 
 class SpeedTrail(pg.GraphicsObject):  # type: ignore[misc] # pyqtgraph has no types

@@ -24,67 +24,53 @@ Detail = Literal["speed", "residual", "x", "y"]
 _LABELS: Mapping[Detail, str] = {"speed": "v [m/s]", "residual": "Δz [µm]", "x": "x [mm]", "y": "y [mm]"}
 
 
-class HeightPlot(Plot):
+class TimePlot(Plot):
+    """A quantity of the sphere against time, with its band where it has one, and a level to see it against."""
+
+    def __init__(self, theme: Theme, bottom: str, left: str, name: str = "") -> None:
+        super().__init__(theme, bottom, left, left_px=_LEFT, live=True, density=0.6)
+        self.level = self.rule("line", 0.0, angle=0, dashed=False)
+        self.band_drawn = self.band("track")
+        self.curve = self.fast_line("track", name)
+
+    def draw(self, x: FloatArray, y: FloatArray, u: FloatArray) -> FloatArray:
+        """Draw values and standard uncertainties (NaN: without a band), shape (n,); return what to make room for."""
+        kept = extremes(y, -(-y.size // _MOST_BINS))
+        x, y, around = x[kept], y[kept], COVERED * u[kept]
+        self.curve.setData(x, y)
+        self.band_drawn.show_band(x, y - around, y + around)
+        ends: FloatArray = np.concatenate([y, y - around, y + around])
+        return np.asarray(ends[np.isfinite(ends)])
+
+    def show_nothing(self) -> None:
+        """Empty all curves, and the band."""
+        super().show_nothing()
+        self.band_drawn.show_band(*np.empty((3, 0)))
+
+
+class HeightPlot(TimePlot):
     """z of the sphere's centre."""
 
-    def __init__(self, theme: Theme, live_s: float) -> None:
-        super().__init__(theme, LAST, "z [mm]", left_px=_LEFT, live=True)
-        self.getPlotItem().getAxis("left").setTickDensity(0.6)
-        self._live_s = live_s
-        self._space: Space | None = None
-        self._floor = self.rule("line", 0.0, angle=0, dashed=False)
-        self.band_drawn = self.band("track")
-        self._curve = self.fast_line("track", "z")
+    def __init__(self, theme: Theme) -> None:
+        super().__init__(theme, LAST, "z [mm]", "z")
         self._fit = self.still_line("fit", "parabola", dashed=True)
         self._impacts = self.marker("mark", symbol="x", size=10, name="impacts")
-        self._live = True
-        self._live_words = LAST
-        self.setXRange(-live_s, 0.0, padding=0)
 
     def show_space(self, space: Space) -> None:
         """Show another field of view."""
         self._space = space
-        self._floor.setValue(space.floor_mm)
+        self.level.setValue(space.floor_mm)
         self._fit_height(NO_TRACK)
 
-    def follow(self, now: bool) -> None:
-        """Say on the axis of the live trail whether its right edge is now."""
-        self._live_words = NOW if now else LAST
-        if self._live:
-            self.relabel(self._live_words)
-
-    def show_live(self, track: ShownTrack) -> None:
-        """Draw the trail; the newest point is at 0."""
-        if not self._live:
-            self._live = True
-            self.relabel(self._live_words)
-            self.show_nothing()
-            self.band_drawn.show_band(*np.empty((3, 0)))
-            self.setXRange(-self._live_s, 0.0, padding=0)
-        self._curve.setData(track.time_s, track.position_mm[2])
-        self._fit_height(track)
-
-    def show_result(self, track: ShownTrack | None) -> None:
-        """Draw a run with impacts and fit."""
-        self._live = False
-        self.show_nothing()
-        self.band_drawn.show_band(*np.empty((3, 0)))
-        if track is None:
-            return
-        self.relabel(f"time after {track.zero} [s]")
-        height_mm = track.position_mm[2]
-        kept = extremes(height_mm, -(-height_mm.size // _MOST_BINS))
-        self._curve.setData(track.time_s[kept], height_mm[kept])
-        around = COVERED * track.u_mm[2, kept]
-        self.band_drawn.show_band(track.time_s[kept], height_mm[kept] - around, height_mm[kept] + around)
-        self._fit.setData(track.fit_time_s, track.fit_mm)
-        self._impacts.setData(track.impact_time_s, track.impact_mm[2])
-        self.setXRange(float(track.time_s[0]), float(track.time_s[-1]), padding=0.01)
+    def show_track(self, track: ShownTrack) -> None:
+        """Draw a live trail, or a run with impacts and fit."""
+        self.draw(track.time_s, track.position_mm[2], track.u_mm[2])
+        if track.zero:
+            self._fit.setData(track.fit_time_s, track.fit_mm)
+            self._impacts.setData(track.impact_time_s, track.impact_mm[2])
         self._fit_height(track)
 
     def _fit_height(self, track: ShownTrack) -> None:
-        if self._space is None:
-            return
         low, high = float(self._space.low_mm[2]), float(self._space.high_mm[2])
         z = track.position_mm[2]
         known = z[np.isfinite(z)]
@@ -97,51 +83,14 @@ class HeightPlot(Plot):
             self.setYRange(low, high, padding=0)
 
 
-class DetailPlot(Plot):
-    """One of several quantities against time, with its band where it has one."""
-
-    def __init__(self, theme: Theme) -> None:
-        super().__init__(theme, "time [s]", _LABELS["speed"], left_px=_LEFT, live=True)
-        self.getPlotItem().getAxis("left").setTickDensity(0.6)
-        self._zero = self.rule("line", 0.0, angle=0, dashed=False)
-        self.band_drawn = self.band("track")
-        self.curve = self.fast_line("track")
-        self._range = SteadyRange()
-
-    def show_detail(self, detail: Detail, track: ShownTrack, words: str, span_s: tuple[float, float]) -> None:
-        """Draw a quantity over a span of time; `words` name the time axis."""
-        self.relabel(words, _LABELS[detail])
-        x, y, u = _values(detail, track)
-        kept = extremes(y, -(-y.size // _MOST_BINS)) if y.size else np.empty(0, np.intp)
-        x, y, around = x[kept], y[kept], COVERED * u[kept]
-        self.curve.setData(x, y)
-        self.band_drawn.show_band(x, y - around, y + around)
-        self._zero.setVisible(detail in ("speed", "residual"))
-        if detail == "residual" and x.size:
-            # over its own time: a fall is a small part of what a sphere does that bounces
-            span_s = float(x[0]), float(x[-1])
-        self.setXRange(*span_s, padding=0.01 if track.zero else 0.0)
-        ends = np.concatenate([y, y - np.nan_to_num(around), y + np.nan_to_num(around)])
-        ends = ends[np.isfinite(ends)]
-        if not ends.size:
-            self.setYRange(0.0, 1.0, padding=0)
-        elif self._range.fit(float(ends.min()), float(ends.max())):
-            self.setYRange(*self._range.span, padding=0)
-
-    def begin_anew(self) -> None:
-        """Forget the range of what was drawn before."""
-        self._range = SteadyRange()
-
-
 def _values(detail: Detail, track: ShownTrack) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return time, value and standard uncertainty (NaN: without a band), shape (n,) each."""
     if detail == "residual":
         return track.residual_time_s, 1e3 * track.residual_mm, 1e3 * track.residual_u_mm
-    unknown = np.full(track.time_s.size, np.nan)
     if detail == "speed":
-        return track.time_s, track.speed_m_s if track.speed_m_s.size else unknown, unknown
+        return track.time_s, track.speed_m_s, np.full(track.time_s.size, np.nan)
     row = "xy".index(detail)
-    return track.time_s, track.position_mm[row], track.u_mm[row] if track.u_mm.size else unknown
+    return track.time_s, track.position_mm[row], track.u_mm[row]
 
 
 class TrackCurves(QWidget):
@@ -160,12 +109,11 @@ class TrackCurves(QWidget):
     def __init__(self, theme: Theme, live_s: float, live_words: QWidget) -> None:
         super().__init__()
         self._live_s = live_s
-        self._track: ShownTrack = NO_TRACK
-        self._is_live = True
+        self._track = NO_TRACK
         self._words = LAST
         # the speed while it falls, what the fit leaves once it has fallen
         self._chosen: dict[bool, Detail] = {True: "speed", False: "residual"}
-        self.height_plot = HeightPlot(theme, live_s)
+        self.height_plot = HeightPlot(theme)
         self.key = Key(theme)
         self.key.setToolTip("The parabola is fitted to the first fall; where it is left out, none could be fitted")
         self.key.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
@@ -174,10 +122,8 @@ class TrackCurves(QWidget):
         self._words_above.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self._words_above.addWidget(self.key)
         self._words_above.addWidget(live_words)
-        self.detail = DetailPlot(theme)
-        self.tabs = QTabBar()
-        self.tabs.setDrawBase(False)
-        self.tabs.setExpanding(False)
+        self.detail = TimePlot(theme, "time [s]", _LABELS["speed"])
+        self.tabs = QTabBar(drawBase=False, expanding=False)
         self.tabs.setAccessibleName("Curve below the height")
         for number, name in enumerate(_LABELS):
             self.tabs.addTab(name.capitalize() if len(name) > 1 else f"{name} ± 2 u")
@@ -197,15 +143,11 @@ class TrackCurves(QWidget):
         """Draw something else below the height."""
         self.tabs.setCurrentIndex(list(_LABELS).index(detail))
 
-    def show_space(self, space: Space) -> None:
-        """Show another field of view."""
-        self.height_plot.show_space(space)
-
     def follow(self, now: bool) -> None:
         """Say on the axes of the live trail whether their right edge is now."""
         self._words = NOW if now else LAST
-        self.height_plot.follow(now)
         if self._is_live:
+            self.height_plot.relabel(self._words)
             self._draw()
 
     def show_live(self, track: ShownTrack) -> None:
@@ -213,14 +155,17 @@ class TrackCurves(QWidget):
         if not self._is_live:
             self._turn(live=True)
         self._track = track
-        self.height_plot.show_live(track)
+        self.height_plot.show_track(track)
         self._draw()
 
     def show_result(self, track: ShownTrack | None) -> None:
         """Draw a run."""
         self._turn(live=False)
         self._track = track or NO_TRACK
-        self.height_plot.show_result(track)
+        if track:
+            self.height_plot.relabel(f"time after {track.zero} [s]")
+            self.height_plot.show_track(track)
+            self.height_plot.setXRange(float(track.time_s[0]), float(track.time_s[-1]), padding=0.01)
         drawn = [("▬", "track", "z"), ("▒", "track", f"± 2 u ({track.u_kind})")] if track else []
         drawn += [("╌", "fit", "parabola")] if track and track.fit_time_s.size else []
         drawn += [("×", "mark", "impacts")] if track and track.impact_time_s.size else []
@@ -231,27 +176,40 @@ class TrackCurves(QWidget):
         """Turn to the live trail, or to a result, each with what was chosen for it."""
         self._is_live = live
         self._words_above.setCurrentIndex(int(live))
+        self.height_plot.show_nothing()
+        if live:
+            self.height_plot.relabel(self._words)
+            self.height_plot.setXRange(-self._live_s, 0.0, padding=0)
         with QSignalBlocker(self.tabs):
             # nothing is fitted to a sphere that still falls
             self.tabs.setTabVisible(list(_LABELS).index("residual"), not live)
             self.choose(self._chosen[live])
-        self.detail.begin_anew()
+        self.detail.steady = SteadyRange()
 
     def _choose(self, index: int) -> None:
         self._chosen[self._is_live] = self.tabs.tabData(index)
-        self.detail.begin_anew()
+        self.detail.steady = SteadyRange()
         self._draw()
 
     def _draw(self) -> None:
-        track, live = self._track, self._is_live
-        span = (-self._live_s, 0.0)
-        if not live and track.time_s.size:
-            span = float(track.time_s[0]), float(track.time_s[-1])
+        track, name, plot = self._track, self.shown_detail, self.detail
         # both are moved together, but for the fall alone
-        linked = None if self.shown_detail == "residual" else self.height_plot
-        if self.detail.view.linkedView(0) is not (linked and linked.view):
-            self.detail.setXLink(linked)
-        words = self._words if live else f"time after {track.zero or 'the first sample'} [s]"
-        self.detail.show_detail(self.shown_detail, track, words, span)
-        missing = not live and track.time_s.size and self.shown_detail == "residual" and not track.residual_time_s.size
-        self.detail.write_inside("no fall was fitted" if missing else "")
+        linked = None if name == "residual" else self.height_plot
+        if plot.view.linkedView(0) is not (linked and linked.view):
+            plot.setXLink(linked)
+        words = self._words if self._is_live else f"time after {track.zero or 'the first sample'} [s]"
+        plot.relabel(words, _LABELS[name])
+        values = _values(name, track)
+        seen = plot.draw(*values)
+        plot.level.setVisible(name in ("speed", "residual"))
+        # the residual over its own time: a fall is a small part of what a sphere does that bounces
+        times = values[0] if name == "residual" and values[0].size else track.time_s
+        whole = self._is_live or not times.size
+        span = (-self._live_s, 0.0) if whole else times[[0, -1]].tolist()
+        plot.setXRange(*span, padding=0.01 if track.zero else 0.0)
+        if seen.size:
+            plot.fit_y(float(seen.min()), float(seen.max()))
+        else:
+            plot.setYRange(0.0, 1.0, padding=0)
+        missing = track.zero and name == "residual" and not values[0].size
+        plot.write_inside("no fall was fitted" if missing else "")

@@ -8,16 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontDatabase
-from PySide6.QtWidgets import (
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QSizePolicy,
-    QSplitter,
-    QStackedWidget,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
 from radargui.gui.background import Start, at_once
 from radargui.gui.control.state import Feed
@@ -27,7 +18,7 @@ from radargui.gui.plots.plot import Plot
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space, live_track, result_track, space_of
 from radargui.gui.track.speed_colours import SpeedBar, SpeedColours, SpeedTrail
-from radargui.gui.track.track_curves import HeightPlot, TrackCurves
+from radargui.gui.track.track_curves import TrackCurves
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
@@ -46,14 +37,11 @@ class Projections(QWidget):
     def __init__(self, theme: Theme, colours: SpeedColours) -> None:
         super().__init__()
         self._colours = colours
-        grid = QGridLayout(self)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setSpacing(2)
         self.plots: list[Plot] = []
         self._parts = []
-        for number, (across, up) in enumerate(_VIEWS):
-            plot = Plot(theme, f"{_AXES[across]} [mm]", f"{_AXES[up]} [mm]", left_px=46, equal=True, live=True)
-            plot.getPlotItem().getAxis("left").setTickDensity(0.6)
+        for across, up in _VIEWS:
+            words = f"{_AXES[across]} [mm]", f"{_AXES[up]} [mm]"
+            plot = Plot(theme, *words, left_px=46, equal=True, live=True, density=0.6)
             floor = plot.rule("line", 0.0, angle=0, dashed=False) if up == 2 else None
             trail = SpeedTrail(colours)
             plot.addItem(trail)
@@ -61,28 +49,24 @@ class Projections(QWidget):
             sphere = plot.dot("text")
             self.plots.append(plot)
             self._parts.append((across, up, plot, floor, trail, impacts, sphere))
-            grid.addWidget(plot, 0, number)
+        fill(QHBoxLayout(self), *self.plots)
 
     def show_space(self, space: Space) -> None:
         """Show another field of view."""
         for across, up, plot, floor, *_ in self._parts:
-            plot.setRange(
-                xRange=(space.low_mm[across], space.high_mm[across]),
-                yRange=(space.low_mm[up], space.high_mm[up]),
-                padding=0,
-            )
+            x, y = np.stack([space.low_mm, space.high_mm])[:, [across, up]].T
+            plot.setRange(xRange=x, yRange=y, padding=0)
             if floor is not None:
                 floor.setValue(space.floor_mm)
 
     def show_track(self, track: ShownTrack) -> None:
         """Draw a track."""
-        pieces = self._colours.pieces(track)
+        pieces, place = self._colours.pieces(track), track.position_mm
+        last = np.flatnonzero(np.isfinite(place).all(axis=0))[-1:]
         for across, up, _, _, trail, impacts, sphere in self._parts:
-            flat = track.position_mm
-            trail.show_trail(flat[across], flat[up], pieces)
+            trail.show_trail(place[across], place[up], pieces)
             impacts.setData(track.impact_mm[across], track.impact_mm[up])
-            last = np.flatnonzero(np.isfinite(flat).all(axis=0))[-1:]
-            sphere.show_at(flat[across, last], flat[up, last])
+            sphere.show_at(place[across, last], place[up, last])
 
 
 _MOST_LIVE_POINTS = 1500
@@ -108,7 +92,6 @@ class TrackPanel(QWidget):
     def __init__(self, theme: Theme, setup: Setup, start: Start = at_once) -> None:
         super().__init__()
         self._theme, self._start = theme, start
-        self._setup, self._space = setup, space_of(setup)
         self._feed: Feed | None = None
         self._drawn = -1
         self._frame = 0
@@ -120,37 +103,28 @@ class TrackPanel(QWidget):
 
         self._colours = SpeedColours(theme)
         self.speed_bar = SpeedBar(theme, self._colours)
-        self._stack = QStackedWidget()
-        self.projections = Projections(theme, self._colours)
+        self._stack, self.projections = QStackedWidget(), Projections(theme, self._colours)
         self._stack.addWidget(self.projections)
         self._space_view: SpaceView | None = None
-        self.where = QLabel()
+        selectable = Qt.TextInteractionFlag.TextSelectableByMouse
+        self.where = QLabel(alignment=Qt.AlignmentFlag.AlignHCenter, textInteractionFlags=selectable)
         self.where.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
-        self.where.setAlignment(Qt.AlignmentFlag.AlignHCenter)
-        self.where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.where.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self.curves = TrackCurves(theme, LIVE_S, self.where)
         self._title = QLabel()
         self._title.setContentsMargins(6, 3, 6, 0)
 
-        splitter = QSplitter(Qt.Orientation.Vertical)
+        splitter = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
         splitter.setObjectName("track.parts")
         upper = QWidget()
         fill(QVBoxLayout(upper), (self._stack, 1), fill(QHBoxLayout(), 1, self.speed_bar), spacing=0)
-        splitter.addWidget(upper)
-        splitter.addWidget(self.curves)
-        splitter.setStretchFactor(0, 3)
-        splitter.setStretchFactor(1, 2)
+        for place, (part, share) in enumerate(((upper, 3), (self.curves, 2))):
+            splitter.addWidget(part)
+            splitter.setStretchFactor(place, share)
         splitter.setSizes([2500, 2500])
-        splitter.setChildrenCollapsible(False)
         fill(QVBoxLayout(self), self._title, (splitter, 1), spacing=0)
         self.show_setup(setup)
         self.clear()
-
-    @property
-    def height_plot(self) -> HeightPlot:
-        """The height against time."""
-        return self.curves.height_plot
 
     @property
     def in_space(self) -> bool:
@@ -184,17 +158,17 @@ class TrackPanel(QWidget):
     def renew_space_view(self) -> None:
         """Make the view in space anew: torn off or put back, its old surface stays black."""
         if self._space_view is not None:
-            camera = self._space_view.camera()
+            before = self._space_view
             self.use_space_view(False)
             self.use_space_view(True)
-            self._space_view.take_camera(camera)
+            self._space_view.look_as(before)
 
     def show_setup(self, setup: Setup) -> None:
         """Show the field of view of another setup."""
         self._setup, self._space = setup, space_of(setup)
         self._colours.fit(self._space)
-        self.speed_bar.update()
-        for view in (self.view, self.curves):
+        self.speed_bar.refresh()
+        for view in (self.view, self.curves.height_plot):
             view.show_space(self._space)
 
     def show_feed(self, feed: Feed | None) -> None:
@@ -216,7 +190,7 @@ class TrackPanel(QWidget):
             if result.setup != self._setup:
                 self.show_setup(result.setup)
             self._colours.fit(self._space, track)
-            self.speed_bar.update()
+            self.speed_bar.refresh()
             self._draw(track)
             self.curves.show_result(track)
 
@@ -231,7 +205,7 @@ class TrackPanel(QWidget):
         self._draw(None)
         self.curves.show_live(NO_TRACK)
         self._title.setText("Live track: nothing yet")
-        self._show_where(None)
+        self._show_where(np.full(3, np.nan))
 
     def show_live(self) -> None:
         """Go back to the live track."""
@@ -264,7 +238,7 @@ class TrackPanel(QWidget):
             track = live_track((rows[0] - self._drawn) / feed.rate_hz, rows[1:])
             self._draw(track)
             self.curves.show_live(track)
-            self._show_where(track)
+            self._show_where(track.position_mm[:, -1])
 
     def _follow(self) -> None:
         self.curves.follow(self._feed is not None and not self.paused)
@@ -273,11 +247,8 @@ class TrackPanel(QWidget):
         self.shown = track
         self.view.show_track(track or NO_TRACK)
 
-    def _show_where(self, track: ShownTrack | None) -> None:
+    def _show_where(self, place_mm: FloatArray) -> None:
         # short enough for the narrowest dock
-        text = "x       –  y       –  z       –  mm"
-        if track is not None and track.position_mm.shape[1]:
-            place = track.position_mm[:, -1]
-            if np.isfinite(place).all():
-                text = "  ".join(f"{axis} {value:+7.1f}" for axis, value in zip("xyz", place, strict=True)) + "  mm"
-        self.where.setText(text)
+        known = bool(np.isfinite(place_mm).all())
+        words = (f"{axis} {f'{value:+.1f}' if known else '–':>7}" for axis, value in zip(_AXES, place_mm, strict=True))
+        self.where.setText("  ".join((*words, "mm")))

@@ -9,7 +9,7 @@ from typing import Literal
 
 from radargui.files.access import listed
 from radargui.files.csv_layout import is_time_name
-from radargui.files.formats import RUN, SUFFIXES, format_of, read_signals
+from radargui.files.formats import RUN, SUFFIXES, format_of
 from radargui.files.raw_file import RawLayout
 from radargui.files.run_file import read_run
 from radargui.files.signals import SAME_RATE, ChannelInfo, Signals, assemble
@@ -118,13 +118,12 @@ def _complete(entries: dict[str, ChannelEntry]) -> ChannelMap:
         raise UsageError(
             f"--channels lacks {lacking}.", reasons=("I and Q come in pairs counted from 1",), remedy=_FORM
         )
-    places = [(entries[target].path, entries[target].variable) for target in wanted]
-    if len(set(places)) != len(places):
+    ordered = tuple(entries[target] for target in wanted)
+    if len({(entry.path, entry.variable) for entry in ordered}) != len(ordered):
         raise UsageError("--channels gives the same column or variable to two channels.", remedy=_FORM)
-    given = {entries[target].path is not None for target in wanted}
-    if len(given) > 1:
+    if len({entry.path is not None for entry in ordered}) > 1:
         raise UsageError("--channels names a path for some channels and none for others.", remedy=_FORM)
-    return ChannelMap(tuple(entries[target] for target in wanted))
+    return ChannelMap(ordered)
 
 
 def read_mapped(
@@ -171,7 +170,7 @@ def read_mapped(
     # One part a channel, so that the order is the map's, whatever file each comes from.
     parts: dict[str, Signals] = {}
     for path, some in grouped.items():
-        part = read_signals(path, [entry.variable for entry in some], raw)
+        part = format_of(path, raw).read(path, [entry.variable for entry in some])
         parts |= {one.target: replace(part, signals=(own,)) for one, own in zip(some, part.signals, strict=True)}
     targets = [entry.target for entry in entries]
     return assemble(
@@ -307,18 +306,19 @@ def guess_channel_map(infos: Sequence[ChannelInfo]) -> ChannelGuess:
         What `list_channels` gives.
     """
     names = [info.name for info in _alike(infos)]
-    every = [info.name for info in infos]
-    by_name = _from_names(names)
-    if by_name:
-        return _guess(by_name, "names", every)
+    if by_name := _from_names(names):
+        return guess_of_variables(by_name, infos, "names")
     ordered = sorted(names, key=_number_at_end) if _differ_in_number(names) else names
     usable = min(len(ordered) // 2, LARGEST) * 2
-    return _guess(ordered[:usable], "order", every) if usable else ChannelGuess(None, "nothing", tuple(every))
+    if not usable:
+        return ChannelGuess(None, "nothing", tuple(info.name for info in infos))
+    return guess_of_variables(ordered[:usable], infos, "order")
 
 
 def guess_of_variables(variables: Sequence[str], infos: Sequence[ChannelInfo], basis: Basis) -> ChannelGuess:
     """Return the map that takes `variables` as I1, Q1, ... in this order."""
-    return _guess(list(variables), basis, [info.name for info in infos])
+    entries = tuple(map(ChannelEntry, iq_names(len(variables) // 2), variables))
+    return ChannelGuess(ChannelMap(entries), basis, tuple(one.name for one in infos if one.name not in variables))
 
 
 def pattern_of(infos: Sequence[ChannelInfo]) -> tuple[str, ...]:
@@ -328,16 +328,11 @@ def pattern_of(infos: Sequence[ChannelInfo]) -> tuple[str, ...]:
     return tuple(short if len(set(short)) == len(short) else names)
 
 
-def _guess(variables: Sequence[str], basis: Basis, every: Sequence[str]) -> ChannelGuess:
-    targets = iq_names(len(variables) // 2)
-    entries = tuple(ChannelEntry(target, name) for target, name in zip(targets, variables, strict=True))
-    return ChannelGuess(ChannelMap(entries), basis, tuple(name for name in every if name not in variables))
-
-
 def _alike(infos: Sequence[ChannelInfo]) -> list[ChannelInfo]:
     samples = [info for info in infos if info.count > 0 and not is_time_name(info.name.strip().rpartition(".")[2])]
     if not samples:
         return []
+    # the commonest length, of two as common the longer
     lengths = Counter(info.count for info in samples)
     most = max(lengths, key=lambda length: (lengths[length], length))
     return [info for info in samples if info.count == most]
@@ -354,10 +349,8 @@ def _from_names(names: Sequence[str]) -> list[str]:
             return []
         found[place] = name
     numbers = sorted({number for number, _ in found})
-    if not numbers or len(numbers) > LARGEST:
-        return []
     wanted = [(number, part) for number in numbers for part in "IQ"]
-    return [found[one] for one in wanted] if all(one in found for one in wanted) else []
+    return [found[one] for one in wanted] if len(numbers) <= LARGEST and found.keys() >= set(wanted) else []
 
 
 def _receiver_and_part(name: str) -> tuple[int, str] | None:

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -97,13 +97,10 @@ class ExportFacts:
 
 def facts_of_text(text: str) -> ExportFacts | None:
     """Return the facts that a TOML text tells; None where it is none of ours or damaged."""
-    if len(text) > LARGEST_TEXT or FORMAT not in text:
-        return None
-    try:
-        table = load_toml(text)
-    except ValueError:
-        return None
-    return facts_of_table(table)
+    if len(text) <= LARGEST_TEXT and FORMAT in text:
+        with suppress(ValueError):
+            return facts_of_table(load_toml(text))
+    return None
 
 
 _FACTS = TypeAdapter(ExportFacts)
@@ -187,10 +184,13 @@ def read_run_setup(path: Path) -> Setup | None:
 
 def markers_in(file: Any, path: Path) -> tuple[Marker, ...]:
     """Return the notes in an opened run file; FileError where they are damaged."""
-    if layout.MARKERS not in file:
-        return ()
-    rows = hdf5.dataset(file, layout.MARKERS, path, (1,))[:]
+    rows = _rows(file, layout.MARKERS, path)
     return tuple(Marker(int(row["index"]), hdf5.decoded(row["text"])) for row in rows)
+
+
+def _rows(file: Any, table: str, path: Path) -> Any:
+    """Return the rows of a table; none where an earlier version or a crash left it out."""
+    return hdf5.dataset(file, table, path, (1,))[:] if table in file else ()
 
 
 @contextmanager
@@ -221,9 +221,7 @@ def read_gaps(file: Any, path: Path) -> tuple[Gap, ...]:
     FileError
         They are damaged.
     """
-    if layout.GAPS not in file:
-        return ()
-    rows = hdf5.dataset(file, layout.GAPS, path, (1,))[:]
+    rows = _rows(file, layout.GAPS, path)
     gaps = tuple(Gap(int(row["first_index"]), int(row["count"]), hdf5.decoded(row["reason"])) for row in rows)
     if not are_possible(gaps):
         raise FileError(f"{path}: its gap records are damaged.")

@@ -1,6 +1,6 @@
 """Recovery: runs that a crash left unfinished are found and finished; nothing is lost or overwritten."""
 
-from contextlib import closing
+from contextlib import closing, suppress
 from datetime import datetime
 from pathlib import Path
 
@@ -66,7 +66,6 @@ def recover(run: Path, *, now: datetime) -> int:
 
 
 def _complete(path: Path) -> bool:
-    try:
+    with suppress(FileError):
         return run_is_complete(path)
-    except FileError:
-        return True
+    return True

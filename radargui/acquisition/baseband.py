@@ -85,11 +85,9 @@ class Spectrum:
         for nominal in sorted(orders):
             if nominal + 2.0 * self.resolution_hz > highest_hz:
                 break
-            sides = [self._beside(receiver, sign * nominal) for sign in (1.0, -1.0)]
-            if all(sides) and min(one.amplitude_v for one in sides if one) > 0.5 * max(
-                one.amplitude_v for one in sides if one
-            ):
-                found.append(next(one for one in sides if one))
+            forward, backward = (self._beside(receiver, sign * nominal) for sign in (1.0, -1.0))
+            if forward and backward and 0.5 * forward.amplitude_v < backward.amplitude_v < 2.0 * forward.amplitude_v:
+                found.append(forward)
         return found
 
     def _beside(self, receiver: int, frequency_hz: float) -> Line | None:

@@ -171,10 +171,8 @@ class Recorder:
             return
         if self._writing:
             self._complete(ending, is_last=True)
-            return
-        if ending is Ending.END_OF_DATA and self._n_opened == 0:
-            ending = Ending.NO_MOTION
-        self._end(ending)
+        else:
+            self._end(Ending.NO_MOTION if ending is Ending.END_OF_DATA and self._n_opened == 0 else ending)
 
     def fail(self) -> None:
         """Close the file after a failure of `push`, keeping what was written; never raises; idempotent."""
@@ -296,14 +294,9 @@ class Recorder:
         self._report(output, ending, refusal, health, is_last=is_last)
         if is_last:
             self._end(ending)
-        else:
-            self._between(ending, output.end_index)
-
-    def _between(self, ending: Ending, end_index: int) -> None:
-        """Wait for quiet after a run; where it ended because it was quiet, the next one is armed at once."""
         # it is quiet already, or quiet is not asked for
-        if ending in (Ending.QUIET, Ending.SECONDS):
-            self._arm(end_index)
+        elif ending in (Ending.QUIET, Ending.SECONDS):
+            self._arm(output.end_index)
         else:
             self._enter(RecorderState.SETTLING)
 
@@ -341,5 +334,10 @@ class Recorder:
 
     def _check_disk(self) -> None:
         free = self.disk_free_bytes = None if self.folder is None else run_output.free_bytes(self.folder)
-        if self.folder is not None and free is not None and free < self.minimum_free_bytes:
-            raise run_output.low_disk_error(self.folder, free, self.minimum_free_bytes)
+        least = self.minimum_free_bytes
+        # while the file can still be closed
+        if free is not None and free < least:
+            raise FileError(
+                f"The disk of {self.folder} has only {free / 1e6:.0f} MB left, {least / 1e6:.0f} MB must stay free",
+                remedy="Free some space or choose another folder for the sessions.",
+            )

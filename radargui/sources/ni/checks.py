@@ -237,12 +237,9 @@ def _range(setup: Setup, device: NiDevice) -> tuple[float, float]:
         return min(covering, key=lambda limits: limits[1] - limits[0])
     if not device.ranges_v:
         return -wanted, wanted
-    ranges = ", ".join(_format_range(low, high) for low, high in device.ranges_v)
+    known = device.ranges_v
+    ranges = ", ".join(f"+-{high:g} V" if low == -high else f"{low:g} to {high:g} V" for low, high in known)
     raise device_error("no_range", device=device, wanted=wanted, ranges=ranges)
-
-
-def _format_range(low: float, high: float) -> str:
-    return f"+-{high:g} V" if low == -high else f"{low:g} to {high:g} V"
 
 
 def check_rate(setup: Setup, device: NiDevice, n_channels: int) -> None:

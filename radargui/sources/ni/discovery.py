@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal, TypeAlias
 
 from radargui.model.errors import DeviceError
@@ -142,14 +143,12 @@ def find_device(driver: Driver, name: str) -> NiDevice:
                 if not found.connected:
                     raise of_code(NOT_CONNECTED, found.title)
                 return found
-        there = [_describe_shortly(device) for device in devices]
+        there = [
+            NiDevice(one.name, product_type=_ask(partial(getattr, one, "product_type"), "")).title for one in devices
+        ]
     if not there:
         raise device_error("no_device", driver=driver)
     raise device_error("no_such_device", name=name, driver=driver, there=", ".join(there))
-
-
-def _describe_shortly(device: Any) -> str:
-    return NiDevice(device.name, product_type=_ask(lambda: device.product_type, "")).title
 
 
 def _describe(device: Any) -> NiDevice:

@@ -214,17 +214,12 @@ def load_nidaqmx() -> ModuleType:
         import nidaqmx
         import nidaqmx.errors
         import nidaqmx.system
-    except ModuleNotFoundError as error:
-        if error.name != "nidaqmx":
-            raise _broken_package(error) from error
-        raise device_error("no_package") from error
     except ImportError as error:
-        raise _broken_package(error) from error
+        # missing itself, or something in it
+        if isinstance(error, ModuleNotFoundError) and error.name == "nidaqmx":
+            raise device_error("no_package") from error
+        raise device_error("broken_package", error=error) from error
     return nidaqmx  # type: ignore[no-any-return]
-
-
-def _broken_package(error: ImportError) -> DeviceError:
-    return device_error("broken_package", error=error)
 
 
 def driver_errors() -> tuple[type[Exception], ...]:

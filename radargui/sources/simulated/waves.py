@@ -11,7 +11,7 @@ from radargui.model import scattering
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.errors import SetupError
 from radargui.model.setup import Setup
-from radargui.sources.simulated.fall import azimuth_direction, contact_plane
+from radargui.sources.simulated.fall import Plane, azimuth_direction, contact_plane
 from radargui.sources.simulated.seeds import Draw, generator
 
 
@@ -96,11 +96,6 @@ class Antenna:
         return wave if self.coefficient == 1.0 else self.coefficient * wave
 
 
-def aimed_antenna(place_m: FloatArray, lobe: Lobe, field: FloatArray | None = None) -> Antenna:
-    """Return a real antenna that looks at the origin."""
-    return Antenna(place_m, -place_m / np.linalg.norm(place_m), lobe, field=field)
-
-
 class Waves:
     """Complex signal of each receiver for a tracer anywhere, before mixer and converter.
 
@@ -169,29 +164,19 @@ class Waves:
 
 
 @dataclass(frozen=True, slots=True)
-class Reflector:
-    """A plane n.x = d that reflects waves.
+class Reflector(Plane):
+    """A plane that reflects waves.
 
     Attributes
     ----------
-    normal
-        Unit vector, shape (3,).
-    distance_m
-        d.
     coefficient
         Complex reflection coefficient; of a wall, its magnitude.
     wall
         Number of the wall from 0; None for the bottom.
     """
 
-    normal: FloatArray
-    distance_m: float
     coefficient: complex
     wall: int | None = None
-
-    def height_m(self, place_m: FloatArray) -> FloatArray:
-        """Return how far places (3, ...) lie in front of it, shape (...)."""
-        return np.tensordot(self.normal, place_m, axes=1) - self.distance_m
 
 
 def bottom_reflector(setup: Setup) -> Reflector:
@@ -214,23 +199,15 @@ def bottom_reflector(setup: Setup) -> Reflector:
     return Reflector(plane.normal, distance, complex(setup.simulation.size("reflection") * np.exp(1j * phase)))
 
 
-def wall_reflectors(setup: Setup) -> tuple[Reflector, ...]:
-    """Return the upright walls round the z axis, where they reflect at all."""
-    simulation = setup.simulation
-    if simulation.wall_reflection == 0.0:
-        return ()
-    return tuple(
-        Reflector(-azimuth_direction(azimuth_deg), -distance_m, simulation.wall_reflection, wall)
-        for wall, (distance_m, azimuth_deg) in enumerate(
-            zip(simulation.wall_distance_m, simulation.wall_azimuth_deg, strict=True)
-        )
-    )
-
-
 def reflectors_of(setup: Setup) -> tuple[Reflector, ...]:
-    """Return all reflectors of the scene: the bottom and the walls, where they reflect at all."""
-    bottom = (bottom_reflector(setup),) if setup.simulation.size("reflection") > 0.0 else ()
-    return (*bottom, *wall_reflectors(setup))
+    """Return all reflectors of the scene: the bottom and the upright walls round the z axis, where they reflect."""
+    simulation = setup.simulation
+    found = [bottom_reflector(setup)] if simulation.size("reflection") > 0.0 else []
+    if simulation.wall_reflection != 0.0:
+        walls = zip(simulation.wall_distance_m, simulation.wall_azimuth_deg, strict=True)
+        for wall, (distance_m, azimuth_deg) in enumerate(walls):
+            found.append(Reflector(-azimuth_direction(azimuth_deg), -distance_m, simulation.wall_reflection, wall))
+    return tuple(found)
 
 
 def mirrored(antenna: Antenna, reflector: Reflector, coefficient: complex) -> Antenna:
@@ -300,7 +277,8 @@ def make_waves(setup: Setup, antennas: Antennas) -> Waves:
         fields = (scattering.transmitted_direction(sent_deg), *got)
 
     def with_images(number: int, place_m: FloatArray) -> tuple[Antenna, ...]:
-        antenna = aimed_antenna(place_m, lobe, fields[number])
+        # it looks at the origin
+        antenna = Antenna(place_m, -place_m / np.linalg.norm(place_m), lobe, field=fields[number])
         images: list[Antenna | None] = []
         for reflector in reflectors:
             if reflector.wall is None:

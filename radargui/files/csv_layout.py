@@ -258,10 +258,8 @@ def _unit(text: str) -> tuple[str, float]:
     # micro has two signs
     plain = text.replace("µ", "u").replace("μ", "u").strip()
     word = plain if len(plain) < 3 else plain.lower()
-    for unit, known in (("V", _VOLTS), ("s", _SECONDS)):
-        if word in known:
-            return unit, known[word]
-    return "", 1.0
+    unit = "V" if word in _VOLTS else "s" if word in _SECONDS else ""
+    return unit, {**_VOLTS, **_SECONDS}.get(word, 1.0)
 
 
 def _is_numbers(line: str) -> bool:

@@ -225,8 +225,7 @@ def _variable_73(file: Any, path: Path, name: str, item: Any, wanted: bool) -> V
 
 def mat_facts(path: Path) -> ExportFacts | None:
     """Return what the variable `radargui` of a MATLAB file tells; None where it is no export of ours."""
-    text = _mat_variable(path, FACTS)
-    return facts_of_text(text) if isinstance(text, str) else None
+    return facts_of_text(_mat_variable(path, FACTS))
 
 
 def mat_codes(path: Path, facts: ExportFacts) -> RawArray | None:

@@ -95,9 +95,9 @@ class ExportFacts:
         return tomlkit.dumps(table)
 
 
-def facts_of_text(text: str) -> ExportFacts | None:
-    """Return the facts that a TOML text tells; None where it is none of ours or damaged."""
-    if len(text) <= LARGEST_TEXT and FORMAT in text:
+def facts_of_text(text: object) -> ExportFacts | None:
+    """Return the facts that a TOML text tells; None where it is no text, none of ours or damaged."""
+    if isinstance(text, str) and len(text) <= LARGEST_TEXT and FORMAT in text:
         with suppress(ValueError):
             return facts_of_table(load_toml(text))
     return None

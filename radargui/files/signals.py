@@ -174,12 +174,11 @@ def rate_of_step(step_s: float) -> float | None:
 
 
 def _gaps(counts: FloatArray) -> tuple[Gap, ...]:
-    lost, gaps = 0, []
-    for place in np.flatnonzero(counts > 1.0):
-        count = int(counts[place]) - 1
-        gaps.append(Gap(int(place) + 1 + lost, count, "times jump"))
-        lost += count
-    return tuple(gaps)
+    places = np.flatnonzero(counts > 1.0)
+    lost = counts[places].astype(np.int64) - 1
+    # counted with what was lost before
+    first = places + 1 + np.cumsum(lost) - lost
+    return tuple(Gap(*one, "times jump") for one in zip(first.tolist(), lost.tolist(), strict=True))
 
 
 SAME_RATE = 1e-3

@@ -231,8 +231,7 @@ def _started(channel: Any) -> str:
 def tdms_facts(path: Path) -> ExportFacts | None:
     """Return what the property `RadarGUI` of a TDMS file tells; None where it is no export of ours."""
     with opened_tdms(path) as file:
-        text = file.properties.get(FACTS)
-    return facts_of_text(text) if isinstance(text, str) else None
+        return facts_of_text(file.properties.get(FACTS))
 
 
 FACTS = "RadarGUI"

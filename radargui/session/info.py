@@ -44,11 +44,9 @@ def new_folder(parent: Path, name: str | None, now: datetime) -> Path:
         parent.mkdir(parents=True, exist_ok=True)
         for number in range(1, 10_000):
             folder = parent / (name if number == 1 else f"{name}-{number}")
-            try:
+            with suppress(FileExistsError):
                 folder.mkdir()
-            except FileExistsError:
-                continue
-            return folder
+                return folder
     except OSError as error:
         raise DataFolderError(
             f"No session can be made in {parent}: {error.strerror or error}.",

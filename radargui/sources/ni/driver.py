@@ -257,13 +257,12 @@ class Driver:
 
     def system(self) -> Any:
         """Return nidaqmx's System; on a computer without NI-DAQmx this raises nidaqmx's own DaqNotFoundError."""
-        if self._channel is None:
-            return self._nidaqmx.system.System.local()
-        return self._nidaqmx.system.System.remote(self._options())
+        system, options = self._nidaqmx.system.System, self._options()
+        return system.local() if options is None else system.remote(options)
 
     def new_task(self) -> Any:
         """Return a new nidaqmx Task; whoever asks closes it."""
-        return self._nidaqmx.Task(grpc_options=None if self._channel is None else self._options())
+        return self._nidaqmx.Task(grpc_options=self._options())
 
     def close(self) -> None:
         """Close the connection to a device server; idempotent."""
@@ -271,6 +270,8 @@ class Driver:
             self._channel.close()
 
     def _options(self) -> Any:
+        if self._channel is None:
+            return None
         from nidaqmx.grpc_session_options import GrpcSessionOptions
 
         return GrpcSessionOptions(self._channel, "")

@@ -2,6 +2,7 @@
 
 from abc import abstractmethod
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -62,7 +63,8 @@ class SimulatedRadar:
         )
         duration_s = self.scene.duration_s
         self.n_samples = None if duration_s is None else max(round(duration_s * self._rate_hz), 1)
-        self._kept: tuple[int, RawArray] | None = None
+        # several blocks lie in a chunk: the last one made is kept
+        self._chunk = lru_cache(maxsize=1)(self._new_chunk)
 
     def samples(self, first: int, count: int) -> RawArray:
         """Return samples first : first + count of all channels, shape (n_channels, count), a new array."""
@@ -79,14 +81,11 @@ class SimulatedRadar:
         impacts = self.scene.impacts_s(first_s, (first + count) / self._rate_hz) - first_s
         return Truth(position, path_lengths(position, self._antennas), impacts)
 
-    def _chunk(self, chunk: int) -> RawArray:
-        # several blocks lie in a chunk: the last one made is kept
-        if self._kept is None or self._kept[0] != chunk:
-            volts = self._volts(np.arange(chunk * CHUNK, (chunk + 1) * CHUNK) / self._rate_hz)
-            for noise in self._noises:
-                noise.add_to(volts, chunk)
-            self._kept = (chunk, self._converter.convert(volts))
-        return self._kept[1]
+    def _new_chunk(self, chunk: int) -> RawArray:
+        volts = self._volts(np.arange(chunk * CHUNK, (chunk + 1) * CHUNK) / self._rate_hz)
+        for noise in self._noises:
+            noise.add_to(volts, chunk)
+        return self._converter.convert(volts)
 
     def _volts(self, time_s: FloatArray) -> FloatArray:
         """Return the noiseless volts of all channels, shape (n_channels, n), at the times (n,) of channel 0.

@@ -126,6 +126,7 @@ def _low_pass(step: int) -> FloatArray:
 
 def _spectra(frames: ComplexArray) -> FloatArray:
     """Return the amplitude spectra of frames along their last axis, without their means, by a Hann window."""
+    # periodic, so that a line between two bins is known from two of them (`Spectrum._line`)
     window = np.hanning(frames.shape[-1] + 1)[:-1]
     return np.asarray(np.abs(fft((frames - frames.mean(axis=-1, keepdims=True)) * window, axis=-1)) / window.sum())
 

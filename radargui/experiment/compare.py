@@ -42,11 +42,6 @@ class Side:
     summary: Mapping[str, object]
     setup: Setup | None
 
-    @classmethod
-    def of(cls, result: RunResult) -> "Side":
-        """Return a result that was made just now."""
-        return cls(summarise(result), result.setup)
-
 
 @dataclass(frozen=True, slots=True)
 class ComparedFigure:
@@ -174,9 +169,9 @@ def compare_with(
     """
     other = changed(setup or own_setup(run), changes or {}, "the other settings")
     stored = read_stored_results(run)
-    before = _side(stored[-1]) if stored and stored[-1].is_present else Side.of(computed(run, own_setup(run)))
+    before = _side(stored[-1] if stored and stored[-1].is_present else computed(run, own_setup(run)))
     after = process_run(run, other, progress=progress) if keep else computed(run, other, progress)
-    return Comparison(run, before, Side.of(after))
+    return Comparison(run, before, _side(after))
 
 
 def changed_settings(before: Setup, after: Setup) -> tuple[ChangedSetting, ...]:
@@ -191,8 +186,8 @@ def changed_settings(before: Setup, after: Setup) -> tuple[ChangedSetting, ...]:
     return tuple(ChangedSetting(key, old.get(key), new.get(key)) for key in keys if old.get(key) != new.get(key))
 
 
-def _side(stored: StoredResult) -> Side:
-    return Side(stored.summary, stored.setup)
+def _side(of: StoredResult | RunResult) -> Side:
+    return Side(of.summary if isinstance(of, StoredResult) else summarise(of), of.setup)
 
 
 @dataclass(frozen=True, slots=True)

@@ -257,6 +257,7 @@ def _column(place: int, title: str) -> CsvColumn:
 def _unit(text: str) -> tuple[str, float]:
     # micro has two signs
     plain = text.replace("µ", "u").replace("μ", "u").strip()
+    # in short ones capitals tell prefixes apart: MV is no mV
     word = plain if len(plain) < 3 else plain.lower()
     unit = "V" if word in _VOLTS else "s" if word in _SECONDS else ""
     return unit, {**_VOLTS, **_SECONDS}.get(word, 1.0)

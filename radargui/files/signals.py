@@ -146,6 +146,7 @@ def uniform(time_s: FloatArray, where: str) -> tuple[float, tuple[Gap, ...]]:
             remedy="Write more digits, or leave the times out and give --rate-hz.",
         )
     step = float(np.median(steps))
+    # one at least: rounded times may lie closer together than half a step
     counts = np.maximum(np.rint(steps / step), 1.0)
     index = np.concatenate([[0.0], np.cumsum(counts)])
     span = float(time_s[-1] - time_s[0])
@@ -159,6 +160,7 @@ def uniform(time_s: FloatArray, where: str) -> tuple[float, tuple[Gap, ...]]:
             remedy="Resample it, or leave the times out and give --rate-hz.",
         )
     whole = round(rate_hz)
+    # each end of the span may be off by as much as any time: so well is the rate known
     if whole >= 1 and abs(whole - rate_hz) <= rate_hz * min(1e-4, 2.0 * departure.max() / index[-1] + 1e-12):
         rate_hz = float(whole)
     return rate_hz, _gaps(counts)

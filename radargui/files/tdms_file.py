@@ -247,15 +247,13 @@ def write_tdms(run: RunStream, path: Path, report: Progress) -> None:
     from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
     facts = run.facts
-    group = facts.name
-    names = facts.digitisation.channel_names
-    properties = [_properties(facts, place) for place in range(len(names))]
+    group, names = facts.name, facts.digitisation.channel_names
     with TdmsWriter(path) as writer:
         writer.write_segment(
             [
                 RootObject({"name": facts.name, FACTS: facts.text()}),
                 GroupObject(group, dict(facts.session)),
-                *(ChannelObject(group, name, None, own) for name, own in zip(names, properties, strict=True)),
+                *(ChannelObject(group, name, None, _properties(facts, place)) for place, name in enumerate(names)),
             ]
         )
         for piece in run.pieces(report):

@@ -193,21 +193,20 @@ class InputTask:
         if not self._running:
             return
         self._running = False
-        try:
-            self._task.stop()
-        except driver_errors() as error:
-            _log.info("%s: stopping: %s", self._device.title, error)
+        self._quietly(self._task.stop, "stopping")
 
     def close(self) -> None:
         """Release the device; idempotent."""
         self.stop()
         task, self._task = self._task, None
-        if task is None:
-            return
+        if task is not None:
+            self._quietly(task.close, "closing")
+
+    def _quietly(self, step: Callable[[], None], doing: str) -> None:
         try:
-            task.close()
+            step()
         except driver_errors() as error:
-            _log.info("%s: closing: %s", self._device.title, error)
+            _log.info("%s: %s: %s", self._device.title, doing, error)
 
 
 def _packed(block: RawArray, n_read: int) -> RawArray:

@@ -5,6 +5,7 @@ import shutil
 import tempfile
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -25,10 +26,9 @@ LOW_S = 600.0
 
 def free_bytes(folder: Path) -> int | None:
     """Return the free bytes of the disk that holds `folder`; None where nobody knows."""
-    try:
+    with suppress(OSError):
         return shutil.disk_usage(folder).free
-    except OSError:
-        return None
+    return None
 
 
 def want_writable(folder: Path) -> None:

@@ -122,6 +122,7 @@ def is_number(cell: str) -> bool:
         float(cell)
     except ValueError:
         return False
+    # Python takes more for numbers: 1_000, digits of other scripts
     return "_" not in cell and cell.isascii()
 
 

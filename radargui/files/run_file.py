@@ -62,10 +62,9 @@ class ExportFacts:
 
     def started_utc(self) -> datetime | None:
         """Return when the first sample was taken, in UTC without a zone as formats want it; None where unknown."""
-        try:
+        with suppress(ValueError):
             return datetime.fromisoformat(self.started_at).astimezone(UTC).replace(tzinfo=None)
-        except ValueError:
-            return None
+        return None
 
     def table(self) -> dict[str, Any]:
         """Return the facts as plain values that TOML and JSON can hold; what is not known is left out."""

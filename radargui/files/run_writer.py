@@ -6,7 +6,7 @@ import math
 import shutil
 import threading
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -216,10 +216,9 @@ class RunWriter:
             )
 
     def _free_bytes(self) -> float:
-        try:
+        with suppress(OSError):
             return shutil.disk_usage(self.path.parent).free
-        except OSError:
-            return math.inf
+        return math.inf
 
     def _add_gap(self, block: Block) -> None:
         reason = layout.fitted(block.gap.reason if block.gap else "", layout.REASON_BYTES)

@@ -169,7 +169,7 @@ def read_front_ends(path: Path) -> StoredFrontEnds | None:
 
     None where it is no sound joint one with good receivers, or rests on other runs too.
     """
-    try:
+    with suppress(FileError, SetupError, ValueError, LookupError, TypeError):
         attributes = _attributes(path)
         channels = _CHANNELS.validate_json(hdf5.text(attributes, "channels"))
         made = hdf5.text(attributes, "status"), hdf5.text(attributes, "correction")
@@ -182,8 +182,7 @@ def read_front_ends(path: Path) -> StoredFrontEnds | None:
         front_ends = tuple(FrontEnd(*(float(getattr(one, key)) for key in keys)) for one in channels)
         _want_possible(front_ends)
         return StoredFrontEnds(path.stem, setup, front_ends)
-    except (FileError, SetupError, ValueError, LookupError, TypeError):
-        return None
+    return None
 
 
 def read_prior(path: Path, setup: Setup | None = None) -> FrontEndPrior | None:
@@ -191,12 +190,11 @@ def read_prior(path: Path, setup: Setup | None = None) -> FrontEndPrior | None:
 
     None where it had none, or was not made with this setup, where one is given.
     """
-    try:
+    with suppress(FileError, ValueError, LookupError, TypeError):
         attributes = _attributes(path)
         is_other = setup is not None and hdf5.text(attributes, "setup") != dump_setup(setup)
         return None if is_other else _prior_in(attributes)
-    except (FileError, ValueError, LookupError, TypeError):
-        return None
+    return None
 
 
 def _attributes(path: Path) -> Mapping[str, Any]:

@@ -3,6 +3,7 @@
 import os
 import platform
 import sys
+from contextlib import suppress
 from ctypes.util import find_library
 from datetime import datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -49,10 +50,9 @@ def _settings() -> Path:
 
 
 def _version(package: str) -> str:
-    try:
+    with suppress(PackageNotFoundError):
         return version(package)
-    except PackageNotFoundError:
-        return "not installed"
+    return "not installed"
 
 
 def _driver() -> str:

@@ -261,11 +261,10 @@ def _as_given(setup: Setup, given: object) -> Setup:
 
     What does not say the same as the whole setup, which may have been corrected by hand, does not count.
     """
-    try:
+    with suppress(ValidationError):
         found = Setup.model_validate(given)
-    except ValidationError:
-        return setup
-    return found if found == setup else setup
+        return found if found == setup else setup
+    return setup
 
 
 def _damaged(path: Path, text: str) -> SessionError:

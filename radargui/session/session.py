@@ -165,15 +165,13 @@ class Session:
         if not isinstance(self._right, SessionLock) or self.info.journal or run_paths(self.path):
             return False
         self.close()
-        try:
-            if not {path.name for path in self.path.iterdir()} <= {FILE_NAME, CALIBRATION_NAME}:
-                return False
-            for name in (CALIBRATION_NAME, FILE_NAME):
-                (self.path / name).unlink(missing_ok=True)
-            self.path.rmdir()
-        except OSError:
-            return False
-        return True
+        with contextlib.suppress(OSError):
+            if {path.name for path in self.path.iterdir()} <= {FILE_NAME, CALIBRATION_NAME}:
+                for name in (CALIBRATION_NAME, FILE_NAME):
+                    (self.path / name).unlink(missing_ok=True)
+                self.path.rmdir()
+                return True
+        return False
 
     @property
     def setup(self) -> Setup:
@@ -347,11 +345,10 @@ def is_run_name(name: str) -> bool:
 
 def run_paths(folder: Path) -> tuple[Path, ...]:
     """Return all run files in a folder in the order of their numbers."""
-    try:
+    with contextlib.suppress(OSError):
         found = [(int(match[1]), path) for path in folder.iterdir() if (match := _RUN.fullmatch(path.name))]
-    except OSError:
-        return ()
-    return tuple(path for _, path in sorted(found))
+        return tuple(path for _, path in sorted(found))
+    return ()
 
 
 def _given(about: About) -> dict[str, object]:

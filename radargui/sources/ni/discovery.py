@@ -1,7 +1,7 @@
 """Which NI devices are there and what they can do, as the driver says."""
 
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Literal, TypeAlias
@@ -199,7 +199,6 @@ def _is_connected(device: Any) -> bool:
 
 def _ask(question: Callable[[], Any], default: Any = None) -> Any:
     """Return the answer of the driver, or the default where this device does not have that property."""
-    try:
+    with suppress(load_nidaqmx().errors.DaqError):
         return question()
-    except load_nidaqmx().errors.DaqError:
-        return default
+    return default

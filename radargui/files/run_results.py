@@ -77,8 +77,7 @@ def keep_earlier(source: Any, target: Any, same_as: tuple[str, str]) -> None:
     old = sound_results(source)
     if old is None:
         return
-    known = [made_by(group) for group in target.get(layout.EARLIER, {}).values()]
-    if made_by(old) == same_as or made_by(old) in known:
+    if made_by(old) in (same_as, *map(made_by, target.get(layout.EARLIER, {}).values())):
         return
     earlier = target.require_group(layout.EARLIER)
     # counted on from the last: names sort in the order of their making

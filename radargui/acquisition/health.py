@@ -139,26 +139,25 @@ def snapshot(
     error: RadarGuiError | None,
 ) -> Health:
     """Return the health now; `stream` is None before the source is open."""
-    health = Health(state, live_error=live_error, error=error)
+    free = None if recorder is None else recorder.disk_free_bytes
+    health = Health(state, disk_free_bytes=free, live_error=live_error, error=error)
     if recorder is not None:
-        free, lost_file = recorder.disk_free_bytes, recorder.lost_file
-        health = replace(health, recorder=recorder.state, disk_free_bytes=free, lost_file=lost_file)
-        if free is not None and stream is not None:
-            # as if nothing were compressed: rather warned too early
-            left_s = max(free - recorder.minimum_free_bytes, 0) / stream.bytes_per_second()
-            health = replace(health, disk_left_s=left_s)
+        health = replace(health, recorder=recorder.state, lost_file=recorder.lost_file)
     if stream is None:
         return health
-    if (queue := stream.queue) is not None:
+    reading, queue, worker, rate_hz = stream.reading, stream.queue, stream.worker, stream.digitisation.sample_rate_hz
+    if recorder is not None and free is not None:
+        # as if nothing were compressed: rather warned too early
+        left_s = max(free - recorder.minimum_free_bytes, 0) / stream.bytes_per_second()
+        health = replace(health, disk_left_s=left_s)
+    if queue is not None:
         health = replace(health, writer_queue_samples=queue.depth, samples_not_written=queue.dropped)
         health = replace(health, writer_queue_capacity_samples=queue.capacity)
-    if (worker := stream.worker) is not None:
-        lag_s = worker.lag / stream.digitisation.sample_rate_hz
-        health = replace(health, live_lag_s=lag_s, live_skipped_samples=worker.skipped)
-    reading = stream.reading
+    if worker is not None:
+        health = replace(health, live_lag_s=worker.lag / rate_hz, live_skipped_samples=worker.skipped)
     return replace(
         health,
-        sample_rate_hz=stream.digitisation.sample_rate_hz,
+        sample_rate_hz=rate_hz,
         read_rate_hz=reading.rate_hz(),
         samples_read=reading.samples_read,
         samples_lost=reading.samples_lost,

@@ -228,23 +228,22 @@ class AcquisitionSeries:
     def _next(self) -> Message:
         """Return the next message; report the health while there is none."""
         while True:
-            try:
+            with suppress(queue.Empty):
                 return self._messages.get(timeout=HEALTH_S)
-            except queue.Empty:
-                if self._ended:
-                    continue
-                if self._acquisition.wait(0.0):
-                    # what it reported as it ended may have come meanwhile
-                    with suppress(queue.Empty):
-                        return self._messages.get_nowait()
-                    # stopped before it had begun: then nobody reports it
-                    return None
-                health = self._acquisition.health
-                self._order.publisher.report(EventKind.HEALTH, health.line(), health=health)
-                for warning in self._warnings.of(health):
-                    self._order.publisher.report(EventKind.WARNING, warning)
-                if self._order.is_cancelled:
-                    self._acquisition.stop()
+            if self._ended:
+                continue
+            if self._acquisition.wait(0.0):
+                # what it reported as it ended may have come meanwhile
+                with suppress(queue.Empty):
+                    return self._messages.get_nowait()
+                # stopped before it had begun: then nobody reports it
+                return None
+            health = self._acquisition.health
+            self._order.publisher.report(EventKind.HEALTH, health.line(), health=health)
+            for warning in self._warnings.of(health):
+                self._order.publisher.report(EventKind.WARNING, warning)
+            if self._order.is_cancelled:
+                self._acquisition.stop()
 
     def _take(self, message: Message) -> None:
         match message:

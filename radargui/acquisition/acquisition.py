@@ -11,7 +11,7 @@ from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.ring import LiveTrack, LiveWorker, Ring
 from radargui.acquisition.run_output import RunOutput
 from radargui.acquisition.run_plan import AcquisitionState, Ending
-from radargui.acquisition.stream import BlockQueue, MakeProcessor, Stream
+from radargui.acquisition.stream import BlockQueue, MakeProcessor, Peaks, Stream
 from radargui.model.errors import RadarGuiError, SourceError, attempt
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
@@ -189,7 +189,7 @@ class Acquisition:
                 if (index := recorder.armed_again_at) is not None and index != armed_at:
                     # the health record of the next run begins; it is armed where the tracer hangs at its release
                     armed_at = index
-                    stream.peaks.clear()
+                    stream.peaks = Peaks()
                     if stream.worker is not None:
                         stream.worker.at_release(index)
             recorder.finish(self._ending())

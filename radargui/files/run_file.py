@@ -188,7 +188,7 @@ def markers_in(file: Any, path: Path) -> tuple[Marker, ...]:
 
 
 def _rows(file: Any, table: str, path: Path) -> Any:
-    """Return the rows of a table; none where an earlier version or a crash left it out."""
+    """Return the rows of a table; none where the file has no such table."""
     return hdf5.dataset(file, table, path, (1,))[:] if table in file else ()
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.ring import Ring
 from radargui.acquisition.run_output import LOW_S, Level, levels
-from radargui.acquisition.run_plan import AcquisitionState, RecorderState
+from radargui.acquisition.run_plan import AcquisitionState
 from radargui.acquisition.stream import Peaks, Stream
 from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
 from radargui.model.errors import RadarGuiError
@@ -20,8 +20,8 @@ class Health:
 
     Attributes
     ----------
-    state, recorder
-        Where acquisition and recorder are; `recorder` is None where nothing is recorded.
+    state
+        Where the acquisition is.
     sample_rate_hz
         Rate the source promises; None before it is open.
     read_rate_hz
@@ -55,7 +55,6 @@ class Health:
     """
 
     state: AcquisitionState
-    recorder: RecorderState | None = None
     sample_rate_hz: float | None = None
     read_rate_hz: float | None = None
     samples_read: int = 0
@@ -139,10 +138,8 @@ def snapshot(
     error: RadarGuiError | None,
 ) -> Health:
     """Return the health now; `stream` is None before the source is open."""
-    free = None if recorder is None else recorder.disk_free_bytes
-    health = Health(state, disk_free_bytes=free, live_error=live_error, error=error)
-    if recorder is not None:
-        health = replace(health, recorder=recorder.state, lost_file=recorder.lost_file)
+    free, lost_file = (None, "") if recorder is None else (recorder.disk_free_bytes, recorder.lost_file)
+    health = Health(state, disk_free_bytes=free, lost_file=lost_file, live_error=live_error, error=error)
     if stream is None:
         return health
     reading, queue, worker, rate_hz = stream.reading, stream.queue, stream.worker, stream.digitisation.sample_rate_hz

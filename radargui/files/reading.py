@@ -44,11 +44,6 @@ class ChannelEntry:
     variable: str
     path: Path | None = None
 
-    @property
-    def text(self) -> str:
-        """The entry as it was written."""
-        return self.variable if self.path is None else f"{self.path}:{self.variable}"
-
 
 @dataclass(frozen=True, slots=True)
 class ChannelMap:
@@ -65,11 +60,6 @@ class ChannelMap:
     def paths(self) -> tuple[Path, ...]:
         """The files it names, each once, in order."""
         return tuple(dict.fromkeys(entry.path for entry in self.entries if entry.path is not None))
-
-    @property
-    def n_receivers(self) -> int:
-        """Number of IQ pairs."""
-        return len(self.entries) // 2
 
 
 def parse_channel_map(text: str, *, numbered: bool = False) -> ChannelMap:
@@ -284,13 +274,10 @@ class ChannelGuess:
         None where nothing can be guessed.
     basis
         names: the names say it; order: only their order does, look at it; remembered: as the user chose before.
-    left_out
-        Channels of the file that are not used.
     """
 
     channel_map: ChannelMap | None
     basis: Basis
-    left_out: tuple[str, ...] = ()
 
 
 def guess_channel_map(infos: Sequence[ChannelInfo]) -> ChannelGuess:
@@ -307,18 +294,15 @@ def guess_channel_map(infos: Sequence[ChannelInfo]) -> ChannelGuess:
     """
     names = [info.name for info in _alike(infos)]
     if by_name := _from_names(names):
-        return guess_of_variables(by_name, infos, "names")
+        return guess_of_variables(by_name, "names")
     ordered = sorted(names, key=_number_at_end) if _differ_in_number(names) else names
     usable = min(len(ordered) // 2, LARGEST) * 2
-    if not usable:
-        return ChannelGuess(None, "nothing", tuple(info.name for info in infos))
-    return guess_of_variables(ordered[:usable], infos, "order")
+    return guess_of_variables(ordered[:usable], "order") if usable else ChannelGuess(None, "nothing")
 
 
-def guess_of_variables(variables: Sequence[str], infos: Sequence[ChannelInfo], basis: Basis) -> ChannelGuess:
+def guess_of_variables(variables: Sequence[str], basis: Basis) -> ChannelGuess:
     """Return the map that takes `variables` as I1, Q1, ... in this order."""
-    entries = tuple(map(ChannelEntry, iq_names(len(variables) // 2), variables))
-    return ChannelGuess(ChannelMap(entries), basis, tuple(one.name for one in infos if one.name not in variables))
+    return ChannelGuess(ChannelMap(tuple(map(ChannelEntry, iq_names(len(variables) // 2), variables))), basis)
 
 
 def pattern_of(infos: Sequence[ChannelInfo]) -> tuple[str, ...]:

@@ -61,7 +61,7 @@ class MapMemory:
         places = self._read().get(_key(infos))
         if places is None or max(places) >= len(infos):
             return guess_channel_map(infos)
-        return guess_of_variables([infos[place].name for place in places], infos, "remembered")
+        return guess_of_variables([infos[place].name for place in places], "remembered")
 
     def remember(self, infos: Sequence[ChannelInfo], chosen: ChannelMap) -> None:
         """Keep a map for files with these names; where the folder cannot be written it is forgotten."""

@@ -179,8 +179,7 @@ class Baseband:
             # so old that nothing of it would stay
             self._tail, self._kept = None, None
             self.end = max(oldest, self._ring.first)
-        last = min(until, self.end + self._most)
-        span = self._ring.span(self.end, last)
+        span = self._ring.span(self.end, min(until, self.end + self._most))
         if not span.volts.shape[1]:
             return False
         self.end = span.first_index + span.volts.shape[1]

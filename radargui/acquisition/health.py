@@ -207,5 +207,4 @@ def channel_facts(ring: Ring, digitisation: Digitisation, count: int) -> tuple[C
     tells = longest.shape[1] >= LEAST_SAMPLES
     noise = white_noise_v(longest) if tells else np.full(digitisation.n_channels, np.nan)
     offset = digitisation.volts(samples[:, known]).mean(axis=1) if known.any() else np.full(noise.shape, np.nan)
-    found = levels(samples, digitisation)
-    return tuple(map(ChannelFacts, found, offset.tolist(), noise.tolist()))
+    return tuple(map(ChannelFacts, levels(samples, digitisation), offset.tolist(), noise.tolist()))

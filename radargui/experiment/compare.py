@@ -226,8 +226,7 @@ def overlaid(result: RunResult, reference: RunResult, method: str, columns: int)
     own, others = _quantities(result), _quantities(reference)
     # a run without the same excerpt has no sample in common
     same = result is not reference and result.recording.n_samples == reference.recording.n_samples
-    shared = [name for name in own if same and name in others]
-    rest = {name: own[name] - others[name] for name in shared}
+    rest = {name: own[name] - others[name] for name in own if same and name in others}
 
     def curves(of: Mapping[str, FloatArray]) -> dict[str, Curve]:
         drawn = {name: envelope(time_s, values, jumps, columns) for name, values in of.items()}

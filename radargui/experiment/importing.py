@@ -95,8 +95,7 @@ def import_recordings(order: ImportOrder, progress: Progress = silent) -> Import
         The choice of channels is not possible.
     """
     inputs = order.inputs()
-    about = _about(order, inputs)
-    work = Import(order.data_folder, order.setup, now=datetime.now().astimezone(), **about)
+    work = Import(order.data_folder, order.setup, now=datetime.now().astimezone(), **_about(order, inputs))
     half = 0.5 if order.process else 1.0
     runs = tuple(work.carry_out(inputs, lambda share: progress(half * share)))
     imported = Imported(work.session.path if work.session else None, runs)

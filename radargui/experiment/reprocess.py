@@ -69,8 +69,7 @@ def computed(
 
     Parameters and errors as for `process_run`.
     """
-    recording = read_for_processing(path)
-    return process(recording, setup, progress, on_preliminary, known_front_ends(path, setup))
+    return process(read_for_processing(path), setup, progress, on_preliminary, known_front_ends(path, setup))
 
 
 def own_setup(path: Path) -> Setup:

@@ -212,8 +212,7 @@ def _texts_of_codes(coefficients: tuple[float, ...]) -> ByteArray:
 
 
 def _rows_of_codes(times: ByteArray, codes: RawArray, tables: list[ByteArray]) -> bytes:
-    count = times.shape[0]
-    comma, newline = (np.full((count, 1), sign, dtype=np.uint8) for sign in b",\n")
+    comma, newline = (np.full((len(times), 1), sign, dtype=np.uint8) for sign in b",\n")
     columns = [times]
     for row, table in zip(codes, tables, strict=True):
         columns += [comma, table[row.astype(np.intp) + 32768]]

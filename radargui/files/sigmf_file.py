@@ -222,8 +222,7 @@ def write_sigmf(run: RunStream, meta: Path, data: Path, report: Progress) -> Non
     facts = run.facts
     names = facts.digitisation.channel_names
     is_paired = len(names) % 2 == 0 and all(_PAIRED.fullmatch(name) for name in names)
-    is_code = facts.digitisation.scaling is not None
-    kind, dtype = ("i16", "<i2") if is_code else ("f64", "<f8")
+    kind, dtype = ("f64", "<f8") if facts.digitisation.scaling is None else ("i16", "<i2")
     digest = hashlib.sha512()
     with data.open("wb") as file:
         for piece in run.pieces(report):

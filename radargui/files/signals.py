@@ -145,12 +145,10 @@ def uniform(time_s: FloatArray, where: str) -> tuple[float, tuple[Gap, ...]]:
             reasons=("they were written with too few digits",),
             remedy="Write more digits, or leave the times out and give --rate-hz.",
         )
-    step = float(np.median(steps))
     # one at least: rounded times may lie closer together than half a step
-    counts = np.maximum(np.rint(steps / step), 1.0)
+    counts = np.maximum(np.rint(steps / np.median(steps)), 1.0)
     index = np.concatenate([[0.0], np.cumsum(counts)])
-    span = float(time_s[-1] - time_s[0])
-    rate_hz = float(index[-1]) / span
+    rate_hz = float(index[-1]) / float(time_s[-1] - time_s[0])
     departure = np.abs((time_s - time_s[0]) * rate_hz - index)
     if not math.isfinite(rate_hz) or departure.max() > LARGEST_DEPARTURE:
         far = int(np.argmax(departure)) + 1

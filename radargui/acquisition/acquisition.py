@@ -8,15 +8,15 @@ from functools import partial
 
 from radargui.acquisition.health import Health, health_record, snapshot
 from radargui.acquisition.recorder import Recorder
-from radargui.acquisition.ring import LiveTrack, Ring
+from radargui.acquisition.ring import LiveTrack, LiveWorker, Ring
 from radargui.acquisition.run_output import RunOutput
 from radargui.acquisition.run_plan import AcquisitionState, Ending
-from radargui.acquisition.stream import MakeProcessor, Stream
+from radargui.acquisition.stream import BlockQueue, MakeProcessor, Peaks, Stream
 from radargui.model.errors import RadarGuiError, SourceError, attempt
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
 from radargui.processing.live import LiveProcessor
-from radargui.sources.contract import SYSTEM_CLOCK, Clock, Source
+from radargui.sources.contract import SYSTEM_CLOCK, Source
 
 _LONGEST_STOP_S = 60.0
 """A driver that hangs in a read or a network disk in a write; chosen by hand."""
@@ -45,8 +45,6 @@ class Acquisition:
         loses nothing meanwhile, such as a simulation that is as fast as asked.
     on_end
         Called once at the end, in the reader's thread.
-    clock
-        For the rate at which samples come.
     make_processor
         Makes the live processor.
 
@@ -70,7 +68,6 @@ class Acquisition:
         live: bool = True,
         patient: bool = False,
         on_end: Callable[[], None] | None = None,
-        clock: Clock = SYSTEM_CLOCK,
         make_processor: MakeProcessor = LiveProcessor,
     ) -> None:
         self._source = source
@@ -81,7 +78,7 @@ class Acquisition:
             ring_s=ring_s,
             records=recorder is not None,
             make_processor=make_processor if live else None,
-            clock=clock,
+            clock=SYSTEM_CLOCK,
             patient=patient,
         )
         self._on_end = on_end
@@ -156,8 +153,12 @@ class Acquisition:
 
     def _open_and_read(self) -> None:
         stream = self._stream = self._make_stream(self._source.open())
-        if self._begin(stream):
-            self._read(stream)
+        if not self._begin(stream):
+            return
+        while not self._stop_requested and (block := self._source.read()) is not None:
+            stream.take(block)
+            if stream.reading.backlog_is_due():
+                stream.reading.backlog = self._source.backlog()
 
     def _begin(self, stream: Stream) -> bool:
         if self.recorder is not None:
@@ -169,10 +170,10 @@ class Acquisition:
                 return False
             self._source.start()
             self.state = AcquisitionState.RUNNING
-        if self.recorder is not None:
-            self._run_beside(lambda: self._record(stream), "acquisition-recorder")
+        if self.recorder is not None and stream.queue is not None:
+            self._run_beside(partial(self._record, stream, self.recorder, stream.queue), "acquisition-recorder")
         if stream.worker is not None:
-            self._run_beside(lambda: self._estimate(stream), "acquisition-live")
+            self._run_beside(partial(self._estimate, stream.worker), "acquisition-live")
         return True
 
     def _run_beside(self, work: Callable[[], None], name: str) -> None:
@@ -180,27 +181,17 @@ class Acquisition:
         self._others.append(thread)
         thread.start()
 
-    def _read(self, stream: Stream) -> None:
-        while not self._stop_requested:
-            block = self._source.read()
-            if block is None:
-                return
-            stream.take(block)
-            if stream.reading.backlog_is_due():
-                stream.reading.backlog = self._source.backlog()
-
-    def _record(self, stream: Stream) -> None:
-        recorder, queue = self.recorder, stream.queue
-        if recorder is None or queue is None:
-            return
-
+    def _record(self, stream: Stream, recorder: Recorder, queue: BlockQueue) -> None:
         def push_all() -> None:
             armed_at = None
             while not recorder.is_done and (block := queue.get()) is not None:
                 recorder.push(block)
-                if recorder.armed_again_at != armed_at:
-                    armed_at = recorder.armed_again_at
-                    self._armed_again(stream, armed_at)
+                if (index := recorder.armed_again_at) is not None and index != armed_at:
+                    # the health record of the next run begins; it is armed where the tracer hangs at its release
+                    armed_at = index
+                    stream.peaks = Peaks()
+                    if stream.worker is not None:
+                        stream.worker.at_release(index)
             recorder.finish(self._ending())
 
         self._fail(attempt(push_all, "Recording"))
@@ -210,22 +201,14 @@ class Acquisition:
         queue.clear()
         self._stop_soon()
 
-    def _armed_again(self, stream: Stream, index: int | None) -> None:
-        """Begin the health record of the next run; a run is armed where the tracer hangs at its release."""
-        stream.peaks.clear()
-        if stream.worker is not None and index is not None:
-            stream.worker.at_release(index)
-
     def _health_of_run(self, stream: Stream, run: RunOutput) -> dict[str, object]:
         health = self.health
         # an acquisition may record many runs: what is said of one is its own
         own = replace(health, samples_read=run.count, samples_lost=run.lost)
         return {**health_record(health, stream.peaks), "line": own.line()}
 
-    def _estimate(self, stream: Stream) -> None:
-        if stream.worker is None:
-            return
-        self._live_error = attempt(stream.worker.run, "The live track")
+    def _estimate(self, worker: LiveWorker) -> None:
+        self._live_error = attempt(worker.run, "The live track")
         # A run that is being recorded cannot be repeated: it goes on without a live track.
         if self.recorder is None:
             self._fail(self._live_error)

@@ -85,11 +85,9 @@ class Spectrum:
         for nominal in sorted(orders):
             if nominal + 2.0 * self.resolution_hz > highest_hz:
                 break
-            sides = [self._beside(receiver, sign * nominal) for sign in (1.0, -1.0)]
-            if all(sides) and min(one.amplitude_v for one in sides if one) > 0.5 * max(
-                one.amplitude_v for one in sides if one
-            ):
-                found.append(next(one for one in sides if one))
+            forward, backward = (self._beside(receiver, sign * nominal) for sign in (1.0, -1.0))
+            if forward and backward and 0.5 * forward.amplitude_v < backward.amplitude_v < 2.0 * forward.amplitude_v:
+                found.append(forward)
         return found
 
     def _beside(self, receiver: int, frequency_hz: float) -> Line | None:
@@ -128,6 +126,7 @@ def _low_pass(step: int) -> FloatArray:
 
 def _spectra(frames: ComplexArray) -> FloatArray:
     """Return the amplitude spectra of frames along their last axis, without their means, by a Hann window."""
+    # periodic, so that a line between two bins is known from two of them (`Spectrum._line`)
     window = np.hanning(frames.shape[-1] + 1)[:-1]
     return np.asarray(np.abs(fft((frames - frames.mean(axis=-1, keepdims=True)) * window, axis=-1)) / window.sum())
 
@@ -180,8 +179,7 @@ class Baseband:
             # so old that nothing of it would stay
             self._tail, self._kept = None, None
             self.end = max(oldest, self._ring.first)
-        last = min(until, self.end + self._most)
-        span = self._ring.span(self.end, last)
+        span = self._ring.span(self.end, min(until, self.end + self._most))
         if not span.volts.shape[1]:
             return False
         self.end = span.first_index + span.volts.shape[1]

@@ -7,7 +7,7 @@ import numpy as np
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.ring import Ring
 from radargui.acquisition.run_output import LOW_S, Level, levels
-from radargui.acquisition.run_plan import AcquisitionState, RecorderState
+from radargui.acquisition.run_plan import AcquisitionState
 from radargui.acquisition.stream import Peaks, Stream
 from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
 from radargui.model.errors import RadarGuiError
@@ -20,8 +20,8 @@ class Health:
 
     Attributes
     ----------
-    state, recorder
-        Where acquisition and recorder are; `recorder` is None where nothing is recorded.
+    state
+        Where the acquisition is.
     sample_rate_hz
         Rate the source promises; None before it is open.
     read_rate_hz
@@ -55,7 +55,6 @@ class Health:
     """
 
     state: AcquisitionState
-    recorder: RecorderState | None = None
     sample_rate_hz: float | None = None
     read_rate_hz: float | None = None
     samples_read: int = 0
@@ -139,26 +138,23 @@ def snapshot(
     error: RadarGuiError | None,
 ) -> Health:
     """Return the health now; `stream` is None before the source is open."""
-    health = Health(state, live_error=live_error, error=error)
-    if recorder is not None:
-        free, lost_file = recorder.disk_free_bytes, recorder.lost_file
-        health = replace(health, recorder=recorder.state, disk_free_bytes=free, lost_file=lost_file)
-        if free is not None and stream is not None:
-            # as if nothing were compressed: rather warned too early
-            left_s = max(free - recorder.minimum_free_bytes, 0) / stream.bytes_per_second()
-            health = replace(health, disk_left_s=left_s)
+    free, lost_file = (None, "") if recorder is None else (recorder.disk_free_bytes, recorder.lost_file)
+    health = Health(state, disk_free_bytes=free, lost_file=lost_file, live_error=live_error, error=error)
     if stream is None:
         return health
-    if (queue := stream.queue) is not None:
+    reading, queue, worker, rate_hz = stream.reading, stream.queue, stream.worker, stream.digitisation.sample_rate_hz
+    if recorder is not None and free is not None:
+        # as if nothing were compressed: rather warned too early
+        left_s = max(free - recorder.minimum_free_bytes, 0) / stream.bytes_per_second()
+        health = replace(health, disk_left_s=left_s)
+    if queue is not None:
         health = replace(health, writer_queue_samples=queue.depth, samples_not_written=queue.dropped)
         health = replace(health, writer_queue_capacity_samples=queue.capacity)
-    if (worker := stream.worker) is not None:
-        lag_s = worker.lag / stream.digitisation.sample_rate_hz
-        health = replace(health, live_lag_s=lag_s, live_skipped_samples=worker.skipped)
-    reading = stream.reading
+    if worker is not None:
+        health = replace(health, live_lag_s=worker.lag / rate_hz, live_skipped_samples=worker.skipped)
     return replace(
         health,
-        sample_rate_hz=stream.digitisation.sample_rate_hz,
+        sample_rate_hz=rate_hz,
         read_rate_hz=reading.rate_hz(),
         samples_read=reading.samples_read,
         samples_lost=reading.samples_lost,
@@ -211,5 +207,4 @@ def channel_facts(ring: Ring, digitisation: Digitisation, count: int) -> tuple[C
     tells = longest.shape[1] >= LEAST_SAMPLES
     noise = white_noise_v(longest) if tells else np.full(digitisation.n_channels, np.nan)
     offset = digitisation.volts(samples[:, known]).mean(axis=1) if known.any() else np.full(noise.shape, np.nan)
-    found = levels(samples, digitisation)
-    return tuple(map(ChannelFacts, found, offset.tolist(), noise.tolist()))
+    return tuple(map(ChannelFacts, levels(samples, digitisation), offset.tolist(), noise.tolist()))

@@ -84,7 +84,7 @@ class Recorder:
     def __post_init__(self) -> None:
         self.state = RecorderState.IDLE
         self.output: RunOutput | None = None
-        self._writing = False
+        self._open: RunOutput | None = None
         self._judge: FallTest | None = None
         self._n_opened = 0
         self.n_wanted = 0
@@ -169,21 +169,19 @@ class Recorder:
         """End here: the source gave its last sample, or somebody wants to stop; idempotent."""
         if self.is_done:
             return
-        if self._writing:
-            self._complete(ending, is_last=True)
-            return
-        if ending is Ending.END_OF_DATA and self._n_opened == 0:
-            ending = Ending.NO_MOTION
-        self._end(ending)
+        if self._open is not None:
+            self._complete(self._open, ending, is_last=True)
+        else:
+            self._end(Ending.NO_MOTION if ending is Ending.END_OF_DATA and self._n_opened == 0 else ending)
 
     def fail(self) -> None:
         """Close the file after a failure of `push`, keeping what was written; never raises; idempotent."""
         if self.is_done:
             return
-        if self._writing and self.output is not None:
-            self._writing = False
-            self.output.abandon()
-            self._report(self.output, Ending.FAILED, "", {}, is_last=True)
+        output, self._open = self._open, None
+        if output is not None:
+            output.abandon()
+            self._report(output, Ending.FAILED, "", {}, is_last=True)
         self._end(Ending.FAILED)
 
     def _slices(self, block: Block) -> Iterator[Block]:
@@ -205,8 +203,8 @@ class Recorder:
             return
         if block.count:
             self._plan.push(block)
-        if self._writing:
-            self._write(block)
+        if self._open is not None:
+            self._write(self._open, block)
         elif self._plan.first_index is not None:
             self._begin(self._plan.first_index)
         elif self._plan.ending is Ending.WAITED:
@@ -228,21 +226,18 @@ class Recorder:
         seconds = first_index / self._digitisation.sample_rate_hz
         started_at = (self._started + timedelta(seconds=seconds)).isoformat(timespec="microseconds")
         file = self.open_run(self._digitisation, started_at=started_at, trigger_index=trigger)
-        output = self.output = RunOutput(file, self._digitisation, first_index, trigger)
-        self._writing = True
+        output = self.output = self._open = RunOutput(file, self._digitisation, first_index, trigger)
         self._n_opened += not again
         self._judge = None if self.make_judge is None else self.make_judge(self._digitisation)
         self._enter(RecorderState.RECORDING)
         for number, block in enumerate(blocks):
-            if not self._writing or self.output is not output:
+            if self._open is not output:
                 return
             # what was lost before the first sample is not part of the run
-            self._write(block if number else Block(block.samples, block.first_index))
+            self._write(output, block if number else Block(block.samples, block.first_index))
 
-    def _write(self, block: Block) -> None:
-        output, last = self.output, self._plan.last_index
-        if output is None:
-            return
+    def _write(self, output: RunOutput, block: Block) -> None:
+        last = self._plan.last_index
         try:
             output.write(block, last)
         except FileLostError as error:
@@ -251,7 +246,7 @@ class Recorder:
         if self._judge is not None:
             self._judge.push(block.samples)
         if last is not None and block.end_index >= last:
-            self._complete(self._plan.ending or Ending.MAXIMUM, is_last=False)
+            self._complete(output, self._plan.ending or Ending.MAXIMUM, is_last=False)
 
     def _go_on(self, lost: RunOutput, error: FileLostError) -> None:
         """Record the rest of a run whose file was taken away into a new one, with all samples that are still held.
@@ -269,11 +264,8 @@ class Recorder:
         if self.output is not None and self.output is not lost:
             self.lost_file = f"{error.message} The recording goes on in {self.output.path}."
 
-    def _complete(self, ending: Ending, *, is_last: bool) -> None:
-        output = self.output
-        if output is None:
-            return
-        self._writing = False
+    def _complete(self, output: RunOutput, ending: Ending, *, is_last: bool) -> None:
+        self._open = None
         refusal = "" if self._judge is None or ending is Ending.FAILED else self._judge.refusal()
         self.n_wanted += not refusal
         is_last = is_last or self.n_wanted >= self.n_runs
@@ -296,14 +288,9 @@ class Recorder:
         self._report(output, ending, refusal, health, is_last=is_last)
         if is_last:
             self._end(ending)
-        else:
-            self._between(ending, output.end_index)
-
-    def _between(self, ending: Ending, end_index: int) -> None:
-        """Wait for quiet after a run; where it ended because it was quiet, the next one is armed at once."""
         # it is quiet already, or quiet is not asked for
-        if ending in (Ending.QUIET, Ending.SECONDS):
-            self._arm(end_index)
+        elif ending in (Ending.QUIET, Ending.SECONDS):
+            self._arm(output.end_index)
         else:
             self._enter(RecorderState.SETTLING)
 
@@ -333,13 +320,18 @@ class Recorder:
         try:
             self._check_disk()
         except FileError:
-            if self._writing:
-                self._complete(Ending.DISK, is_last=True)
+            if self._open is not None:
+                self._complete(self._open, Ending.DISK, is_last=True)
             else:
                 self._end(Ending.DISK)
             raise
 
     def _check_disk(self) -> None:
         free = self.disk_free_bytes = None if self.folder is None else run_output.free_bytes(self.folder)
-        if self.folder is not None and free is not None and free < self.minimum_free_bytes:
-            raise run_output.low_disk_error(self.folder, free, self.minimum_free_bytes)
+        least = self.minimum_free_bytes
+        # while the file can still be closed
+        if free is not None and free < least:
+            raise FileError(
+                f"The disk of {self.folder} has only {free / 1e6:.0f} MB left, {least / 1e6:.0f} MB must stay free",
+                remedy="Free some space or choose another folder for the sessions.",
+            )

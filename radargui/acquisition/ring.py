@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from radargui.acquisition.circular_buffer import CircularBuffer
-from radargui.model.arrays import BoolArray, FloatArray, IntArray, lowest_and_highest
+from radargui.model.arrays import BoolArray, FloatArray, IntArray, lowest_and_highest, runs_of
 from radargui.model.recording import Block, Digitisation
 from radargui.processing.live import LiveEstimate, LiveProcessor
 
@@ -106,18 +106,12 @@ class Ring:
 
     def blocks(self, first: int, last: int) -> tuple[Block, ...]:
         """Return what is held of samples first:last as the device gave it, one block a stretch without a gap."""
-        begin, samples = self._samples.copy(first, last)
-        valid = self._valid_of(begin, samples.shape[1])
-        edges = np.flatnonzero(np.diff(np.concatenate(([False], valid, [False])).astype(np.int8)))
-        return tuple(
-            Block(samples=samples[:, low:high], first_index=begin + int(low))
-            for low, high in zip(edges[::2], edges[1::2], strict=True)
-        )
+        begin, samples, valid = self._copy(first, last)
+        return tuple(Block(samples[:, low:high], begin + low) for low, high in runs_of(valid).tolist())
 
     def span(self, first: int, last: int) -> RingSpan:
         """Return what is held of samples first:last."""
-        begin, samples = self._samples.copy(first, last)
-        valid = self._valid_of(begin, samples.shape[1])
+        begin, samples, valid = self._copy(first, last)
         volts = self._volts(samples)
         # a line through a gap would be taken for signal
         volts[:, ~valid] = np.nan
@@ -132,8 +126,7 @@ class Ring:
             Number of the first bin (bin k begins at absolute index k `size`), lowest and highest, shape
             (n_channels, n) each, and whether samples of the bin were lost, shape (n,).
         """
-        begin, samples = self._samples.copy(first, last)
-        valid = self._valid_of(begin, samples.shape[1])
+        begin, samples, valid = self._copy(first, last)
         if valid.all():
             # a converter's scaling is monotonic; it may fall
             ends = [self._volts(codes) for codes in lowest_and_highest(samples, size, begin)]
@@ -146,12 +139,16 @@ class Ring:
         digitisation = self._kind[-1]
         return np.array(samples, dtype=np.float64) if digitisation is None else digitisation.volts(samples)
 
-    def _valid_of(self, first: int, count: int) -> BoolArray:
-        """Return which of the samples are real; those overwritten since they were copied are not."""
-        begin, flags = self._valid.copy(first, first + count)
-        out = np.zeros(count, dtype=np.bool_)
-        out[begin - first : begin - first + flags.shape[1]] = flags[0]
-        return out
+    def _copy(self, first: int, last: int) -> tuple[int, NDArray[Any], BoolArray]:
+        """Return the index of the first sample held, what is held, and which of it is real.
+
+        What was overwritten between the two copies is not.
+        """
+        begin, samples = self._samples.copy(first, last)
+        known, flags = self._valid.copy(begin, begin + samples.shape[1])
+        valid = np.zeros(samples.shape[1], dtype=np.bool_)
+        valid[known - begin : known - begin + flags.shape[1]] = flags[0]
+        return begin, samples, valid
 
 
 MAXIMUM_COLUMNS = 400_000

@@ -5,6 +5,7 @@ import shutil
 import tempfile
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -25,10 +26,9 @@ LOW_S = 600.0
 
 def free_bytes(folder: Path) -> int | None:
     """Return the free bytes of the disk that holds `folder`; None where nobody knows."""
-    try:
+    with suppress(OSError):
         return shutil.disk_usage(folder).free
-    except OSError:
-        return None
+    return None
 
 
 def want_writable(folder: Path) -> None:
@@ -48,14 +48,6 @@ def want_writable(folder: Path) -> None:
             reasons=("the folder is not there any more", "it belongs to somebody else", "the disk is full"),
             remedy="Choose another folder for the sessions.",
         ) from None
-
-
-def low_disk_error(folder: Path, free: int, minimum: int) -> FileError:
-    """Return the error that ends a recording while its file can still be closed."""
-    return FileError(
-        f"The disk of {folder} has only {free / 1e6:.0f} MB left, {minimum / 1e6:.0f} MB must stay free",
-        remedy="Free some space or choose another folder for the sessions.",
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,6 +243,8 @@ class RunOutput:
         Absolute index of the first sample, and after the last one so far.
     count, lost
         Samples of each channel written, and lost between them.
+    gaps
+        Where they were lost, indices counted from the run's first sample.
     trigger_index
         As given.
     tally
@@ -262,17 +256,12 @@ class RunOutput:
     ) -> None:
         self._file = file
         self.path = file.path
-        self._gaps: list[Gap] = []
+        self.gaps: tuple[Gap, ...] = ()
         self.first_index = self.end_index = first_index
         self.trigger_index = trigger_index
         self.count = 0
         self.lost = 0
         self.tally = RunTally(digitisation)
-
-    @property
-    def gaps(self) -> tuple[Gap, ...]:
-        """Samples lost, their indices counted from the run's first sample."""
-        return tuple(self._gaps)
 
     def write(self, block: Block, last_index: int | None) -> None:
         """Write what of a block lies before `last_index` (None: all of it).
@@ -292,7 +281,7 @@ class RunOutput:
         self.count += part.count
         self.end_index = max(self.end_index, part.end_index)
         if gap is not None:
-            self._gaps.append(gap)
+            self.gaps += (gap,)
             self.lost += gap.count
 
     def complete(self, truth_of: TruthOf | None, health: Mapping[str, object], *, whole: bool) -> None:
@@ -313,7 +302,7 @@ class RunOutput:
             The file cannot be written.
         """
         try:
-            truth = _recorded_truth(truth_of, self.first_index, self.count, self._gaps)
+            truth = _recorded_truth(truth_of, self.first_index, self.count, self.gaps)
             if truth is not None:
                 self._file.write_truth(truth)
             self._file.write_health(health)

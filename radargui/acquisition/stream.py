@@ -196,7 +196,7 @@ MakeProcessor = Callable[[Setup, Digitisation], LiveProcessor]
 
 @dataclass(slots=True)
 class Peaks:
-    """Largest values since `clear`; written by the reader's thread, read by any.
+    """Largest values since it was made; written by the reader's thread, read by any.
 
     Attributes
     ----------
@@ -217,10 +217,6 @@ class Peaks:
         self.backlog_samples = max(self.backlog_samples, backlog)
         self.writer_queue_samples = max(self.writer_queue_samples, writer_queue)
         self.live_lag_samples = max(self.live_lag_samples, live_lag)
-
-    def clear(self) -> None:
-        """Begin anew."""
-        self.backlog_samples = self.writer_queue_samples = self.live_lag_samples = 0
 
 
 class Stream:

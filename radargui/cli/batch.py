@@ -12,9 +12,8 @@ from radargui.cli.app import Batch, Compare
 from radargui.cli.bar import Bar, progress_bar, show_table
 from radargui.cli.console import FAILED, fail
 from radargui.cli.setup_choice import processing_changes
-from radargui.experiment.batch.cluster import run_on_cluster
-from radargui.experiment.batch.local import run_local
 from radargui.experiment.batch.task import BatchOutcome, BatchTask, FoundRuns, TablesTo, find_runs
+from radargui.experiment.batch.workers import run_local, run_on_cluster
 from radargui.experiment.compare import ComparedFigure, Comparison, compare_stored, compare_with
 from radargui.files.access import Progress, each_run
 from radargui.model.drop import restitution_words

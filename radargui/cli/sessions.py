@@ -8,7 +8,7 @@ import typer
 from radargui.cli.app import Recover, Sessions
 from radargui.cli.bar import progress_bar, show_table
 from radargui.cli.console import FAILED, fail, one_line
-from radargui.experiment.reprocess import RecoveredRun, recover_run
+from radargui.experiment.reprocess import RecoveredRun, recover_run, unfinished_runs
 from radargui.files.run_card import summarise
 from radargui.model.drop import restitution_words
 from radargui.model.errors import RadarGuiError, UsageError
@@ -17,7 +17,6 @@ from radargui.model.setup import read_setup
 from radargui.restitution.series import series_of
 from radargui.session.catalogue import Catalogue, Query, RunLine, SessionSummary
 from radargui.session.info import default_data_folder
-from radargui.session.recovery import unfinished_runs
 
 NOTES_WIDTH = 40
 

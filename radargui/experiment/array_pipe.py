@@ -38,9 +38,11 @@ def send_arrays(connection: Connection, arrays: Sequence[memoryview]) -> None:
     OSError
         The other end is closed.
     """
-    memory = _shared(arrays)
+    memory: int | None = None
+    if sys.platform == "linux":
+        memory = _shared(arrays)
     connection.send(memory is not None)
-    if memory is not None:
+    if sys.platform == "linux" and memory is not None:
         _hand_over(connection, memory)
         return
     for array in arrays:
@@ -64,7 +66,7 @@ def received_arrays(connection: Connection, sizes: Sequence[int]) -> list[memory
     EOFError, OSError
         The other end was closed before all had come.
     """
-    if connection.recv():
+    if connection.recv() and sys.platform == "linux":
         whole = _taken_over(connection, sum(map(_room, sizes)))
         return [whole[end - _room(size) :][:size] for size, end in zip(sizes, _ends(sizes), strict=True)]
     return [_received(connection, size) for size in sizes]
@@ -130,17 +132,6 @@ if sys.platform == "linux":
         # who lets go of the last array may draw: 144 MB of pages take 30 ms to give back
         weakref.finalize(whole, _GIVING_BACK.submit, os.close, memory).atexit = False
         return memoryview(whole)
-
-else:
-
-    def _shared(arrays: Sequence[memoryview]) -> int | None:
-        return None
-
-    def _hand_over(connection: Connection, memory: int) -> None:
-        raise NotImplementedError
-
-    def _taken_over(connection: Connection, size: int) -> memoryview:
-        raise NotImplementedError
 
 
 if sys.platform == "win32":

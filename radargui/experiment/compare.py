@@ -1,18 +1,23 @@
-"""Two results of a run side by side: what was set differently, and what came of it."""
+"""Results of a run side by side: what was set differently and what came of it; methods of correction overlaid."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from radargui.experiment.reprocess import computed, own_setup, process_run
 from radargui.files.access import Progress
 from radargui.files.run_card import summarise
 from radargui.files.stored_results import StoredResult, read_stored_results
+from radargui.model.arrays import FloatArray
 from radargui.model.drop import figure_in
+from radargui.model.errors import ProcessingError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup, changed
 from radargui.model.setup_error import flattened
+from radargui.report.decimation import EMPTY, Curve, envelope
 
 FIGURES = (
     ("e", "u_e", "u_e_combined", ""),
@@ -36,11 +41,6 @@ class Side:
 
     summary: Mapping[str, object]
     setup: Setup | None
-
-    @classmethod
-    def of(cls, result: RunResult) -> "Side":
-        """Return a result that was made just now."""
-        return cls(summarise(result), result.setup)
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,9 +169,9 @@ def compare_with(
     """
     other = changed(setup or own_setup(run), changes or {}, "the other settings")
     stored = read_stored_results(run)
-    before = _side(stored[-1]) if stored and stored[-1].is_present else Side.of(computed(run, own_setup(run)))
+    before = _side(stored[-1] if stored and stored[-1].is_present else computed(run, own_setup(run)))
     after = process_run(run, other, progress=progress) if keep else computed(run, other, progress)
-    return Comparison(run, before, Side.of(after))
+    return Comparison(run, before, _side(after))
 
 
 def changed_settings(before: Setup, after: Setup) -> tuple[ChangedSetting, ...]:
@@ -186,5 +186,96 @@ def changed_settings(before: Setup, after: Setup) -> tuple[ChangedSetting, ...]:
     return tuple(ChangedSetting(key, old.get(key), new.get(key)) for key in keys if old.get(key) != new.get(key))
 
 
-def _side(stored: StoredResult) -> Side:
-    return Side(stored.summary, stored.setup)
+def _side(of: StoredResult | RunResult) -> Side:
+    return Side(of.summary if isinstance(of, StoredResult) else summarise(of), of.setup)
+
+
+@dataclass(frozen=True, slots=True)
+class OverlaidMethod:
+    """One method on a run, in metres against seconds after `RunResult.zero`.
+
+    Attributes
+    ----------
+    method
+        joint, adaptive, published, ellipse or none.
+    summary
+        See `files.run_card.summarise`; empty where it failed.
+    curves
+        By name: z of the centre, L1, L2, ... as changes of path; those that are not known are left out.
+    differences
+        Each less that of the reference; empty for the reference itself.
+    largest_m
+        Largest size of the difference of z; None where z of one is not known.
+    problem
+        Why there is nothing; empty where there is.
+    """
+
+    method: str
+    summary: Mapping[str, object]
+    curves: Mapping[str, Curve]
+    differences: Mapping[str, Curve]
+    largest_m: float | None = None
+    problem: str = ""
+
+
+def overlaid(result: RunResult, reference: RunResult, method: str, columns: int) -> OverlaidMethod:
+    """Return a result of the samples of a reference beside it, decimated to so many columns."""
+    time_s = result.recording.time_s() - reference.zero[0]
+    restarts = () if result.paths is None else tuple(result.paths.restarts().tolist())
+    jumps = (*restarts, *(np.flatnonzero(np.diff(result.recording.index()) > 1) + 1).tolist())
+    own, others = _quantities(result), _quantities(reference)
+    # a run without the same excerpt has no sample in common
+    same = result is not reference and result.recording.n_samples == reference.recording.n_samples
+    rest = {name: own[name] - others[name] for name in own if same and name in others}
+
+    def curves(of: Mapping[str, FloatArray]) -> dict[str, Curve]:
+        drawn = {name: envelope(time_s, values, jumps, columns) for name, values in of.items()}
+        return {name: curve for name, curve in drawn.items() if np.isfinite(curve.y).any()}
+
+    differences = curves(rest)
+    z = differences.get("z", EMPTY)
+    # of a status that is not ok it says why
+    said = result.reason if result.status != "ok" else ""
+    largest = z.largest if np.isfinite(z.y).any() else None
+    return OverlaidMethod(method, summarise(result), curves(own), differences, largest, said)
+
+
+def compute_methods(
+    run: Path, reference: RunResult, methods: Sequence[str], columns: int, progress: Progress
+) -> Iterator[OverlaidMethod]:
+    """Yield a run by each of several methods beside a result that is there already; nothing is stored.
+
+    Parameters
+    ----------
+    run
+        Run file.
+    reference
+        The result that the others are compared with: its setup, but for the correction, is theirs.
+    methods
+        Names of corrections.
+    columns
+        See `overlaid`.
+    progress
+        Called with the share of all that is done; what it raises ends the work.
+    """
+    for number, method in enumerate(methods):
+        setup = changed(reference.setup, {"processing.correction": method}, "the method")
+
+        def report(done: float, before: int = number) -> None:
+            progress((before + done) / len(methods))
+
+        report(0.0)
+        try:
+            yield overlaid(computed(run, setup, report), reference, method, columns)
+        except ProcessingError as error:
+            yield OverlaidMethod(method, {}, {}, {}, problem=str(error))
+
+
+def _quantities(result: RunResult) -> dict[str, FloatArray]:
+    """Return z and the changes of path in metres, shape (n_samples,) each; NaN where not valid."""
+    found = {}
+    if result.track is not None:
+        found["z"] = np.where(result.track.valid, result.track.position_m[2], np.nan)
+    if result.paths is not None:
+        found |= {f"L{number}": one for number, one in enumerate(result.paths.change_m, 1)}
+    return found

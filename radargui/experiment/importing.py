@@ -1,6 +1,7 @@
 """Import: what files say of themselves, which of their channels is which, and the session that is made of them."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
@@ -94,8 +95,7 @@ def import_recordings(order: ImportOrder, progress: Progress = silent) -> Import
         The choice of channels is not possible.
     """
     inputs = order.inputs()
-    about = _about(order, inputs)
-    work = Import(order.data_folder, order.setup, now=datetime.now().astimezone(), **about)
+    work = Import(order.data_folder, order.setup, now=datetime.now().astimezone(), **_about(order, inputs))
     half = 0.5 if order.process else 1.0
     runs = tuple(work.carry_out(inputs, lambda share: progress(half * share)))
     imported = Imported(work.session.path if work.session else None, runs)
@@ -210,8 +210,7 @@ def inputs_of(look: FilesLook, names: Sequence[str], rate_hz: float | None) -> t
     FileError
         One of the files cannot be read.
     """
-    if len(set(names)) != len(names):
-        twice = sorted({name for name in names if list(names).count(name) > 1})
+    if twice := sorted({name for name in names if list(names).count(name) > 1}):
         raise UsageError(f"chosen twice: {', '.join(twice)}", remedy="Choose another channel for one of them.")
     targets = iq_names(len(names) // 2)
     chosen = ChannelMap(tuple(map(ChannelEntry, targets, names)))
@@ -272,10 +271,9 @@ def common_setup(files: Iterable[Path]) -> Setup | None:
 
 def valid_setup_of(file: Path) -> Setup | None:
     """Return the setup that a file brings; None where it brings none, or one that is not valid."""
-    try:
+    with suppress(RadarGuiError):
         return own_setup_of(file)
-    except RadarGuiError:
-        return None
+    return None
 
 
 def _map_of(file: Path, chosen: ChannelMap, raw: RawLayout | None) -> ChannelMap | None:

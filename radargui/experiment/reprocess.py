@@ -1,6 +1,7 @@
-"""Processing of stored runs: results are kept beside the samples; one that fails does not stop the others."""
+"""Stored runs: those that a crash left are finished; results are computed again and kept beside the samples."""
 
 from collections.abc import Callable, Sequence
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -8,15 +9,19 @@ from pathlib import Path
 from radargui.experiment.finished import FinishedJob
 from radargui.experiment.processing_apart import ProcessingApart
 from radargui.files.access import Outcome, Progress, each_run
-from radargui.files.run_file import read_run_setup
+from radargui.files.rewriting import finish_run
+from radargui.files.run_file import read_run_setup, run_is_complete
 from radargui.files.run_results import write_results
-from radargui.model.errors import RadarGuiError, UsageError
+from radargui.model.errors import FileError, RadarGuiError, UsageError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import OnPreliminary, process
+from radargui.session.catalogue import Catalogue, RunLine
 from radargui.session.front_ends import known_front_ends
-from radargui.session.recovery import recover
+from radargui.session.info import FILE_NAME
+from radargui.session.lock import SessionLock, owner_of
+from radargui.session.session import Session
 
 
 def process_run(
@@ -64,8 +69,7 @@ def computed(
 
     Parameters and errors as for `process_run`.
     """
-    recording = read_for_processing(path)
-    return process(recording, setup, progress, on_preliminary, known_front_ends(path, setup))
+    return process(read_for_processing(path), setup, progress, on_preliminary, known_front_ends(path, setup))
 
 
 def own_setup(path: Path) -> Setup:
@@ -80,6 +84,65 @@ def own_setup(path: Path) -> Setup:
     if setup is None:
         raise UsageError(f"{path} holds no setup", remedy="Name a setup file with --setup.")
     return setup
+
+
+NOTHING = "nothing was recorded"
+
+
+def unfinished_runs(data_folder: Path, index: Path | None = None) -> tuple[RunLine, ...]:
+    """Return the runs below a folder that a crash, a kill or a failure left unfinished.
+
+    Sessions that a program writes to now are left out.
+
+    Parameters
+    ----------
+    data_folder
+        Its sessions, at any depth; or one session.
+    index
+        See `Catalogue`.
+    """
+    with closing(Catalogue(data_folder, index)) as catalogue:
+        catalogue.refresh()
+        found = [line for line in catalogue.unfinished() if not line.problem]
+    busy = {folder for folder in {line.path.parent for line in found} if owner_of(folder) is not None}
+    return tuple(line for line in found if line.path.parent not in busy and not _is_complete(line.path))
+
+
+def recover(run: Path, *, now: datetime) -> int:
+    """Finish an unfinished run, mark it as recovered, and return how many samples of each channel it holds.
+
+    One without any sample is set aside in its session.
+
+    Parameters
+    ----------
+    run
+        Run file.
+    now
+        Date and time with offset from UTC.
+
+    Raises
+    ------
+    SessionError
+        Another program writes to the session, or its folder cannot be written.
+    FileError
+        The run cannot be read, or was closed in order.
+    """
+    lock = SessionLock(run.parent)
+    try:
+        at = (now if now.tzinfo else now.astimezone()).isoformat(timespec="seconds")
+        count = finish_run(run, now=at)
+        if count == 0 and (run.parent / FILE_NAME).is_file():
+            with closing(Session.open(run.parent)) as session:
+                session.reject(run, NOTHING)
+    finally:
+        lock.release()
+    return count
+
+
+def _is_complete(path: Path) -> bool:
+    with suppress(FileError):
+        return run_is_complete(path)
+    return True
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +173,7 @@ def recover_run(run: Path, *, now: datetime, progress: Progress | None = None) -
     Parameters
     ----------
     run
-        Run file, see `session.recovery.unfinished_runs`.
+        Run file, see `unfinished_runs`.
     now
         Date and time with offset from UTC.
     progress

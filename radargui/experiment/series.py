@@ -170,7 +170,7 @@ class AcquisitionSeries:
         self._begin()
 
     def _begin(self) -> None:
-        """Make the next acquisition."""
+        """Make the next acquisition and its recorder, not started."""
         publisher = self._order.publisher
         publisher.number += 1
         self._base = publisher.number - 1
@@ -178,13 +178,9 @@ class AcquisitionSeries:
         self._last_number: int | None = None
         self._ended = False
         self._n_left -= 1
-        self._acquisition, self._recorder = self._acquire()
-
-    def _acquire(self) -> tuple[Acquisition, Recorder]:
-        """Make the next acquisition and its recorder, not started."""
         order, messages = self._order, self._messages
         sets_aside = order.continuous and self._waits_for_motion and order.setup.recording.falls_only
-        recorder = Recorder(
+        self._recorder = Recorder(
             partial(order.session.new_run, attributes=order.attributes),
             order.setup.recording,
             folder=order.session.path,
@@ -194,20 +190,19 @@ class AcquisitionSeries:
             on_change=messages.put,
             on_run=messages.put,
         )
-        acquisition = Acquisition(
-            order.source_factory(order.publisher.number - 1),
+        self._acquisition = Acquisition(
+            order.source_factory(self._base),
             order.setup,
-            recorder=recorder,
+            recorder=self._recorder,
             live=order.live,
             patient=order.patient,
             on_end=lambda: messages.put(None),
             make_processor=lambda setup, digitisation: LiveProcessor(setup, digitisation, order.memory),
         )
         with order.lock:
-            order.acquisition = acquisition
+            order.acquisition = self._acquisition
             if order.is_cancelled:
-                acquisition.request_stop()
-        return acquisition, recorder
+                self._acquisition.request_stop()
 
     def runs(self) -> Iterator[RecordedRun]:
         """Start, and yield runs until the last acquisition has ended and all are processed."""
@@ -233,28 +228,28 @@ class AcquisitionSeries:
     def _next(self) -> Message:
         """Return the next message; report the health while there is none."""
         while True:
-            try:
+            with suppress(queue.Empty):
                 return self._messages.get(timeout=HEALTH_S)
-            except queue.Empty:
-                if self._ended:
-                    continue
-                if self._acquisition.wait(0.0):
-                    # what it reported as it ended may have come meanwhile
-                    with suppress(queue.Empty):
-                        return self._messages.get_nowait()
-                    # stopped before it had begun: then nobody reports it
-                    return None
-                health = self._acquisition.health
-                self._order.publisher.report(EventKind.HEALTH, health.line(), health=health)
-                for warning in self._warnings.of(health):
-                    self._order.publisher.report(EventKind.WARNING, warning)
-                if self._order.is_cancelled:
-                    self._acquisition.stop()
+            if self._ended:
+                continue
+            if self._acquisition.wait(0.0):
+                # what it reported as it ended may have come meanwhile
+                with suppress(queue.Empty):
+                    return self._messages.get_nowait()
+                # stopped before it had begun: then nobody reports it
+                return None
+            health = self._acquisition.health
+            self._order.publisher.report(EventKind.HEALTH, health.line(), health=health)
+            for warning in self._warnings.of(health):
+                self._order.publisher.report(EventKind.WARNING, warning)
+            if self._order.is_cancelled:
+                self._acquisition.stop()
 
     def _take(self, message: Message) -> None:
         match message:
             case RecorderState():
-                self._enter_as(message)
+                if message in _ENTERED and (self._waits_for_motion or message is not RecorderState.ARMED):
+                    self._order.publisher.enter(*_ENTERED[message])
             case FinishedRun():
                 self._finished(replace(message, number=self._base + message.number))
             case RecordedRun():
@@ -273,10 +268,6 @@ class AcquisitionSeries:
             del self._outcomes[self._next_number]
             self._next_number += 1
             yield self._published(run, is_last=self._ended and not self._n_processing and not self._outcomes)
-
-    def _enter_as(self, state: RecorderState) -> None:
-        if state in _ENTERED and (self._waits_for_motion or state is not RecorderState.ARMED):
-            self._order.publisher.enter(*_ENTERED[state])
 
     def _finished(self, run: FinishedRun) -> None:
         publisher = self._order.publisher
@@ -320,10 +311,8 @@ class AcquisitionSeries:
 
     def _is_followed(self) -> bool:
         """Return whether another acquisition comes after the one that has ended."""
-        if self._n_left == 0 or self._order.is_cancelled:
-            return False
-        recorded = self._last_number is not None and self.failure is None
-        return recorded and self._recorder.ending is not Ending.STOPPED
+        may = self._n_left > 0 and not self._order.is_cancelled and self.failure is None
+        return may and self._last_number is not None and self._recorder.ending is not Ending.STOPPED
 
     def _follow(self) -> None:
         try:

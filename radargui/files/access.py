@@ -65,10 +65,8 @@ def why(error: BaseException) -> str:
     """Return one short line on what a library or the system said."""
     if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
         return "the disk is full."
-    if isinstance(error, OSError) and error.strerror and error.errno:
-        said = error.strerror
-    else:
-        said = " ".join(str(error).split()) or type(error).__name__
+    of_system = error.strerror if isinstance(error, OSError) and error.errno else ""
+    said = of_system or " ".join(str(error).split()) or type(error).__name__
     said = said if len(said) <= 160 else said[:157] + "..."
     return said if said.endswith(".") else said + "."
 

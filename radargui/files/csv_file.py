@@ -1,6 +1,7 @@
 """CSV files, read and written: one column a channel, one row a sample; comments above hold all other facts."""
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import BinaryIO, TextIO
 
@@ -93,17 +94,12 @@ def _table(file: TextIO, path: Path, layout: CsvLayout, wanted: Sequence[CsvColu
     rows = _rows(file, path, layout)
     if layout.separator != ",":
         rows = _with_points(rows, path, layout, places)
-    first = next(rows, None)
-    if first is None:
+    # numpy warns of an input without rows
+    if (first := next(rows, None)) is None:
         return np.empty((0, len(places)))
-
-    def lines() -> Iterator[str]:
-        yield first
-        yield from rows
-
     delimiter = None if layout.separator == BLANKS else layout.separator
     try:
-        table = np.loadtxt(lines(), delimiter=delimiter, comments=None, usecols=places, ndmin=2, dtype=np.float64)
+        table = np.loadtxt(chain([first], rows), delimiter=delimiter, comments=None, usecols=places, ndmin=2)
     except UnicodeDecodeError:
         raise FileError(f"{path} is not UTF-8 text to its end.", reasons=("it is damaged",)) from None
     except ValueError as error:
@@ -116,20 +112,18 @@ def _table(file: TextIO, path: Path, layout: CsvLayout, wanted: Sequence[CsvColu
 def _rows(file: TextIO, path: Path, layout: CsvLayout) -> Iterator[str]:
     """Return the lines of numbers, each with the right number of columns."""
     sign, n_signs = layout.separator, layout.n_columns - 1
-    first = () if layout.first_row is None else (layout.first_row,)
-    for lines in (first, file):
-        for line in lines:
-            there = len(line.split()) - 1 if sign == BLANKS else line.count(sign)
-            if there == n_signs and line.strip():
-                yield line
-            elif not is_blank(line):
-                reasons, remedy = _COMMA_HINT if sign == "," else _HINT
-                raise FileError(
-                    f"{path}: a row has {there + 1} columns, the header {layout.n_columns}: {shown(line)}; columns are "
-                    f"parted by {layout.word}.",
-                    reasons=reasons,
-                    remedy=remedy,
-                )
+    for line in chain(() if layout.first_row is None else (layout.first_row,), file):
+        there = len(line.split()) - 1 if sign == BLANKS else line.count(sign)
+        if there == n_signs and line.strip():
+            yield line
+        elif not is_blank(line):
+            reasons, remedy = _COMMA_HINT if sign == "," else _HINT
+            raise FileError(
+                f"{path}: a row has {there + 1} columns, the header {layout.n_columns}: {shown(line)}; columns are "
+                f"parted by {layout.word}.",
+                reasons=reasons,
+                remedy=remedy,
+            )
 
 
 def _with_points(rows: Iterator[str], path: Path, layout: CsvLayout, places: Sequence[int]) -> Iterator[str]:
@@ -173,7 +167,6 @@ _LARGEST_NS = 9e18
 """Just below 2^63: what is larger has no whole number of ns in 64 bits."""
 _ROWS = 1 << 14
 """Written at a time: a few MB of text. Chosen by hand."""
-_COMMA, _NEWLINE = b",\n"
 
 
 def write_csv(run: RunStream, path: Path, report: Progress) -> None:
@@ -219,17 +212,15 @@ def _texts_of_codes(coefficients: tuple[float, ...]) -> ByteArray:
 
 
 def _rows_of_codes(times: ByteArray, codes: RawArray, tables: list[ByteArray]) -> bytes:
-    count = times.shape[0]
-    comma = np.full((count, 1), _COMMA, dtype=np.uint8)
+    comma, newline = (np.full((len(times), 1), sign, dtype=np.uint8) for sign in b",\n")
     columns = [times]
     for row, table in zip(codes, tables, strict=True):
         columns += [comma, table[row.astype(np.intp) + 32768]]
-    rows = np.concatenate([*columns, np.full((count, 1), _NEWLINE, dtype=np.uint8)], axis=1)
-    return rows.tobytes().translate(None, b"\0")
+    return np.concatenate([*columns, newline], axis=1).tobytes().translate(None, b"\0")
 
 
 def _rows_of_values(times: ByteArray, values: RawArray) -> Iterator[bytes]:
     columns = [[repr(value) for value in row] for row in values.tolist()]
-    starts = (row.tobytes().replace(b"\0", b"").decode("ascii") for row in times)
-    for start, *cells in zip(starts, *columns, strict=True):
-        yield f"{start},{','.join(cells)}\n".encode("ascii")
+    starts = (row.tobytes().translate(None, b"\0").decode("ascii") for row in times)
+    for cells in zip(starts, *columns, strict=True):
+        yield (",".join(cells) + "\n").encode("ascii")

@@ -122,6 +122,7 @@ def is_number(cell: str) -> bool:
         float(cell)
     except ValueError:
         return False
+    # Python takes more for numbers: 1_000, digits of other scripts
     return "_" not in cell and cell.isascii()
 
 
@@ -257,11 +258,10 @@ def _column(place: int, title: str) -> CsvColumn:
 def _unit(text: str) -> tuple[str, float]:
     # micro has two signs
     plain = text.replace("µ", "u").replace("μ", "u").strip()
+    # in short ones capitals tell prefixes apart: MV is no mV
     word = plain if len(plain) < 3 else plain.lower()
-    for unit, known in (("V", _VOLTS), ("s", _SECONDS)):
-        if word in known:
-            return unit, known[word]
-    return "", 1.0
+    unit = "V" if word in _VOLTS else "s" if word in _SECONDS else ""
+    return unit, {**_VOLTS, **_SECONDS}.get(word, 1.0)
 
 
 def _is_numbers(line: str) -> bool:

@@ -13,6 +13,7 @@ WordArray = NDArray[np.uint32]
 """Four characters each, zero bytes where fewer are meant."""
 _ROWS = 1 << 13
 _LARGEST = 9.0e18
+"""Just below 2^63: a larger count of last decimals has no whole number in 64 bits."""
 _HALF_LENGTH = 1 << 32
 
 

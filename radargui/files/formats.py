@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -9,22 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
+from radargui.files import csv_file as csv, mat_file as mat, sigmf_file as sigmf, tdms_file as tdms
 from radargui.files.access import Progress, fresh_files, make_folder, resolved, silent, want_file
-from radargui.files.csv_file import csv_facts, list_csv, read_csv, write_csv
-from radargui.files.mat_file import list_mat, mat_codes, mat_facts, mat_program, read_mat, write_mat
 from radargui.files.raw_file import EXAMPLE, WHAT, RawLayout, list_raw, read_raw
 from radargui.files.run_file import ExportFacts, read_run, read_run_setup, run_stream
-from radargui.files.sigmf_file import (
-    DATA_SUFFIX,
-    SIGMF_SUFFIXES,
-    list_sigmf,
-    read_sigmf,
-    sigmf_facts,
-    sigmf_program,
-    write_sigmf,
-)
 from radargui.files.signals import ChannelInfo, Signal, Signals
-from radargui.files.tdms_file import list_tdms, read_tdms, tdms_facts, write_tdms
 from radargui.model.arrays import RawArray
 from radargui.model.errors import FileError, UsageError
 from radargui.model.recording import Digitisation, Recording
@@ -167,10 +157,17 @@ class Format:
 RUN = Format("RadarGUI run", (".h5", ".hdf5"), list_run, read_run_signals)
 FORMATS = (
     RUN,
-    Format("CSV", (".csv",), list_csv, read_csv, csv_facts),
-    Format("MATLAB", (".mat",), list_mat, read_mat, mat_facts, mat_codes, mat_program),
-    Format("TDMS", (".tdms",), list_tdms, read_tdms, tdms_facts),
-    Format("SigMF", SIGMF_SUFFIXES, list_sigmf, read_sigmf, sigmf_facts, program=sigmf_program),
+    Format("CSV", (".csv",), csv.list_csv, csv.read_csv, csv.csv_facts),
+    Format("MATLAB", (".mat",), mat.list_mat, mat.read_mat, mat.mat_facts, mat.mat_codes, mat.mat_program),
+    Format("TDMS", (".tdms",), tdms.list_tdms, tdms.read_tdms, tdms.tdms_facts),
+    Format(
+        "SigMF",
+        sigmf.SIGMF_SUFFIXES,
+        sigmf.list_sigmf,
+        sigmf.read_sigmf,
+        sigmf.sigmf_facts,
+        program=sigmf.sigmf_program,
+    ),
 )
 SUFFIXES: tuple[str, ...] = tuple(suffix for one in FORMATS for suffix in one.suffixes)
 
@@ -195,7 +192,7 @@ def format_of(path: Path, raw: RawLayout | None = None) -> Format:
     want_file(path)
     suffix, found = path.suffix.lower(), _by_suffix(path)
     if raw is not None:
-        if found is not None and suffix != DATA_SUFFIX:
+        if found is not None and suffix != sigmf.DATA_SUFFIX:
             raise UsageError(f"{path} is read as {found.name} and tells its own layout", remedy="Leave --raw out.")
         return Format(WHAT, (), partial(list_raw, layout=raw), partial(read_raw, layout=raw))
     if found is None:
@@ -218,17 +215,6 @@ def list_channels(path: Path, raw: RawLayout | None = None) -> tuple[ChannelInfo
     return format_of(path, raw).list(path)
 
 
-def read_signals(path: Path, names: Sequence[str], raw: RawLayout | None = None) -> Signals:
-    """Return channels of a file by the names that `list_channels` gives.
-
-    Raises
-    ------
-    FileError
-        Unreadable, not of a known format, or a channel missing.
-    """
-    return format_of(path, raw).read(path, names)
-
-
 def own_setup_of(path: Path) -> Setup | None:
     """Return the setup that a file brings with it: a run, or one that RadarGUI exported; None where it has none.
 
@@ -249,22 +235,19 @@ def own_setup_of(path: Path) -> Setup | None:
 def session_facts_of(path: Path) -> Mapping[str, str]:
     """Return what an exported run says of its session (operator, sample, ...); empty where the file says nothing."""
     kind = _by_suffix(path)
-    try:
-        facts = kind.facts(path) if kind else None
-    except (FileError, OSError):
-        return {}
-    return facts.session if facts else {}
+    with suppress(FileError, OSError):
+        if kind is not None and (facts := kind.facts(path)) is not None:
+            return facts.session
+    return {}
 
 
 def source_program(path: Path) -> str:
     """Return the program that a file says wrote it; empty where it does not say."""
     kind = _by_suffix(path)
-    try:
-        if kind is not None and kind.program is not None:
-            return kind.program(path)
-        return "RadarGUI" if kind and kind.facts(path) else ""
-    except (FileError, OSError):
-        return ""
+    with suppress(FileError, OSError):
+        if kind is not None:
+            return kind.program(path) if kind.program else "RadarGUI" if kind.facts(path) else ""
+    return ""
 
 
 def _by_suffix(path: Path) -> Format | None:
@@ -300,10 +283,10 @@ class ExportFormat:
 EXPORT_FORMATS: Mapping[str, ExportFormat] = {
     one.name: one
     for one in (
-        ExportFormat("csv", "CSV", (".csv",), write_csv),
-        ExportFormat("mat", "MATLAB", (".mat",), write_mat),
-        ExportFormat("tdms", "NI TDMS", (".tdms",), write_tdms),
-        ExportFormat("sigmf", "SigMF", (".sigmf-meta", ".sigmf-data"), write_sigmf),
+        ExportFormat("csv", "CSV", (".csv",), csv.write_csv),
+        ExportFormat("mat", "MATLAB", (".mat",), mat.write_mat),
+        ExportFormat("tdms", "NI TDMS", (".tdms",), tdms.write_tdms),
+        ExportFormat("sigmf", "SigMF", sigmf.SIGMF_SUFFIXES[:2], sigmf.write_sigmf),
     )
 }
 

@@ -3,7 +3,7 @@
 import math
 import zlib
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -49,10 +49,9 @@ def opened(path: Path, what: str = "an HDF5 file", check: Callable[[Any], bool] 
 
 def is_hdf5(path: Path) -> bool:
     """Return whether a file starts (after a user block, as MATLAB's) as HDF5 does."""
-    try:
+    with suppress(OSError, RuntimeError, ValueError):
         return bool(h5py.is_hdf5(path))
-    except (OSError, RuntimeError, ValueError):
-        return False
+    return False
 
 
 def store(group: Any, name: str, values: NDArray[Any], chunk: int, *, unit: str) -> None:

@@ -60,11 +60,9 @@ def sound_variables(path: Path) -> list[str]:
     data = memoryview(path.read_bytes())
     if len(data) < HEADER_BYTES:
         raise ValueError("it is too short for a header")
-    if 0 in data[:4]:
-        # The library would take it for version 4, whose headers nobody has looked at.
-        raise ValueError("it is not of MATLAB version 5 to 7.3")
     order = {b"IM": "<", b"MI": ">"}.get(bytes(data[126:128]))
-    if order is None or struct.unpack(order + "H", data[124:126])[0] >> 8 != 1:
+    # with a 0 in front the library would take it for version 4, whose headers nobody has looked at
+    if 0 in data[:4] or order is None or struct.unpack(order + "H", data[124:126])[0] >> 8 != 1:
         raise ValueError("it is not of MATLAB version 5 to 7.3")
     names = []
     for kind, content in _elements(data[HEADER_BYTES:], order):

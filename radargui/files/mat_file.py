@@ -3,8 +3,10 @@
 import math
 import re
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
+from itertools import islice
 from pathlib import Path
 from typing import Any, cast
 
@@ -139,21 +141,17 @@ def _variables(path: Path, wanted: Sequence[str]) -> dict[str, Variable]:
 
 def _beside(variables: dict[str, Variable], name: str, keys: Sequence[str]) -> list[Variable]:
     """Return variables of these names beside `name`, then at the top."""
-    parents = [name.rpartition(".")[0], ""]
     return [
         variable
-        for parent in parents
+        for parent in (name.rpartition(".")[0], "")
         for other, variable in variables.items()
         if other.rpartition(".")[0] == parent and other.rpartition(".")[2].lower() in keys
     ]
 
 
 def _rate(variables: dict[str, Variable], name: str) -> float | None:
-    for variable in _beside(variables, name, RATE_NAMES):
-        value = variable.value
-        if isinstance(value, float) and math.isfinite(value) and value > 0.0:
-            return value
-    return None
+    values = (variable.value for variable in _beside(variables, name, RATE_NAMES))
+    return next((rate for rate in values if isinstance(rate, float) and math.isfinite(rate) and rate > 0.0), None)
 
 
 def _unit(variables: dict[str, Variable], name: str) -> str:
@@ -163,22 +161,18 @@ def _unit(variables: dict[str, Variable], name: str) -> str:
 
 def _started(variables: dict[str, Variable], name: str) -> str:
     for variable in _beside(variables, name, DATE_NAMES):
-        try:
-            started = _date(variable.value)
-        except (ValueError, OverflowError):
-            continue
-        if started:
-            return started
+        with suppress(ValueError, OverflowError):
+            if started := _date(variable.value):
+                return started
     return ""
 
 
 def _date(value: object) -> str:
     """Return ISO 8601, without an offset where the file tells none; empty for what is no date."""
     if isinstance(value, str):
-        try:
+        with suppress(ValueError):
             return datetime.fromisoformat(value.strip()).isoformat()
-        except ValueError:
-            return datetime.strptime(value.strip(), _DATESTR).isoformat()  # noqa: DTZ007  the file tells no zone
+        return datetime.strptime(value.strip(), _DATESTR).isoformat()  # noqa: DTZ007  the file tells no zone
     if isinstance(value, np.ndarray) and value.shape == (6,):
         year, month, day, hour, minute = (int(part) for part in value[:5])
         start = datetime(year, month, day, hour, minute) + timedelta(seconds=float(value[5]))  # noqa: DTZ001
@@ -199,12 +193,8 @@ def _variables_73(path: Path, wanted: Sequence[str]) -> dict[str, Variable]:
         Damaged, or a wanted vector claims more than the file holds.
     """
     with hdf5.opened(path, WHAT) as file:
-        found: dict[str, Variable] = {}
-        for name, item in _datasets(file, "", 0):
-            if len(found) >= _MOST:
-                break
-            found[name] = _variable_73(file, path, name, item, name in wanted)
-        return found
+        looked_at = islice(_datasets(file, "", 0), _MOST)
+        return {name: _variable_73(file, path, name, item, name in wanted) for name, item in looked_at}
 
 
 def _datasets(group: Any, prefix: str, depth: int) -> Iterator[tuple[str, Any]]:
@@ -235,8 +225,7 @@ def _variable_73(file: Any, path: Path, name: str, item: Any, wanted: bool) -> V
 
 def mat_facts(path: Path) -> ExportFacts | None:
     """Return what the variable `radargui` of a MATLAB file tells; None where it is no export of ours."""
-    text = _mat_variable(path, FACTS)
-    return facts_of_text(text) if isinstance(text, str) else None
+    return facts_of_text(_mat_variable(path, FACTS))
 
 
 def mat_codes(path: Path, facts: ExportFacts) -> RawArray | None:
@@ -341,11 +330,9 @@ def _put(file: Any, name: str, **options: Any) -> Any:
 
 def _put_text(file: Any, name: str, text: str) -> None:
     codes = np.frombuffer(text.encode("utf-16-le", "replace"), dtype="<u2")
-    if codes.size:
-        dataset = file.create_dataset(name, data=codes[:, None])
-    else:
-        # What is empty is kept as its size.
-        dataset = file.create_dataset(name, data=np.zeros(2, dtype=np.uint64))
+    # what is empty is kept as its size
+    dataset = file.create_dataset(name, data=codes[:, None] if text else np.zeros(2, dtype=np.uint64))
+    if not text:
         dataset.attrs["MATLAB_empty"] = np.uint8(1)
     dataset.attrs["MATLAB_class"] = np.bytes_("char")
     dataset.attrs["MATLAB_int_decode"] = np.int32(2)

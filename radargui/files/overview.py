@@ -67,7 +67,8 @@ class OverviewMaker:
         done = 0
         while (count := (samples.shape[1] - done) // self._bin) > 0:
             if self._n_bins == MOST_BINS:
-                self._coarser()
+                self._n_bins, self._bin = self._n_bins // 2, 2 * self._bin
+                self._room[:, :, : self._n_bins] = _coarsened(self._room, 2)
                 continue
             take = min(count, MOST_BINS - self._n_bins)
             ends = lowest_and_highest(samples[:, done : done + take * self._bin], self._bin)
@@ -80,10 +81,6 @@ class OverviewMaker:
         """Return lowest and highest, shape (2, n_channels, n_bins), and samples a bin; the last one may hold fewer."""
         left = lowest_and_highest(self._left, self._bin)
         return np.concatenate([self._room[:, :, : self._n_bins], left], axis=2), self._bin
-
-    def _coarser(self) -> None:
-        self._n_bins, self._bin = self._n_bins // 2, 2 * self._bin
-        self._room[:, :, : self._n_bins] = _coarsened(self._room, 2)
 
 
 def _coarsened(ends: NDArray[Any], step: int) -> NDArray[Any]:

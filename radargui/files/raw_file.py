@@ -119,8 +119,7 @@ def read_raw(path: Path, names: Sequence[str], layout: RawLayout) -> Signals:
     """
     with reading(path, WHAT):
         count = _count(path, layout)
-        present = [str(place) for place in range(layout.channels)]
-        own = resolved(path, names, present)
+        own = resolved(path, names, [str(place) for place in range(layout.channels)])
         table = _table(path, layout, count)
         scale = 1.0 if layout.scale_v is None else layout.scale_v
         signals = tuple(scaled_signal(name, table[:, int(name)], scale, layout.offset_v, _unit(layout)) for name in own)

@@ -9,7 +9,7 @@ from typing import Literal
 
 from radargui.files.access import listed
 from radargui.files.csv_layout import is_time_name
-from radargui.files.formats import RUN, SUFFIXES, format_of, read_signals
+from radargui.files.formats import RUN, SUFFIXES, format_of
 from radargui.files.raw_file import RawLayout
 from radargui.files.run_file import read_run
 from radargui.files.signals import SAME_RATE, ChannelInfo, Signals, assemble
@@ -44,11 +44,6 @@ class ChannelEntry:
     variable: str
     path: Path | None = None
 
-    @property
-    def text(self) -> str:
-        """The entry as it was written."""
-        return self.variable if self.path is None else f"{self.path}:{self.variable}"
-
 
 @dataclass(frozen=True, slots=True)
 class ChannelMap:
@@ -65,11 +60,6 @@ class ChannelMap:
     def paths(self) -> tuple[Path, ...]:
         """The files it names, each once, in order."""
         return tuple(dict.fromkeys(entry.path for entry in self.entries if entry.path is not None))
-
-    @property
-    def n_receivers(self) -> int:
-        """Number of IQ pairs."""
-        return len(self.entries) // 2
 
 
 def parse_channel_map(text: str, *, numbered: bool = False) -> ChannelMap:
@@ -118,13 +108,12 @@ def _complete(entries: dict[str, ChannelEntry]) -> ChannelMap:
         raise UsageError(
             f"--channels lacks {lacking}.", reasons=("I and Q come in pairs counted from 1",), remedy=_FORM
         )
-    places = [(entries[target].path, entries[target].variable) for target in wanted]
-    if len(set(places)) != len(places):
+    ordered = tuple(entries[target] for target in wanted)
+    if len({(entry.path, entry.variable) for entry in ordered}) != len(ordered):
         raise UsageError("--channels gives the same column or variable to two channels.", remedy=_FORM)
-    given = {entries[target].path is not None for target in wanted}
-    if len(given) > 1:
+    if len({entry.path is not None for entry in ordered}) > 1:
         raise UsageError("--channels names a path for some channels and none for others.", remedy=_FORM)
-    return ChannelMap(tuple(entries[target] for target in wanted))
+    return ChannelMap(ordered)
 
 
 def read_mapped(
@@ -171,7 +160,7 @@ def read_mapped(
     # One part a channel, so that the order is the map's, whatever file each comes from.
     parts: dict[str, Signals] = {}
     for path, some in grouped.items():
-        part = read_signals(path, [entry.variable for entry in some], raw)
+        part = format_of(path, raw).read(path, [entry.variable for entry in some])
         parts |= {one.target: replace(part, signals=(own,)) for one, own in zip(some, part.signals, strict=True)}
     targets = [entry.target for entry in entries]
     return assemble(
@@ -285,13 +274,10 @@ class ChannelGuess:
         None where nothing can be guessed.
     basis
         names: the names say it; order: only their order does, look at it; remembered: as the user chose before.
-    left_out
-        Channels of the file that are not used.
     """
 
     channel_map: ChannelMap | None
     basis: Basis
-    left_out: tuple[str, ...] = ()
 
 
 def guess_channel_map(infos: Sequence[ChannelInfo]) -> ChannelGuess:
@@ -307,18 +293,16 @@ def guess_channel_map(infos: Sequence[ChannelInfo]) -> ChannelGuess:
         What `list_channels` gives.
     """
     names = [info.name for info in _alike(infos)]
-    every = [info.name for info in infos]
-    by_name = _from_names(names)
-    if by_name:
-        return _guess(by_name, "names", every)
+    if by_name := _from_names(names):
+        return guess_of_variables(by_name, "names")
     ordered = sorted(names, key=_number_at_end) if _differ_in_number(names) else names
     usable = min(len(ordered) // 2, LARGEST) * 2
-    return _guess(ordered[:usable], "order", every) if usable else ChannelGuess(None, "nothing", tuple(every))
+    return guess_of_variables(ordered[:usable], "order") if usable else ChannelGuess(None, "nothing")
 
 
-def guess_of_variables(variables: Sequence[str], infos: Sequence[ChannelInfo], basis: Basis) -> ChannelGuess:
+def guess_of_variables(variables: Sequence[str], basis: Basis) -> ChannelGuess:
     """Return the map that takes `variables` as I1, Q1, ... in this order."""
-    return _guess(list(variables), basis, [info.name for info in infos])
+    return ChannelGuess(ChannelMap(tuple(map(ChannelEntry, iq_names(len(variables) // 2), variables))), basis)
 
 
 def pattern_of(infos: Sequence[ChannelInfo]) -> tuple[str, ...]:
@@ -328,16 +312,11 @@ def pattern_of(infos: Sequence[ChannelInfo]) -> tuple[str, ...]:
     return tuple(short if len(set(short)) == len(short) else names)
 
 
-def _guess(variables: Sequence[str], basis: Basis, every: Sequence[str]) -> ChannelGuess:
-    targets = iq_names(len(variables) // 2)
-    entries = tuple(ChannelEntry(target, name) for target, name in zip(targets, variables, strict=True))
-    return ChannelGuess(ChannelMap(entries), basis, tuple(name for name in every if name not in variables))
-
-
 def _alike(infos: Sequence[ChannelInfo]) -> list[ChannelInfo]:
     samples = [info for info in infos if info.count > 0 and not is_time_name(info.name.strip().rpartition(".")[2])]
     if not samples:
         return []
+    # the commonest length, of two as common the longer
     lengths = Counter(info.count for info in samples)
     most = max(lengths, key=lambda length: (lengths[length], length))
     return [info for info in samples if info.count == most]
@@ -354,10 +333,8 @@ def _from_names(names: Sequence[str]) -> list[str]:
             return []
         found[place] = name
     numbers = sorted({number for number, _ in found})
-    if not numbers or len(numbers) > LARGEST:
-        return []
     wanted = [(number, part) for number in numbers for part in "IQ"]
-    return [found[one] for one in wanted] if all(one in found for one in wanted) else []
+    return [found[one] for one in wanted] if len(numbers) <= LARGEST and found.keys() >= set(wanted) else []
 
 
 def _receiver_and_part(name: str) -> tuple[int, str] | None:

@@ -45,7 +45,7 @@ def rewritten(path: Path, said: str) -> Iterator[tuple[Any, Any]]:
         with hdf5.opened(path, "a run file", layout.is_run) as source:
             try:
                 staged = _new_file(path)
-                partial = Path(staged.name)
+                partial = staged.path
                 with closing(staged):
                     with h5py.File(staged, "w") as target:
                         yield source, target
@@ -57,11 +57,11 @@ def rewritten(path: Path, said: str) -> Iterator[tuple[Any, Any]]:
             partial.replace(path)
         except OSError as error:
             raise _refused(path, said, error) from error
-    except BaseException:
+    finally:
         if partial is not None:
+            # gone where it took its place
             with contextlib.suppress(OSError):
                 partial.unlink(missing_ok=True)
-        raise
 
 
 def _new_file(path: Path) -> StagedFile:
@@ -72,11 +72,8 @@ def _new_file(path: Path) -> StagedFile:
                 # what a crash left behind is a copy
                 old.unlink()
     while True:
-        partial = path.with_name(f"{path.name}.{os.getpid()}-{next(_numbers)}.part")
-        try:
-            return StagedFile(partial, automatic=True)
-        except FileExistsError:
-            continue
+        with contextlib.suppress(FileExistsError):
+            return StagedFile(path.with_name(f"{path.name}.{os.getpid()}-{next(_numbers)}.part"), automatic=True)
 
 
 def _refused(path: Path, said: str, error: Exception) -> FileError:
@@ -130,14 +127,7 @@ def finish_run(path: Path, *, now: str) -> int:
 def _copy_samples(raw: Any, target: Any, count: int, path: Path) -> None:
     """Copy what is whole, and check that it reads back the same."""
     n_channels = raw.shape[0]
-    copy = target.create_dataset(
-        layout.RAW,
-        shape=(n_channels, count),
-        maxshape=(n_channels, None),
-        dtype=raw.dtype,
-        chunks=raw.chunks or (1, layout.LARGEST_CHUNK),
-        **hdf5.COMPRESSION,
-    )
+    copy = layout.make_raw(target, (n_channels, count), raw.dtype, raw.chunks or (1, layout.LARGEST_CHUNK))
     hdf5.copy_attributes(raw, copy)
     hdf5.seal(copy.attrs)
     overview, crcs, copied = OverviewMaker(n_channels, raw.dtype), [0] * n_channels, [0] * n_channels

@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from radargui.files import hdf5, run_layout as layout
 from radargui.files.run_file import markers_in
 from radargui.model.arrays import FloatArray, lowest_and_highest
 from radargui.model.drop import RunOrigin
-from radargui.model.result import RunResult
+from radargui.model.result import Bounce, FreeFall, RunResult
 
 HEALTH = "health"
 _RECORD = "record"
@@ -41,13 +42,11 @@ def read_health(path: Path) -> dict[str, object] | None:
 
 def health_in(file: Any) -> dict[str, object] | None:
     """Return the health record in an open run file; None where it holds none, or a damaged one."""
-    if HEALTH not in file or not hdf5.is_sound(file[HEALTH].attrs):
-        return None
-    try:
-        record = json.loads(hdf5.text(file[HEALTH].attrs, _RECORD) or "null")
-    except ValueError:
-        return None
-    return record if isinstance(record, dict) else None
+    if HEALTH in file and hdf5.is_sound(file[HEALTH].attrs):
+        with suppress(ValueError):
+            record = json.loads(hdf5.text(file[HEALTH].attrs, _RECORD) or "null")
+            return record if isinstance(record, dict) else None
+    return None
 
 
 _VERDICTS = ("rejected", "usable", "good")
@@ -76,13 +75,10 @@ def summarise(result: RunResult) -> dict[str, object]:
     return {
         "status": result.status,
         "reason": result.reason,
-        "drop_height_m": _finite(fall.drop_height_m) if fall else None,
-        "impact_speed_m_s": _finite(bounce.speed_before_m_s) if bounce else None,
-        "e": _finite(bounce.e) if bounce else None,
-        "u_e": _finite(bounce.u_e) if bounce else None,
-        "u_e_combined": _finite(bounce.u_e_combined) if bounce else None,
-        "g_m_s2": _finite(fall.g_m_s2) if fall else None,
-        "u_g_m_s2": _finite(fall.u_g_m_s2) if fall else None,
+        "drop_height_m": _finite(fall, "drop_height_m"),
+        "impact_speed_m_s": _finite(bounce, "speed_before_m_s"),
+        **{key: _finite(bounce, key) for key in ("e", "u_e", "u_e_combined")},
+        **{key: _finite(fall, key) for key in ("g_m_s2", "u_g_m_s2")},
         "u_g_combined_m_s2": budget.g_m_s2.combined if fall and budget else None,
         "correction": corrected.method if corrected else result.setup.processing.correction,
         "geometry": track.geometry if track else result.setup.processing.geometry,
@@ -106,8 +102,9 @@ def summary_in(results: Any) -> dict[str, object]:
     return summary if isinstance(summary, dict) else {}
 
 
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
+def _finite(of: Bounce | FreeFall | None, figure: str) -> float | None:
+    # JSON knows no NaN
+    return float(value) if of is not None and math.isfinite(value := getattr(of, figure)) else None
 
 
 BINS = 128
@@ -224,12 +221,11 @@ def read_run_card(path: Path) -> RunCard:
     """
     with hdf5.opened(path, "a run file", layout.is_run) as file:
         raw = hdf5.dataset(file, layout.RAW, path, (2,))
-        finished = hdf5.number(file.attrs, "complete") != 0.0
         # the header's own checksum is left to those who read samples: it would double the time
         results = sound_results(file)
         return RunCard(
             started_at=hdf5.text(raw.attrs, "started_at"),
-            finished=finished,
+            finished=hdf5.number(file.attrs, "complete") != 0.0,
             recovered_at=hdf5.text(file.attrs, "recovered_at"),
             n_samples=int(raw.shape[1]),
             sample_rate_hz=hdf5.number(raw.attrs, "sample_rate_hz") or 0.0,
@@ -246,13 +242,12 @@ def origin_attributes(source: str, file: Path | None) -> dict[str, str]:
 
 def _origin(file: Any) -> RunOrigin:
     attributes = file.attrs
-    crcs = np.ravel(attributes["crc32"]).tolist() if "crc32" in attributes else []
+    crcs = np.ravel(attributes.get("crc32", ())).tolist()
     samples = ":".join(map(str, [int(hdf5.number(attributes, "n_samples") or 0), *crcs])) if crcs else ""
     if hdf5.text(attributes, "source") == "replay":
-        first = (health_in(file) or {}).get("first_sample")
-        return RunOrigin(
-            "replay", samples, hdf5.text(attributes, "replay_of"), first if isinstance(first, int) else None
-        )
+        found = (health_in(file) or {}).get("first_sample")
+        first = found if isinstance(found, int) else None
+        return RunOrigin("replay", samples, hdf5.text(attributes, "replay_of"), first)
     # 0.1 said so only of the device, and an imported simulation says no more
     simulated = hdf5.text(attributes, "device").startswith("simulated") or layout.TRUTH in file
     return RunOrigin("simulated" if simulated else "measured", samples)

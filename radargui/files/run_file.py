@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -62,10 +62,9 @@ class ExportFacts:
 
     def started_utc(self) -> datetime | None:
         """Return when the first sample was taken, in UTC without a zone as formats want it; None where unknown."""
-        try:
+        with suppress(ValueError):
             return datetime.fromisoformat(self.started_at).astimezone(UTC).replace(tzinfo=None)
-        except ValueError:
-            return None
+        return None
 
     def table(self) -> dict[str, Any]:
         """Return the facts as plain values that TOML and JSON can hold; what is not known is left out."""
@@ -95,15 +94,12 @@ class ExportFacts:
         return tomlkit.dumps(table)
 
 
-def facts_of_text(text: str) -> ExportFacts | None:
-    """Return the facts that a TOML text tells; None where it is none of ours or damaged."""
-    if len(text) > LARGEST_TEXT or FORMAT not in text:
-        return None
-    try:
-        table = load_toml(text)
-    except ValueError:
-        return None
-    return facts_of_table(table)
+def facts_of_text(text: object) -> ExportFacts | None:
+    """Return the facts that a TOML text tells; None where it is no text, none of ours or damaged."""
+    if isinstance(text, str) and len(text) <= LARGEST_TEXT and FORMAT in text:
+        with suppress(ValueError):
+            return facts_of_table(load_toml(text))
+    return None
 
 
 _FACTS = TypeAdapter(ExportFacts)
@@ -187,10 +183,13 @@ def read_run_setup(path: Path) -> Setup | None:
 
 def markers_in(file: Any, path: Path) -> tuple[Marker, ...]:
     """Return the notes in an opened run file; FileError where they are damaged."""
-    if layout.MARKERS not in file:
-        return ()
-    rows = hdf5.dataset(file, layout.MARKERS, path, (1,))[:]
+    rows = _rows(file, layout.MARKERS, path)
     return tuple(Marker(int(row["index"]), hdf5.decoded(row["text"])) for row in rows)
+
+
+def _rows(file: Any, table: str, path: Path) -> Any:
+    """Return the rows of a table; none where the file has no such table."""
+    return hdf5.dataset(file, table, path, (1,))[:] if table in file else ()
 
 
 @contextmanager
@@ -221,9 +220,7 @@ def read_gaps(file: Any, path: Path) -> tuple[Gap, ...]:
     FileError
         They are damaged.
     """
-    if layout.GAPS not in file:
-        return ()
-    rows = hdf5.dataset(file, layout.GAPS, path, (1,))[:]
+    rows = _rows(file, layout.GAPS, path)
     gaps = tuple(Gap(int(row["first_index"]), int(row["count"]), hdf5.decoded(row["reason"])) for row in rows)
     if not are_possible(gaps):
         raise FileError(f"{path}: its gap records are damaged.")

@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from itertools import zip_longest
+from itertools import product, zip_longest
 from pathlib import Path
 from typing import Any, Required, TypedDict
 
 import h5py
 import numpy as np
+from numpy.typing import DTypeLike
 
 from radargui import __version__
 from radargui.files import hdf5
@@ -80,14 +81,8 @@ class Header(TypedDict, total=False):
 def write_header(file: Any, digitisation: Digitisation, header: Header) -> None:
     """Make the empty datasets and all attributes of a new run file."""
     n_channels, trigger_index = digitisation.n_channels, header.get("trigger_index")
-    raw = file.create_dataset(
-        RAW,
-        shape=(n_channels, 0),
-        maxshape=(n_channels, None),
-        dtype=np.float64 if digitisation.scaling is None else np.int16,
-        chunks=(1, chunk_length(digitisation.sample_rate_hz)),
-        **hdf5.COMPRESSION,
-    )
+    dtype = np.float64 if digitisation.scaling is None else np.int16
+    raw = make_raw(file, (n_channels, 0), dtype, (1, chunk_length(digitisation.sample_rate_hz)))
     for name, kind, units in (
         (GAPS, GAP_TYPE, ("sample", "sample", "text")),
         (MARKERS, MARKER_TYPE, ("sample", "text")),
@@ -113,6 +108,13 @@ def write_header(file: Any, digitisation: Digitisation, header: Header) -> None:
     for place in (file, raw):
         hdf5.put_all(place.attrs, described)
         hdf5.seal(place.attrs)
+
+
+def make_raw(file: Any, shape: tuple[int, int], dtype: DTypeLike, chunks: tuple[int, int]) -> Any:
+    """Make the dataset of the samples, shape (n_channels, n_samples), that can grow, and return it."""
+    return file.create_dataset(
+        RAW, shape=shape, maxshape=(shape[0], None), dtype=dtype, chunks=chunks, **hdf5.COMPRESSION
+    )
 
 
 def stored_unit(digitisation: Digitisation) -> str:
@@ -168,7 +170,7 @@ def _scaling(raw: Any, path: Path) -> tuple[tuple[float, ...], ...] | None:
     table = np.asarray(raw.attrs.get("scaling", []), dtype=np.float64)
     if table.ndim != 2 or table.shape[0] != raw.shape[0] or table.shape[1] < 1 or not np.isfinite(table).all():
         raise FileError(f"{path}: the scaling of its codes is missing or does not fit its channels.")
-    return tuple(_trimmed(row) for row in table.tolist())
+    return tuple(map(_trimmed, table.tolist()))
 
 
 def padded(scaling: tuple[tuple[float, ...], ...]) -> FloatArray:
@@ -177,8 +179,9 @@ def padded(scaling: tuple[tuple[float, ...], ...]) -> FloatArray:
 
 
 def _trimmed(row: list[float]) -> tuple[float, ...]:
+    # as padded: a line keeps its slope of 0
     while len(row) > 2 and row[-1] == 0.0:
-        row = row[:-1]
+        row.pop()
     return tuple(row)
 
 
@@ -190,10 +193,9 @@ def whole_samples(raw: Any) -> int:
     length = raw.chunks[1]
     if raw.id.get_num_chunks() == n_channels * -(-count // length):
         return int(count)
-    for first in range(0, count, length):
-        for channel in range(n_channels):
-            if raw.id.get_chunk_info_by_coord((channel, first)).byte_offset is None:
-                return first
+    for first, channel in product(range(0, count, length), range(n_channels)):
+        if raw.id.get_chunk_info_by_coord((channel, first)).byte_offset is None:
+            return first
     return int(count)
 
 
@@ -215,11 +217,11 @@ def is_run(file: Any) -> bool:
     FileError
         It is one of a newer version.
     """
-    version = hdf5.number(file.attrs, "format_version")
-    if hdf5.text(file.attrs, "format") == FORMAT and version is not None and version > FORMAT_VERSION:
+    version, is_ours = hdf5.number(file.attrs, "format_version"), hdf5.text(file.attrs, "format") == FORMAT
+    if is_ours and version is not None and version > FORMAT_VERSION:
         raise FileError(
             f"{file.filename} was written by a newer version of RadarGUI (its format is {version:g}, this one knows "
             f"{FORMAT_VERSION}).",
             remedy="Open it with that version, or update this one.",
         )
-    return hdf5.text(file.attrs, "format") == FORMAT or isinstance(file.get(RAW), h5py.Dataset)
+    return is_ours or isinstance(file.get(RAW), h5py.Dataset)

@@ -77,8 +77,7 @@ def keep_earlier(source: Any, target: Any, same_as: tuple[str, str]) -> None:
     old = sound_results(source)
     if old is None:
         return
-    known = [made_by(group) for group in target.get(layout.EARLIER, {}).values()]
-    if made_by(old) == same_as or made_by(old) in known:
+    if made_by(old) in (same_as, *map(made_by, target.get(layout.EARLIER, {}).values())):
         return
     earlier = target.require_group(layout.EARLIER)
     # counted on from the last: names sort in the order of their making
@@ -200,9 +199,8 @@ def bounces_in(group: Any, path: Path) -> Bounces:
     if not hdf5.is_sound(known):
         raise ValueError
     fall = FreeFall(**{one.name: _value(known, one.name) for one in fields(FreeFall)}) if "g_m_s2" in known else None
-    normal = _value(known, "normal") if "normal" in known else None
-    u_tilt_deg = _value(known, "u_tilt_deg") if "u_tilt_deg" in known else None
-    return Bounces(tuple(_bounce(row) for row in table[:]), fall, normal, u_tilt_deg)
+    floor = (_value(known, key) if key in known else None for key in ("normal", "u_tilt_deg"))
+    return Bounces(tuple(map(_bounce, table[:])), fall, *floor)
 
 
 def _value(attributes: Any, key: str) -> Any:

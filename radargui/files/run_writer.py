@@ -6,7 +6,7 @@ import math
 import shutil
 import threading
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -162,12 +162,11 @@ class RunWriter:
         return self
 
     def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
-        if error is None:
-            self.close()
-            return
         try:
-            self.close(complete=False)
+            self.close(complete=error is None)
         except FileError as second:
+            if error is None:
+                raise
             error.add_note(str(second))
 
     def _check(self, block: Block) -> None:
@@ -184,13 +183,12 @@ class RunWriter:
             )
 
     def _append(self, samples: RawArray) -> None:
-        done, count = 0, samples.shape[1]
-        while done < count:
-            take = min(count - done, self._buffer.shape[1] - self._filled)
-            self._buffer[:, self._filled : self._filled + take] = samples[:, done : done + take]
-            self._filled += take
-            self.count += take
-            done += take
+        while samples.shape[1]:
+            part = samples[:, : self._buffer.shape[1] - self._filled]
+            samples = samples[:, part.shape[1] :]
+            self._buffer[:, self._filled : self._filled + part.shape[1]] = part
+            self._filled += part.shape[1]
+            self.count += part.shape[1]
             if self._filled == self._buffer.shape[1]:
                 self._write_rows()
                 self._want_room()
@@ -218,10 +216,9 @@ class RunWriter:
             )
 
     def _free_bytes(self) -> float:
-        try:
+        with suppress(OSError):
             return shutil.disk_usage(self.path.parent).free
-        except OSError:
-            return math.inf
+        return math.inf
 
     def _add_gap(self, block: Block) -> None:
         reason = layout.fitted(block.gap.reason if block.gap else "", layout.REASON_BYTES)
@@ -229,9 +226,12 @@ class RunWriter:
         with self._guarded() as file:
             hdf5.append_row(file[layout.GAPS], (self._next_index - (self._first_index or 0), lost, reason))
 
+    @property
+    def _written_s(self) -> float:
+        return (self.count - self._filled) / self.digitisation.sample_rate_hz
+
     def _kept(self) -> str:
-        written = self.count - self._filled
-        return f"the first {written / self.digitisation.sample_rate_hz:.3g} s of the recording are kept"
+        return f"the first {self._written_s:.3g} s of the recording are kept"
 
     def _opened(self) -> Any:
         if self._file is None:
@@ -248,10 +248,8 @@ class RunWriter:
             self._staged.commit()
         except TakenAwayError as error:
             self._let_go()
-            raise FileLostError(
-                f"{self.path} {error} while it was being recorded: its first "
-                f"{(self.count - self._filled) / self.digitisation.sample_rate_hz:.3g} s are not there any more."
-            ) from None
+            lost = f"its first {self._written_s:.3g} s are not there any more."
+            raise FileLostError(f"{self.path} {error} while it was being recorded: {lost}") from None
         except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
             self._let_go()
             raise FileError(

@@ -21,7 +21,8 @@ from radargui.model.errors import FileError
 from radargui.model.recording import Gap, iq_names, stored_starts
 
 WHAT = "a SigMF recording"
-SIGMF_SUFFIXES = META_SUFFIX, DATA_SUFFIX, ARCHIVE_SUFFIX = ".sigmf-meta", ".sigmf-data", ".sigmf"
+SIGMF_SUFFIXES: tuple[str, ...] = (".sigmf-meta", ".sigmf-data", ".sigmf")
+META_SUFFIX, DATA_SUFFIX, ARCHIVE_SUFFIX = SIGMF_SUFFIXES
 LARGEST_META = 50_000_000
 """Bytes of metadata that are read: a capture for each of 100 000 gaps fits. Chosen by hand."""
 MOST_CHANNELS = 64
@@ -165,11 +166,9 @@ def _member(members: Sequence[tarfile.TarInfo], ending: str) -> tarfile.TarInfo:
 
 def _rate(facts: dict[str, Any]) -> float | None:
     rate = facts.get("core:sample_rate")
-    if rate is None:
-        return None
-    if not isinstance(rate, int | float) or not math.isfinite(rate) or rate <= 0:
+    if rate is not None and (not isinstance(rate, int | float) or not math.isfinite(rate) or rate <= 0):
         raise ValueError(f"core:sample_rate = {rate!r} is not a rate")
-    return float(rate)
+    return None if rate is None else float(rate)
 
 
 def _started(captures: list[dict[str, Any]]) -> str:
@@ -218,11 +217,12 @@ def write_sigmf(run: RunStream, meta: Path, data: Path, report: Progress) -> Non
     Codes are stored untouched (`ci16_le`), values as `cf64_le`; where the channels are no I and Q, real samples are
     stored. SigMF knows no volts: `radargui:facts` holds the scaling, the unit, the skew and all else.
     """
+    from sigmf import __specification__
+
     facts = run.facts
     names = facts.digitisation.channel_names
     is_paired = len(names) % 2 == 0 and all(_PAIRED.fullmatch(name) for name in names)
-    is_code = facts.digitisation.scaling is not None
-    kind, dtype = ("i16", "<i2") if is_code else ("f64", "<f8")
+    kind, dtype = ("f64", "<f8") if facts.digitisation.scaling is None else ("i16", "<i2")
     digest = hashlib.sha512()
     with data.open("wb") as file:
         for piece in run.pieces(report):
@@ -234,7 +234,7 @@ def write_sigmf(run: RunStream, meta: Path, data: Path, report: Progress) -> Non
             "core:datatype": f"{'c' if is_paired else 'r'}{kind}_le",
             "core:num_channels": len(names) // 2 if is_paired else len(names),
             "core:sample_rate": facts.digitisation.sample_rate_hz,
-            "core:version": _specification(),
+            "core:version": __specification__,
             "core:recorder": f"RadarGUI {__version__}",
             "core:sha512": digest.hexdigest(),
             **_texts(facts),
@@ -245,12 +245,6 @@ def write_sigmf(run: RunStream, meta: Path, data: Path, report: Progress) -> Non
         "annotations": _annotations(facts),
     }
     meta.write_text(json.dumps(metadata, indent=2, ensure_ascii=False) + "\n", encoding="utf-8", newline="\n")
-
-
-def _specification() -> str:
-    from sigmf import __specification__
-
-    return str(__specification__)
 
 
 def _texts(facts: ExportFacts) -> dict[str, str]:

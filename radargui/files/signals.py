@@ -145,11 +145,10 @@ def uniform(time_s: FloatArray, where: str) -> tuple[float, tuple[Gap, ...]]:
             reasons=("they were written with too few digits",),
             remedy="Write more digits, or leave the times out and give --rate-hz.",
         )
-    step = float(np.median(steps))
-    counts = np.maximum(np.rint(steps / step), 1.0)
+    # one at least: rounded times may lie closer together than half a step
+    counts = np.maximum(np.rint(steps / np.median(steps)), 1.0)
     index = np.concatenate([[0.0], np.cumsum(counts)])
-    span = float(time_s[-1] - time_s[0])
-    rate_hz = float(index[-1]) / span
+    rate_hz = float(index[-1]) / float(time_s[-1] - time_s[0])
     departure = np.abs((time_s - time_s[0]) * rate_hz - index)
     if not math.isfinite(rate_hz) or departure.max() > LARGEST_DEPARTURE:
         far = int(np.argmax(departure)) + 1
@@ -159,6 +158,7 @@ def uniform(time_s: FloatArray, where: str) -> tuple[float, tuple[Gap, ...]]:
             remedy="Resample it, or leave the times out and give --rate-hz.",
         )
     whole = round(rate_hz)
+    # each end of the span may be off by as much as any time: so well is the rate known
     if whole >= 1 and abs(whole - rate_hz) <= rate_hz * min(1e-4, 2.0 * departure.max() / index[-1] + 1e-12):
         rate_hz = float(whole)
     return rate_hz, _gaps(counts)
@@ -174,12 +174,11 @@ def rate_of_step(step_s: float) -> float | None:
 
 
 def _gaps(counts: FloatArray) -> tuple[Gap, ...]:
-    lost, gaps = 0, []
-    for place in np.flatnonzero(counts > 1.0):
-        count = int(counts[place]) - 1
-        gaps.append(Gap(int(place) + 1 + lost, count, "times jump"))
-        lost += count
-    return tuple(gaps)
+    places = np.flatnonzero(counts > 1.0)
+    lost = counts[places].astype(np.int64) - 1
+    # counted with what was lost before
+    first = places + 1 + np.cumsum(lost) - lost
+    return tuple(Gap(*one, "times jump") for one in zip(first.tolist(), lost.tolist(), strict=True))
 
 
 SAME_RATE = 1e-3

@@ -8,6 +8,7 @@ then the few places within it that change.
 
 import io
 import os
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +26,7 @@ class StagedFile(io.RawIOBase):
     Parameters
     ----------
     path
-        File to make.
-    exclusive
-        Refuse where it is there already.
+        File to make; kept as an attribute.
     automatic
         Commit by itself whenever much is staged: for files that nobody reads before they are whole.
 
@@ -39,7 +38,7 @@ class StagedFile(io.RawIOBase):
 
     def __init__(self, path: Path, *, automatic: bool = False) -> None:
         super().__init__()
-        self._path = path
+        self.path = path
         self._file = path.open("xb+", buffering=0)
         self._automatic = automatic
         self._staged: list[tuple[int, bytes]] = []
@@ -50,11 +49,6 @@ class StagedFile(io.RawIOBase):
         # Bytes of the disk's content that still count: less than are there once the file was cut and grew again.
         self._counting = 0
         self._error: OSError | None = None
-
-    @property
-    def name(self) -> str:
-        """Where the file is."""
-        return str(self._file.name)
 
     def commit(self) -> None:
         """Put everything staged on the disk.
@@ -71,7 +65,8 @@ class StagedFile(io.RawIOBase):
         self._want_in_place()
         before: list[tuple[int, bytes]] = []
         try:
-            self._extend()
+            if self._size > self._on_disk:
+                self._put(self._on_disk, self._held(self._on_disk, self._size - self._on_disk))
             for place, data in self._changes():
                 before.append((place, self._on_disk_bytes(place, len(data))))
                 self._put(place, data)
@@ -107,7 +102,9 @@ class StagedFile(io.RawIOBase):
         self._place += len(taken)
         self._size = max(self._size, self._place)
         if self._automatic and self._n_staged > _LARGEST_STAGE and self._error is None:
-            self._commit_quietly()
+            # the error is kept: the commit at the end raises it again
+            with suppress(OSError):
+                self.commit()
         return len(taken)
 
     def readinto(self, buffer: Any) -> int:
@@ -124,10 +121,6 @@ class StagedFile(io.RawIOBase):
         self._place = start + offset
         return self._place
 
-    def tell(self) -> int:
-        """Return the present place."""
-        return self._place
-
     def truncate(self, size: int | None = None) -> int:
         """Set the size, as of the next commit."""
         self._size = self._place if size is None else size
@@ -137,13 +130,6 @@ class StagedFile(io.RawIOBase):
 
     def flush(self) -> None:
         """Do nothing: `commit` is called from outside, where an error may be raised."""
-
-    def _commit_quietly(self) -> None:
-        try:
-            self.commit()
-        except OSError:
-            # Kept: the commit at the end raises it again.
-            return
 
     def _held(self, first: int, count: int) -> bytes:
         held = bytearray(count)
@@ -160,7 +146,7 @@ class StagedFile(io.RawIOBase):
         """Make sure that what is written can be found again: an open file takes writes also when it was deleted."""
         here = os.fstat(self._file.fileno())
         try:
-            there = self._path.stat()
+            there = self.path.stat()
         except OSError:
             self._error = TakenAwayError("was deleted or moved")
             raise self._error from None
@@ -171,10 +157,6 @@ class StagedFile(io.RawIOBase):
         if self._error is not None:
             raise self._error
 
-    def _extend(self) -> None:
-        if self._size > self._on_disk:
-            self._put(self._on_disk, self._held(self._on_disk, self._size - self._on_disk))
-
     def _changes(self) -> list[tuple[int, bytes]]:
         """Return what is to be written within the present end of the file on the disk, from its start on.
 
@@ -183,14 +165,12 @@ class StagedFile(io.RawIOBase):
         """
         end = min(self._on_disk, self._size)
         spans = [(place, min(place + len(data), end)) for place, data in self._staged if place < end]
-        if self._counting < end:
-            spans.append((self._counting, end))
+        spans += [(self._counting, end)] if self._counting < end else []
         joined: list[tuple[int, int]] = []
         for first, last in sorted(spans):
             if joined and first <= joined[-1][1]:
-                joined[-1] = (joined[-1][0], max(joined[-1][1], last))
-            else:
-                joined.append((first, last))
+                first, last = joined[-1][0], max(joined.pop()[1], last)
+            joined.append((first, last))
         return [(first, self._held(first, last - first)) for first, last in joined]
 
     def _on_disk_bytes(self, place: int, count: int) -> bytes:
@@ -204,9 +184,7 @@ class StagedFile(io.RawIOBase):
             view = view[self._file.write(view) or 0 :]
 
     def _take_back(self, before: list[tuple[int, bytes]]) -> None:
-        try:
+        with suppress(OSError):
             for place, data in reversed(before):
                 self._put(place, data)
             self._file.truncate(self._on_disk)
-        except OSError:
-            return

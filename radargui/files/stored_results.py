@@ -1,9 +1,9 @@
 """Results read back: the present one whole, all as figures to compare, the front ends for the priors of other runs."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, get_args
 
@@ -86,21 +86,19 @@ def read_stored_results(path: Path) -> tuple[StoredResult, ...]:
         earlier = file.get(layout.EARLIER, {})
         groups = [(earlier[name], False) for name in sorted(earlier)]
         groups += [(file[layout.RESULTS], True)] if layout.RESULTS in file else []
-        return tuple(_result(group, path, is_present) for group, is_present in groups)
+        return tuple(_result(_sound(group, path), path, is_present) for group, is_present in groups)
+
+
+def _sound(group: Any, path: Path) -> Any:
+    """Return a group of results; FileError where it is damaged."""
+    if not hdf5.is_sound(group.attrs):
+        raise FileError(f"{path}: its results are damaged.", remedy="Process the run again.")
+    return group
 
 
 def _result(group: Any, path: Path, is_present: bool) -> StoredResult:
-    if not hdf5.is_sound(group.attrs):
-        raise FileError(f"{path}: its results are damaged.", remedy="Process the run again.")
-    version, setup_toml = made_by(group)
-    return StoredResult(
-        summary_in(group),
-        hdf5.text(group.attrs, "processed_at"),
-        version,
-        setup_toml,
-        is_present,
-        thumbnail_in(group, path),
-    )
+    at = hdf5.text(group.attrs, "processed_at")
+    return StoredResult(summary_in(group), at, *made_by(group), is_present, thumbnail_in(group, path))
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,10 +137,7 @@ def read_first_fall(path: Path) -> tuple[FloatArray, FloatArray, FreeFall] | Non
     """
     with hdf5.opened(path, "a run file", layout.is_run) as file:
         results = sound_results(file)
-        if results is None or "track" not in results:
-            return None
-        fall = bounces_in(results, path).free_fall
-        if fall is None:
+        if results is None or "track" not in results or (fall := bounces_in(results, path).free_fall) is None:
             return None
         time_s = np.asarray(hdf5.dataset(results["track"], "time_s", path, (1,))[...], np.float64)
         places = hdf5.dataset(results["track"], "position_m", path, (2,))
@@ -174,7 +169,7 @@ def read_front_ends(path: Path) -> StoredFrontEnds | None:
 
     None where it is no sound joint one with good receivers, or rests on other runs too.
     """
-    try:
+    with suppress(FileError, SetupError, ValueError, LookupError, TypeError):
         attributes = _attributes(path)
         channels = _CHANNELS.validate_json(hdf5.text(attributes, "channels"))
         made = hdf5.text(attributes, "status"), hdf5.text(attributes, "correction")
@@ -183,9 +178,11 @@ def read_front_ends(path: Path) -> StoredFrontEnds | None:
         if (prior := _prior_in(attributes)) is not None and prior.used:
             return None
         setup = parse_setup(hdf5.text(attributes, "setup"), "setup in the results")
-        return StoredFrontEnds(path.stem, setup, tuple(map(_front_end, channels)))
-    except (FileError, SetupError, ValueError, LookupError, TypeError):
-        return None
+        keys = [one.name for one in fields(FrontEnd)]
+        front_ends = tuple(FrontEnd(*(float(getattr(one, key)) for key in keys)) for one in channels)
+        _want_possible(front_ends)
+        return StoredFrontEnds(path.stem, setup, front_ends)
+    return None
 
 
 def read_prior(path: Path, setup: Setup | None = None) -> FrontEndPrior | None:
@@ -193,12 +190,11 @@ def read_prior(path: Path, setup: Setup | None = None) -> FrontEndPrior | None:
 
     None where it had none, or was not made with this setup, where one is given.
     """
-    try:
+    with suppress(FileError, ValueError, LookupError, TypeError):
         attributes = _attributes(path)
         is_other = setup is not None and hdf5.text(attributes, "setup") != dump_setup(setup)
         return None if is_other else _prior_in(attributes)
-    except (FileError, ValueError, LookupError, TypeError):
-        return None
+    return None
 
 
 def _attributes(path: Path) -> Mapping[str, Any]:
@@ -212,21 +208,18 @@ def _attributes(path: Path) -> Mapping[str, Any]:
 def _prior_in(attributes: Any) -> FrontEndPrior | None:
     """Return the prior among the attributes of results; None where there was none, or 0.1 wrote them."""
     prior = _PRIOR.validate_json(hdf5.text(attributes, PRIOR) or "null")
-    for front_end in prior.front_ends if prior else ():
-        _want_possible(front_end)
+    _want_possible(prior.front_ends if prior else ())
     return prior
 
 
-def _front_end(channel: ChannelQuality) -> FrontEnd:
-    keys = ("gain_ratio", "u_gain_ratio", "quadrature_error_deg", "u_quadrature_error_deg")
-    return _want_possible(FrontEnd(*(float(getattr(channel, key)) for key in keys)))
-
-
-def _want_possible(one: FrontEnd) -> FrontEnd:
+def _want_possible(front_ends: Iterable[FrontEnd]) -> None:
     # a prior divides by these: a damaged zero would weigh more than all runs together
-    if not (one.gain_ratio > 0.0 and one.u_gain_ratio > 0.0 and one.u_quadrature_error_deg > 0.0):
+    if any(
+        not value > 0.0
+        for one in front_ends
+        for value in (one.gain_ratio, one.u_gain_ratio, one.u_quadrature_error_deg)
+    ):
         raise ValueError
-    return one
 
 
 def read_whole_result(
@@ -254,12 +247,8 @@ def read_whole_result(
     with hdf5.opened(path, "a run file", layout.is_run) as file:
         if layout.RESULTS not in file:
             return None
-        group = file[layout.RESULTS]
-        if not hdf5.is_sound(group.attrs):
-            raise FileError(f"{path}: its results are damaged.", remedy="Process the run again.")
-        if not are_made_of(file, setup):
-            return None
-        return _Stored(group, path).result(setup, recording_of)
+        group = _sound(file[layout.RESULTS], path)
+        return _Stored(group, path).result(setup, recording_of) if are_made_of(file, setup) else None
 
 
 class _Stored:

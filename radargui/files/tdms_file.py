@@ -48,21 +48,22 @@ def code_polynomial(properties: Mapping[str, Any]) -> tuple[float, ...] | None:
     """
     if not is_sound(properties):
         return None
-    outputs: dict[int, np.ndarray[Any, np.dtype[np.float64]]] = {}
-    last = np.array([0.0, 1.0])
+    codes = Polynomial([0.0, 1.0])
+    outputs: dict[int, Polynomial] = {}
+    last = codes
     for index in range(int(properties.get("NI_Number_Of_Scales", 0))):
         prefix = f"NI_Scale[{index}]"
         kind = properties.get(f"{prefix}_Scale_Type")
         if kind is None:
-            outputs[index] = np.array([0.0, 1.0])
+            outputs[index] = codes
             continue
         source = properties.get(f"{prefix}_{kind}_Input_Source", _RAW)
-        inner = np.array([0.0, 1.0]) if source == _RAW else outputs.get(int(source))
+        inner = codes if source == _RAW else outputs.get(int(source))
         outer = _coefficients(properties, prefix, kind)
-        if inner is None or outer is None or (len(outer) - 1) * (len(inner) - 1) > _HIGHEST_DEGREE:
+        if inner is None or outer is None or (len(outer) - 1) * inner.degree() > _HIGHEST_DEGREE:
             return None
-        last = outputs[index] = np.asarray(Polynomial(outer)(Polynomial(inner)).coef, dtype=np.float64)
-    return tuple(last.tolist()) if np.isfinite(last).all() else None
+        last = outputs[index] = Polynomial(outer)(inner)
+    return tuple(last.coef.tolist()) if np.isfinite(last.coef).all() else None
 
 
 def _coefficients(properties: Mapping[str, Any], prefix: str, kind: str) -> list[float] | None:
@@ -152,8 +153,7 @@ def opened_tdms(path: Path) -> Iterator[Any]:
     log_manager.set_level(logging.CRITICAL)
     # An opened file and not its path: the library would believe an index file that lies beside it.
     with reading(path, WHAT), _BoundedFile(path) as stream:
-        magic = stream.read(4)
-        if magic != b"TDSm":
+        if stream.read(4) != b"TDSm":
             raise FileError(f"{path} is no TDMS file.")
         stream.seek(0)
         with TdmsFile.open(stream) as file:
@@ -165,16 +165,12 @@ def _named(file: Any, path: Path) -> dict[str, Any]:
     for channel in every:
         if not is_sound(channel.properties):
             raise FileError(f"{path}: the scaling of its channel {channel.name} is damaged.")
-    channels = [channel for channel in every if _is_numbers(channel)]
+    channels = [channel for channel in every if len(channel) and np.dtype(channel.dtype).kind in "iuf"]
     names = [channel.name for channel in channels]
     return {
         channel.name if names.count(channel.name) == 1 else f"{channel.group_name}/{channel.name}": channel
         for channel in channels
     }
-
-
-def _is_numbers(channel: Any) -> bool:
-    return len(channel) > 0 and np.dtype(channel.dtype).kind in "iuf"
 
 
 def _want_whole(file: Any, path: Path, channels: Sequence[Any]) -> None:
@@ -186,9 +182,7 @@ def _want_whole(file: Any, path: Path, channels: Sequence[Any]) -> None:
                     f"{path} is cut off: {one.read_length} of {one.expected_length} samples are there.",
                     reasons=("it was not copied whole", "the program that wrote it crashed"),
                 )
-    claimed = sum(len(channel) for channel in channels)
-    held = path.stat().st_size
-    if claimed > held:
+    if (claimed := sum(map(len, channels))) > path.stat().st_size:
         raise FileError(f"{path} claims {claimed:.3g} samples, far more than it holds.", reasons=("it is damaged",))
 
 
@@ -237,13 +231,11 @@ def _started(channel: Any) -> str:
 def tdms_facts(path: Path) -> ExportFacts | None:
     """Return what the property `RadarGUI` of a TDMS file tells; None where it is no export of ours."""
     with opened_tdms(path) as file:
-        text = file.properties.get(FACTS)
-    return facts_of_text(text) if isinstance(text, str) else None
+        return facts_of_text(file.properties.get(FACTS))
 
 
 FACTS = "RadarGUI"
 """Property of the file that holds all facts as TOML."""
-_LINEAR_TERMS = 2
 
 
 def write_tdms(run: RunStream, path: Path, report: Progress) -> None:
@@ -255,15 +247,13 @@ def write_tdms(run: RunStream, path: Path, report: Progress) -> None:
     from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
     facts = run.facts
-    group = facts.name
-    names = facts.digitisation.channel_names
-    properties = [_properties(facts, place) for place in range(len(names))]
+    group, names = facts.name, facts.digitisation.channel_names
     with TdmsWriter(path) as writer:
         writer.write_segment(
             [
                 RootObject({"name": facts.name, FACTS: facts.text()}),
                 GroupObject(group, dict(facts.session)),
-                *(ChannelObject(group, name, None, own) for name, own in zip(names, properties, strict=True)),
+                *(ChannelObject(group, name, None, _properties(facts, place)) for place, name in enumerate(names)),
             ]
         )
         for piece in run.pieces(report):
@@ -290,10 +280,10 @@ def _properties(facts: ExportFacts, place: int) -> dict[str, Any]:
 
 
 def _scale(coefficients: tuple[float, ...]) -> dict[str, Any]:
-    if len(coefficients) <= _LINEAR_TERMS:
+    terms: dict[str, Any]
+    if len(coefficients) <= 2:
         offset, slope = (*coefficients, 0.0)[:2]
-        kind = _LINEAR
-        terms: dict[str, Any] = {"Slope": slope, "Y_Intercept": offset}
+        kind, terms = _LINEAR, {"Slope": slope, "Y_Intercept": offset}
     else:
         kind, terms = _POLYNOMIAL, {"Coefficients_Size": np.uint32(len(coefficients))}
         terms |= {f"Coefficients[{order}]": value for order, value in enumerate(coefficients)}

@@ -3,6 +3,7 @@
 import os
 import platform
 import sys
+from contextlib import suppress
 from ctypes.util import find_library
 from datetime import datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -49,10 +50,9 @@ def _settings() -> Path:
 
 
 def _version(package: str) -> str:
-    try:
+    with suppress(PackageNotFoundError):
         return version(package)
-    except PackageNotFoundError:
-        return "not installed"
+    return "not installed"
 
 
 def _driver() -> str:
@@ -65,13 +65,12 @@ def _driver() -> str:
 
 
 def _opengl() -> str:
-    names = _GL_NAMES.get(sys.platform, ("GL", "EGL"))
-    found = [library for library in map(find_library, names) if library]
-    return ", ".join(found) if found else "none found: the track is drawn as projections"
+    found = filter(None, map(find_library, _GL_NAMES.get(sys.platform, ("GL", "EGL"))))
+    return ", ".join(found) or "none found: the track is drawn as projections"
 
 
 def _display() -> str:
     if not sys.platform.startswith("linux"):
         return platform.system()
     found = [f"{name}={os.environ[name]}" for name in ("DISPLAY", "WAYLAND_DISPLAY") if os.environ.get(name)]
-    return ", ".join(found) if found else "none: only headless commands work here"
+    return ", ".join(found) or "none: only headless commands work here"

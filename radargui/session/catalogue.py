@@ -7,8 +7,8 @@ import sqlite3
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import date
+from itertools import starmap
 from pathlib import Path
-from typing import Any
 
 from radargui.model.drop import Drop, RunOrigin, drop_of
 from radargui.model.setup import Setup
@@ -188,7 +188,8 @@ class Catalogue:
         conditions, values = _conditions(query or Query())
         where = f"WHERE {' AND '.join(conditions)} " if conditions else ""
         rows = self._index.execute(f"{_SUMMARY} {where}{_ORDER}", values)
-        return tuple(_summary(self._data_folder, row) for row in rows)
+        lines = ([self._data_folder / folder, *known, _drops(drops)] for folder, *known, drops in rows)
+        return tuple(starmap(SessionSummary, lines))
 
     def runs(self, session: Path) -> tuple[RunLine, ...]:
         """Return the runs of a session in the order of their numbers, as of the last look at the folders."""
@@ -216,12 +217,6 @@ class Catalogue:
         )
 
 
-def _summary(data_folder: Path, row: tuple[Any, ...]) -> SessionSummary:
-    folder, *known, drops = row
-    values: list[Any] = [data_folder / folder, *known, _drops(drops)]
-    return SessionSummary(*values)
-
-
 def _drops(text: str) -> tuple[Drop, ...]:
     """Return drops in the order of their numbers from the rows that the index joined: name, origin, summary."""
     rows = sorted(json.loads(text), key=lambda row: (len(row[0]), row[0]))
@@ -247,9 +242,8 @@ def _conditions(query: Query) -> tuple[list[str], list[object]]:
     if query.antennas is not None:
         want("s.antennas = ?", antenna_key(query.antennas))
     if query.e_min is not None or query.e_max is not None:
-        low = 0.0 if query.e_min is None else query.e_min
-        high = 1e9 if query.e_max is None else query.e_max
-        want("s.folder IN (SELECT folder FROM runs WHERE e BETWEEN ? AND ? AND rejected = '')", low, high)
+        limits = query.e_min or 0.0, 1e9 if query.e_max is None else query.e_max
+        want("s.folder IN (SELECT folder FROM runs WHERE e BETWEEN ? AND ? AND rejected = '')", *limits)
     for word in query.text.casefold().split():
         want("(instr(s.searched, ?) OR s.folder IN (SELECT folder FROM runs WHERE instr(searched, ?)))", word, word)
     return conditions, values

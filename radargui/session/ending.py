@@ -5,7 +5,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any
 
@@ -63,13 +63,11 @@ def interrupt() -> None:
 def _leave_terminal() -> None:
     """Let what is printed go nowhere where the terminal is gone: writing to it would fail in the midst of closing."""
     for descriptor in (1, 2):
-        try:
+        with suppress(OSError):
             if os.isatty(descriptor):
                 nowhere = os.open(os.devnull, os.O_WRONLY)
                 os.dup2(nowhere, descriptor)
                 os.close(nowhere)
-        except OSError:
-            continue
 
 
 if sys.platform == "win32":

@@ -72,18 +72,16 @@ def sessions_below(folder: Path, depth: int = DEEPEST) -> Iterator[SeenSession]:
 
 
 def _is_folder(entry: os.DirEntry[str]) -> bool:
-    try:
+    with contextlib.suppress(OSError):
         return entry.is_dir(follow_symlinks=False)
-    except OSError:
-        return False
+    return False
 
 
 def _stamp(entry: os.DirEntry[str]) -> Stamp:
-    try:
+    with contextlib.suppress(OSError):
         found = entry.stat()
-    except OSError:
-        return "gone"
-    return f"{found.st_mtime_ns}-{found.st_size}"
+        return f"{found.st_mtime_ns}-{found.st_size}"
+    return "gone"
 
 
 _ANTENNAS = ("radar", "transmitter", "receiver")
@@ -150,16 +148,13 @@ def bring_up_to_date(index: sqlite3.Connection, data_folder: Path, progress: Cal
     """
     seen = {one.path.relative_to(data_folder).as_posix(): one for one in sessions_below(data_folder)}
     settled_ns = time.time_ns() - _SETTLES_NS
-    known_sessions = dict(index.execute("SELECT folder, stamp FROM sessions"))
-    known_runs: dict[str, dict[str, str]] = {}
+    known: dict[str, tuple[str, dict[str, str]]]
+    known = {folder: (stamp, {}) for folder, stamp in index.execute("SELECT folder, stamp FROM sessions")}
     for folder, name, stamp in index.execute("SELECT folder, name, stamp FROM runs"):
-        known_runs.setdefault(folder, {})[name] = stamp
-    changed = [
-        folder
-        for folder, one in seen.items()
-        if known_sessions.get(folder) != one.stamp or known_runs.get(folder, {}) != one.runs
-    ]
-    gone = known_sessions.keys() - seen.keys()
+        if folder in known:
+            known[folder][1][name] = stamp
+    changed = [folder for folder, one in seen.items() if known.get(folder) != (one.stamp, one.runs)]
+    gone = known.keys() - seen.keys()
     if not changed and not gone:
         return 0
     with index:
@@ -167,9 +162,8 @@ def bring_up_to_date(index: sqlite3.Connection, data_folder: Path, progress: Cal
             index.executemany(f"DELETE FROM {table} WHERE folder = ?", [(folder,) for folder in gone])  # noqa: S608
     n_read, total = 0, sum(1 + len(seen[folder].runs) for folder in changed)
     for folder in changed:
-        old_stamp = known_sessions.get(folder)
         with index:
-            n_read += _renew(index, folder, seen[folder], old_stamp, known_runs.get(folder, {}))
+            n_read += _renew(index, folder, seen[folder], *known.get(folder, (None, {})))
             for table in ("sessions", "runs"):
                 index.execute(
                     f"UPDATE {table} SET stamp = '?' WHERE folder = ? AND CAST(stamp AS INTEGER) > ?",  # noqa: S608
@@ -180,9 +174,14 @@ def bring_up_to_date(index: sqlite3.Connection, data_folder: Path, progress: Cal
 
 
 def _renew(index: sqlite3.Connection, folder: str, one: SeenSession, old_stamp: str | None, old: dict[str, str]) -> int:
-    info, problem = _info(one)
-    rejected = info.rejected if info else {}
-    _put(index, "sessions", _SESSION_KEYS, [_session_row(folder, one, info, problem)])
+    rejected: dict[str, str] = {}
+    try:
+        info = read_info(one.path)
+    except SessionError as error:
+        row = folder, one.stamp, one.path.name, *[""] * 8, one.path.name.casefold(), str(error)
+    else:
+        row, rejected = _session_row(folder, one, info), info.rejected
+    _put(index, "sessions", _SESSION_KEYS, [row])
     gone = [(folder, name) for name in old if name not in one.runs]
     index.executemany("DELETE FROM runs WHERE folder = ? AND name = ?", gone)
     if one.stamp != old_stamp:
@@ -196,10 +195,8 @@ def _renew(index: sqlite3.Connection, folder: str, one: SeenSession, old_stamp: 
     return 1 + len(fresh)
 
 
-def _session_row(folder: str, one: SeenSession, info: SessionInfo | None, problem: str) -> tuple[Any, ...]:
+def _session_row(folder: str, one: SeenSession, info: SessionInfo) -> tuple[Any, ...]:
     name = one.path.name
-    if info is None:
-        return (folder, one.stamp, name, "", "", "", "", "", "", "", "", name.casefold(), problem)
     words = [info.name, name, info.operator, info.sample, info.target, info.notes, info.setup_name]
     words += [entry.text for entry in info.journal] + list(info.rejected.values())
     return (
@@ -221,23 +218,15 @@ def _run_row(folder: str, name: str, one: SeenSession, rejected: str) -> tuple[A
     )  # fmt: skip
 
 
-def _info(one: SeenSession) -> tuple[SessionInfo | None, str]:
-    try:
-        return read_info(one.path), ""
-    except SessionError as error:
-        return None, str(error)
-
-
 def _put(index: sqlite3.Connection, table: str, keys: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> None:
     marks = ", ".join("?" * len(keys))
     index.executemany(f"INSERT OR REPLACE INTO {table} ({', '.join(keys)}) VALUES ({marks})", rows)  # noqa: S608
 
 
 def _day(created_at: str) -> str:
-    try:
+    with contextlib.suppress(ValueError):
         return datetime.fromisoformat(created_at).date().isoformat()
-    except ValueError:
-        return ""
+    return ""
 
 
 def _opened(path: Path) -> sqlite3.Connection:

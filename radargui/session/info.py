@@ -44,11 +44,9 @@ def new_folder(parent: Path, name: str | None, now: datetime) -> Path:
         parent.mkdir(parents=True, exist_ok=True)
         for number in range(1, 10_000):
             folder = parent / (name if number == 1 else f"{name}-{number}")
-            try:
+            with suppress(FileExistsError):
                 folder.mkdir()
-            except FileExistsError:
-                continue
-            return folder
+                return folder
     except OSError as error:
         raise DataFolderError(
             f"No session can be made in {parent}: {error.strerror or error}.",
@@ -263,11 +261,10 @@ def _as_given(setup: Setup, given: object) -> Setup:
 
     What does not say the same as the whole setup, which may have been corrected by hand, does not count.
     """
-    try:
+    with suppress(ValidationError):
         found = Setup.model_validate(given)
-    except ValidationError:
-        return setup
-    return found if found == setup else setup
+        return found if found == setup else setup
+    return setup
 
 
 def _damaged(path: Path, text: str) -> SessionError:

@@ -168,14 +168,13 @@ def _sign(path: Path) -> None:
 
 
 def _read(path: Path) -> Owner | None:
-    try:
+    with contextlib.suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
         with path.open("rb", buffering=0) as file:
             file.seek(1)
             # 0.1 began with the first byte
             content = json.loads(b"{" + file.read(_MAXIMUM_BYTES).lstrip(b"{"))
         return Owner(str(content["computer"]), int(content["process"]), str(content["since"]))
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return None
+    return None
 
 
 def _remove(path: Path) -> None:

@@ -3,6 +3,7 @@
 import json
 import logging
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -60,7 +61,7 @@ class MapMemory:
         places = self._read().get(_key(infos))
         if places is None or max(places) >= len(infos):
             return guess_channel_map(infos)
-        return guess_of_variables([infos[place].name for place in places], infos, "remembered")
+        return guess_of_variables([infos[place].name for place in places], "remembered")
 
     def remember(self, infos: Sequence[ChannelInfo], chosen: ChannelMap) -> None:
         """Keep a map for files with these names; where the folder cannot be written it is forgotten."""
@@ -88,10 +89,8 @@ class MapMemory:
     def _set_aside(self, error: Exception) -> None:
         aside = self._path.with_name(self._path.name + ".damaged")
         _log.warning("%s cannot be read (%s) and is set aside as %s.", self._path, error, aside.name)
-        try:
+        with suppress(OSError):
             self._path.replace(aside)
-        except OSError:
-            return
 
     def _write(self, maps: dict[str, list[int]]) -> None:
         text = json.dumps({"schema": SCHEMA, "maps": maps}, ensure_ascii=False, indent=1) + "\n"

@@ -165,15 +165,13 @@ class Session:
         if not isinstance(self._right, SessionLock) or self.info.journal or run_paths(self.path):
             return False
         self.close()
-        try:
-            if not {path.name for path in self.path.iterdir()} <= {FILE_NAME, CALIBRATION_NAME}:
-                return False
-            for name in (CALIBRATION_NAME, FILE_NAME):
-                (self.path / name).unlink(missing_ok=True)
-            self.path.rmdir()
-        except OSError:
-            return False
-        return True
+        with contextlib.suppress(OSError):
+            if {path.name for path in self.path.iterdir()} <= {FILE_NAME, CALIBRATION_NAME}:
+                for name in (CALIBRATION_NAME, FILE_NAME):
+                    (self.path / name).unlink(missing_ok=True)
+                self.path.rmdir()
+                return True
+        return False
 
     @property
     def setup(self) -> Setup:
@@ -208,14 +206,11 @@ class Session:
             The folder cannot be written.
         """
         self._want_right()
-        writer = None if self._writer is None or about is not None else self._writer()
         run, index = "" if about is None else self._own(about), None
-        if writer is not None and not writer.closed:
-            try:
+        if about is None and (writer := self._recorder()) is not None:
+            # the run has ended just now, or its disk failed: the recorder tells
+            with contextlib.suppress(FileError):
                 run, index = writer.path.name, writer.mark(text)
-            except FileError:
-                # the run has ended just now, or its disk failed: the recorder tells
-                run = ""
         at = (now if now.tzinfo else now.astimezone()).isoformat(timespec="milliseconds")
         entry = JournalEntry(at=at, text=text, run=run, index=index)
         self._change(lambda info: {"journal": (*info.journal, entry)})
@@ -224,8 +219,12 @@ class Session:
     @property
     def recording(self) -> Path | None:
         """The run that is being recorded through this session; None between runs."""
+        writer = self._recorder()
+        return None if writer is None else writer.path
+
+    def _recorder(self) -> RunWriter | None:
         writer = None if self._writer is None else self._writer()
-        return None if writer is None or writer.closed else writer.path
+        return None if writer is None or writer.closed else writer
 
     def records(self, run: Path) -> bool:
         """Return whether a run is being recorded through this session; true from before its file is there."""
@@ -311,12 +310,10 @@ class Session:
             raise type(right)(right.message, reasons=right.reasons, remedy=right.remedy)
 
     def _make_again(self) -> None:
-        try:
+        # a failure is told in the words of what needs the folder
+        with contextlib.suppress(OSError):
             self.path.mkdir(parents=True, exist_ok=True)
-        except OSError:
-            # told in the words of what needs it
-            return
-        self._write(self.info)
+            self._write(self.info)
 
     def _own(self, run: Path) -> str:
         if run.name not in {path.name for path in run_paths(self.path)}:
@@ -348,11 +345,10 @@ def is_run_name(name: str) -> bool:
 
 def run_paths(folder: Path) -> tuple[Path, ...]:
     """Return all run files in a folder in the order of their numbers."""
-    try:
+    with contextlib.suppress(OSError):
         found = [(int(match[1]), path) for path in folder.iterdir() if (match := _RUN.fullmatch(path.name))]
-    except OSError:
-        return ()
-    return tuple(path for _, path in sorted(found))
+        return tuple(path for _, path in sorted(found))
+    return ()
 
 
 def _given(about: About) -> dict[str, object]:

@@ -2,8 +2,10 @@
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -14,7 +16,7 @@ from radargui.files.reading import ChannelMap, read_mapped, read_recording
 from radargui.model.errors import FileError, RadarGuiError, SessionError
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
-from radargui.session.info import FILE_NAME, About, own_subfolder, read_info
+from radargui.session.info import About, own_subfolder, read_info
 from radargui.session.session import Session, run_paths
 
 PIECE = 1 << 18
@@ -132,9 +134,7 @@ class Import:
                 )
         except RadarGuiError as error:
             return ImportedRun(one, error=error)
-        return self._written(one, recording)
-
-    def _written(self, one: ImportInput, recording: Recording) -> ImportedRun:
+        # outside: a folder that cannot be written ends the import
         if self.session is None:
             self.session = Session.create(self.parent, self.setup, now=self.now, **self._about)
         try:
@@ -152,7 +152,6 @@ class Import:
 
 
 def _origin(one: ImportInput, now: datetime) -> Mapping[str, str]:
-    entries = one.channel_map.entries if one.channel_map else ()
     origin = {
         "source": "import",
         "imported_from": "; ".join(file.name for file in one.files),
@@ -162,8 +161,9 @@ def _origin(one: ImportInput, now: datetime) -> Mapping[str, str]:
     }
     if one.raw is not None:
         origin["imported_layout"] = one.raw.text
-    if entries:
-        origin["imported_channels"] = ",".join(f"{entry.target}={entry.variable}" for entry in entries)
+    if one.channel_map is not None:
+        entries = (f"{entry.target}={entry.variable}" for entry in one.channel_map.entries)
+        origin["imported_channels"] = ",".join(entries)
     return origin
 
 
@@ -188,11 +188,8 @@ class ExportPlan:
         progress
             Called with the share of the whole that is done.
         """
-
-        def export(run: Path, report: Progress) -> tuple[Path, ...]:
-            return export_run(run, self.kind, self.folder, session=self.session, force=self.force, report=report)
-
-        return each_run(self.runs, export, progress)
+        export = partial(export_run, kind=self.kind, folder=self.folder, session=self.session, force=self.force)
+        return each_run(self.runs, lambda run, report: export(run, report=report), progress)
 
 
 def plan_export(path: Path, kind: ExportFormat, output: Path | None = None, *, force: bool = False) -> ExportPlan:
@@ -229,13 +226,10 @@ def plan_export(path: Path, kind: ExportFormat, output: Path | None = None, *, f
 
 def session_facts(folder: Path) -> dict[str, str]:
     """Return what session.json says in texts; a damaged one does not keep the samples from being exported."""
-    if not (folder / FILE_NAME).is_file():
-        return {}
-    try:
-        info = read_info(folder)
-    except SessionError:
-        return {}
-    return dict(_texts(info.model_dump(mode="json", exclude={"setup"})))
+    # a folder without a record is refused as well
+    with suppress(SessionError):
+        return dict(_texts(read_info(folder).model_dump(mode="json", exclude={"setup"})))
+    return {}
 
 
 def _texts(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:

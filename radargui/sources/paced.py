@@ -102,11 +102,9 @@ class PacedSource(Source, ABC):
 
     def _wait_for(self, end_index: int) -> bool:
         """Wait until the sample before `end_index` is taken; return False where stopped."""
-        while self._realtime and not self._stopping.is_set():
-            # against the start, not the block before: waiting too long once does not add up
-            left_s = self._start_s + end_index / self._rate_hz - self._clock.now()
-            if left_s <= 0.0:
-                break
+        # against the start, not the block before: waiting too long once does not add up
+        due_s = self._start_s + end_index / self._rate_hz
+        while self._realtime and not self._stopping.is_set() and (left_s := due_s - self._clock.now()) > 0.0:
             self._clock.wait(left_s, self._stopping)
         return not self._stopping.is_set()
 

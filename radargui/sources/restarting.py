@@ -74,7 +74,7 @@ class RestartingSource:
         self._stopping = threading.Event()
         self._changing = threading.Lock()
         self._digitisation: Digitisation | None = None
-        self._times: SampleClock | None = None
+        self._times = SampleClock(1.0)
         self._shift = 0
         self._next = 0
         self._gap: Gap | None = None
@@ -110,8 +110,8 @@ class RestartingSource:
         self._gap = None
         self._error = None
         self._inside.start()
-        rate_hz = 1.0 if self._digitisation is None else self._digitisation.sample_rate_hz
-        self._times = SampleClock(rate_hz)
+        if self._digitisation is not None:
+            self._times = SampleClock(self._digitisation.sample_rate_hz)
 
     def read(self) -> Block | None:
         """Return the next block, after a failure the first one of the restarted source with the gap; None at the end.
@@ -126,10 +126,9 @@ class RestartingSource:
         while not self._stopping.is_set():
             try:
                 block = self._inside.read()
+                return block and self._continued(block)
             except SourceError as error:
                 self._restart(error)
-                continue
-            return None if block is None else self._continued(block)
         return None
 
     def _continued(self, block: Block) -> Block:
@@ -143,8 +142,7 @@ class RestartingSource:
         trigger = block.trigger_index if self._shift == 0 else None
         out = Block(block.samples, block.first_index + self._shift, gap, trigger)
         self._next = out.end_index
-        if self._times is not None:
-            self._times.arrived(out.end_index, self._clock.now())
+        self._times.arrived(out.end_index, self._clock.now())
         return out
 
     def _restart(self, error: SourceError) -> None:
@@ -190,9 +188,8 @@ class RestartingSource:
 
     def _mark_gap(self, error: SourceError) -> None:
         self.restarts += 1
-        estimate = 0 if self._times is None else self._times.index_at(self._clock.now())
         # one at least: without a gap the phase would be unwrapped across the break
-        lost = max(1, estimate - self._next)
+        lost = max(1, self._times.index_at(self._clock.now()) - self._next)
         self._gap = Gap(self._next, lost, _reason(error))
         self._shift = self._next + lost
         _log.warning("Started again; about %d samples of each channel are lost", lost)

@@ -12,9 +12,8 @@ from pathlib import Path
 
 from support.killing import LOST_S, Killer
 
-from radargui.experiment.reprocess import recover_run
+from radargui.experiment.reprocess import recover_run, unfinished_runs
 from radargui.files.run_file import read_run, run_is_complete
-from radargui.session.recovery import unfinished_runs
 
 
 def main() -> int:

@@ -112,15 +112,14 @@ def test_every_sample_between_two_drops_was_taken_from_one_stream(
     setup = drops()
     experiment, _ = series(tmp_path, setup, lambda _: SimulatedSource(setup, repeat=True))
     found: list[FinishedRun] = []
-    original = AcquisitionSeries._acquire
+    original = AcquisitionSeries._begin
 
     def spy(self):  # type: ignore[no-untyped-def]
-        acquisition, recorder = original(self)
-        told = recorder.on_run
-        recorder.on_run = lambda run: (found.append(run), told(run))
-        return acquisition, recorder
+        original(self)
+        told = self._recorder.on_run
+        self._recorder.on_run = lambda run: (found.append(run), told(run))
 
-    monkeypatch.setattr(AcquisitionSeries, "_acquire", spy)
+    monkeypatch.setattr(AcquisitionSeries, "_begin", spy)
     list(experiment.record(2))
     whole = SimulatedRadar(setup, repeat=True)
     assert [run.is_last for run in found] == [False, False, True]

@@ -14,7 +14,7 @@ from support.gui_sessions import make_session
 from support.small_setups import quick_setup
 
 from radargui.correction.ellipse import Ellipse
-from radargui.experiment.overlaid import OverlaidMethod, compute_methods, overlaid
+from radargui.experiment.compare import OverlaidMethod, compute_methods, overlaid
 from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.correction_view import CorrectionView
 from radargui.gui.theme import Theme
@@ -176,7 +176,7 @@ def test_a_method_that_cannot_be_computed_does_not_stop_the_others(by: Any, monk
             raise ProcessingError("the samples lie on no ellipse")
         return by("none")
 
-    monkeypatch.setattr("radargui.experiment.overlaid.computed", computed)
+    monkeypatch.setattr("radargui.experiment.compare.computed", computed)
     shares: list[float] = []
     failed, good = compute_methods(Path("run-0001.h5"), by("published"), ("ellipse", "none"), 100, shares.append)
     assert (failed.problem, failed.curves) == ("the samples lie on no ellipse", {})

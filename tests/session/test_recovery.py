@@ -14,7 +14,7 @@ from support.file_samples import codes, default_setup, int16_digitisation, resul
 from support.killing import LOST_S, Killer
 from support.run_contents import read_markers, read_summary
 
-from radargui.experiment.reprocess import recover_run
+from radargui.experiment.reprocess import NOTHING, recover, recover_run, unfinished_runs
 from radargui.files.overview import read_overview
 from radargui.files.rewriting import finish_run
 from radargui.files.run_file import read_run, run_is_complete
@@ -23,7 +23,6 @@ from radargui.files.run_writer import RunWriter
 from radargui.model.errors import FileError
 from radargui.model.recording import Block, Gap
 from radargui.session.lock import SessionLockedError
-from radargui.session.recovery import NOTHING, recover, unfinished_runs
 from radargui.session.session import Session
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
@@ -176,7 +175,7 @@ def test_a_session_that_another_program_writes_to_is_not_touched(
     def locked(folder: Path) -> None:
         raise SessionLockedError(f"{folder} is being written")
 
-    monkeypatch.setattr("radargui.session.recovery.SessionLock", locked)
+    monkeypatch.setattr("radargui.experiment.reprocess.SessionLock", locked)
     with pytest.raises(SessionLockedError):
         recover(run, now=NOW)
     assert run.read_bytes() == before

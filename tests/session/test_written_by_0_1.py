@@ -12,14 +12,13 @@ import pytest
 from support.run_contents import read_markers
 
 import radargui
-from radargui.experiment.reprocess import process_run
+from radargui.experiment.reprocess import process_run, recover
 from radargui.files.run_file import read_run, read_run_setup, run_is_complete
 from radargui.files.stored_results import read_stored_results
 from radargui.model.setup import Setup, dump_setup, parse_setup, read_setup
 from radargui.restitution.series import series_of
 from radargui.session.catalogue import Catalogue, Query
 from radargui.session.lock import FILE_NAME, owner_of
-from radargui.session.recovery import recover
 from radargui.session.session import Session
 
 WRITTEN = Path(__file__).parent.parent / "data" / "written_by_0.1"

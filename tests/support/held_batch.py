@@ -9,7 +9,7 @@ import signal
 from pathlib import Path
 
 from radargui.cli import main
-from radargui.experiment.batch import local, task
+from radargui.experiment.batch import task, workers
 from radargui.model.recording import Recording
 
 _read = task.read_for_processing
@@ -17,9 +17,9 @@ _read = task.read_for_processing
 
 def held(path: Path) -> Recording:
     """Wait for the stop where it is the second run, and heed it; read all others as ever."""
-    if path.stem == "run-0002" and local._stop is not None:
-        local._stop.wait()
-        local._look_for_stop(0.0)
+    if path.stem == "run-0002" and workers._stop is not None:
+        workers._stop.wait()
+        workers._look_for_stop(0.0)
     return _read(path)
 
 

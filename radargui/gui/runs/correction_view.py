@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from radargui.correction.ellipse import Ellipse
-from radargui.experiment.overlaid import OverlaidMethod
+from radargui.experiment.compare import OverlaidMethod
 from radargui.gui.layout import Choice, button, fill
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import Plot

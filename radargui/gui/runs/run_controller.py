@@ -13,8 +13,8 @@ from PySide6.QtWidgets import QFileDialog
 
 from radargui import __version__
 from radargui.acquisition.run_plan import Ending
+from radargui.experiment.compare import OverlaidMethod, compute_methods, overlaid
 from radargui.experiment.event import RecordedRun
-from radargui.experiment.overlaid import OverlaidMethod, compute_methods, overlaid
 from radargui.experiment.reprocess import compute_later, own_setup, process_run
 from radargui.files.overview import read_overview
 from radargui.files.run_card import RunCard, summarise

@@ -9,7 +9,7 @@ from typing import Literal
 from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 
-from radargui.experiment.reprocess import RecoveredRun, compute_later, recover_run
+from radargui.experiment.reprocess import RecoveredRun, compute_later, recover_run, unfinished_runs
 from radargui.files.access import Outcome, Progress, each_run
 from radargui.gui.background import Task
 from radargui.gui.control.run_control import RunControl
@@ -27,7 +27,6 @@ from radargui.model.setup import Setup
 from radargui.processing.result_of_run import stored_or_computed
 from radargui.session.catalogue import Catalogue, RunLine
 from radargui.session.info import SessionInfo, read_info
-from radargui.session.recovery import unfinished_runs
 from radargui.session.session import Session
 
 _NAMED = 3

@@ -118,6 +118,8 @@ class TaskSettings:
         Samples per channel read at a time.
     start
         Edge that sampling waits for; None: it begins at once.
+    total_samples
+        Samples of each channel in all; None: until it is stopped.
     """
 
     setup: Setup
@@ -127,11 +129,7 @@ class TaskSettings:
     buffer_samples: int
     block_samples: int
     start: StartEdge | None
-
-    @property
-    def total_samples(self) -> int | None:
-        """Samples of each channel in all; None: until it is stopped."""
-        return None if self.start is None else self.start.total_samples
+    total_samples: int | None
 
 
 def checked_settings(setup: Setup, device: NiDevice) -> TaskSettings:
@@ -153,9 +151,10 @@ def checked_settings(setup: Setup, device: NiDevice) -> TaskSettings:
     start = checked_start(setup, device)
     # whole blocks: some devices want an even number of samples
     buffer = 2 * block * max(1, int(np.ceil(rate_hz * setup.daq.buffer_s / (2 * block))))
-    _check_buffer(setup, device, start, buffer)
+    total = None if start is None else start.total_samples
+    _check_buffer(setup, device, total, buffer)
     physical = tuple(f"{device.name}/{channel}" for channel in channels)
-    return TaskSettings(setup, physical, low_v, high_v, buffer, block, start)
+    return TaskSettings(setup, physical, low_v, high_v, buffer, block, start, total)
 
 
 def rate_limit_hz(device: NiDevice, n_channels: int) -> float | None:
@@ -237,12 +236,9 @@ def _range(setup: Setup, device: NiDevice) -> tuple[float, float]:
         return min(covering, key=lambda limits: limits[1] - limits[0])
     if not device.ranges_v:
         return -wanted, wanted
-    ranges = ", ".join(_format_range(low, high) for low, high in device.ranges_v)
+    known = device.ranges_v
+    ranges = ", ".join(f"+-{high:g} V" if low == -high else f"{low:g} to {high:g} V" for low, high in known)
     raise device_error("no_range", device=device, wanted=wanted, ranges=ranges)
-
-
-def _format_range(low: float, high: float) -> str:
-    return f"+-{high:g} V" if low == -high else f"{low:g} to {high:g} V"
 
 
 def check_rate(setup: Setup, device: NiDevice, n_channels: int) -> None:
@@ -288,8 +284,7 @@ def _check_convert_rate(setup: Setup, device: NiDevice, n_channels: int) -> None
         )
 
 
-def _check_buffer(setup: Setup, device: NiDevice, start: StartEdge | None, buffer: int) -> None:
-    total = None if start is None else start.total_samples
+def _check_buffer(setup: Setup, device: NiDevice, total: int | None, buffer: int) -> None:
     # a run about an edge is held whole by the driver, any other by `buffer_s`
     n_bytes = len(setup.channel_names) * _BYTES * (buffer if total is None else total)
     if n_bytes <= LARGEST_BUFFER_BYTES:

@@ -1,8 +1,9 @@
 """Which NI devices are there and what they can do, as the driver says."""
 
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal, TypeAlias
 
 from radargui.model.errors import DeviceError
@@ -142,14 +143,12 @@ def find_device(driver: Driver, name: str) -> NiDevice:
                 if not found.connected:
                     raise of_code(NOT_CONNECTED, found.title)
                 return found
-        there = [_describe_shortly(device) for device in devices]
+        there = [
+            NiDevice(one.name, product_type=_ask(partial(getattr, one, "product_type"), "")).title for one in devices
+        ]
     if not there:
         raise device_error("no_device", driver=driver)
     raise device_error("no_such_device", name=name, driver=driver, there=", ".join(there))
-
-
-def _describe_shortly(device: Any) -> str:
-    return NiDevice(device.name, product_type=_ask(lambda: device.product_type, "")).title
 
 
 def _describe(device: Any) -> NiDevice:
@@ -200,7 +199,6 @@ def _is_connected(device: Any) -> bool:
 
 def _ask(question: Callable[[], Any], default: Any = None) -> Any:
     """Return the answer of the driver, or the default where this device does not have that property."""
-    try:
+    with suppress(load_nidaqmx().errors.DaqError):
         return question()
-    except load_nidaqmx().errors.DaqError:
-        return default
+    return default

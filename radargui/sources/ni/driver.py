@@ -3,6 +3,7 @@
 import socket
 import ssl
 import sys
+from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -77,11 +78,10 @@ def answers_encrypted(host: str, port: int, timeout_s: float) -> bool:
     # only whether it speaks TLS at all; nothing is sent
     context.check_hostname = False
     context.verify_mode = ssl.CERT_NONE
-    try:
+    with suppress(OSError):
         _shake_hands(context, host, port, timeout_s)
-    except OSError:
-        return False
-    return True
+        return True
+    return False
 
 
 def _shake_hands(context: ssl.SSLContext, host: str, port: int, timeout_s: float) -> None:
@@ -214,17 +214,12 @@ def load_nidaqmx() -> ModuleType:
         import nidaqmx
         import nidaqmx.errors
         import nidaqmx.system
-    except ModuleNotFoundError as error:
-        if error.name != "nidaqmx":
-            raise _broken_package(error) from error
-        raise device_error("no_package") from error
     except ImportError as error:
-        raise _broken_package(error) from error
+        # missing itself, or something in it
+        if isinstance(error, ModuleNotFoundError) and error.name == "nidaqmx":
+            raise device_error("no_package") from error
+        raise device_error("broken_package", error=error) from error
     return nidaqmx  # type: ignore[no-any-return]
-
-
-def _broken_package(error: ImportError) -> DeviceError:
-    return device_error("broken_package", error=error)
 
 
 def driver_errors() -> tuple[type[Exception], ...]:
@@ -262,13 +257,12 @@ class Driver:
 
     def system(self) -> Any:
         """Return nidaqmx's System; on a computer without NI-DAQmx this raises nidaqmx's own DaqNotFoundError."""
-        if self._channel is None:
-            return self._nidaqmx.system.System.local()
-        return self._nidaqmx.system.System.remote(self._options())
+        system, options = self._nidaqmx.system.System, self._options()
+        return system.local() if options is None else system.remote(options)
 
     def new_task(self) -> Any:
         """Return a new nidaqmx Task; whoever asks closes it."""
-        return self._nidaqmx.Task(grpc_options=None if self._channel is None else self._options())
+        return self._nidaqmx.Task(grpc_options=self._options())
 
     def close(self) -> None:
         """Close the connection to a device server; idempotent."""
@@ -276,6 +270,8 @@ class Driver:
             self._channel.close()
 
     def _options(self) -> Any:
+        if self._channel is None:
+            return None
         from nidaqmx.grpc_session_options import GrpcSessionOptions
 
         return GrpcSessionOptions(self._channel, "")

@@ -2,6 +2,7 @@
 
 import logging
 import threading
+from contextlib import closing
 from dataclasses import dataclass
 
 from radargui.model.arrays import RawArray
@@ -189,22 +190,18 @@ class NiSource(Source):
 
     def _release(self) -> None:
         with self._using:
-            task, self.task = self.task, None
-            driver, self._driver = self._driver, None
-            if task is not None:
-                task.close()
-            if driver is not None:
-                driver.close()
+            parts = self.task, self._driver
+            self.task = self._driver = None
+            for part in parts:
+                if part is not None:
+                    part.close()
 
     def backlog(self) -> int:
         """Return how many samples per channel wait in the driver; the last known number while that cannot be asked."""
         # never waits: the screen asks, and a reader in the driver may be slow
         if self._using.acquire(blocking=False):
             try:
-                if self.task is None or self._stopping.is_set():
-                    self._backlog = 0
-                else:
-                    self._backlog = self.task.available()
+                self._backlog = 0 if self.task is None or self._stopping.is_set() else self.task.available()
             except driver_errors() as error:
                 _log.debug("backlog: %s", error)
             finally:
@@ -239,13 +236,10 @@ def check_setup(setup: Setup) -> SetupCheck:
     DeviceError
         Driver, server or device missing, device in use, or settings that it does not have.
     """
-    source = NiSource(setup)
-    try:
+    with closing(NiSource(setup)) as source:
         digitisation = source.open()
         device, task = source.device, source.task
         lines = () if device is None or task is None else _lines(setup, device, task, digitisation)
-    finally:
-        source.close()
     return SetupCheck(device or NiDevice(setup.daq.device), digitisation, lines)
 
 

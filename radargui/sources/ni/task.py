@@ -170,23 +170,19 @@ class InputTask:
             wanted = min(wanted, self._left)
         shape = (n_channels, wanted)
         block: RawArray = np.empty(shape) if self.scaling is None else np.empty(shape, dtype=np.int16)
+        failure = None
         try:
             n_read = int(self._read_into(block, number_of_samples_per_channel=wanted, timeout=timeout_s))
         except driver_errors() as error:
-            # too few samples in time is no failure: the caller asks again
-            late = error_code(error) == TIMEOUT
             n_read = int(getattr(error, "samps_per_chan_read", 0) or 0)
-            if not late and self._driver.remote is not None:
+            # too few samples in time is no failure: the caller asks again
+            if error_code(error) != TIMEOUT:
+                failure = explained(error, self._device.title, self._driver.place, "reading")
                 # a device server answers such an error without the samples
-                n_read = 0
-            failure = None if late else explained(error, self._device.title, self._driver.place, "reading")
-            return self._taken(block, n_read), failure
-        return self._taken(block, n_read), None
-
-    def _taken(self, block: RawArray, n_read: int) -> RawArray:
+                n_read = 0 if self._driver.remote is not None else n_read
         if self._left is not None:
             self._left -= n_read
-        return _packed(block, n_read)
+        return _packed(block, n_read), failure
 
     def available(self) -> int:
         """Return how many samples per channel wait in the driver; raises the driver's own error."""
@@ -197,21 +193,20 @@ class InputTask:
         if not self._running:
             return
         self._running = False
-        try:
-            self._task.stop()
-        except driver_errors() as error:
-            _log.info("%s: stopping: %s", self._device.title, error)
+        self._quietly(self._task.stop, "stopping")
 
     def close(self) -> None:
         """Release the device; idempotent."""
         self.stop()
         task, self._task = self._task, None
-        if task is None:
-            return
+        if task is not None:
+            self._quietly(task.close, "closing")
+
+    def _quietly(self, step: Callable[[], None], doing: str) -> None:
         try:
-            task.close()
+            step()
         except driver_errors() as error:
-            _log.info("%s: closing: %s", self._device.title, error)
+            _log.info("%s: %s: %s", self._device.title, doing, error)
 
 
 def _packed(block: RawArray, n_read: int) -> RawArray:

@@ -23,13 +23,13 @@ _LEAST_NORMAL_Z = 0.2
 
 
 @dataclass(frozen=True, slots=True)
-class ContactPlane:
-    """The plane n.x = d where the sphere's centre is when it touches.
+class Plane:
+    """A plane n.x = d.
 
     Attributes
     ----------
     normal
-        Unit vector away from the floor, shape (3,).
+        Unit vector n towards the sphere, shape (3,).
     distance_m
         d.
     """
@@ -37,13 +37,13 @@ class ContactPlane:
     normal: FloatArray
     distance_m: float
 
-    def height_m(self, place_m: FloatArray) -> float:
-        """Return how far a place (3,) lies above the plane, along the normal."""
-        return float(self.normal @ place_m) - self.distance_m
+    def height_m(self, place_m: FloatArray) -> FloatArray:
+        """Return how far places (3, ...) lie before the plane, along the normal, shape (...)."""
+        return np.tensordot(self.normal, place_m, axes=1) - self.distance_m
 
 
-def contact_plane(setup: Setup) -> ContactPlane:
-    """Return the floor of the simulated scene.
+def contact_plane(setup: Setup) -> Plane:
+    """Return the plane where the sphere's centre is when it touches the floor of the simulated scene.
 
     It leans by `simulation.floor_tilt_deg` from what the setup says. It passes `simulation.drop_height_m` below the
     release; where that is left out, through `floor.height_m` on the z axis; where that is left out too, 0.26 m below
@@ -71,7 +71,7 @@ def contact_plane(setup: Setup) -> ContactPlane:
         foot = np.array([0.0, 0.0, setup.floor.height_m])
     else:
         foot = release - np.array([0.0, 0.0, DEFAULT_DROP_M])
-    plane = ContactPlane(normal, float(normal @ foot))
+    plane = Plane(normal, float(normal @ foot))
     if plane.height_m(release) < _LEAST_DROP_M:
         raise SetupError(
             f"The release of the simulated sphere at z = {release[2]:g} m is not above the floor at z = {foot[2]:g} m",
@@ -133,13 +133,14 @@ class Fall:
         The sphere would bounce for more than ten minutes.
     """
 
-    def __init__(self, simulation: Simulation, release_m: FloatArray, surface: ContactPlane, run: int = 0) -> None:
+    def __init__(self, simulation: Simulation, release_m: FloatArray, surface: Plane, run: int = 0) -> None:
         bed = simulation.scene == "bed"
         upward = float(surface.normal[2])
         if not bed:
-            _check_it_ends(simulation, surface.height_m(release_m), upward)
+            _check_it_ends(simulation, float(surface.height_m(release_m)), upward)
         gravity = np.array([0.0, 0.0, -simulation.gravity_m_s2])
-        pushed = gravity + _push_velocity_m_s(simulation, surface) / _PUSH_S
+        heading = azimuth_direction(simulation.lateral_azimuth_deg)
+        pushed = gravity + simulation.lateral_speed_m_s * along_plane(heading, surface.normal) / _PUSH_S
 
         away = np.concatenate([surface.normal, np.zeros(3)])
 
@@ -239,12 +240,6 @@ def _rate(force_m_s2: FloatArray, drag_per_m: float) -> Callable[[float, FloatAr
         return change
 
     return rate
-
-
-def _push_velocity_m_s(simulation: Simulation, floor: ContactPlane) -> FloatArray:
-    """Return the velocity that the push gives, along the floor, shape (3,)."""
-    heading = azimuth_direction(simulation.lateral_azimuth_deg)
-    return simulation.lateral_speed_m_s * along_plane(heading, floor.normal)
 
 
 def _check_it_ends(simulation: Simulation, height_m: float, upward: float) -> None:

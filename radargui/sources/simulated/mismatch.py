@@ -39,8 +39,7 @@ class Mixer:
 
     def q(self, signal: ComplexArray) -> FloatArray:
         """Return Q of the complex signal (n,), in amplitudes."""
-        q = channels_of(signal, signal, self.gain, self.quadrature_error_rad)[1]
-        return np.asarray(q + self.offset_q)
+        return np.asarray(channels_of(signal, signal, self.gain, self.quadrature_error_rad)[1] + self.offset_q)
 
 
 def make_mixer(simulation: Simulation, receiver: int) -> Mixer:

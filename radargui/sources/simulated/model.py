@@ -1,5 +1,9 @@
 """The simulated sources: what a radar would give while a sphere moves, and the operator of the wiring check."""
 
+from abc import abstractmethod
+from dataclasses import replace
+from functools import lru_cache
+
 import numpy as np
 
 from radargui.geometry.path_length import Antennas, path_lengths, place_antennas
@@ -46,10 +50,9 @@ class SimulatedRadar:
         self._mixers = [make_mixer(simulation, receiver) for receiver in range(setup.n_receivers)]
         self._tracer = [TracerMismatch(simulation, receiver, release) for receiver in range(setup.n_receivers)]
         self._disturbance = [Disturbance(simulation, channel, run) for channel in range(2 * setup.n_receivers)]
-        self._noise = WhiteNoise(simulation, run)
-        self._flicker: Flicker | None = None
+        self._noises: list[WhiteNoise | Flicker] = [WhiteNoise(simulation, run)]
         if simulation.flicker:
-            self._flicker = Flicker(simulation, setup.daq.rate_hz, 2 * setup.n_receivers, run, CHUNK)
+            self._noises.append(Flicker(simulation, setup.daq.rate_hz, 2 * setup.n_receivers, run, CHUNK))
         self._converter = Converter(simulation, setup.daq)
         self.digitisation = Digitisation(
             channel_names=setup.channel_names,
@@ -60,17 +63,15 @@ class SimulatedRadar:
         )
         duration_s = self.scene.duration_s
         self.n_samples = None if duration_s is None else max(round(duration_s * self._rate_hz), 1)
-        self._kept: tuple[int, RawArray] | None = None
+        # several blocks lie in a chunk: the last one made is kept
+        self._chunk = lru_cache(maxsize=1)(self._new_chunk)
 
     def samples(self, first: int, count: int) -> RawArray:
         """Return samples first : first + count of all channels, shape (n_channels, count), a new array."""
-        parts: list[RawArray] = []
-        end = first + count
-        for chunk in range(first // CHUNK, (end - 1) // CHUNK + 1):
-            start = chunk * CHUNK
-            parts.append(self._chunk(chunk)[:, max(first - start, 0) : min(end - start, CHUNK)])
-        samples: RawArray = np.concatenate(parts, axis=1)  # type: ignore[assignment]
-        return samples
+        chunks = range(first // CHUNK, (first + count - 1) // CHUNK + 1)
+        whole: RawArray = np.concatenate([self._chunk(chunk) for chunk in chunks], axis=1)
+        begin = first - chunks.start * CHUNK
+        return whole[:, begin : begin + count].copy()
 
     def truth(self, first: int, count: int) -> Truth:
         """Return the exact motion during samples first : first + count, impacts counted from sample first."""
@@ -80,15 +81,11 @@ class SimulatedRadar:
         impacts = self.scene.impacts_s(first_s, (first + count) / self._rate_hz) - first_s
         return Truth(position, path_lengths(position, self._antennas), impacts)
 
-    def _chunk(self, chunk: int) -> RawArray:
-        # several blocks lie in a chunk: the last one made is kept
-        if self._kept is None or self._kept[0] != chunk:
-            volts = self._volts(np.arange(chunk * CHUNK, (chunk + 1) * CHUNK) / self._rate_hz)
-            self._noise.add_to(volts, chunk)
-            if self._flicker is not None:
-                self._flicker.add_to(volts, chunk)
-            self._kept = (chunk, self._converter.convert(volts))
-        return self._kept[1]
+    def _new_chunk(self, chunk: int) -> RawArray:
+        volts = self._volts(np.arange(chunk * CHUNK, (chunk + 1) * CHUNK) / self._rate_hz)
+        for noise in self._noises:
+            noise.add_to(volts, chunk)
+        return self._converter.convert(volts)
 
     def _volts(self, time_s: FloatArray) -> FloatArray:
         """Return the noiseless volts of all channels, shape (n_channels, n), at the times (n,) of channel 0.
@@ -158,16 +155,16 @@ def check_clearance(setup: Setup, scene: Scene, antennas: Antennas, reflectors: 
     for reflector in reflectors:
         if float(reflector.height_m(position).min()) >= 0.0:
             continue
+        what, change, key = (
+            "the bottom that reflects",
+            "Lower the floor (floor.height_m or simulation.drop_height_m)",
+            "",
+        )
         if reflector.wall is not None:
-            raise SetupError(
-                f"The simulated sphere would pass through wall {reflector.wall + 1}",
-                remedy="Raise simulation.wall_distance_m, make the motion smaller, or set "
-                "simulation.wall_reflection = 0.",
-            )
+            what, change, key = f"wall {reflector.wall + 1}", "Raise simulation.wall_distance_m", "wall_"
         raise SetupError(
-            "The simulated sphere would pass through the bottom that reflects",
-            remedy="Lower the floor (floor.height_m or simulation.drop_height_m), make the motion smaller, or set "
-            "simulation.reflection = 0.",
+            f"The simulated sphere would pass through {what}",
+            remedy=f"{change}, make the motion smaller, or set simulation.{key}reflection = 0.",
         )
 
 
@@ -186,7 +183,29 @@ def simulate_recording(setup: Setup, *, run: int = 0, name: str = "simulated") -
     return recording, radar.truth(0, radar.n_samples)
 
 
-class SimulatedSource(PacedSource):
+class ComputedSource(PacedSource):
+    """Samples that are computed when their time has come; `_digitisation` says how they are digitised."""
+
+    _digitisation: Digitisation
+
+    def open(self) -> Digitisation:
+        """Return how samples are digitised."""
+        self._opened = True
+        return self._digitisation
+
+    def _read(self) -> Block | None:
+        first, end = self._next, self._end_of_block()
+        if end <= first or not self._wait_for(end):
+            return None
+        self._next = end
+        return Block(self._samples(first, end), first)
+
+    @abstractmethod
+    def _samples(self, first: int, end: int) -> RawArray:
+        """Return samples first:end of all channels, a new array."""
+
+
+class SimulatedSource(ComputedSource):
     """One simulated run, or one that repeats for ever.
 
     In real time it behaves like a device: a reader that is more than `daq.buffer_s` late loses the oldest samples
@@ -219,20 +238,15 @@ class SimulatedSource(PacedSource):
             "The simulated source", clock, daq.rate_hz, daq.read_interval_s, self._radar.n_samples, realtime=realtime
         )
         self._buffer = max(round(daq.buffer_s * daq.rate_hz), self._block)
-
-    def open(self) -> Digitisation:
-        """Return how samples are digitised."""
-        self._opened = True
-        return self._radar.digitisation
+        self._digitisation = self._radar.digitisation
 
     def _read(self) -> Block | None:
         gap = self._overflow()
-        end = self._end_of_block()
-        if end <= self._next or not self._wait_for(end):
-            return None
-        block = Block(self._radar.samples(self._next, end - self._next), self._next, gap)
-        self._next = end
-        return block
+        block = super()._read()
+        return None if block is None else replace(block, gap=gap)
+
+    def _samples(self, first: int, end: int) -> RawArray:
+        return self._radar.samples(first, end - first)
 
     def truth(self, first_index: int, count: int) -> Truth:
         """Return the exact motion during samples first_index : first_index + count.
@@ -259,7 +273,7 @@ _OWN, _OTHERS = 0.8, 0.1
 """Echo of the hand in the antenna it is in front of, and in the others, relative to the tracer's."""
 
 
-class WiringScene(PacedSource):
+class WiringScene(ComputedSource):
     """Tracer at rest, lowered by 15 cm, then a hand that swings in front of each receiver in turn; then the end.
 
     Parameters
@@ -282,22 +296,14 @@ class WiringScene(PacedSource):
         self._antennas = place_antennas(setup)
         self._noise = WhiteNoise(setup.simulation, 0)
         self._converter = Converter(setup.simulation, setup.daq)
-
-    def open(self) -> Digitisation:
-        """Return how samples are digitised."""
-        self._opened = True
-        names = self._setup.channel_names
+        names = setup.channel_names
         scaling = self._converter.scaling(len(names))
-        return Digitisation(names, self._rate_hz, scaling, 0.0, device="simulated operator")
+        self._digitisation = Digitisation(names, self._rate_hz, scaling, 0.0, device="simulated operator")
 
-    def _read(self) -> Block | None:
-        first, end = self._next, self._end_of_block()
-        if end <= first or not self._wait_for(end):
-            return None
-        self._next = end
+    def _samples(self, first: int, end: int) -> RawArray:
         volts = self._volts(np.arange(first, end) / self._rate_hz)
         self._noise.add_to(volts, first // self._block)
-        return Block(self._converter.convert(volts), first)
+        return self._converter.convert(volts)
 
     def _volts(self, time_s: FloatArray) -> FloatArray:
         """Return I = A cos, Q = A sin of the tracer's phase, and the hand's on top; shape (n_channels, n)."""

@@ -52,9 +52,8 @@ class WhiteNoise:
     def __init__(self, simulation: Simulation, run: int) -> None:
         self._seed = simulation.seed
         self._run = run
-        self.sigma_v = simulation.amplitude_v / np.sqrt(2.0) * 10.0 ** (-simulation.snr_db / 20.0)
-        if not simulation.noise:
-            self.sigma_v = 0.0
+        sigma_v = simulation.amplitude_v / np.sqrt(2.0) * 10.0 ** (-simulation.snr_db / 20.0)
+        self.sigma_v = sigma_v if simulation.noise else 0.0
 
     def add_to(self, volts: FloatArray, chunk: int) -> None:
         """Add the noise of a chunk to its volts (n_channels, n)."""

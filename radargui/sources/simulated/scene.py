@@ -1,5 +1,6 @@
 """The scene: rest, motion (circle and pendulum are here), rest; where wanted brought back and begun again."""
 
+from abc import ABC, abstractmethod
 from typing import TypeAlias
 
 import numpy as np
@@ -11,27 +12,60 @@ from radargui.model.simulation import Simulation
 from radargui.sources.simulated.fall import Fall, azimuth_direction, contact_plane
 
 
-class Pendulum:
-    """A simple pendulum without loss that starts at rest at the release and is caught at a turning point.
+class Arc(ABC):
+    """Motion on a circle about its middle: middle + r (across sin angle + outward cos angle).
 
-    The period is 4 K(m) sqrt(l / g), m = sin^2(theta_0 / 2), the angle sin(theta / 2) = sqrt(m) cd(sqrt(g / l) t, m)
-    (NIST Digital Library of Mathematical Functions, 22.19.2). The release is the outermost point along the azimuth.
+    Parameters
+    ----------
+    release_m
+        Place at the release, shape (3,).
+    radius_m
+        r.
+    across, outward
+        Unit vectors, shape (3,).
+    start_rad
+        Angle at the release.
 
     Attributes
     ----------
     duration_s
-        Time from the release until the sphere is caught.
+        Time from the release until the tracer stays where it is.
     """
 
     impact_time_s: FloatArray = np.empty(0)
+    duration_s: float
+
+    def __init__(
+        self, release_m: FloatArray, radius_m: float, across: FloatArray, outward: FloatArray, start_rad: float = 0.0
+    ) -> None:
+        self._radius_m, self._across, self._outward = radius_m, across[:, None], outward[:, None]
+        self._middle_m = release_m[:, None] - self._from_middle(np.array([start_rad]))
+
+    @abstractmethod
+    def angle_rad(self, time_s: FloatArray) -> FloatArray:
+        """Return the angle at times (n,) after the release."""
+
+    def position_m(self, time_s: FloatArray) -> FloatArray:
+        """Return the position, shape (3, n), at times (n,)."""
+        return np.asarray(self._middle_m + self._from_middle(self.angle_rad(time_s)))
+
+    def _from_middle(self, angle_rad: FloatArray) -> FloatArray:
+        return np.asarray(self._radius_m * (self._across * np.sin(angle_rad) + self._outward * np.cos(angle_rad)))
+
+
+class Pendulum(Arc):
+    """A simple pendulum without loss that starts at rest at the release and is caught at a turning point.
+
+    The period is 4 K(m) sqrt(l / g), m = sin^2(theta_0 / 2), the angle sin(theta / 2) = sqrt(m) cd(sqrt(g / l) t, m)
+    (NIST Digital Library of Mathematical Functions, 22.19.2). The release is the outermost point along the azimuth.
+    """
 
     def __init__(self, simulation: Simulation, release_m: FloatArray) -> None:
-        start = np.radians(simulation.pendulum_amplitude_deg)
+        start, length_m = np.radians(simulation.pendulum_amplitude_deg), simulation.pendulum_length_m
+        heading, down = azimuth_direction(simulation.lateral_azimuth_deg), np.array([0.0, 0.0, -1.0])
+        super().__init__(release_m, length_m, heading, down, start)
         self._parameter = float(np.sin(0.5 * start)) ** 2
-        self._heading = azimuth_direction(simulation.lateral_azimuth_deg)
-        self._length_m = simulation.pendulum_length_m
-        self._pivot_m = release_m - self._from_pivot(np.array([start]))[:, 0]
-        self._rate_1_s = float(np.sqrt(simulation.gravity_m_s2 / self._length_m))
+        self._rate_1_s = float(np.sqrt(simulation.gravity_m_s2 / length_m))
         self.period_s = 4.0 * float(ellipk(self._parameter)) / self._rate_1_s
         # caught at a turning point, where it rests: no velocity steps
         self.duration_s = 0.5 * max(round(2.0 * simulation.turns), 1) * self.period_s
@@ -41,39 +75,20 @@ class Pendulum:
         _, cn, dn, _ = ellipj(self._rate_1_s * np.clip(time_s, 0.0, self.duration_s), self._parameter)
         return np.asarray(2.0 * np.arcsin(np.sqrt(self._parameter) * cn / dn))
 
-    def position_m(self, time_s: FloatArray) -> FloatArray:
-        """Return the position, shape (3, n), at times (n,)."""
-        return np.asarray(self._pivot_m[:, None] + self._from_pivot(self.angle_rad(time_s)))
 
-    def _from_pivot(self, angle_rad: FloatArray) -> FloatArray:
-        down = np.array([0.0, 0.0, -1.0])
-        return np.asarray(
-            self._length_m * (self._heading[:, None] * np.sin(angle_rad) + down[:, None] * np.cos(angle_rad))
-        )
-
-
-class Circle:
+class Circle(Arc):
     """A circle that starts at the release.
 
     Its middle lies `circle_radius_m` away along the azimuth, `circle_tilt_deg` below the horizontal: 0 degrees is a
     horizontal circle, 90 a vertical one that starts at its top. The angular speed grows smoothly over half a period
     (or half the way, where that is shorter), and falls so at the end.
-
-    Attributes
-    ----------
-    duration_s
-        Time from the release until the tracer stays where it is.
     """
-
-    impact_time_s: FloatArray = np.empty(0)
 
     def __init__(self, simulation: Simulation, release_m: FloatArray) -> None:
         tilt = np.radians(simulation.circle_tilt_deg)
         heading = azimuth_direction(simulation.lateral_azimuth_deg)
-        self._inward = np.cos(tilt) * heading - np.array([0.0, 0.0, np.sin(tilt)])
-        self._across = np.array([-heading[1], heading[0], 0.0])
-        self._radius_m = simulation.circle_radius_m
-        self._middle_m = release_m + self._radius_m * self._inward
+        outward = np.array([0.0, 0.0, np.sin(tilt)]) - np.cos(tilt) * heading
+        super().__init__(release_m, simulation.circle_radius_m, np.array([-heading[1], heading[0], 0.0]), outward)
         self._rate_rad_s = 2.0 * np.pi / simulation.circle_period_s
         even_s = simulation.turns * simulation.circle_period_s
         # a step of the angular speed would be a step of the Doppler frequency, which no arm can make
@@ -88,14 +103,6 @@ class Circle:
         ending = ramp - np.clip(time_s - (duration - ramp), 0.0, ramp)
         turned = _ramped(starting / ramp) + 0.5 - _ramped(ending / ramp)
         return np.asarray(self._rate_rad_s * (ramp * turned + steady))
-
-    def position_m(self, time_s: FloatArray) -> FloatArray:
-        """Return the position, shape (3, n), at times (n,)."""
-        angle = self.angle_rad(time_s)
-        return np.asarray(
-            self._middle_m[:, None]
-            + self._radius_m * (self._across[:, None] * np.sin(angle) - self._inward[:, None] * np.cos(angle))
-        )
 
 
 def _ramped(share: FloatArray) -> FloatArray:
@@ -167,11 +174,8 @@ class Scene:
         phase_s = np.mod(time_s, self._period_s)
         position = self.trajectory.position_m(phase_s - self._rest_s)
         returning = phase_s > self._run_s
-        if returning.any():
-            share = (phase_s[returning] - self._run_s) / RETURN_S
-            position[:, returning] = self._end_m[:, None] + (self._release_m - self._end_m)[:, None] * minimum_jerk(
-                share
-            )
+        way_m = minimum_jerk((phase_s[returning] - self._run_s) / RETURN_S) * (self._release_m - self._end_m)[:, None]
+        position[:, returning] = self._end_m[:, None] + way_m
         return position
 
     def impacts_s(self, first_s: float, last_s: float) -> FloatArray:

@@ -11,7 +11,7 @@ from radargui.model import scattering
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.errors import SetupError
 from radargui.model.setup import Setup
-from radargui.sources.simulated.fall import azimuth_direction, contact_plane
+from radargui.sources.simulated.fall import Plane, azimuth_direction, contact_plane
 from radargui.sources.simulated.seeds import Draw, generator
 
 
@@ -96,11 +96,6 @@ class Antenna:
         return wave if self.coefficient == 1.0 else self.coefficient * wave
 
 
-def aimed_antenna(place_m: FloatArray, lobe: Lobe, field: FloatArray | None = None) -> Antenna:
-    """Return a real antenna that looks at the origin."""
-    return Antenna(place_m, -place_m / np.linalg.norm(place_m), lobe, field=field)
-
-
 class Waves:
     """Complex signal of each receiver for a tracer anywhere, before mixer and converter.
 
@@ -169,29 +164,19 @@ class Waves:
 
 
 @dataclass(frozen=True, slots=True)
-class Reflector:
-    """A plane n.x = d that reflects waves.
+class Reflector(Plane):
+    """A plane that reflects waves.
 
     Attributes
     ----------
-    normal
-        Unit vector, shape (3,).
-    distance_m
-        d.
     coefficient
         Complex reflection coefficient; of a wall, its magnitude.
     wall
         Number of the wall from 0; None for the bottom.
     """
 
-    normal: FloatArray
-    distance_m: float
     coefficient: complex
     wall: int | None = None
-
-    def height_m(self, place_m: FloatArray) -> FloatArray:
-        """Return how far places (3, ...) lie in front of it, shape (...)."""
-        return np.tensordot(self.normal, place_m, axes=1) - self.distance_m
 
 
 def bottom_reflector(setup: Setup) -> Reflector:
@@ -214,66 +199,50 @@ def bottom_reflector(setup: Setup) -> Reflector:
     return Reflector(plane.normal, distance, complex(setup.simulation.size("reflection") * np.exp(1j * phase)))
 
 
-def wall_reflectors(setup: Setup) -> tuple[Reflector, ...]:
-    """Return the upright walls round the z axis, where they reflect at all."""
-    simulation = setup.simulation
-    if simulation.wall_reflection == 0.0:
-        return ()
-    return tuple(
-        Reflector(-azimuth_direction(azimuth_deg), -distance_m, simulation.wall_reflection, wall)
-        for wall, (distance_m, azimuth_deg) in enumerate(
-            zip(simulation.wall_distance_m, simulation.wall_azimuth_deg, strict=True)
-        )
-    )
-
-
 def reflectors_of(setup: Setup) -> tuple[Reflector, ...]:
-    """Return all reflectors of the scene: the bottom and the walls, where they reflect at all."""
-    bottom = (bottom_reflector(setup),) if setup.simulation.size("reflection") > 0.0 else ()
-    return (*bottom, *wall_reflectors(setup))
+    """Return all reflectors of the scene: the bottom and the upright walls round the z axis, where they reflect."""
+    simulation = setup.simulation
+    found = [bottom_reflector(setup)] if simulation.size("reflection") > 0.0 else []
+    if simulation.wall_reflection != 0.0:
+        walls = zip(simulation.wall_distance_m, simulation.wall_azimuth_deg, strict=True)
+        for wall, (distance_m, azimuth_deg) in enumerate(walls):
+            found.append(Reflector(-azimuth_direction(azimuth_deg), -distance_m, simulation.wall_reflection, wall))
+    return tuple(found)
 
 
-def mirrored(antenna: Antenna, reflector: Reflector, coefficient: complex) -> Antenna:
-    """Return the image of an antenna: place, lobe and field mirrored."""
-    return replace(
-        antenna,
-        place_m=mirror(antenna.place_m, reflector.normal, reflector.distance_m),
-        axis=mirror(antenna.axis, reflector.normal, 0.0),
-        field=None if antenna.field is None else mirror(antenna.field, reflector.normal, 0.0),
-        coefficient=coefficient,
-    )
+def image_of(antenna: Antenna, reflector: Reflector, phase_rad: float, reference_m: FloatArray) -> Antenna | None:
+    """Return the image of an antenna, its place, lobe and field mirrored; None where it stands beyond a wall.
 
-
-def image_in_bottom(antenna: Antenna, bottom: Reflector) -> Antenna:
-    """Return the image of an antenna in the container's bottom: one coefficient for all antennas.
+    In the bottom the coefficient is the reflector's, one for all antennas. In a wall, of this phase, it makes up for
+    the lobes at the reference, so that there the image over the antenna itself is coefficient r / r', as the direct
+    path's 1 / r and the mirrored path's 1 / r' have it.
 
     Raises
     ------
     SetupError
-        The antenna stands behind the reflector.
+        The antenna stands below the bottom.
     """
-    if bottom.height_m(antenna.place_m) <= 0.0:
+    is_wall, normal = reflector.wall is not None, reflector.normal
+    if reflector.height_m(antenna.place_m) <= 0.0:
+        if is_wall:
+            return None
         place = ", ".join(f"{part:.3g}" for part in antenna.place_m)
         raise SetupError(
             f"An antenna at ({place}) m stands below the bottom that reflects in the simulation",
             remedy="Correct the antenna's tilt and distance or the floor, or set simulation.reflection = 0.",
         )
-    return mirrored(antenna, bottom, bottom.coefficient)
-
-
-def image_in_wall(antenna: Antenna, wall: Reflector, phase_rad: float, reference_m: FloatArray) -> Antenna | None:
-    """Return the image of an antenna in a wall, or None where the antenna stands beyond the wall.
-
-    Its coefficient makes up for the lobes at the reference, so that there the image over the antenna itself is
-    coefficient r / r', as the direct path's 1 / r and the mirrored path's 1 / r' have it.
-    """
-    if wall.height_m(antenna.place_m) <= 0.0:
-        return None
-    image = mirrored(antenna, wall, 1.0)
-    place = reference_m[:, None]
+    image = replace(
+        antenna,
+        place_m=mirror(antenna.place_m, normal, reflector.distance_m),
+        axis=mirror(antenna.axis, normal, 0.0),
+        field=None if antenna.field is None else mirror(antenna.field, normal, 0.0),
+        coefficient=reflector.coefficient,
+    )
+    if not is_wall:
+        return image
     # towards a wall an antenna has side lobes, towards the sphere its main one
-    lobes = float(antenna.gain(place)[0] / image.gain(place)[0])
-    return replace(image, coefficient=complex(wall.coefficient * lobes * np.exp(1j * phase_rad)))
+    lobes = float(antenna.gain(reference_m[:, None])[0] / image.gain(reference_m[:, None])[0])
+    return replace(image, coefficient=complex(reflector.coefficient * lobes * np.exp(1j * phase_rad)))
 
 
 def make_waves(setup: Setup, antennas: Antennas) -> Waves:
@@ -300,14 +269,12 @@ def make_waves(setup: Setup, antennas: Antennas) -> Waves:
         fields = (scattering.transmitted_direction(sent_deg), *got)
 
     def with_images(number: int, place_m: FloatArray) -> tuple[Antenna, ...]:
-        antenna = aimed_antenna(place_m, lobe, fields[number])
-        images: list[Antenna | None] = []
+        # it looks at the origin
+        antenna = Antenna(place_m, -place_m / np.linalg.norm(place_m), lobe, field=fields[number])
+        images = []
         for reflector in reflectors:
-            if reflector.wall is None:
-                images.append(image_in_bottom(antenna, reflector))
-            else:
-                draw = generator(setup.simulation.seed, Draw.WALL, reflector.wall, number)
-                images.append(image_in_wall(antenna, reflector, draw.uniform(0.0, 2.0 * np.pi), reference))
+            draw = generator(setup.simulation.seed, Draw.WALL, reflector.wall or 0, number)
+            images.append(image_of(antenna, reflector, draw.uniform(0.0, 2.0 * np.pi), reference))
         return (antenna, *(image for image in images if image is not None))
 
     return Waves(

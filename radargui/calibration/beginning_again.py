@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,9 +41,7 @@ class Beginning:
     own: tuple[FloatArray, ...]
 
 
-def begun_again(
-    beginning: Beginning, settled: Settled, n_bare: int, normal: FloatArray, round_done: Callable[[], None]
-) -> Settled:
+def begun_again(beginning: Beginning, settled: Settled, n_bare: int, normal: FloatArray) -> Settled:
     """Return the better of a fit and those that begin with its antennas and walls, and nothing else of it.
 
     Paths were up to 2 mm, samples tenths of the signal off while a wall was missing: a fall that had gone 5 mm from its
@@ -60,8 +57,6 @@ def begun_again(
         Mirrors that it began with.
     normal
         Upward normal of the floor, shape (3,).
-    round_done
-        Called now and then; may raise to cancel.
     """
     best = settled
     for _ in range(MOST_TIMES):
@@ -69,7 +64,7 @@ def begun_again(
         if n_mirrors(best) == 0 or best.found.birge() < DISAGREEING:
             break
         try:
-            again = begun_with(beginning, best, n_bare, normal, round_done)
+            again = begun_with(beginning, best, n_bare, normal)
         except (ProcessingError, SolveError):
             break
         gained = again.log_evidence - best.log_evidence
@@ -79,9 +74,7 @@ def begun_again(
     return best
 
 
-def begun_with(
-    beginning: Beginning, settled: Settled, n_bare: int, normal: FloatArray, round_done: Callable[[], None]
-) -> Settled:
+def begun_with(beginning: Beginning, settled: Settled, n_bare: int, normal: FloatArray) -> Settled:
     """Return all recordings' fit, begun with the antennas and walls of another, maybe of a few; parameters as above.
 
     Raises
@@ -92,23 +85,15 @@ def begun_with(
     found, rough, walls = settled.found, beginning.rough, planes_of(settled, n_bare, normal)
     antennas = np.array([bool(one.key) for one in found.world.unknowns])
     # places and motions by paths, only as sharply as what bends these lets them say
-    motions = fit_paths(
-        found.world,
-        beginning.by_paths,
-        rough.held | antennas,
-        round_done,
-        LOOSE[:2],
-        z=np.where(antennas, found.z, 0.0),
-    )
+    at = np.where(antennas, found.z, 0.0)
+    motions = fit_paths(found.world, beginning.by_paths, rough.held | antennas, LOOSE[:2], z=at)
     likelihoods, states = list[Likelihood](), []
-    for one, own, moved in zip(beginning.likelihoods, beginning.own, motions.own, strict=True):
+    for one, own, state in zip(beginning.likelihoods, beginning.own, motions.own, strict=True):
         if isinstance(one, SignalLikelihood):
-            n_own = len(one.motion.own)
-            state = np.concatenate([moved[:n_own], own[n_own:]])
-            if walls:
-                one, state = one.with_mirrors((*one.problem.inputs.planes, *walls), state)
-        else:
-            state = moved
+            # of a fit by paths only the motion is the same thing: what follows there is a receiver's slow errors
+            state = np.concatenate([state[: one.n_motion], own[one.n_motion :]])
+        if walls:
+            one, state = one.with_mirrors(walls, state)
         likelihoods.append(one)
         states.append(state)
-    return approach(found.world, likelihoods, replace(motions, held=rough.held), states, round_done)
+    return approach(replace(motions, held=rough.held), likelihoods, states)

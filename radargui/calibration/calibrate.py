@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -11,17 +12,13 @@ from scipy.special import gammainccinv
 from radargui import __version__
 from radargui.calibration.beginning_again import Beginning, begun_again, begun_with
 from radargui.calibration.fit import FEW, LEAST_BESIDE_WALLS, Fit, fit
-from radargui.calibration.likelihood import Likelihood, PathLikelihood
+from radargui.calibration.likelihood import Likelihood, PathLikelihood, own_values
 from radargui.calibration.preparing import Prepared, sample_problem
 from radargui.calibration.rough_fit import RELEASE, KnownRecording, UnfitFallError, refuse_above, rough_fit
 from radargui.calibration.settling import approach, settled_at_last
 from radargui.calibration.shares import Progress, Shares, working
 from radargui.calibration.signal_likelihood import SignalLikelihood
-from radargui.calibration.unknowns import (
-    POLARISATION,
-    USUAL,
-    setup_with,
-)
+from radargui.calibration.unknowns import USUAL, setup_with
 from radargui.calibration.verdict import (
     FAR,
     LEFT_M,
@@ -103,10 +100,10 @@ def calibrate(
         may be unfit: these are left out, which the calibration's notes say.
     """
     shares, given, unfit = Shares(progress, len(recordings)), list(recordings), list[UnfitFallError]()
-    with working(min(workers, len(recordings)), shares.look):
+    with working(min(workers, len(recordings)), shares):
         while True:
             try:
-                found = _calibrated(given, setup, groups, shares, (made_at, operator))
+                found = _calibrated(given, setup, groups, (made_at, operator))
                 break
             except UnfitFallError as error:
                 unfit.append(error)
@@ -120,24 +117,21 @@ def calibrate(
 
 
 def _calibrated(
-    recordings: Sequence[KnownRecording], setup: Setup, groups: Sequence[str], shares: Shares, origin: tuple[str, str]
+    recordings: Sequence[KnownRecording], setup: Setup, groups: Sequence[str], origin: tuple[str, str]
 ) -> Calibrated:
-    found_roughly = rough_fit(recordings, setup, groups, shares)
+    found_roughly = rough_fit(recordings, setup, groups)
     rough, by_paths, prepared = found_roughly.found, found_roughly.by_paths, found_roughly.prepared
     world, held, setup = rough.world, rough.held, rough.world.setup
-    before = fit_paths(world, by_paths, np.array([bool(one.key) for one in world.unknowns]), shares.round_done)
-    likelihoods, own = _sharpened(rough, by_paths, prepared, setup)
+    before = fit_paths(world, by_paths, np.array([bool(one.key) for one in world.unknowns]))
+    likelihoods, own = _sharpened(rough, by_paths, prepared)
     normal, few = np.asarray(setup.floor.normal), some_of(likelihoods)
-    bare = approach(world, [likelihoods[n] for n in few], rough, [own[n] for n in few], shares.round_done)
-    n_bare, settled = n_mirrors(bare), with_walls(bare, normal, shares.round_done)
+    bare = approach(rough, [likelihoods[n] for n in few], [own[n] for n in few])
+    n_bare, settled = n_mirrors(bare), with_walls(bare, normal)
     beginning = Beginning(rough, by_paths, tuple(likelihoods), tuple(own))
     if len(few) < len(likelihoods):
-        settled = begun_with(beginning, settled, n_bare, normal, shares.round_done)
-    settled = begun_again(beginning, settled, n_bare, normal, shares.round_done)
-    settled = settled_at_last(settled, shares.round_done)
-    found = fit(
-        world, settled.likelihoods, held=held, start=settled.found, own=settled.found.own, round_done=shares.round_done
-    )
+        settled = begun_with(beginning, settled, n_bare, normal)
+    settled = settled_at_last(begun_again(beginning, settled, n_bare, normal))
+    found = fit(world, settled.likelihoods, held=held, start=settled.found, own=settled.found.own)
     if n_mirrors(settled) > n_bare:
         found = replace(found, least=LEAST_BESIDE_WALLS)
     if not np.isfinite(found.information()[0]).all():
@@ -158,30 +152,25 @@ def _calibrated(
 
 
 def _sharpened(
-    rough: Fit, by_paths: Sequence[PathLikelihood], prepared: Sequence[Prepared], setup: Setup
+    rough: Fit, by_paths: Sequence[PathLikelihood], prepared: Sequence[Prepared]
 ) -> tuple[list[Likelihood], list[FloatArray]]:
     """Return the likelihoods by samples where there is a rest, else by paths of honest weight, and starts."""
     values = rough.world.values(rough.z)
-    better = setup_with(setup, rough.world.unknowns, values)
-    out: list[Likelihood] = []
-    starts = []
+    better = setup_with(rough.world.setup, rough.world.unknowns, values)
+    out, starts = list[Likelihood](), list[FloatArray]()
     for path, ready, state, local in zip(by_paths, prepared, rough.own, rough.locals_, strict=True):
-        unknowns = ready.motion.own
-        shift = state[: len(unknowns)]
-        own = np.array([one.value + one.u * float(z) for one, z in zip(unknowns, shift, strict=True)])
-        begun = None if path.is_plane else sample_problem(ready, better, values, own)
+        begun = None if path.is_plane else sample_problem(ready, better, values, own_values(ready.motion, state))
         if begun is None:
             # neighbours share their error: one value counts for a quarter of a fringe
-            turns = float(
-                np.nanmax(np.nanmax(path.measured.change_m, axis=1) - np.nanmin(path.measured.change_m, axis=1))
-            )
-            crowd = max(1.0, path.measured.time_s.size / (4.0 * max(turns / path.wavelength_m, 1.0)))
+            change = path.measured.change_m
+            turns = float((np.nanmax(change, axis=1) - np.nanmin(change, axis=1)).max()) / path.wavelength_m
+            crowd = max(1.0, path.measured.time_s.size / (4.0 * max(turns, 1.0)))
             u_m = float(max(rms_m(local.residual_m).max(), 1e-5) * np.sqrt(crowd))
             out.append(replace(path, measured=replace(path.measured, u_m=u_m)))
-            starts.append(state)
-            continue
-        out.append(SignalLikelihood(begun.problem, begun.state.theta, ready.motion))
-        starts.append(np.concatenate([shift, np.zeros(begun.state.theta.size)]))
+        else:
+            out.append(SignalLikelihood(begun.problem, begun.state.theta, ready.motion))
+            state = np.concatenate([state[: len(ready.motion.own)], np.zeros(begun.state.theta.size)])
+        starts.append(state)
     return out, starts
 
 
@@ -256,22 +245,19 @@ def calibrated_setup(setup: Setup, found: Fit, calibration: Calibration) -> Setu
     if calibration.verdict == "refused":
         return setup
     values = dict(zip(calibration.names, calibration.values.tolist(), strict=True))
-    u = dict(zip(calibration.names, np.sqrt(np.diag(calibration.covariance)).tolist(), strict=True))
-    setup = setup_with(setup, found.world.unknowns, values)
-    sender = setup.transmitter
-    apart = [u[name] for name in u if name.startswith(("transmitter.distance", "transmitter.position"))]
-    if apart:
-        sender = sender.model_copy(update={"u_distance_m": max(apart)})
-    if f"transmitter.{POLARISATION}" in u:
-        sender = sender.model_copy(update={f"u_{POLARISATION}": u[f"transmitter.{POLARISATION}"]})
-    receivers = []
-    for n, one in enumerate(setup.receiver, 1):
-        own = {f"u_{key}": u[f"receiver.{n}.{key}"] for key in ("tilt_deg", "azimuth_deg", "distance_m", POLARISATION)
-               if f"receiver.{n}.{key}" in u}  # fmt: skip
-        receivers.append(one.model_copy(update=own))
-    tracer = setup.tracer
-    if f"{RELEASE}.x" in values:
-        place = tuple(values[f"{RELEASE}.{axis}"] for axis in "xyz")
-        u_place = max(u[f"{RELEASE}.{axis}"] for axis in "xyz")
-        tracer = tracer.model_copy(update={"release_position_m": place, "u_release_m": u_place})
-    return setup.model_copy(update={"transmitter": sender, "receiver": tuple(receivers), "tracer": tracer})
+    # by what they belong to: "receiver.1" has u_tilt_deg, a place in coordinates u_x, u_y, u_z
+    u: dict[str, dict[str, float]] = defaultdict(dict)
+    for name, own in zip(calibration.names, np.sqrt(np.diag(calibration.covariance)).tolist(), strict=True):
+        place, _, key = name.rpartition(".")
+        u[place][f"u_{key}"] = own
+    setup, sender = setup_with(setup, found.world.unknowns, values), u["transmitter"]
+    # a setup has one u for all coordinates of a place: the largest promises nothing that one of them does not hold
+    if coordinates := u["transmitter.position_m"]:
+        sender["u_distance_m"] = max(coordinates.values())
+    receivers = tuple(one.model_copy(update=u[f"receiver.{n}"]) for n, one in enumerate(setup.receiver, 1))
+    changed = {"transmitter": setup.transmitter.model_copy(update=sender), "receiver": receivers}
+    if release := u[RELEASE]:
+        at = tuple(values[f"{RELEASE}.{axis}"] for axis in "xyz")
+        tracer = {"release_position_m": at, "u_release_m": max(release.values())}
+        changed["tracer"] = setup.tracer.model_copy(update=tracer)
+    return setup.model_copy(update=changed)

@@ -105,7 +105,6 @@ def fit(
     held: BoolArray | None = None,
     start: Fit | None = None,
     own: Sequence[FloatArray] | None = None,
-    round_done: Callable[[], None] = lambda: None,
     steps: int = MOST_STEPS,
 ) -> Fit:
     """Find the maximum of the posterior.
@@ -122,8 +121,6 @@ def fit(
         Shared unknowns to begin with.
     own
         The recordings' own to begin with; their first guess where left out.
-    round_done
-        Called after each step; what it raises ends the work.
     steps
         At most.
 
@@ -140,7 +137,7 @@ def fit(
     now = Fit(world, z, tuple(state), team.locals_(), held)
     damping = FIRST_DAMPING
     for _ in range(steps):
-        round_done()
+        crew().shares.round_done()
         better, gain = None, 0.0
         while better is None and damping <= MOST_DAMPING:
             try:

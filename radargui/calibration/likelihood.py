@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Protocol
@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from radargui.calibration.unknowns import Unknown
+from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.solve.problem import HUBER_SIGMAS
 from radargui.geometry.path_length import Antennas, antennas_at, path_gradient, path_lengths, receiver_values, t_matrix
 from radargui.model.arrays import BoolArray, FloatArray
@@ -128,18 +129,40 @@ class Local:
         return normal, self.slope - self.coupling.T @ back[:, -1], back
 
 
+def own_values(motion: Motion, own: FloatArray) -> FloatArray:
+    """Return the values of a motion's own unknowns; they stand first among a recording's own, in prior deviations."""
+    return np.array([one.value + one.u * float(z) for one, z in zip(motion.own, own, strict=False)])
+
+
 class Likelihood(Protocol):
-    """One recording."""
+    """One recording; what only samples have (maps, mirrors, a noise scale) is nothing where it is not overridden."""
 
     @property
     def start(self) -> FloatArray:
         """First guess of its own unknowns, in prior deviations."""
 
-    def at(self, world: World, z: FloatArray, own: FloatArray) -> Local:
-        """Return it at a state."""
-
     def begun(self, world: World, z: FloatArray, own: FloatArray) -> Begun:
         """Return its cost at a state, and the way to the rest."""
+
+    def at(self, world: World, z: FloatArray, own: FloatArray) -> Local:
+        """Return it at a state."""
+        return self.begun(world, z, own).local()
+
+    def renewed(self, own: FloatArray, _local: Local) -> tuple[Likelihood, FloatArray]:
+        """Return it with the deviations of maps and mirrors re-estimated and the noise scaled, and its own unknowns."""
+        return self, own
+
+    def scaled(self, _misfit: FloatArray, _least: float) -> Likelihood:
+        """Return it with the noise of each receiver as its misfit says, shape (n_receivers,)."""
+        return self
+
+    def with_mirrors(self, _planes: Sequence[MirrorPlane], own: FloatArray) -> tuple[Likelihood, FloatArray]:
+        """Return it with more mirrors, these at nothing, and its own unknowns."""
+        return self, own
+
+    def log_widths(self) -> float:
+        """Return what of the log evidence is not cost or determinant."""
+        return 0.0
 
 
 @dataclass(frozen=True)
@@ -176,8 +199,7 @@ def motion_slopes(
 
     All by differences, in prior deviations; the shared unknowns come first.
     """
-    values, ranges = world.values(z), np.array([one.u for one in motion.own])
-    base = np.array([one.value for one in motion.own]) + ranges * own
+    values, ranges, base = world.values(z), np.array([one.u for one in motion.own]), own_values(motion, own)
     here, tied = motion.at(time_s, values, base)
     n_shared, uses = len(world.unknowns), set(motion.uses)
     steps = [n for n, one in enumerate(world.unknowns) if one.name in uses] + [*(n_shared + np.flatnonzero(ranges))]
@@ -204,7 +226,7 @@ def robust(residual: FloatArray) -> tuple[float, FloatArray]:
 
 
 @dataclass(frozen=True)
-class PathLikelihood:
+class PathLikelihood(Likelihood):
     """A recording by its path lengths: a constant each, and slow errors at one and two cycles a fringe.
 
     L measured = L(p(t)) + c + sum over m = 1, 2 of s_m sin(m K L) + c_m cos(m K L): bias and quadrature error that a
@@ -230,22 +252,12 @@ class PathLikelihood:
     loose: float = 1.0
 
     @property
-    def tie(self) -> float:
-        """What ties are divided by: as loose as the paths."""
-        return 10.0 * self.loose
-
-    @property
     def start(self) -> FloatArray:
         """First guess: everything at its prior mean, no slow error."""
         return np.zeros(len(self.motion.own) + 5 * len(self.measured.change_m))
 
     def begun(self, world: World, z: FloatArray, own: FloatArray) -> Begun:
-        """Return its cost at a state, and all that is known there."""
-        local = self.at(world, z, own)
-        return Begun(local.cost, lambda: local)
-
-    def at(self, world: World, z: FloatArray, own: FloatArray) -> Local:
-        """Return it at a state; the constants are in metres, slow errors in their deviations."""
+        """Return all that is known at a state; the constants are in metres, slow errors in their deviations."""
         data, n_own, n_shared = self.measured, len(self.motion.own), len(z)
         n_rx, (series, slopes, tied, by_ties) = (
             len(data.change_m),
@@ -275,11 +287,11 @@ class PathLikelihood:
         flat, kept = rows.reshape(-1, rows.shape[2]), np.where(use, residual, 0.0)
         weighted = weight.reshape(-1, 1) * flat
         misfit = np.array([misfit_of(one[here]) for one, here in zip(scaled, use, strict=True)])
-        ties = tied / self.tie, by_ties / self.tie
-        return local_at(
-            loss, weighted.T @ flat, weighted.T @ kept.ravel(), n_shared, ties, own, np.where(use, -residual, np.nan),
-            misfit,
-        )  # fmt: skip
+        # ties as loose as the paths: impacts are first guesses that these have given
+        ties = tied / (10.0 * self.loose), by_ties / (10.0 * self.loose)
+        normal, slope = weighted.T @ flat, weighted.T @ kept.ravel()
+        local = local_at(loss, normal, slope, n_shared, ties, own, np.where(use, -residual, np.nan), misfit)
+        return Begun(local.cost, lambda: local)
 
     def _lengths(self, place: FloatArray, antennas: Antennas) -> tuple[FloatArray, FloatArray]:
         if not self.is_plane:

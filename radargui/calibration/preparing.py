@@ -12,6 +12,7 @@ from radargui.calibration.falls import LEAST_FLIGHT_S, MOST_FLIGHTS, U_IMPACT_S,
 from radargui.calibration.known_path import KnownMotion, Trajectory
 from radargui.calibration.likelihood import Measured, Motion
 from radargui.conditioning.condition import NoMotion, condition
+from radargui.conditioning.conditioned import Conditioned
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import adaptive_rounds
 from radargui.estimation.forward.bins import BinnedData, Multiplexer, bin_by_fringe, pool
@@ -65,11 +66,11 @@ class Prepared:
     motion: Motion
 
 
-def _signals(recording: Recording, setup: Setup) -> ScaledSignals:
+def _conditioned(recording: Recording, setup: Setup) -> Conditioned:
     conditioned = condition(recording, setup)
     if isinstance(conditioned, NoMotion):
         raise ProcessingError(f"{recording.name}: {conditioned.reason}")
-    return scaled_signals(conditioned)
+    return conditioned
 
 
 def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
@@ -90,10 +91,7 @@ def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
     ProcessingError
         Nothing falls.
     """
-    conditioned = condition(recording, setup)
-    if isinstance(conditioned, NoMotion):
-        raise ProcessingError(f"{recording.name}: {conditioned.reason}")
-    rounds = adaptive_rounds(conditioned, setup)
+    rounds = adaptive_rounds(_conditioned(recording, setup), setup)
     estimate = estimate_adaptive(rounds)
     impact_s, after_m_s, end_s = _flights(estimate)
     if end_s - estimate.onset_s < LEAST_FLIGHT_S:
@@ -183,7 +181,7 @@ def prepare_known(recording: Recording, setup: Setup, trajectory: Trajectory) ->
     ProcessingError
         Nothing moves, or a shared clock under which both do not overlap.
     """
-    signals = _signals(recording, setup)
+    signals = scaled_signals(_conditioned(recording, setup))
     time, pairs = _pooled(signals)
     antennas, k = place_antennas(setup), 2.0 * np.pi / setup.radar.wavelength_m
 

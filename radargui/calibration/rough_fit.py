@@ -10,9 +10,9 @@ import numpy as np
 
 from radargui.calibration.fit import MOST_STEPS, Fit
 from radargui.calibration.known_path import Trajectory
-from radargui.calibration.likelihood import PathLikelihood, World
+from radargui.calibration.likelihood import PathLikelihood, World, own_values
 from radargui.calibration.preparing import Prepared, measured_again, prepare_fall, prepare_known
-from radargui.calibration.shares import Shares, crew
+from radargui.calibration.shares import crew
 from radargui.calibration.unknowns import (
     antenna_unknowns,
     fall_unknowns,
@@ -119,7 +119,7 @@ class Rough:
     slips: tuple[Slip, ...]
 
 
-def rough_fit(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequence[str], shares: Shares) -> Rough:
+def rough_fit(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequence[str]) -> Rough:
     """Fit the paths of recordings, and put lost fringes right; parameters as for `calibrate`.
 
     Raises
@@ -135,17 +135,22 @@ def rough_fit(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequen
     held = np.array([bool(one.group) and one.group not in groups for one in world.unknowns])
     tasks = [(one, _hung(setup, one.rest_m), place) for one, place in zip(recordings, places, strict=True)]
     prepared = list[Prepared]()
-    for number, ready in enumerate(crew().each(_prepare, tasks, shares.one_done)):
+    for number, ready in enumerate(crew().each(_prepare, tasks, crew().shares.one_done)):
         if isinstance(ready, ProcessingError):
             raise UnfitFallError.of(number, ready)
         prepared.append(ready)
     wavelength_m, is_plane = setup.radar.wavelength_m, setup.processing.geometry == "plane"
     by_paths = [PathLikelihood(ready.measured, ready.motion, wavelength_m, is_plane) for ready in prepared]
-    rough, _, _ = _put_right(world, by_paths, held, shares.round_done)
-    prepared = _measured_again(rough, prepared)
+    rough, _, _ = _put_right(world, by_paths, held)
+    values = world.values(rough.z)
+    better = setup_with(setup, world.unknowns, values)
+    prepared = [
+        measured_again(ready, better, values, own_values(ready.motion, state))
+        for ready, state in zip(prepared, rough.own, strict=True)
+    ]
     by_paths = [replace(one, measured=ready.measured) for one, ready in zip(by_paths, prepared, strict=True)]
-    rough, by_paths, slips = _put_right(world, by_paths, held, shares.round_done)
-    _refuse_misfit(rough, recordings, shares.round_done)
+    rough, by_paths, slips = _put_right(world, by_paths, held)
+    _refuse_misfit(rough, recordings)
     return Rough(rough, tuple(by_paths), tuple(prepared), tuple(slips))
 
 
@@ -153,30 +158,17 @@ def _put_right(
     world: World,
     by_paths: Sequence[PathLikelihood],
     held: BoolArray,
-    round_done: Callable[[], None],
     looseness: Sequence[float] = LOOSE,
     steps: int = MOST_STEPS,
 ) -> tuple[Fit, list[PathLikelihood], list[Slip]]:
     """Fit paths until none has lost a fringe."""
     paths, slips = list(by_paths), list[Slip]()
     while True:
-        rough = fit_paths(world, paths, held, round_done, looseness, steps)
+        rough = fit_paths(world, paths, held, looseness, steps)
         righted, more = put_right(rough, paths)
         if not more or len(slips) > MOST_SLIPS * len(paths):
             return rough, paths, slips
         paths, slips = righted, slips + more
-
-
-def _measured_again(rough: Fit, prepared: Sequence[Prepared]) -> list[Prepared]:
-    """Return the recordings with the paths of known motions measured against those of the fit."""
-    values = rough.world.values(rough.z)
-    better = setup_with(rough.world.setup, rough.world.unknowns, values)
-    out = []
-    for ready, state in zip(prepared, rough.own, strict=True):
-        unknowns = ready.motion.own
-        own = np.array([one.value + one.u * float(z) for one, z in zip(unknowns, state[: len(unknowns)], strict=True)])
-        out.append(measured_again(ready, better, values, own))
-    return out
 
 
 def _prepare(one: KnownRecording, setup: Setup, place: str) -> Prepared | ProcessingError:
@@ -210,7 +202,7 @@ def _world(
     return World(setup, tuple(unknowns)), places
 
 
-def _refuse_misfit(rough: Fit, recordings: Sequence[KnownRecording], round_done: Callable[[], None]) -> None:
+def _refuse_misfit(rough: Fit, recordings: Sequence[KnownRecording]) -> None:
     """Say why paths do not fit what is known; nothing where they do.
 
     Raises
@@ -239,7 +231,7 @@ def _refuse_misfit(rough: Fit, recordings: Sequence[KnownRecording], round_done:
             return np.inf
         paths = [PathLikelihood(one.measured, one.motion, setup.radar.wavelength_m) for one in sound]
         held = np.zeros(len(world.unknowns), dtype=bool)
-        return fitted(world, paths, held, round_done, LOOSE[:2], FEW_STEPS).cost
+        return fitted(world, paths, held, LOOSE[:2], FEW_STEPS).cost
 
     setup = rough.world.setup
     tried = [(cost(other), words, other) for words, other in other_orders(setup)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import permutations
 from typing import NamedTuple
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from radargui.calibration.fit import MOST_STEPS, Fit, fit
-from radargui.calibration.likelihood import Likelihood, PathLikelihood, World
+from radargui.calibration.likelihood import Likelihood, PathLikelihood, World, own_values
 from radargui.calibration.shares import crew
 from radargui.calibration.unknowns import Unknown, setup_with
 from radargui.geometry.path_length import path_lengths, place_antennas
@@ -68,19 +68,16 @@ def fit_paths(
     world: World,
     recordings: Sequence[PathLikelihood],
     held: BoolArray,
-    round_done: Callable[[], None] = lambda: None,
     looseness: Sequence[float] = LOOSE,
     steps: int = MOST_STEPS,
     z: FloatArray | None = None,
 ) -> Fit:
     """Fit paths, first loosely: far from the solution ties and outliers would lead astray; from z or the setup."""
-    found = None if z is None else Fit(world, z, tuple(one.start for one in recordings), (), held)
+    z = np.zeros(len(world.unknowns)) if z is None else z
+    found = Fit(world, z, tuple(one.start for one in recordings), (), held)
     for loose in looseness:
         wide = [replace(one, loose=loose) for one in recordings]
-        own = None if found is None else found.own
-        found = fit(world, wide, held=held, start=found, own=own, round_done=round_done, steps=steps)
-    if found is None:
-        raise RuntimeError("no looseness")
+        found = fit(world, wide, held=held, start=found, own=found.own, steps=steps)
     return found
 
 
@@ -177,21 +174,20 @@ def other_orders(setup: Setup) -> Iterator[tuple[str, Setup]]:
 
 def undecidable(found: Fit, recordings: Sequence[PathLikelihood]) -> list[str]:
     """Return what may be wrong with the receivers' order that these motions would not show, in words."""
-    values, out = found.world.values(found.z), []
+    values = found.world.values(found.z)
     setup = setup_with(found.world.setup, found.world.unknowns, values)
-    changes = []
+    places = []
     for one, own in zip(recordings, found.own, strict=True):
-        unknowns = one.motion.own
-        state = np.array([u.value + u.u * float(z) for u, z in zip(unknowns, own, strict=False)])
         time_s = one.measured.time_s[one.motion.known(one.measured.time_s)]
-        changes.append(one.motion.at(time_s, values, state)[0][0])
-    for words, other in other_orders(setup):
-        pairs = [[path_lengths(place, place_antennas(which)) for which in (setup, other)] for place in changes]
+        places.append(one.motion.at(time_s, values, own_values(one.motion, own))[0][0])
+
+    def apart_m(other: Setup) -> float:
+        here, there = place_antennas(setup), place_antennas(other)
+        changes = [path_lengths(place, there) - path_lengths(place, here) for place in places]
         # constants are each recording's own
-        apart = [np.std(b - a, axis=1).max(initial=0.0) for a, b in pairs]
-        if max(apart) < ALIKE_M:
-            out.append(words)
-    return out
+        return max(float(np.std(change, axis=1).max(initial=0.0)) for change in changes)
+
+    return [words for words, other in other_orders(setup) if apart_m(other) < ALIKE_M]
 
 
 def _order_in_words(order: tuple[int, ...], *, mirrored: bool) -> str:

@@ -46,7 +46,7 @@ def fit_with_alternatives(
     for alternative in sorted(alternatives, key=lambda one: -one.weight)[: FLIGHTS.most_alternatives]:
         other = fit_free_flights(alternative.posterior, normal)
         # with other impacts the values mean something else, and no mean of them is a result
-        if other is not None and other.layout == fit.layout:
+        if other is not None and other.impact_s.size == fit.impact_s.size:
             others.append((alternative.weight, other.values - fit.values, other.covariance))
     return replace(fit, covariance=mixed_in(fit.covariance, others))
 

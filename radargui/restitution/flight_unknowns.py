@@ -97,41 +97,12 @@ class UnknownLayout:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class ImpactLayout:
-    """Where each result of the flights stands: g, k, then per impact between flights time, velocity before, after."""
+def impact_rows(results: FloatArray) -> FloatArray:
+    """Return time, velocity before and velocity after of each impact between flights, shape (n_impacts, 7, ...).
 
-    n_impacts: int
-
-    gravity: ClassVar[int] = 0
-    drag: ClassVar[int] = 1
-
-    @property
-    def size(self) -> int:
-        """How many results there are."""
-        return self.time(self.n_impacts)
-
-    @property
-    def times(self) -> IntArray:
-        """Where the times of the impacts stand, shape (n_impacts,)."""
-        return np.array([self.time(impact) for impact in range(self.n_impacts)], dtype=np.intp)
-
-    def time(self, impact: int) -> int:
-        """Return where the time of an impact stands."""
-        return 2 + 7 * impact
-
-    def before(self, impact: int) -> slice:
-        """Return where the velocity just before an impact stands, x, y, z."""
-        return slice(self.time(impact) + 1, self.time(impact) + 4)
-
-    def after(self, impact: int) -> slice:
-        """Return where the velocity just after an impact stands, x, y, z."""
-        return slice(self.time(impact) + 4, self.time(impact) + 7)
-
-    def velocities(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return those of results (size,) just before and just after the impacts, shape (n_impacts, 3) each."""
-        own = values[self.time(0) :].reshape(-1, 7)
-        return own[:, 1:4], own[:, 4:]
+    A view of results: g, k, then these, shape (2 + 7 n_impacts, ...).
+    """
+    return results[2:].reshape(-1, 7, *results.shape[1:])
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +148,7 @@ class FlightMotion:
     x
         The information's x: coefficients and breaks.
     results
-        As `ImpactLayout` has them.
+        As `impact_rows` has them.
     """
 
     x: FloatArray
@@ -203,7 +174,6 @@ class FlightUnknowns:
         # the spline before the flight's first coefficient stays as free as the samples leave it
         self.free = np.arange(1, plan.first_coefficient)
         self.layout = UnknownLayout(plan.n_flights, information.n_breaks, self.free.size)
-        self.results = ImpactLayout(plan.n_flights - 1)
 
     def edges(self, q: FloatArray) -> FloatArray:
         """Return start, breaks, end."""
@@ -216,12 +186,11 @@ class FlightUnknowns:
 
     def motion(self, q: FloatArray) -> FlightMotion:
         """Return the motion and the impacts."""
-        layout, results = self.layout, self.results
+        layout, out = self.layout, np.empty(7 * self.plan.n_flights - 5)
         coefficients = np.empty((self.information.size + 1, 3))
         coefficients[self.free] = q[layout.free].reshape(-1, 3)
-        out = np.empty(results.size)
-        out[[results.gravity, results.drag]] = q[[layout.gravity, layout.drag]]
-        out[results.times] = q[layout.breaks][: results.n_impacts]
+        impacts, out[:2] = impact_rows(out), q[:2]
+        impacts[:, 0] = q[layout.breaks][: len(impacts)]
         start = self._first_start(q)
         for number, (share, solve) in enumerate(self.collocation):
             flight = _fly(self._own(q, number), share)
@@ -231,19 +200,20 @@ class FlightUnknowns:
             # neighbours meet at the impact by construction, so that its time follows from both
             start = start + flight.path_m[-1]
             if number > 0:
-                out[results.after(number - 1)] = flight.start_m_s
-            if number < results.n_impacts:
-                out[results.before(number)] = flight.end_m_s
+                impacts[number - 1, 4:] = flight.start_m_s
+            if number < len(impacts):
+                impacts[number, 1:4] = flight.end_m_s
         return FlightMotion(np.concatenate([coefficients[1:].ravel(), q[layout.breaks]]), out)
 
     def slopes(self, q: FloatArray) -> FlightMotion:
         """Return the derivatives of motion and impacts: central differences within a flight, ones between them."""
-        layout, results = self.layout, self.results
+        layout = self.layout
         coefficients = np.zeros((self.information.size + 1, 3, layout.size))
         coefficients[self.free, :, layout.free] = np.eye(3 * self.free.size).reshape(-1, 3, 3 * self.free.size)
-        out = np.zeros((results.size, layout.size))
-        out[results.gravity, layout.gravity] = out[results.drag, layout.drag] = 1.0
-        out[results.times, layout.breaks.start + np.arange(results.n_impacts)] = 1.0
+        out = np.eye(7 * self.plan.n_flights - 5, layout.size)
+        out[2:] = 0.0
+        impacts = impact_rows(out)
+        impacts[:, 0, layout.breaks][:, : len(impacts)] = np.eye(len(impacts))
         start = self._first_start_slopes(q)
         # central differences: a flight is smooth in all of them, and its series has no simple slopes
         step = np.array([FLIGHTS.parameter_step] * 2 + [FLIGHTS.time_step] * 5)
@@ -261,9 +231,9 @@ class FlightUnknowns:
             coefficients[rows, :, places[known]] += np.moveaxis(solve @ path, 0, 2)[part]
             start[:, places[known]] += path[:, -1].T
             if number > 0:
-                out[results.after(number - 1), places[known]] = after.T
-            if number < results.n_impacts:
-                out[results.before(number), places[known]] = before.T
+                impacts[number - 1][4:, places[known]] = after.T
+            if number < len(impacts):
+                impacts[number][1:4, places[known]] = before.T
         # breaks are unknowns and information at once: their slopes are ones
         by_breaks = np.eye(layout.size)[layout.breaks]
         return FlightMotion(np.concatenate([coefficients[1:].reshape(-1, layout.size), by_breaks]), out)

@@ -13,7 +13,7 @@ from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounce, Bounces, FreeFall
 from radargui.model.setup import Setup
 from radargui.restitution.cross_check import cross_check
-from radargui.restitution.flight_fit import FlightFit
+from radargui.restitution.flight_fit import FlightFit, break_velocities
 from radargui.restitution.flight_plan import fit_with_alternatives, mixed_in
 from radargui.restitution.floor_normal import FloorNormal, normal_of_impacts
 from radargui.restitution.settings import FLIGHTS
@@ -104,15 +104,12 @@ class _Impacts:
     @staticmethod
     def of(posterior: MotionPosterior, fit: FlightFit | None, normal: FloatArray) -> _Impacts:
         """Return the impacts along a normal."""
-        breaks = posterior.breaks
-        time, before, after = breaks.time_s.copy(), breaks.before_m_s.copy(), breaks.after_m_s.copy()
-        covariance, n_fitted = breaks.covariance.copy(), 0
+        breaks, n_fitted = posterior.breaks, 0
+        time, covariance = breaks.time_s.copy(), breaks.covariance.copy()
+        before, after = break_velocities(posterior, fit)
         if fit is not None:
-            n_fitted = fit.layout.n_impacts
-            # flights first: their slopes know g, a spline's at its end only its neighbourhood
-            time[:n_fitted], before[:n_fitted], after[:n_fitted] = fit.impact_s, fit.before_m_s, fit.after_m_s
-            for number in range(n_fitted):
-                covariance[number] = fit.velocity_covariance(number)
+            n_fitted = fit.impact_s.size
+            time[:n_fitted], covariance[:n_fitted] = fit.impact_s, fit.velocity_covariances
         impacts = breaks.along(normal).are_impacts()
         by_flights = np.arange(time.size) < n_fitted
         return _Impacts(time[impacts], before[impacts], after[impacts], covariance[impacts], by_flights[impacts])
@@ -166,7 +163,7 @@ def _free_fall(posterior: MotionPosterior, fit: FlightFit, normal: FloatArray) -
         first,
         last,
         release,
-        float(release - height[-1]) if fit.layout.n_impacts else float("nan"),
+        float(release - height[-1]) if fit.impact_s.size else float("nan"),
         (float(level), float(slope), float(bend)),
         float(np.sqrt((residual**2).mean())),
     )

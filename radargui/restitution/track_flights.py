@@ -1,6 +1,5 @@
 """Flights of a track: the stretches between impacts in which only gravity acts, and the velocities at their ends."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,14 +10,6 @@ from radargui.model.result import Segment, Track
 from radargui.restitution.parabola import Parabolas, misfits_m, solve_parabolas
 from radargui.restitution.settings import TRACKS
 from radargui.restitution.stretches import Stretches
-
-
-@dataclass(frozen=True, slots=True)
-class Flight:
-    """A stretch of free flight, begin_s to end_s."""
-
-    begin_s: float
-    end_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,8 +70,8 @@ class FittedFlights:
         return out
 
 
-def find_flights(begin_s: float, end_s: float, impact_s: FloatArray, rising_m_s: float) -> tuple[Flight | None, ...]:
-    """Return the flight before each impact and the one after the last, None where it is too short to fit.
+def find_flights(begin_s: float, end_s: float, impact_s: FloatArray, rising_m_s: float) -> FloatArray:
+    """Return begin and end of the flight before each impact and of the one after the last, NaN if too short to fit.
 
     Parameters
     ----------
@@ -93,23 +84,22 @@ def find_flights(begin_s: float, end_s: float, impact_s: FloatArray, rising_m_s:
 
     Returns
     -------
-    tuple
-        n_impacts + 1 flights.
+    FloatArray
+        Shape (n_impacts + 1, 2).
     """
     begins = np.concatenate([[begin_s + TRACKS.start_clearance_s], impact_s + TRACKS.clearance_s])
     # the flight after the last impact ends on the floor although no impact was seen there
     landing = float(impact_s[-1]) + 2.0 * rising_m_s / NOMINAL_GRAVITY_M_S2 if impact_s.size else end_s
     ends = np.concatenate([impact_s, [min(end_s, landing)]]) - TRACKS.clearance_s
-    flights = (Flight(float(begin), float(end)) for begin, end in zip(begins, ends, strict=True))
-    return tuple(one if one.end_s - one.begin_s >= TRACKS.least_flight_s else None for one in flights)
+    return np.where((ends - begins >= TRACKS.least_flight_s)[:, None], np.stack([begins, ends], axis=1), np.nan)
 
 
-def fit_track_flights(heights: Heights, flights: tuple[Flight | None, ...]) -> FittedFlights | None:
+def fit_track_flights(heights: Heights, flights_s: FloatArray) -> FittedFlights | None:
     """Fit all flights with one g; None where none can be.
 
     A stretch that is no parabola (an impact missed in it, a lost fringe) would spoil the shared g: it is left out.
     """
-    number, samples = samples_of_flights(heights.time_s, flights, TRACKS.least_samples)
+    number, samples = samples_of_flights(heights.time_s, flights_s, TRACKS.least_samples)
     if not number.size:
         return None
     if samples.size > 2:
@@ -121,13 +111,12 @@ def fit_track_flights(heights: Heights, flights: tuple[Flight | None, ...]) -> F
     return FittedFlights(samples, height, solve_parabolas(samples, height), {int(k): n for n, k in enumerate(number)})
 
 
-def samples_of_flights(time_s: FloatArray, flights: Sequence[Flight | None], least: int) -> tuple[IntArray, Stretches]:
+def samples_of_flights(time_s: FloatArray, flights_s: FloatArray, least: int) -> tuple[IntArray, Stretches]:
     """Return the numbers of the flights that hold enough of the samples at times (n,), and these."""
-    number = np.array([k for k, flight in enumerate(flights) if flight], dtype=np.intp)
-    spans_s = np.array([[flight.begin_s, flight.end_s] for flight in flights if flight]).reshape(-1, 2)
-    begin, end = np.searchsorted(time_s, spans_s.T)
+    # an unknown begin and end are both after all samples: such a flight holds none
+    begin, end = np.searchsorted(time_s, flights_s.T)
     enough = end - begin >= least
-    return number[enough], Stretches.between(time_s, begin[enough], end[enough])
+    return np.flatnonzero(enough), Stretches.between(time_s, begin[enough], end[enough])
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """How e and g of a track's bounces answer a small, smooth shift of the track: to first order, nothing is found anew."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from radargui.model.uncertainty_budget import InputChange
 from radargui.restitution.floor_normal import e_by_tilt, mean_normals, normal_of_impacts
 from radargui.restitution.parabola import solve_parabolas
 from radargui.restitution.track_flights import (
-    Flight,
     find_flights,
     impact_sides,
     impact_velocities,
@@ -88,16 +87,27 @@ def floor_and_clock(track: Track, segment: Segment, bounces: Bounces, setup: Set
     track, segment, bounces, setup
         As for `respond`.
     """
-    nothing, none, out = np.zeros_like(track.position_m), np.zeros(len(bounces.impacts)), []
+
+    def velocities() -> tuple[FloatArray, FloatArray]:
+        at = velocities_of_track(track, segment, np.array([one.time_s for one in bounces.impacts]))
+        return at.before_m_s, at.after_m_s
+
+    return tilt_and_clock(track.time_s, velocities, bounces, setup)
+
+
+def tilt_and_clock(
+    time_s: FloatArray, velocities: Callable[[], tuple[FloatArray, FloatArray]], bounces: Bounces, setup: Setup
+) -> list[InputChange]:
+    """Return `floor_and_clock` at times (n,) by the velocities before and after the impacts, shapes (n_impacts, 3)."""
+    nothing, none, out = np.zeros((3, time_s.size)), np.zeros(len(bounces.impacts)), []
     u = {one.key: one.u for one in uncertain_inputs(setup)}
     if "normal" in setup.floor.model_fields_set and u[TILT] and bounces.impacts:
-        at = velocities_of_track(track, segment, np.array([one.time_s for one in bounces.impacts]))
-        changes = e_by_tilt(at.before_m_s, at.after_m_s, np.asarray(setup.floor.normal), u[TILT])
-        out += [InputChange(TILT, "calibration", track.time_s, nothing, e, 0.0) for e in changes]
+        changes = e_by_tilt(*velocities(), np.asarray(setup.floor.normal), u[TILT])
+        out += [InputChange(TILT, "calibration", time_s, nothing, e, 0.0) for e in changes]
     if bounces.free_fall is not None:
         # true times are (1 + c) as long: velocities change alike, accelerations twice
         g = -2e-6 * u[CLOCK] * bounces.free_fall.g_m_s2
-        out.append(InputChange(CLOCK, "calibration", track.time_s, nothing, none, g))
+        out.append(InputChange(CLOCK, "calibration", time_s, nothing, none, g))
     return out
 
 
@@ -133,12 +143,12 @@ class _FlightChanges:
     ----------
     time_s, height_m
         Known samples of the motion, shape (n_samples,), and changes, shape (n_changes, n_samples).
-    flights
-        As found; None where one is too short.
+    flights_s
+        As found, shape (n_flights, 2).
     """
 
-    def __init__(self, time_s: FloatArray, height_m: FloatArray, flights: Sequence[Flight | None]) -> None:
-        number, samples = samples_of_flights(time_s, flights, LEAST_SHIFTS)
+    def __init__(self, time_s: FloatArray, height_m: FloatArray, flights_s: FloatArray) -> None:
+        number, samples = samples_of_flights(time_s, flights_s, LEAST_SHIFTS)
         self.place = {int(k): n for n, k in enumerate(number)}
         self.g_m_s2 = np.full(height_m.shape[0], np.nan)
         if number.size:

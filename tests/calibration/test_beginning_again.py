@@ -35,8 +35,8 @@ def test_a_fall_that_went_astray_comes_back(monkeypatch: pytest.MonkeyPatch) -> 
     samples = SignalLikelihood(begun.problem, begun.state.theta, ready.motion)
     first = np.concatenate([rough.own[0][:n_own], np.zeros(samples.theta.size)])
     beginning = Beginning(rough, (paths,), (samples,), (first,))
-    beside, own = samples.with_mirrors((*begun.problem.inputs.planes, *true_wall()), first)
-    right = approach(world, [beside], rough, [own], lambda: None)
+    beside, own = samples.with_mirrors(true_wall(), first)
+    right = approach(rough, [beside], [own])
     # the sphere elsewhere, as a missing wall had left it
     z = right.found.z.copy()
     for n, one in enumerate(unknowns):
@@ -46,6 +46,6 @@ def test_a_fall_that_went_astray_comes_back(monkeypatch: pytest.MonkeyPatch) -> 
     local = likelihood.at(world, z, right.found.own[0])
     astray = replace(right, found=replace(right.found, z=z, locals_=(local,)))
     assert astray.log_evidence < right.log_evidence - 100.0
-    back = begun_again(beginning, astray, 1, UP, lambda: None)
+    back = begun_again(beginning, astray, 1, UP)
     assert back.log_evidence > right.log_evidence - 10.0
-    assert begun_again(beginning, right, 1, UP, lambda: None).log_evidence >= right.log_evidence
+    assert begun_again(beginning, right, 1, UP).log_evidence >= right.log_evidence

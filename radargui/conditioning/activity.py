@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from radargui.conditioning.noise import block_means
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, held_beyond
 
 BLOCK_S = 0.0005
 """Averaging that still follows a Doppler of several hundred Hz."""
@@ -61,8 +61,4 @@ def sliding_variance(values: FloatArray, window: int) -> FloatArray:
     np.cumsum(np.einsum("cn,cn->n", centred, centred), out=total[0, 1:])
     mean = (total[:, window:] - total[:, :-window]) / window
     variance = (mean[0] - np.einsum("cn,cn->n", mean[1:], mean[1:])) / n_channels
-    before = window // 2
-    out = np.empty(n)
-    out[:before], out[before + variance.size :] = variance[0], variance[-1]
-    out[before : before + variance.size] = variance
-    return np.maximum(out, 0.0)
+    return np.maximum(held_beyond(variance, window // 2, n), 0.0)

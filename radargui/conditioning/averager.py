@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from radargui.conditioning.segment import held
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.recording import Digitisation
 
@@ -67,12 +68,8 @@ class Averager:
         if known.all():
             return np.asarray(self._digitisation.volts(blocks.mean(axis=2)))
         number = known.sum(axis=2)
-        means = np.where(known, blocks, 0.0).sum(axis=2) / np.maximum(number, 1)
-        means = self._digitisation.volts(means)
-        for channel in range(means.shape[0]):
-            for block in np.flatnonzero(number[channel] == 0):
-                means[channel, block] = means[channel, block - 1] if block else self._last[channel]
-        return means
+        means = np.where(known, blocks, 0.0).sum(axis=2) / np.where(number, number, np.nan)
+        return held(np.column_stack([self._last, self._digitisation.volts(means)]))[:, 1:]
 
 
 def code_means(blocks: RawArray) -> FloatArray:

@@ -125,7 +125,6 @@ def follow_echo(
     usable: BoolArray,
     noise_v: FloatArray,
     doppler: Doppler,
-    settings: EchoSettings = SETTINGS,
 ) -> Echo | None:
     """Follow the echo of one receiver; None where too few frames show a line to tell the echo from its offset.
 
@@ -137,8 +136,6 @@ def follow_echo(
         White noise of both, shape (2,).
     doppler
         Lines of its frames, all over the samples.
-    settings
-        How it is done.
     """
     # first of all: offset and low-pass are told in X and Y, where an echo is a circle
     front_end = front_end_of(doppler)
@@ -148,31 +145,31 @@ def follow_echo(
     x, y = point_of(pair_v[0], pair_v[1], front_end.gain_ratio, float(np.radians(front_end.quadrature_error_deg)))
     offset, drift = offset_curve(x + 1j * y, doppler)
     slowest_hz, fastest_hz = _range(doppler, x.size)
-    wave, too_slow, slow = _without_slow(x + 1j * y - offset, slowest_hz, doppler, settings)
-    corner_hz = settings.band * fastest_hz + settings.added_hz
+    wave, too_slow, slow = _without_slow(x + 1j * y - offset, slowest_hz, doppler)
+    corner_hz = SETTINGS.band * fastest_hz + SETTINGS.added_hz
     # phase noise falls with the band; of the echo the band takes nothing off
     wave = _low_passed(wave, rate_hz, corner_hz)
     # a slow echo beats with what is left of the offset: over whole periods its strength is even
     periods_s = 2.0 / float(np.quantile(doppler.frequency_hz[doppler.clear], 0.1))
-    window, near = (max(3, round(s * rate_hz)) for s in (max(settings.envelope_s, periods_s), settings.envelope_s))
+    window, near = (max(3, round(s * rate_hz)) for s in (max(SETTINGS.envelope_s, periods_s), SETTINGS.envelope_s))
     noise_power = float((noise_v**2).sum()) * np.minimum(1.0, 2.0 * corner_hz / rate_hz)
     power = uniform_filter1d(np.abs(wave) ** 2, window, mode="nearest") - noise_power
     amplitude = np.sqrt(np.maximum(power, 1e-300))
-    strong = power > settings.over_noise * noise_power
+    strong = power > SETTINGS.over_noise * noise_power
     # what is slower and runs about as far as the echo turns is another echo, which leads the phase of both
     wander = _wander(offset + slow, rate_hz)
-    known = np.hypot(drift / settings.most_drift, wander / settings.most_wander) < amplitude
-    if not (strong & known).any() or known[doppler.centre[doppler.clear]].mean() < settings.least_known:
+    known = np.hypot(drift / SETTINGS.most_drift, wander / SETTINGS.most_wander) < amplitude
+    if not (strong & known).any() or known[doppler.centre[doppler.clear]].mean() < SETTINGS.least_known:
         return None
     usual = float(np.quantile(amplitude[strong & known], 0.9))
-    strong &= amplitude > settings.weak * usual
+    strong &= amplitude > SETTINGS.weak * usual
     # through the centre the phase jumps by half a turn, and nobody knows which way
-    deep = minimum_filter1d(np.abs(wave), near) < settings.deepest * amplitude
+    deep = minimum_filter1d(np.abs(wave), near) < SETTINGS.deepest * amplitude
     # single samples at the end of the range are filled by their neighbours in the band
-    held = uniform_filter1d(usable.all(axis=0).astype(float), max(1, round(rate_hz / corner_hz.max()))) > settings.held
+    held = uniform_filter1d(usable.all(axis=0).astype(float), max(1, round(rate_hz / corner_hz.max()))) > SETTINGS.held
     # within the band the phase turns by less than half a turn from sample to sample
     phase = np.unwrap(np.angle(wave))
-    other = too_slow | _images(doppler, front_end, wave, settings)
+    other = too_slow | _images(doppler, front_end, wave)
     # a line that is neither clear nor mixed is a hum's (`Doppler.without_mains`)
     fast = doppler.frequency_hz > 3.5 * doppler.resolution_hz
     other |= ~doppler.clear & ~doppler.mixed & fast & (doppler.power > LINES.strong)
@@ -185,14 +182,12 @@ def follow_echo(
         amplitude,
         np.asarray(np.sqrt(0.5 * noise_power) / amplitude),
         phase,
-        _of_one_target(leads, amplitude, phase, usual, round(settings.joined_s * rate_hz), settings),
+        _of_one_target(leads, amplitude, phase, usual, round(SETTINGS.joined_s * rate_hz)),
         front_end,
     )
 
 
-def _of_one_target(
-    leads: BoolArray, amplitude: FloatArray, phase: FloatArray, usual: float, near: int, settings: EchoSettings
-) -> BoolArray:
+def _of_one_target(leads: BoolArray, amplitude: FloatArray, phase: FloatArray, usual: float, near: int) -> BoolArray:
     """Return where the echo leads without the weak stretches that nothing joins to a strong one, shape (n_samples,).
 
     A target that fades is followed all the way down and up again; what is weak from its beginning to its end is what
@@ -206,19 +201,19 @@ def _of_one_target(
     # a target neither changes its strength nor its speed at once; what takes over from it does
     joined = (
         (first[1:] - last[:-1] <= near)
-        & (np.abs(level[first[1:]] - level[last[:-1]]) < np.log(settings.same_strength))
-        & (np.abs(begins[1:] - ends[:-1]) <= settings.elsewhere * np.abs(ends[:-1]))
+        & (np.abs(level[first[1:]] - level[last[:-1]]) < np.log(SETTINGS.same_strength))
+        & (np.abs(begins[1:] - ends[:-1]) <= SETTINGS.elsewhere * np.abs(ends[:-1]))
     )
     chain = np.concatenate([[0], np.cumsum(~joined)])[: len(runs)]
     highest = np.zeros(len(runs))
     np.maximum.at(highest, chain, [amplitude[a:b].max() / usual for a, b in runs])
     speed = np.abs(phase[last] - phase[first]) / np.maximum(last - first, 1)
-    sound = highest[chain] > settings.weak_elsewhere
+    sound = highest[chain] > SETTINGS.weak_elsewhere
     out = np.zeros_like(leads)
     for k, (a, b) in enumerate(runs):
         there = np.flatnonzero(sound)[np.argsort(np.abs(first[sound] - a))[:1]]
-        alike = np.abs(speed[k] - speed[there]) <= settings.elsewhere * speed[there]
-        out[a:b] = sound[k] or (highest[chain[k]] > settings.weak_throughout and alike.any())
+        alike = np.abs(speed[k] - speed[there]) <= SETTINGS.elsewhere * speed[there]
+        out[a:b] = sound[k] or (highest[chain[k]] > SETTINGS.weak_throughout and alike.any())
     return out
 
 
@@ -240,7 +235,7 @@ def _range(doppler: Doppler, n_samples: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _without_slow(
-    wave: ComplexArray, slowest_hz: FloatArray, doppler: Doppler, settings: EchoSettings
+    wave: ComplexArray, slowest_hz: FloatArray, doppler: Doppler
 ) -> tuple[ComplexArray, BoolArray, ComplexArray]:
     """Return the wave without what is slower than the target, where that is strong; the empty frames; what was slower.
 
@@ -248,12 +243,12 @@ def _without_slow(
     """
     nothing = np.zeros(doppler.centre.size, dtype=np.bool_)
     # turns round of the target itself reach into the upper half of what is taken off
-    slow = _low_passed(wave, doppler.sample_rate_hz, 0.5 * settings.slow * slowest_hz)
+    slow = _low_passed(wave, doppler.sample_rate_hz, 0.5 * SETTINGS.slow * slowest_hz)
     power = uniform_filter1d(np.stack([np.abs(slow) ** 2, np.abs(wave) ** 2]), doppler.size, axis=1, mode="nearest")
     share = power[0, doppler.centre] / np.maximum(power[1, doppler.centre], 1e-300)
-    if float(np.median(share[doppler.clear])) < settings.most_slow:
+    if float(np.median(share[doppler.clear])) < SETTINGS.most_slow:
         return wave, nothing, np.zeros_like(wave)
-    slow = _low_passed(wave, doppler.sample_rate_hz, settings.slow * slowest_hz)
+    slow = _low_passed(wave, doppler.sample_rate_hz, SETTINGS.slow * slowest_hz)
     return wave - slow, ~(doppler.clear | doppler.mixed), slow
 
 
@@ -276,7 +271,7 @@ def _low_passed(wave: ComplexArray, rate_hz: float, corner_hz: FloatArray) -> Co
     return out
 
 
-def _images(doppler: Doppler, front_end: FrontEnd, wave: ComplexArray, settings: EchoSettings) -> BoolArray:
+def _images(doppler: Doppler, front_end: FrontEnd, wave: ComplexArray) -> BoolArray:
     """Return in which frames a line stands on both sides at once, so that a tone or a hum leads, shape (n_frames,).
 
     A target that turns round has it on one side after the other.
@@ -284,7 +279,7 @@ def _images(doppler: Doppler, front_end: FrontEnd, wave: ComplexArray, settings:
     angle = np.radians(front_end.quadrature_error_deg)
     q = (doppler.q / front_end.gain_ratio - doppler.i * np.sin(angle)) / np.cos(angle)
     sides = np.abs(np.stack([doppler.i + 1j * q, doppler.i - 1j * q])) ** 2
-    allowed = settings.most_image + 3.0 / np.maximum(doppler.power, 1e-300)
+    allowed = SETTINGS.most_image + 3.0 / np.maximum(doppler.power, 1e-300)
     both = np.asarray(doppler.clear & (sides.min(axis=0) > allowed * sides.max(axis=0)))
     # one frame may hold both ways of a turn round: only parts of it tell an image from that
     half, short = doppler.size // 2, max(2, doppler.size // _SHARES)

@@ -33,9 +33,7 @@ class OffsetSettings:
 SETTINGS = OffsetSettings()
 
 
-def offset_curve(
-    wave: ComplexArray, doppler: Doppler, settings: OffsetSettings = SETTINGS
-) -> tuple[ComplexArray, FloatArray]:
+def offset_curve(wave: ComplexArray, doppler: Doppler) -> tuple[ComplexArray, FloatArray]:
     """Return the offset at each sample and how far it may have drifted since it was last seen, shapes (n_samples,).
 
     Means of frames under a Hann window, joined by the curve of least curvature through knots: an echo that turns fast
@@ -47,19 +45,17 @@ def offset_curve(
         X + jY without front end, shape (n_samples,).
     doppler
         Lines of its frames; some of them clear.
-    settings
-        How it is drawn.
     """
-    seen = doppler.clear & (doppler.frequency_hz >= settings.least_bins * doppler.resolution_hz)
+    seen = doppler.clear & (doppler.frequency_hz >= SETTINGS.least_bins * doppler.resolution_hz)
     centre, half = doppler.centre[seen], doppler.size // 2
     # its zeros lie on whole bins: an echo of 2.5 bins and more averages out
     window = np.hanning(doppler.size)
     mean = np.array([window @ wave[at - half : at - half + doppler.size] for at in centre]) / window.sum()
     # <|z|^2> under the window, by Parseval
     amplitude = np.sqrt(4.0 * np.median(doppler.moments[0, seen]) / (doppler.size * (window**2).sum()))
-    step = max(round(settings.knots_s * doppler.sample_rate_hz), half)
+    step = max(round(SETTINGS.knots_s * doppler.sample_rate_hz), half)
     knots, curve, apart = _curve(centre, mean, step, half, wave.size)
-    while apart > settings.most_scatter * amplitude and step > half:
+    while apart > SETTINGS.most_scatter * amplitude and step > half:
         step = max(step // 2, half)
         knots, curve, apart = _curve(centre, mean, step, half, wave.size)
     sample = np.arange(wave.size)

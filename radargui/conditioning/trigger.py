@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, insort
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -107,9 +107,8 @@ class MotionTrigger:
         self._ordered.clear()
         self._quiet = 1.0
         self._above = 0
-        self._state = TriggerState(
-            ready=False, moving=False, since_index=self._state.since_index, quiet_since_index=self._blocks * self._size
-        )
+        now = self._blocks * self._size
+        self._state = replace(self._state, ready=False, moving=False, quiet_since_index=now)
 
     def _learn_noise(self, samples: RawArray) -> None:
         if self._noise_v is not None:
@@ -144,7 +143,7 @@ class MotionTrigger:
                     begin = max(0, (block - self._above + 1) * self._size)
                     self._state = TriggerState(ready, moving=True, since_index=begin, quiet_since_index=None)
                 elif ready != state.ready:
-                    self._state = TriggerState(ready, state.moving, state.since_index, state.quiet_since_index)
+                    self._state = replace(state, ready=ready)
             # half the threshold: else it would flicker around one value
             elif level < self._end * quiet:
                 self._above = 0

@@ -46,7 +46,6 @@ def join_pieces(
     valid: BoolArray,
     sample_rate_hz: float,
     echoes: Sequence[Echo | None] = (),
-    settings: PieceSettings = SETTINGS,
 ) -> tuple[FloatArray, IntArray]:
     """Return the phases and the number of the piece of each sample, shapes (n_receivers, n_samples) and (n_samples,).
 
@@ -65,18 +64,16 @@ def join_pieces(
     echoes
         Of the receivers, where they are known: the phase is carried over a hole where its echo goes on, and over none
         else, for a slip is what makes a hole there.
-    settings
-        When a hole is bridged.
     """
     out = phase_rad.copy()
     begins = np.zeros(phase_rad.shape[1], dtype=np.intp)
     for row, good, echo in zip_longest(out, valid, echoes[: len(out)]):
-        runs = [(a, b) for a, b in runs_of(good).tolist() if b - a >= settings.least_samples]
+        runs = [(a, b) for a, b in runs_of(good).tolist() if b - a >= SETTINGS.least_samples]
         for before, after in pairwise(runs):
             # longer holes are where an echo was lost: there it may have turned round
-            short = after[0] - before[1] < settings.longest_s * sample_rate_hz
+            short = after[0] - before[1] < SETTINGS.longest_s * sample_rate_hz
             if echo is None:
-                turn = _carried(row, before, after, sample_rate_hz, settings)
+                turn = _carried(row, before, after, sample_rate_hz)
             elif short and echo.leads[before[1] - 1 : after[0] + 1].all():
                 turn = float(echo.phase_rad[after[0]] - echo.phase_rad[before[1] - 1])
             else:
@@ -86,26 +83,24 @@ def join_pieces(
             else:
                 away = row[before[1] - 1] + turn - row[after[0]]
                 turns = 2.0 * np.pi * np.round(away / (2.0 * np.pi))
-                if echo is not None and abs(away - turns) > settings.most_u_rad:
+                if echo is not None and abs(away - turns) > SETTINGS.most_u_rad:
                     begins[after[0]] = 1
                 else:
                     row[after[0] :] += turns
     return out, np.cumsum(begins)
 
 
-def _carried(
-    phase: FloatArray, before: tuple[int, int], after: tuple[int, int], rate_hz: float, settings: PieceSettings
-) -> float | None:
+def _carried(phase: FloatArray, before: tuple[int, int], after: tuple[int, int], rate_hz: float) -> float | None:
     """Return by how much the phase turns over a hole, None where the motion does not tell."""
     hole = after[0] - before[1] + 1
-    if hole > settings.longest_s * rate_hz:
+    if hole > SETTINGS.longest_s * rate_hz:
         return None
-    reach = max(settings.least_samples, round(settings.slope_s * rate_hz))
+    reach = max(SETTINGS.least_samples, round(SETTINGS.slope_s * rate_hz))
     slope_a, u_a = _slope(phase[max(before[0], before[1] - reach) : before[1]])
     slope_b, u_b = _slope(phase[after[0] : min(after[1], after[0] + reach)])
     # between the speeds at both ends it may have been either all the way
     u = np.hypot(0.25 * abs(slope_a - slope_b) * hole, 0.5 * hole * np.hypot(u_a, u_b))
-    return 0.5 * (slope_a + slope_b) * hole if u < settings.most_u_rad else None
+    return 0.5 * (slope_a + slope_b) * hole if u < SETTINGS.most_u_rad else None
 
 
 def _slope(phase: FloatArray) -> tuple[float, float]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from radargui.correction.extremes import spline_through, standing_out, turning_points
 from radargui.correction.smooth import SMOOTHING_S, smooth
-from radargui.model.arrays import BoolArray, FloatArray, IntArray, order_statistics
+from radargui.model.arrays import BoolArray, FloatArray, IntArray, held_beyond, order_statistics
 from radargui.model.errors import ProcessingError
 from radargui.model.result import Segment
 
@@ -222,13 +222,6 @@ def envelope(smoothed_v: FloatArray, extremes: IntArray, segment: Segment) -> Fl
     else:
         inner = spline_through(extremes, smoothed_v[extremes])
     return held_beyond(inner, int(extremes[0]) - segment.first, segment.last - segment.first)
-
-
-def held_beyond(inner: FloatArray, first: int, n: int) -> FloatArray:
-    """Return values that begin at sample `first` of n, the first and the last of them held before and after."""
-    out = np.empty(n)
-    out[:first], out[first : first + inner.size], out[first + inner.size :] = inner[0], inner, inner[-1]
-    return out
 
 
 def find_bias(

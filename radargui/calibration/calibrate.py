@@ -10,18 +10,18 @@ import numpy as np
 from scipy.special import gammainccinv
 
 from radargui import __version__
-from radargui.calibration.beginning_again import Beginning, begun_again, begun_with
 from radargui.calibration.fit import FEW, LEAST_BESIDE_WALLS, Fit, fit
 from radargui.calibration.likelihood import Likelihood, PathLikelihood, own_values
 from radargui.calibration.preparing import Prepared, sample_problem
 from radargui.calibration.rough_fit import RELEASE, KnownRecording, UnfitFallError, refuse_above, rough_fit
-from radargui.calibration.settling import approach, settled_at_last
+from radargui.calibration.settling import Settled, approach, settled_at_last
 from radargui.calibration.shares import Progress, Shares, working
 from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.calibration.unknowns import USUAL, setup_with
 from radargui.calibration.verdict import (
     FAR,
     LEFT_M,
+    LOOSE,
     are_far,
     fit_paths,
     left_out,
@@ -29,10 +29,10 @@ from radargui.calibration.verdict import (
     undecidable,
     untold,
 )
-from radargui.calibration.wall_search import n_mirrors, some_of, with_walls
+from radargui.calibration.wall_search import n_mirrors, planes_of, some_of, with_walls
 from radargui.model.arrays import FloatArray
 from radargui.model.calibration import Calibration, Origin, Residual
-from radargui.model.errors import ProcessingError
+from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.setup import Setup
 
 CONTRADICTION = 3.0
@@ -261,3 +261,87 @@ def calibrated_setup(setup: Setup, found: Fit, calibration: Calibration) -> Setu
         tracer = {"release_position_m": at, "u_release_m": max(release.values())}
         changed["tracer"] = setup.tracer.model_copy(update=tracer)
     return setup.model_copy(update=changed)
+
+
+MOST_TIMES, GAINED = 2, 10.0
+"""How often it begins again, and the gain in ln E with which it does so once more."""
+DISAGREEING = 1.5
+"""Birge ratio from which it begins again: recordings that agree have not gone astray."""
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """What the samples began with.
+
+    Attributes
+    ----------
+    rough
+        The fit by paths.
+    by_paths
+        Its likelihoods.
+    likelihoods, own
+        By samples, as first guessed, and the recordings' own unknowns there.
+    """
+
+    rough: Fit
+    by_paths: tuple[PathLikelihood, ...]
+    likelihoods: tuple[Likelihood, ...]
+    own: tuple[FloatArray, ...]
+
+
+def begun_again(beginning: Beginning, settled: Settled, n_bare: int, normal: FloatArray) -> Settled:
+    """Return the better of a fit and those that begin with its antennas and walls, and nothing else of it.
+
+    Paths were up to 2 mm, samples tenths of the signal off while a wall was missing: a fall that had gone 5 mm from its
+    place for that stayed there when the wall was found, its floor turned round (laboratory 5331200, 300 in ln E).
+
+    Parameters
+    ----------
+    beginning
+        What it began with.
+    settled
+        The fit so far.
+    n_bare
+        Mirrors that it began with.
+    normal
+        Upward normal of the floor, shape (3,).
+    """
+    best = settled
+    for _ in range(MOST_TIMES):
+        # paths alone have no mirrors, and nothing to go astray in
+        if n_mirrors(best) == 0 or best.found.birge() < DISAGREEING:
+            break
+        try:
+            again = begun_with(beginning, best, n_bare, normal)
+        except (ProcessingError, SolveError):
+            break
+        gained = again.log_evidence - best.log_evidence
+        best = again if gained > 0.0 else best
+        if gained < GAINED:
+            break
+    return best
+
+
+def begun_with(beginning: Beginning, settled: Settled, n_bare: int, normal: FloatArray) -> Settled:
+    """Return all recordings' fit, begun with the antennas and walls of another, maybe of a few; parameters as above.
+
+    Raises
+    ------
+    ProcessingError, SolveError
+        There is no solution.
+    """
+    found, rough, walls = settled.found, beginning.rough, planes_of(settled, n_bare, normal)
+    antennas = np.array([bool(one.key) for one in found.world.unknowns])
+    # places and motions by paths, only as sharply as what bends these lets them say
+    at = np.where(antennas, found.z, 0.0)
+    motions = fit_paths(found.world, beginning.by_paths, rough.held | antennas, LOOSE[:2], z=at)
+    likelihoods, states = list[Likelihood](), []
+    for one, own, state in zip(beginning.likelihoods, beginning.own, motions.own, strict=True):
+        if isinstance(one, SignalLikelihood):
+            # of a fit by paths only the motion is the same thing: what follows there is a receiver's slow errors
+            state = np.concatenate([state[: one.n_motion], own[one.n_motion :]])
+        if walls:
+            one, state = one.with_mirrors(walls, state)
+        likelihoods.append(one)
+        states.append(state)
+    return approach(replace(motions, held=rough.held), likelihoods, states)

@@ -182,11 +182,14 @@ def _sampled(base: Settled) -> list[tuple[SignalLikelihood, FloatArray, int]]:
     ]
 
 
+def _places(base: Settled) -> list[FloatArray]:
+    """Return where the sphere goes in each recording by its samples, shape (3, n_bins)."""
+    return [one.sampled(base.found.world, base.found.z, own).place_m for one, own, _ in _sampled(base)]
+
+
 def _middle(base: Settled) -> FloatArray:
-    """Return the middle of the motions, shape (3,)."""
-    found = base.found
-    means = [one.sampled(found.world, found.z, own).place_m.mean(axis=1) for one, own, _ in _sampled(base)]
-    return np.asarray(np.mean(means, axis=0))
+    """Return the middle of the motions, shape (3,); each counts alike, however long it is."""
+    return np.asarray(np.mean([place.mean(axis=1) for place in _places(base)], axis=0))
 
 
 def _place_of(settled: Settled, number: int, middle_m: FloatArray, normal: FloatArray) -> tuple[float, float]:
@@ -202,9 +205,7 @@ def _place_of(settled: Settled, number: int, middle_m: FloatArray, normal: Float
 
 def _clear(base: Settled, planes: Sequence[MirrorPlane]) -> BoolArray:
     """Return which planes no motion comes near, shape (n_planes,): the sphere does not go through walls."""
-    found = base.found
-    places = [one.sampled(found.world, found.z, own).place_m for one, own, _ in _sampled(base)]
-    everywhere = np.concatenate(places, axis=1)
+    everywhere = np.concatenate(_places(base), axis=1)
     return np.array(
         [float((plane.normal @ everywhere).min() - plane.normal @ plane.foot_m) > CLEAR_M for plane in planes]
     )

@@ -196,7 +196,7 @@ def _conditioned(recording: Recording, stretch: _Stretch, setup: Setup) -> Condi
         look = max(1, int(rate_hz / max(LOOKED_HZ, LOOKED_PER_FRINGE * stretch.signals.highest_hz)))
         means, noise = block_means(volts[:, moving], look), noise_v / np.sqrt(look)
         found_in = measure_dopplers(means, rate_hz / look, noise, DOPPLER.holding(stretch.signals.fastest_hz))
-        doppler = tuple(one.of_samples(look).counted_from(-moving.start) for one in found_in)
+        doppler = tuple(one.of_samples(look, moving.start) for one in found_in)
     motion = _widened(motion, doppler, echoes)
     (onset_s, rest_end_s), moving = _rest_before(volts, time_s, motion), slice(motion.first, motion.last)
     faults = _faults(volts, as_wired, noise_v, usable, doppler, moving)

@@ -113,13 +113,9 @@ class Doppler:
         """Distance of two bins."""
         return self.sample_rate_hz / self.size
 
-    def counted_from(self, start: int) -> Doppler:
-        """Return the same with samples counted from `start` on."""
-        return replace(self, centre=self.centre - start)
-
-    def of_samples(self, size: int) -> Doppler:
-        """Return the same counted in samples, of which each here is the mean of `size`."""
-        centre = self.centre * size + (size - 1) // 2
+    def of_samples(self, size: int, first: int) -> Doppler:
+        """Return the same counted in samples, of which each here is the mean of `size`; the first of all is `first`."""
+        centre = first + self.centre * size + (size - 1) // 2
         return replace(self, centre=centre, size=self.size * size, sample_rate_hz=self.sample_rate_hz * size)
 
     def between(self, first: int, last: int) -> Doppler:

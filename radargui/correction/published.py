@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.correction.extremes import spline_through, standing_out, turning_points
-from radargui.correction.smooth import SMOOTHING_S, smooth
 from radargui.model.arrays import BoolArray, FloatArray, IntArray, held_beyond, order_statistics
 from radargui.model.errors import ProcessingError
 from radargui.model.result import Segment
+from radargui.model.weighed_sums import savitzky_golay
 
 PROMINENCE = 0.3
 """An extreme stands out of its surroundings by this share of the local swing, or it is noise."""
@@ -285,3 +285,27 @@ def local_scale(centred_v: FloatArray, crossings: IntArray, extremes: IntArray) 
     known = np.flatnonzero(np.isfinite(height))
     height = np.interp(np.arange(height.size), known, height[known])
     return np.repeat(np.maximum(height, 1e-300), np.diff(edges))
+
+
+SMOOTHING_S = 0.001
+
+
+def smooth(x: FloatArray, sample_rate_hz: float, *, window_s: float = SMOOTHING_S, slope: bool = False) -> FloatArray:
+    """Return a least-squares parabola's value (or slope per second) around each sample (Savitzky & Golay 1964).
+
+    Parameters
+    ----------
+    x
+        Shape (..., n_samples).
+    sample_rate_hz
+        Rate of the samples.
+    window_s
+        Width of the window; a window of under five samples leaves `x` as it is.
+    slope
+        Give the first derivative per second instead.
+    """
+    window = min(2 * round(0.5 * window_s * sample_rate_hz) + 1, 2 * ((x.shape[-1] - 1) // 2) + 1)
+    # too few samples for a parabola that smooths
+    if window < 5:
+        return np.gradient(x, 1.0 / sample_rate_hz, axis=-1) if slope else x
+    return savitzky_golay(x, window, derivative=int(slope), spacing=1.0 / sample_rate_hz)

@@ -10,10 +10,9 @@ from radargui.model.result import Bounces, FreeFall, Segment, Track
 from radargui.motion.impacts import find_track_impacts
 from radargui.restitution.cross_check import cross_check
 from radargui.restitution.floor_normal import UP, normal_of_impacts
-from radargui.restitution.impact_speeds import ImpactSpeeds, speeds_at_impacts
+from radargui.restitution.impact_speeds import ImpactSpeeds, error_of_e, speeds_at_impacts, with_drag
 from radargui.restitution.parabola import fit_parabolas
 from radargui.restitution.settings import TRACKS
-from radargui.restitution.track_drag import error_of_e, with_drag
 from radargui.restitution.track_flights import (
     FittedFlights,
     Heights,

@@ -355,17 +355,14 @@ def _cautions(sessions: Sequence[SeriesSession], found: Sequence[SessionFindings
     if len(found) < 2:
         return []
     said = []
-
-    def antennas(setup: Setup) -> object:
-        return setup.transmitter, setup.receiver
-
+    antennas = [(one.setup.transmitter, one.setup.receiver) for one in sessions]
     speeds = [one.series.impact_speed_m_s.mean for one in found if one.series.impact_speed_m_s.mean]
     if speeds and max(speeds) > (1.0 + _SAME_SPEED) * min(speeds):
         said.append(
             f"The impact speeds of the sessions differ ({plain(min(speeds), 3)} to {plain(max(speeds), 3, 'm/s')}): a "
             "part of what they differ by may be the dependence of e on the speed."
         )
-    if any(antennas(one.setup) != antennas(sessions[0].setup) for one in sessions):
+    if any(one != antennas[0] for one in antennas):
         said.append(
             "The sessions were not recorded with the same antennas: their calibrations differ, which no test of the "
             "scatter knows."

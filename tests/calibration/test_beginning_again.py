@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from support.room_with_wall import RELEASE, UP, room_with_wall, true_wall
 
-from radargui.calibration import beginning_again
-from radargui.calibration.beginning_again import Beginning, begun_again
+from radargui.calibration import calibrate as calibrating
+from radargui.calibration.calibrate import Beginning, begun_again
 from radargui.calibration.likelihood import PathLikelihood
 from radargui.calibration.preparing import sample_problem
 from radargui.calibration.settling import approach
@@ -22,7 +22,7 @@ ASTRAY_M = 0.005
 @pytest.mark.slow
 def test_a_fall_that_went_astray_comes_back(monkeypatch: pytest.MonkeyPatch) -> None:
     # one recording contradicts no other
-    monkeypatch.setattr(beginning_again, "DISAGREEING", 1.0)
+    monkeypatch.setattr(calibrating, "DISAGREEING", 1.0)
     room = room_with_wall(2000.0)
     setup, unknowns, world, ready = room.setup, room.unknowns, room.world, room.ready
     held = np.array([bool(one.key) for one in unknowns])

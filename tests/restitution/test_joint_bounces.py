@@ -21,9 +21,8 @@ from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.restitution.cross_check import disagreements, found_tilt
 from radargui.restitution.flight_fit import FlightFit, fit_flights
-from radargui.restitution.flight_plan import fit_free_flights, fit_with_alternatives
 from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns
-from radargui.restitution.joint_bounces import joint_bounces
+from radargui.restitution.joint_bounces import fit_free_flights, fit_with_alternatives, joint_bounces
 from radargui.sources.simulated.model import simulate_recording
 
 TILT_DEG, E = 5.0, 0.4
@@ -91,7 +90,7 @@ def test_flights_that_the_samples_do_not_determine_are_never_the_best(
         fit = fit_flights(information, plan)
         return replace(fit, misfit=(-1000.0, fit.misfit[1])) if fit.impact_s.size == honest.impact_s.size else fit
 
-    monkeypatch.setattr("radargui.restitution.flight_plan.fit_flights", negative)
+    monkeypatch.setattr("radargui.restitution.joint_bounces.fit_flights", negative)
     without = fit_free_flights(posterior, normal)
     assert without is not None
     assert without.impact_s.size == honest.impact_s.size - 1
@@ -110,7 +109,7 @@ def test_motions_of_other_evidence_widen_what_the_flights_say_and_do_not_move_it
     elsewhere = replace(moved, values=np.append(moved.values, np.zeros(7)))
     others = [AlternativeMotion(replace(posterior), weight) for weight in (0.5, 0.9)]
     fits = {id(posterior): best, id(others[0].posterior): moved, id(others[1].posterior): elsewhere}
-    monkeypatch.setattr("radargui.restitution.flight_plan.fit_free_flights", lambda one, _: fits[id(one)])
+    monkeypatch.setattr("radargui.restitution.joint_bounces.fit_free_flights", lambda one, _: fits[id(one)])
     fit = fit_with_alternatives(posterior, others, normal)
     assert fit is not None
     assert fit.values is best.values

@@ -78,21 +78,17 @@ def amplitude_slopes(
     rest_m, antennas = problem.inputs.release_m, problem.inputs.antennas
     angle, unknown = theta[polarisation_places(problem.layout)], problem.layout.plane_unknowns(theta)
 
-    def scattered(place: FloatArray, antennas: Antennas, n_planes: int) -> ComplexArray:
+    def received(place: FloatArray, antennas: Antennas, n_planes: int = len(problem.inputs.planes)) -> ComplexArray:
+        near = range_factor(place, antennas, rest_m)[:, None, None]
         if problem.sphere is None:
-            return np.ones((antennas.n_receivers, 1 + n_planes, 1 + n_planes, 1), complex)
+            return np.asarray(near * np.ones((1, 1 + n_planes, 1 + n_planes, 1), complex))
         body: PolarisedSphere = replace(problem.sphere, received=axes_of(antennas))
         basis = body.basis(place, antennas, problem.inputs.planes[:n_planes], unknown[:n_planes])
-        return signals_of(basis, float(angle[0]), angle[1:])
-
-    def received(place: FloatArray, antennas: Antennas) -> ComplexArray:
-        near = range_factor(place, antennas, rest_m)[:, None, None]
-        return np.asarray(near * scattered(place, antennas, len(problem.inputs.planes)))
+        return near * signals_of(basis, float(angle[0]), angle[1:])
 
     def resting(rest: FloatArray, antennas: Antennas) -> ComplexArray:
-        return np.asarray(
-            scattered(rest[:, None], antennas, 0) * range_factor(rest[:, None], antennas, rest_m)[:, None, None]
-        )
+        # all is told against the direct wave at rest: what mirrors add there is the reflections' own phase
+        return received(rest[:, None], antennas, 0)
 
     some, all_bins = some_bins(place_m.shape[1])
     place_m = place_m[:, some]

@@ -47,6 +47,10 @@ MOST_UNFIT = 1.0 / 3.0
 fringes: in one of 101 rooms one did in all drops from one place of three, where its echo is as weak as the floor's."""
 
 
+Made = tuple[str, str]
+"""When a calibration was made, and by whom."""
+
+
 @dataclass(frozen=True)
 class Calibrated:
     """A calibration, the setup with its values, and the fit.
@@ -116,12 +120,10 @@ def calibrate(
     return replace(found, calibration=replace(found.calibration, notes=found.calibration.notes + left_out))
 
 
-def _calibrated(
-    recordings: Sequence[KnownRecording], setup: Setup, groups: Sequence[str], origin: tuple[str, str]
-) -> Calibrated:
+def _calibrated(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequence[str], origin: Made) -> Calibrated:
     found_roughly = rough_fit(recordings, setup, groups)
     rough, by_paths, prepared = found_roughly.found, found_roughly.by_paths, found_roughly.prepared
-    world, held, setup = rough.world, rough.held, rough.world.setup
+    world, setup = rough.world, rough.world.setup
     before = fit_paths(world, by_paths, np.array([bool(one.key) for one in world.unknowns]))
     likelihoods, own = _sharpened(rough, by_paths, prepared)
     normal, few = np.asarray(setup.floor.normal), some_of(likelihoods)
@@ -131,7 +133,7 @@ def _calibrated(
     if len(few) < len(likelihoods):
         settled = begun_with(beginning, settled, n_bare, normal)
     settled = settled_at_last(begun_again(beginning, settled, n_bare, normal))
-    found = fit(world, settled.likelihoods, held=held, start=settled.found, own=settled.found.own)
+    found = fit(settled.found, settled.likelihoods)
     if n_mirrors(settled) > n_bare:
         found = replace(found, least=LEAST_BESIDE_WALLS)
     if not np.isfinite(found.information()[0]).all():
@@ -141,7 +143,7 @@ def _calibrated(
             remedy="Give more recordings, from other places.",
         )
     refuse_above(LEFT_M, found, recordings)
-    calibration = _calibration(found, before, settled.likelihoods, recordings, *origin)
+    calibration = _calibration(found, before, settled.likelihoods, recordings, origin)
     lost = tuple(
         f"{recordings[number].name}: receiver {receiver + 1} lost a fringe near {time_s:.3f} s, put right"
         for number, receiver, time_s in found_roughly.slips
@@ -175,12 +177,7 @@ def _sharpened(
 
 
 def _calibration(
-    found: Fit,
-    before: Fit,
-    likelihoods: Sequence[Likelihood],
-    recordings: Sequence[KnownRecording],
-    made_at: str,
-    operator: str,
+    found: Fit, before: Fit, likelihoods: Sequence[Likelihood], recordings: Sequence[KnownRecording], origin: Made
 ) -> Calibration:
     unknowns = found.world.unknowns
     kept = [n for n, one in enumerate(unknowns) if not found.held[n] and (one.key or one.name.startswith(RELEASE))]
@@ -195,12 +192,10 @@ def _calibration(
         verdict = "usable"
         reason = f"what the recordings cannot tell keeps the setup's uncertainty: {'; '.join(words)}"
     if not (shrunk[antennas] < 0.7).any():
-        verdict, reason = (
-            "refused",
-            (
-                "the path is too short or too simple to tell any antenna better than the setup does (condition number "
-                f"{condition_number:.3g})"
-            ),
+        verdict = "refused"
+        reason = (
+            "the path is too short or too simple to tell any antenna better than the setup does (condition number "
+            f"{condition_number:.3g})"
         )
     if found.birge() > most_birge(found):
         verdict = "refused"
@@ -226,7 +221,7 @@ def _calibration(
     notes = (f"condition number {condition_number:.3g}", f"u widened by {found.birge():.2f} (Birge ratio)")
     return Calibration(
         names, mean, mean + u * found.z[kept], u, covariance, words, tuple(residuals), verdict, reason,
-        Origin(made_at, operator, __version__, files, known), notes,
+        Origin(*origin, __version__, files, known), notes,
     )  # fmt: skip
 
 

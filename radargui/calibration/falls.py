@@ -50,11 +50,10 @@ class Falls:
         """Unknowns of this recording alone."""
         out = [Unknown("onset_s", self.onset_s, U_ONSET_S)]
         out += [Unknown(f"start.{axis}_m_s", 0.0, U_START_M_S) for axis in "xyz"]
-        for n, (time, velocity) in enumerate(zip(self.impact_s, self.after_m_s, strict=True), 1):
-            out.append(Unknown(f"impact.{n}_s", float(time), U_IMPACT_S))
+        for n, (time, *velocity) in enumerate(np.column_stack([self.impact_s, self.after_m_s]).tolist(), 1):
+            out.append(Unknown(f"impact.{n}_s", time, U_IMPACT_S))
             out += [
-                Unknown(f"after.{n}.{axis}_m_s", float(v), U_VELOCITY_M_S)
-                for axis, v in zip("xyz", velocity, strict=True)
+                Unknown(f"after.{n}.{axis}_m_s", v, U_VELOCITY_M_S) for axis, v in zip("xyz", velocity, strict=True)
             ]
         return tuple(out)
 

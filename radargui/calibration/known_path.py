@@ -161,13 +161,10 @@ class Pendulum(_Path):
     def trajectory(self, folder: Path) -> Trajectory:
         """Return its motion."""
         m = float(np.sin(0.5 * np.radians(self.amplitude_deg))) ** 2
-        rate, azimuth, pivot = (
-            np.sqrt(self.g_m_s2 / self.length_m),
-            np.radians(self.azimuth_deg),
-            np.array(self.pivot_m),
-        )
+        rate, pivot = np.sqrt(self.g_m_s2 / self.length_m), np.array(self.pivot_m)
         half = 2.0 * float(ellipk(m)) / rate
         duration = half * max(round(2.0 * self.swings), 1)
+        azimuth = np.radians(self.azimuth_deg)
         heading = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
 
         def place(time: FloatArray) -> FloatArray:

@@ -258,11 +258,8 @@ class PathLikelihood(Likelihood):
 
     def begun(self, world: World, z: FloatArray, own: FloatArray) -> Begun:
         """Return all that is known at a state; the constants are in metres, slow errors in their deviations."""
-        data, n_own, n_shared = self.measured, len(self.motion.own), len(z)
-        n_rx, (series, slopes, tied, by_ties) = (
-            len(data.change_m),
-            motion_slopes(self.motion, world, z, own[:n_own], data.time_s),
-        )
+        data, n_own, n_shared, n_rx = self.measured, len(self.motion.own), len(z), len(self.measured.change_m)
+        series, slopes, tied, by_ties = motion_slopes(self.motion, world, z, own[:n_own], data.time_s)
         place, antennas = series[0], world.antennas(z)
         rows = np.zeros((n_rx, data.time_s.size, n_shared + own.size))
         model, gradient = self._lengths(place, antennas)

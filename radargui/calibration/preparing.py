@@ -60,7 +60,6 @@ U_FLOOR_M, U_FAR_FLOOR_M = 0.03, 0.15
 class Prepared:
     """A recording, its paths and its motion as first guessed."""
 
-    name: str
     signals: ScaledSignals
     measured: Measured
     motion: Motion
@@ -109,7 +108,7 @@ def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
         )
     motion = Falls(place, estimate.onset_s, impact_s, after_m_s, end_s)
     change = np.where(estimate.valid, estimate.change_m, np.nan)
-    return Prepared(recording.name, rounds.signals, _thinned(estimate.time_s, change), motion)
+    return Prepared(rounds.signals, _thinned(estimate.time_s, change), motion)
 
 
 def impacts_of_most(time_s: FloatArray, change_m: FloatArray, onset_s: float, rate_hz: float) -> FloatArray:
@@ -213,7 +212,7 @@ def prepare_known(recording: Recording, setup: Setup, trajectory: Trajectory) ->
     motion = KnownMotion(trajectory, float(offset), U_OFFSET_S if free else 0.0, float(zero))
     turned = phase(offset, zero, time)
     change = np.array([against(row, pair)[1] for row, pair in zip(turned, pairs, strict=True)]) / k
-    return Prepared(recording.name, signals, _thinned(time, change), motion)
+    return Prepared(signals, _thinned(time, change), motion)
 
 
 def against(foretold_rad: FloatArray, pair: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -222,7 +221,7 @@ def _refuse_misfit(rough: Fit, recordings: Sequence[KnownRecording]) -> None:
     stride = max(1, len(recordings) // MOST_COMPARED)
     some = recordings[::stride][:MOST_COMPARED]
 
-    def cost(setup: Setup, fitted: Callable[..., Fit] = fit_paths) -> float:
+    def cost(setup: Setup, *, righted: bool = False) -> float:
         world, places = _world(setup, some)
         # paths were measured with the antennas as they were said to be: by their phases, or fringes that they foretell
         ready = [_prepare(one, _hung(setup, one.rest_m), place) for one, place in zip(some, places, strict=True)]
@@ -230,18 +229,14 @@ def _refuse_misfit(rough: Fit, recordings: Sequence[KnownRecording]) -> None:
         if len(sound) < len(ready):
             return np.inf
         paths = [PathLikelihood(one.measured, one.motion, setup.radar.wavelength_m) for one in sound]
-        held = np.zeros(len(world.unknowns), dtype=bool)
-        return fitted(world, paths, held, LOOSE[:2], FEW_STEPS).cost
+        asked = (world, paths, np.zeros(len(world.unknowns), dtype=bool), LOOSE[:2], FEW_STEPS)
+        return (_put_right(*asked)[0] if righted else fit_paths(*asked)).cost
 
     setup = rough.world.setup
     tried = [(cost(other), words, other) for words, other in other_orders(setup)]
     least, words, best = min(tried, key=lambda one: one[0])
-
-    def righted(*asked: Any) -> Fit:
-        return _put_right(*asked)[0]
-
     # a lost fringe that another order makes up for is none: both without
-    if least < cost(setup) - GAIN and cost(best, righted) < cost(setup, righted) - GAIN:
+    if least < cost(setup) - GAIN and cost(best, righted=True) < cost(setup, righted=True) - GAIN:
         alike = [also for other, also, _ in tried if also != words and other < least + GAIN]
         # in drops near the axis a swap looks like a mirror image of another one
         told = f"; or, which they cannot tell from that, where {'; or '.join(alike)}" if alike else ""

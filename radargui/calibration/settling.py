@@ -80,7 +80,7 @@ def settling(
         if number:
             pairs = zip(likelihoods, found.own, found.locals_, strict=True)
             likelihoods, own = zip(*(one.renewed(state, local) for one, state, local in pairs), strict=True)
-        found = fit(start.world, likelihoods, held=start.held, start=found, own=own, steps=STEPS)
+        found = fit(found, likelihoods, own, STEPS)
         yield Settled(found, tuple(likelihoods))
 
 
@@ -97,7 +97,7 @@ def approach(start: Fit, likelihoods: Sequence[Likelihood], own: Sequence[FloatA
         before, widths = widths, sum(one.log_widths() for one in likelihoods)
         if widths > before - SETTLED:
             break
-        found = fit(start.world, likelihoods, held=start.held, start=found, own=own, steps=STEPS)
+        found = fit(found, likelihoods, own, STEPS)
         own, locals_, least = found.own, found.locals_, SLOWLY
     *_, last = settling(found, likelihoods, own)
     return last

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from radargui.calibration.fit import MOST_STEPS, Fit, fit
+from radargui.calibration.fit import MOST_STEPS, Fit, fit, unfitted
 from radargui.calibration.likelihood import Likelihood, PathLikelihood, World, own_values
 from radargui.calibration.shares import crew
 from radargui.calibration.unknowns import Unknown, setup_with
@@ -73,11 +73,9 @@ def fit_paths(
     z: FloatArray | None = None,
 ) -> Fit:
     """Fit paths, first loosely: far from the solution ties and outliers would lead astray; from z or the setup."""
-    z = np.zeros(len(world.unknowns)) if z is None else z
-    found = Fit(world, z, tuple(one.start for one in recordings), (), held)
+    found = unfitted(world, recordings, held, z)
     for loose in looseness:
-        wide = [replace(one, loose=loose) for one in recordings]
-        found = fit(world, wide, held=held, start=found, own=found.own, steps=steps)
+        found = fit(found, [replace(one, loose=loose) for one in recordings], steps=steps)
     return found
 
 
@@ -98,21 +96,21 @@ def untold(found: Fit) -> tuple[tuple[str, ...], float]:
 def _in_words(vector: FloatArray, unknowns: Sequence[Unknown]) -> str:
     """Name a combination: a common turn, a common scale, a shift, else its largest parts."""
     share = vector**2
-    kinds = {kind: _members(unknowns, kind) for kind in ("azimuth_deg", "distance_m", "tilt_deg")}
+    turned, reach = (
+        [n for n, one in enumerate(unknowns) if one.name.endswith(ending) and one.group != "release"]
+        for ending in ("azimuth_deg", "distance_m")
+    )
     place = [n for n, one in enumerate(unknowns) if one.group == "release"]
-    turned, reach = kinds["azimuth_deg"], kinds["distance_m"]
     sideways = [n for n in place if not unknowns[n].name.endswith(".z")]
     if share[[*turned, *sideways]].sum() > 0.8 and share[turned].sum() > 0.3 and _alike(vector[turned]):
         return "a common turn of all azimuths about the vertical"
     height = [n for n in place if unknowns[n].name.endswith(".z")]
     if share[[*reach, *height]].sum() > 0.8 and len(reach) > 1 and _alike(vector[reach]):
-        return "a common scale of all distances" + (
-            " and the height of the release" if share[height].sum() > 0.1 else ""
-        )
+        more = " and the height of the release" if share[height].sum() > 0.1 else ""
+        return f"a common scale of all distances{more}"
     if share[place].sum() > 0.8:
-        return (
-            "a shift of the release sideways" if share[sideways].sum() > share[height].sum() else "the release's height"
-        )
+        is_sideways = share[sideways].sum() > share[height].sum()
+        return "a shift of the release sideways" if is_sideways else "the release's height"
     largest = [n for n in np.argsort(share)[::-1] if share[n] > 0.1][:3]
     return " with ".join(_spoken(unknowns[n].name) for n in sorted(largest))
 
@@ -121,10 +119,6 @@ def _spoken(name: str) -> str:
     """Name a place from which drops fell; keys of the setup stay, for who reads looks for them there."""
     kind, _, rest = name.partition(".")
     return f"release place {rest.replace('.', ', ')}" if kind == "place" else name
-
-
-def _members(unknowns: Sequence[Unknown], ending: str) -> list[int]:
-    return [n for n, one in enumerate(unknowns) if one.name.endswith(ending) and one.group != "release"]
 
 
 def _alike(part: FloatArray) -> bool:
@@ -154,7 +148,7 @@ def _followed(one: Likelihood, start: Fit, n_receivers: int) -> FloatArray:
     """Return what a recording leaves, by receiver, when its motion and mismatch follow shared values that are held."""
     # damped: a whole step may end outside of all sense
     try:
-        there = fit(start.world, [one], held=start.held, start=start, own=start.own, steps=LEFT_OUT_STEPS)
+        there = fit(start, [one], steps=LEFT_OUT_STEPS)
     except ProcessingError:
         return np.full(n_receivers, np.nan)
     return rms_m(there.locals_[0].residual_m)

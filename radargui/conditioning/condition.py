@@ -199,7 +199,7 @@ def _conditioned(recording: Recording, stretch: _Stretch, setup: Setup) -> Condi
         doppler = tuple(one.of_samples(look, moving.start) for one in found_in)
     motion = _widened(motion, doppler, echoes)
     (onset_s, rest_end_s), moving = _rest_before(volts, time_s, motion), slice(motion.first, motion.last)
-    faults = _faults(volts, as_wired, noise_v, usable, doppler, moving)
+    faults = _faults(as_wired, noise_v, usable, doppler, moving)
     if lines:
         faults = tuple(
             f"{_only_tones(lines)} moves it" if only else own for only, own in zip(toned, faults, strict=True)
@@ -286,17 +286,14 @@ def _plateaus(volts: RawArray, moving: slice) -> BoolArray:
 
 
 def _faults(
-    volts: FloatArray,
-    as_wired: FloatArray,
-    noise_v: FloatArray,
-    usable: BoolArray,
-    doppler: tuple[Doppler, ...],
-    moving: slice,
+    as_wired: FloatArray, noise_v: FloatArray, usable: BoolArray, doppler: tuple[Doppler, ...], moving: slice
 ) -> tuple[str, ...]:
-    """Return why a receiver is none, one a receiver."""
+    """Return why a receiver is none, one a receiver; the voltages are without the wiring's sign."""
     faults = [
-        check_receiver(own.between(moving.start, moving.stop), volts[pair, moving], noise_v[pair], usable[pair, moving])
-        for own, pair in zip(doppler, _pairs(volts), strict=True)
+        check_receiver(
+            own.between(moving.start, moving.stop), as_wired[pair, moving], noise_v[pair], usable[pair, moving]
+        )
+        for own, pair in zip(doppler, _pairs(as_wired), strict=True)
     ]
     names, own = [f"{part}{number}" for number in range(1, len(faults) + 1) for part in "IQ"], tuple(faults)
     # a cable on I and on Q of another shows the same where no sign is applied

@@ -139,9 +139,8 @@ class Doppler:
             order = max(round(one / nominal), 1)
             mains = one / order
             if order <= HARMONICS and abs(mains - nominal) < MAINS_WITHIN_HZ:
-                hum |= (
-                    np.abs(self.frequency_hz - mains * np.round(self.frequency_hz / mains)) < 0.1 * self.resolution_hz
-                )
+                away_hz = self.frequency_hz - mains * np.round(self.frequency_hz / mains)
+                hum |= np.abs(away_hz) < 0.1 * self.resolution_hz
         return replace(self, clear=self.clear & ~hum, mixed=self.mixed & ~hum)
 
     @property

@@ -51,6 +51,12 @@ class EchoSettings:
         Share by which a frequency is another one.
     same_strength, joined_s
         Factor between the strengths before and after an interruption, and its length, up to which it is the same echo.
+    offset_bins
+        Doppler frequency in bins from which the mean under a Hann window holds less than 1 % of the echo.
+    knots_s
+        Distance of the offset's knots, and the time over which it is smooth: drifts are slower than 1 Hz.
+    most_scatter
+        Of the frames about the offset, in amplitudes; with more it is made more supple, down to one knot a frame.
     """
 
     most_drift: float = 0.3
@@ -71,6 +77,9 @@ class EchoSettings:
     elsewhere: float = 0.25
     same_strength: float = 2.0
     joined_s: float = 0.1
+    offset_bins: float = 2.5
+    knots_s: float = 0.15
+    most_scatter: float = 0.1
 
 
 SETTINGS = EchoSettings()
@@ -120,12 +129,7 @@ class Echo:
         return channels_of(shown, shown, self.front_end.gain_ratio, eps)
 
 
-def follow_echo(
-    pair_v: FloatArray,
-    usable: BoolArray,
-    noise_v: FloatArray,
-    doppler: Doppler,
-) -> Echo | None:
+def follow_echo(pair_v: FloatArray, usable: BoolArray, noise_v: FloatArray, doppler: Doppler) -> Echo | None:
     """Follow the echo of one receiver; None where too few frames show a line to tell the echo from its offset.
 
     Parameters
@@ -291,28 +295,6 @@ def _images(doppler: Doppler, front_end: FrontEnd, wave: ComplexArray) -> BoolAr
     return both
 
 
-@dataclass(frozen=True, slots=True)
-class OffsetSettings:
-    """How the curve is drawn.
-
-    Attributes
-    ----------
-    least_bins
-        Doppler frequency in bins from which the mean under a Hann window holds less than 1 % of the echo.
-    knots_s
-        Distance of the knots, and the time over which the curve is smooth: drifts are slower than 1 Hz.
-    most_scatter
-        Of the frames about the curve, in amplitudes; with more it is made more supple, down to one knot a frame.
-    """
-
-    least_bins: float = 2.5
-    knots_s: float = 0.15
-    most_scatter: float = 0.1
-
-
-OFFSETS = OffsetSettings()
-
-
 def offset_curve(wave: ComplexArray, doppler: Doppler) -> tuple[ComplexArray, FloatArray]:
     """Return the offset at each sample and how far it may have drifted since it was last seen, shapes (n_samples,).
 
@@ -326,16 +308,16 @@ def offset_curve(wave: ComplexArray, doppler: Doppler) -> tuple[ComplexArray, Fl
     doppler
         Lines of its frames; some of them clear.
     """
-    seen = doppler.clear & (doppler.frequency_hz >= OFFSETS.least_bins * doppler.resolution_hz)
+    seen = doppler.clear & (doppler.frequency_hz >= SETTINGS.offset_bins * doppler.resolution_hz)
     centre, half = doppler.centre[seen], doppler.size // 2
     # its zeros lie on whole bins: an echo of 2.5 bins and more averages out
     window = np.hanning(doppler.size)
     mean = np.array([window @ wave[at - half : at - half + doppler.size] for at in centre]) / window.sum()
     # <|z|^2> under the window, by Parseval
     amplitude = np.sqrt(4.0 * np.median(doppler.moments[0, seen]) / (doppler.size * (window**2).sum()))
-    step = max(round(OFFSETS.knots_s * doppler.sample_rate_hz), half)
+    step = max(round(SETTINGS.knots_s * doppler.sample_rate_hz), half)
     knots, curve, apart = _curve(centre, mean, step, half, wave.size)
-    while apart > OFFSETS.most_scatter * amplitude and step > half:
+    while apart > SETTINGS.most_scatter * amplitude and step > half:
         step = max(step // 2, half)
         knots, curve, apart = _curve(centre, mean, step, half, wave.size)
     sample = np.arange(wave.size)

@@ -90,12 +90,7 @@ class Hum:
         return out
 
 
-def find_hum(
-    volts: FloatArray,
-    sample_rate_hz: float,
-    rests: Sequence[slice],
-    noise_v: FloatArray,
-) -> Hum | None:
+def find_hum(volts: FloatArray, sample_rate_hz: float, rests: Sequence[slice], noise_v: FloatArray) -> Hum | None:
     """Find the pick-up of the mains in the samples at rest, by least squares in amplitudes and frequency.
 
     Where the tracer rests its signal is constant, so that nothing of the motion is taken for a hum; a straight line a

@@ -112,10 +112,8 @@ def find_standing_lines(volts: FloatArray, sample_rate_hz: float, noise_v: Float
     count = volts.shape[1] // size if size else 0
     if count < SETTINGS.least_frames:
         return ()
-    frames, hz = (
-        volts[:, : count * size].reshape(volts.shape[0], count, size),
-        np.arange(size // 2 + 1) * sample_rate_hz / size,
-    )
+    frames = volts[:, : count * size].reshape(volts.shape[0], count, size)
+    hz = np.arange(size // 2 + 1) * sample_rate_hz / size
     white = 2.0 * float((np.hanning(size) ** 2).sum())
     at_mains = (np.abs(hz - np.array(MAINS_HZ)[:, None]) <= 2.0 / frame_s).any(axis=0)
     # most records hold none: nothing that stands out in so many pieces, of both directions or at the mains, either way

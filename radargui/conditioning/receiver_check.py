@@ -85,12 +85,7 @@ class PairSettings:
 SETTINGS = PairSettings()
 
 
-def check_receiver(
-    doppler: Doppler,
-    pair_v: FloatArray,
-    noise_v: FloatArray,
-    usable: BoolArray,
-) -> str:
+def check_receiver(doppler: Doppler, pair_v: FloatArray, noise_v: FloatArray, usable: BoolArray) -> str:
     """Return why a pair of channels is no receiver of one echo; empty where nothing speaks against it.
 
     Parameters

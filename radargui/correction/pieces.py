@@ -42,10 +42,7 @@ SETTINGS = PieceSettings()
 
 
 def join_pieces(
-    phase_rad: FloatArray,
-    valid: BoolArray,
-    sample_rate_hz: float,
-    echoes: Sequence[Echo | None] = (),
+    phase_rad: FloatArray, valid: BoolArray, sample_rate_hz: float, echoes: Sequence[Echo | None] = ()
 ) -> tuple[FloatArray, IntArray]:
     """Return the phases and the number of the piece of each sample, shapes (n_receivers, n_samples) and (n_samples,).
 

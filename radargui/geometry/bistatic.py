@@ -142,7 +142,7 @@ def solve_gradient(gradient: FloatArray, residual_m: FloatArray) -> FloatArray:
     """
     rows, right = gradient, residual_m
     if gradient.shape[0] != 3:
-        rows = np.einsum("ran,rbn->abn", gradient, gradient)
+        rows = _normal(gradient)
         right = np.einsum("ran,rn->an", gradient, residual_m)
     # Cramer's rule on whole rows: ten times as fast as a solver called for each sample
     products, determinant = _cofactors(rows)
@@ -190,15 +190,14 @@ def _uncertain(position_m: FloatArray, u_path_m: FloatArray, antennas: Antennas)
         for column, u in zip(columns[1:], u_path_m[1:], strict=True):
             square += (column * u) ** 2
         return np.asarray(np.sqrt(square) / np.abs(determinant))
-    xx, yy, zz, xy, yz, zx = (
-        (gradient[:, a] * gradient[:, b] / np.maximum(u_path_m, 1e-15) ** 2).sum(axis=0)
-        for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
-    )
-    # cofactors over the determinant
-    cofactors = np.stack([yy * zz - yz**2, zz * xx - zx**2, xx * yy - xy**2])
-    determinant = xx * cofactors[0] + xy * (yz * zx - xy * zz) + zx * (xy * yz - yy * zx)
+    products, determinant = _cofactors(_normal(gradient / np.maximum(u_path_m, 1e-15)[:, None]))
     determinant[determinant <= 0.0] = np.nan
-    return np.asarray(np.sqrt(np.maximum(cofactors, 0.0) / determinant))
+    return np.stack([np.sqrt(np.maximum(products[k][k], 0.0) / determinant) for k in range(3)])
+
+
+def _normal(gradient: FloatArray) -> FloatArray:
+    """Return J^T J of gradients (n_receivers, 3, n), shape (3, 3, n)."""
+    return np.asarray(np.einsum("ran,rbn->abn", gradient, gradient))
 
 
 def _cofactors(rows: FloatArray) -> tuple[list[FloatArray], FloatArray]:

@@ -67,7 +67,7 @@ def find_bounces(
     if found is None:
         return Bounces()
     impacts, heights, g_m_s2 = found.impacts, found.heights, NOMINAL_GRAVITY_M_S2 * found.normal[2]
-    fall = _free_fall(track, segment, found.normal, found.flights, float(impacts.time_s[0]))
+    fall = _free_fall(track, segment, found)
     if drag_1_m:
         impacts = impacts.widened(error_of_e(impacts, found.flights, drag_1_m), impacts.valid)
         fall = None if fall is None else with_drag(fall, found.flights, drag_1_m, found.normal)
@@ -128,14 +128,9 @@ def _falls(fitted: FittedFlights, normal: tuple[float, float, float]) -> bool:
     return abs(float(fitted.parabolas.g_m_s2) / expected - 1.0) < TRACKS.largest_g_error
 
 
-def _free_fall(
-    track: Track,
-    segment: Segment,
-    normal: tuple[float, float, float],
-    flights: FittedFlights,
-    first_impact_s: float,
-) -> FreeFall | None:
+def _free_fall(track: Track, segment: Segment, found: _Along) -> FreeFall | None:
     """Return the parabola of the first fall by itself: a check of the whole chain against gravity."""
+    normal, flights = found.normal, found.flights
     if 0 not in flights.place:
         return None
     first = flights.samples.chosen(np.arange(flights.samples.size) == flights.place[0])
@@ -158,7 +153,7 @@ def _free_fall(
         first_time_s=begin,
         last_time_s=end,
         release_height_m=release,
-        drop_height_m=release - float(flights.parabolas.height_at(flights.place[0], first_impact_s)),
+        drop_height_m=release - float(flights.parabolas.height_at(flights.place[0], found.impacts.time_s[0])),
         parabola=(
             float(own.parabolas.height_at(0, begin)),
             float(own.parabolas.speed_at(0, begin)),

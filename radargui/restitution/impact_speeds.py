@@ -58,17 +58,12 @@ def speeds_at_impacts(flights: FittedFlights, impact_s: FloatArray) -> ImpactSpe
     rebounds = (arriving[known] > 0.0) & (leaving[known] > 0.0)
     known, one, other = known[rebounds], one[rebounds], other[rebounds]
     e[known] = leaving[known] / arriving[known]
-    u_e[known] = _u_e(fitted, one, other, impact_s[known], arriving[known], leaving[known])
+    u_e[known] = _u_e(fitted, np.stack([one, other]), impact_s[known], arriving[known], leaving[known])
     return ImpactSpeeds(impact_s, arriving, leaving, e, u_e, _is_valid(e, u_e))
 
 
 def _u_e(
-    fitted: FittedParabolas,
-    one: IntArray,
-    other: IntArray,
-    instant_s: FloatArray,
-    before_m_s: FloatArray,
-    after_m_s: FloatArray,
+    fitted: FittedParabolas, sides: IntArray, instant_s: FloatArray, before_m_s: FloatArray, after_m_s: FloatArray
 ) -> FloatArray:
     """Return u of e = after / before, by the covariance of neighbours, which share g (GUM 5.2.2).
 
@@ -76,11 +71,12 @@ def _u_e(
     ----------
     fitted
         Parabolas.
-    one, other
-        Places of those before and after each impact, shape (n_impacts,).
+    sides
+        Places of those before and after each impact, shape (2, n_impacts).
     instant_s, before_m_s, after_m_s
-        Of each impact, same shape.
+        Of each impact, shape (n_impacts,).
     """
+    one, other = sides
     zero, unit = np.zeros(one.size), np.ones(one.size)
     d_one, d_other = (instant_s - fitted.parabolas.origin_s[flight] for flight in (one, other))
     # d / d (height and speed of the one, of the other, g)

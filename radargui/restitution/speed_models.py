@@ -256,11 +256,8 @@ def fit_speed_model(points: Sequence[ImpactPoint], name: ModelName) -> SpeedFit:
             factor, u_from = student(len(runs) - 1), "from the runs, left out one at a time"
         else:
             # maximum likelihood knows no degrees of freedom
-            covariance, factor, u_from = (
-                inverse * n / (n - p),
-                student(n - p),
-                "from least squares, for there are too few runs",
-            )
+            covariance = inverse * n / (n - p)
+            factor, u_from = student(n - p), "from least squares, for there are too few runs"
     except np.linalg.LinAlgError:
         # the series has a lowest e, below which there is none
         return replace(fit, problem=_TOO_SMALL if name == "viscoelastic" else "it cannot be fitted to these impacts")

@@ -1,5 +1,7 @@
 """Flights of a track: the stretches between impacts in which only gravity acts, and the velocities at their ends."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,6 +52,12 @@ class FittedFlights:
     height_m: FloatArray
     parabolas: Parabolas
     place: dict[int, int]
+
+    @staticmethod
+    def of(number: IntArray, samples: Stretches, height_m: FloatArray) -> FittedFlights:
+        """Return the flights of these numbers, fitted to heights (..., n_samples) with one g."""
+        place = {int(k): n for n, k in enumerate(number)}
+        return FittedFlights(samples, height_m, solve_parabolas(samples, height_m), place)
 
     def sides(self, n_impacts: int) -> tuple[IntArray, IntArray, IntArray]:
         """Return the impacts with fitted flights on both sides, and the places of those before and after them."""
@@ -107,8 +115,7 @@ def fit_track_flights(heights: Heights, flights_s: FloatArray) -> FittedFlights 
         # by the run's own median: noise differs from run to run
         fits = alone <= max(TRACKS.largest_residual * float(np.median(alone)), TRACKS.least_residual_m)
         number, samples = number[fits], samples.chosen(fits)
-    height = samples.of(heights.height_m)
-    return FittedFlights(samples, height, solve_parabolas(samples, height), {int(k): n for n, k in enumerate(number)})
+    return FittedFlights.of(number, samples, samples.of(heights.height_m))
 
 
 def samples_of_flights(time_s: FloatArray, flights_s: FloatArray, least: int) -> tuple[IntArray, Stretches]:

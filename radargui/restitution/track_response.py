@@ -1,19 +1,19 @@
 """How e and g of a track's bounces answer a small, smooth shift of the track: to first order, nothing is found anew."""
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.assumed import CLOCK, TILT, uncertain_inputs
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
-from radargui.model.result import Bounce, Bounces, Segment, Track
+from radargui.model.result import Bounces, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
 from radargui.restitution.floor_normal import e_by_tilt, mean_normals, normal_of_impacts
-from radargui.restitution.parabola import solve_parabolas
+from radargui.restitution.parabola import Parabolas
 from radargui.restitution.track_flights import (
+    FittedFlights,
     find_flights,
     impact_sides,
     impact_velocities,
@@ -70,12 +70,14 @@ def respond(
         height += leaning @ (position - position[:, :1])
     last = bounces.impacts[-1].speed_after_m_s
     flights = find_flights(track.time_s[segment.first], track.time_s[segment.last - 1], impact_s, max(last, 0.0))
-    change = _FlightChanges(time, height, flights)
-    told = [k for k, one in enumerate(bounces.impacts) if math.isfinite(one.e) and {k, k + 1} <= change.place.keys()]
-    if told:
-        e[:, told] = change.of_e(told, bounces.impacts, NOMINAL_GRAVITY_M_S2 * float(normal[2]))
-    if bounces.free_fall is not None:
-        g = _FlightChanges(time, height, flights[:1]).g_m_s2 / max(abs(normal[2]), 1e-9)
+    if (change := _changed(time, height, flights)) is not None:
+        sides = np.stack(change.sides(impact_s.size))
+        told, one, other = sides[:, np.isfinite([bounces.impacts[k].e for k in sides[0]])]
+        speeds = np.array([(at.speed_before_m_s, at.speed_after_m_s) for at in bounces.impacts])[told].T
+        along_m_s2 = NOMINAL_GRAVITY_M_S2 * float(normal[2])
+        e[:, told] = _e_changes(change.parabolas, (one, other), impact_s[told], speeds, along_m_s2)
+    if bounces.free_fall is not None and (fall := _changed(time, height, flights[:1])) is not None:
+        g = fall.parabolas.g_m_s2 / max(abs(normal[2]), 1e-9)
     return e, g
 
 
@@ -136,8 +138,8 @@ def _speed_changes(time_s: FloatArray, shift_m: FloatArray, impact_s: FloatArray
     return np.asarray(out.transpose(0, 2, 1, 3))
 
 
-class _FlightChanges:
-    """Changes of parabolas with one g by changes of the height, several at a time.
+def _changed(time_s: FloatArray, height_m: FloatArray, flights_s: FloatArray) -> FittedFlights | None:
+    """Return the changes of parabolas with one g by changes of the height; None where no flight is long enough.
 
     Parameters
     ----------
@@ -146,21 +148,16 @@ class _FlightChanges:
     flights_s
         As found, shape (n_flights, 2).
     """
+    number, samples = samples_of_flights(time_s, flights_s, LEAST_SHIFTS)
+    return FittedFlights.of(number, samples, samples.of(height_m)) if number.size else None
 
-    def __init__(self, time_s: FloatArray, height_m: FloatArray, flights_s: FloatArray) -> None:
-        number, samples = samples_of_flights(time_s, flights_s, LEAST_SHIFTS)
-        self.place = {int(k): n for n, k in enumerate(number)}
-        self.g_m_s2 = np.full(height_m.shape[0], np.nan)
-        if number.size:
-            self._change = solve_parabolas(samples, samples.of(height_m))
-            self.g_m_s2 = self._change.g_m_s2
 
-    def of_e(self, known: Sequence[int], impacts: Sequence[Bounce], g_m_s2: float) -> FloatArray:
-        """Return de of some impacts, (n_changes, n_known); the instants move to where the changed parabolas meet."""
-        rows = [(one.time_s, one.speed_before_m_s, one.speed_after_m_s) for one in (impacts[k] for k in known)]
-        change, (at_s, before, after) = self._change, np.array(rows).T
-        one, other = (np.array([self.place[k + side] for k in known]) for side in (0, 1))
-        later_s = (change.height_at(one, at_s) - change.height_at(other, at_s)) / (before + after)
-        faster_out = change.speed_at(other, at_s) - g_m_s2 * later_s
-        faster_in = g_m_s2 * later_s - change.speed_at(one, at_s)
-        return np.asarray(faster_out / before - after / before**2 * faster_in)
+def _e_changes(
+    change: Parabolas, sides: tuple[IntArray, IntArray], at_s: FloatArray, speeds_m_s: FloatArray, g_m_s2: float
+) -> FloatArray:
+    """Return de of impacts between flights, (n_changes, n); the instants move to where the changed parabolas meet."""
+    (one, other), (before, after) = sides, speeds_m_s
+    later_s = (change.height_at(one, at_s) - change.height_at(other, at_s)) / (before + after)
+    faster_out = change.speed_at(other, at_s) - g_m_s2 * later_s
+    faster_in = g_m_s2 * later_s - change.speed_at(one, at_s)
+    return np.asarray(faster_out / before - after / before**2 * faster_in)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from radargui.calibration.falls import Falls
-from radargui.calibration.fit import LEAST, Fit, fit
+from radargui.calibration.fit import LEAST, Fit, fit, unfitted
 from radargui.calibration.known_path import KnownMotion, read_known
 from radargui.calibration.likelihood import Measured, Motion, PathLikelihood, World
 from radargui.calibration.shares import working
@@ -94,9 +94,9 @@ def test_a_recording_left_out_is_foretold() -> None:
 
 def test_recordings_shared_out_among_processes_fit_alike() -> None:
     world, _, recordings = made(7, falls=True)
-    here = fit(world, recordings, steps=2)
+    here = fit(unfitted(world, recordings), recordings, steps=2)
     with working(2):
-        there = fit(world, recordings, steps=2)
+        there = fit(unfitted(world, recordings), recordings, steps=2)
     assert np.array_equal(there.z, here.z)
     assert np.array_equal(there.locals_[2].residual_m, here.locals_[2].residual_m, equal_nan=True)
 

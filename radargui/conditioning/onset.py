@@ -81,19 +81,15 @@ def find_onset(time_s: FloatArray, value: FloatArray, spread: FloatArray | None 
     white = np.median(np.abs(early), axis=1) / 0.95 / np.sqrt(count[0]) + 1e-12
     spread = value.std(axis=1) if spread is None else spread
     size = np.stack([white, np.maximum(white, SETTINGS.most_wander * np.median(spread))])
-    if _wanders(mean[:, :fewest], size):
+    # what differs from a straight line by more than a rest may is none
+    basis = _foresight(fewest, 1).basis
+    bent = mean[:, :fewest] - (mean[:, :fewest] @ basis) @ basis.T
+    if np.sqrt(((bent / size[1][:, None]) ** 2).mean(axis=0)).max() > SETTINGS.threshold:
         return float("-inf")
     away = _departures(mean, size) > SETTINGS.threshold
     # one block alone may be a spike; a body that moves stays away
     lasting = np.flatnonzero(away[:-1] & away[1:])
     return float(time_s[first[fewest + SETTINGS.ahead + lasting[0]]]) if lasting.size else None
-
-
-def _wanders(mean: FloatArray, size: FloatArray) -> bool:
-    """Return whether blocks (n_channels, n) differ from a straight line by more than a rest may."""
-    basis = _foresight(mean.shape[1], 1).basis
-    apart = mean - (mean @ basis) @ basis.T
-    return bool(np.sqrt(((apart / size[1][:, None]) ** 2).mean(axis=0)).max() > SETTINGS.threshold)
 
 
 class _Foresight:

@@ -104,6 +104,7 @@ def calibrate(
         may be unfit: these are left out, which the calibration's notes say.
     """
     shares, given, unfit = Shares(progress, len(recordings)), list(recordings), list[UnfitFallError]()
+    # more processes than recordings would find nothing to do
     with working(min(workers, len(recordings)), shares):
         while True:
             try:
@@ -124,16 +125,19 @@ def _calibrated(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequ
     found_roughly = rough_fit(recordings, setup, groups)
     rough, by_paths, prepared = found_roughly.found, found_roughly.by_paths, found_roughly.prepared
     world, setup = rough.world, rough.world.setup
+    # antennas as the setup has them: what this leaves stands in the file as before
     before = fit_paths(world, by_paths, np.array([bool(one.key) for one in world.unknowns]))
     likelihoods, own = _sharpened(rough, by_paths, prepared)
     normal, few = np.asarray(setup.floor.normal), some_of(likelihoods)
     bare = approach(rough, [likelihoods[n] for n in few], [own[n] for n in few])
     n_bare, settled = n_mirrors(bare), with_walls(bare, normal)
     beginning = Beginning(rough, by_paths, tuple(likelihoods), tuple(own))
+    # where the walls are a few recordings say as well as all, in a fraction of the time
     if len(few) < len(likelihoods):
         settled = begun_with(beginning, settled, n_bare, normal)
     settled = settled_at_last(begun_again(beginning, settled, n_bare, normal))
     found = fit(settled.found, settled.likelihoods)
+    # a wall's reflection is described less well than noise: u must say so
     if n_mirrors(settled) > n_bare:
         found = replace(found, least=LEAST_BESIDE_WALLS)
     if not np.isfinite(found.information()[0]).all():
@@ -142,6 +146,7 @@ def _calibrated(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequ
             reasons=("a wall or another body bends the paths", "one recording alone tells too little"),
             remedy="Give more recordings, from other places.",
         )
+    # with all mismatch fitted half a millimetre is left by no motion that was as stated
     refuse_above(LEFT_M, found, recordings)
     calibration = _calibration(found, before, settled.likelihoods, recordings, origin)
     lost = tuple(
@@ -180,9 +185,11 @@ def _calibration(
     found: Fit, before: Fit, likelihoods: Sequence[Likelihood], recordings: Sequence[KnownRecording], origin: Made
 ) -> Calibration:
     unknowns = found.world.unknowns
+    # gravity, drag and floor belong to these recordings: marginalised, they stay out of the file
     kept = [n for n, one in enumerate(unknowns) if not found.held[n] and (one.key or one.name.startswith(RELEASE))]
     u = np.array([unknowns[n].u for n in kept])
     mean = np.array([unknowns[n].value for n in kept])
+    # unknowns are in prior deviations, the file in degrees and metres
     covariance = np.outer(u, u) * found.covariance()[np.ix_(kept, kept)]
     words, condition_number = untold(found)
     shrunk = np.sqrt(np.diag(covariance)) / u
@@ -191,6 +198,7 @@ def _calibration(
     if words:
         verdict = "usable"
         reason = f"what the recordings cannot tell keeps the setup's uncertainty: {'; '.join(words)}"
+    # at 0.7 of its u half of what is known of a value comes from the recordings
     if not (shrunk[antennas] < 0.7).any():
         verdict = "refused"
         reason = (

@@ -66,6 +66,7 @@ class Falls:
 
     def known(self, time_s: FloatArray) -> BoolArray:
         """Return whether the motion is known at times, shape (n,), as first guessed."""
+        # by first guesses: which samples count must not change from step to step of the fit
         known = (time_s < self.onset_s - U_ONSET_S) | (time_s > self.onset_s + RELEASE_S)
         for impact in self.impact_s:
             known &= np.abs(time_s - impact) > MARGIN_S
@@ -95,6 +96,7 @@ class Falls:
         place = np.stack([of(f"{self.place}.{axis}") for axis in "xyz"], axis=1)
         begin_s = np.concatenate([own[:, :1], own[:, 4::4]], axis=1)
         duration_s = np.diff(begin_s, axis=1, append=self.end_s + 0.01)
+        # two small leanings: the direction's length is one but for their fourth powers
         lean = np.radians([of(named.GRAVITY_X), of(named.GRAVITY_Y)])
         down = np.array([*np.sin(lean), -np.cos(np.hypot(*lean))]).T * of(named.GRAVITY)[:, None]
         # onset, velocity, impact, velocity, impact, ...

@@ -80,6 +80,7 @@ class Fit:
             square += float(slope @ inverse @ slope)
             expected += float(np.trace(inverse @ normal))
         total = self.information()[0]
+        # the common values were fitted to all of them: what these followed is no difference
         expected -= float(np.trace(np.linalg.solve(total + one, total)))
         return square, expected
 
@@ -90,10 +91,9 @@ class Fit:
         What is held at a value with a prior deviation of one shifts the others by -H_ff^-1 H_fh (Schmidt's consider
         parameters).
         """
-        normal = self.information()[0] + np.eye(self.z.size)
-        free, out = ~self.held, np.zeros_like(normal)
         # wider data: I / B^2 + 1
-        normal = (normal - np.eye(self.z.size)) / self.birge() ** 2 + np.eye(self.z.size)
+        normal = self.information()[0] / self.birge() ** 2 + np.eye(self.z.size)
+        free, out = ~self.held, np.zeros_like(normal)
         inverse = np.linalg.inv(normal[np.ix_(free, free)])
         follows = inverse @ normal[np.ix_(free, ~free)]
         out[np.ix_(free, free)] = inverse + follows @ follows.T
@@ -209,9 +209,11 @@ def _step(now: Fit, team: _Team, damping: float) -> Fit | None:
     normal = sum(one[0] for one in reduced) + np.eye(now.z.size)
     slope = sum(one[1] for one in reduced) + now.z
     free = ~now.held
+    # Marquardt's scale: an unknown is held back by how sharply the data hold it
     normal = normal + damping * np.diag(np.diag(normal))
     moved = np.zeros_like(now.z)
     moved[free] = -np.linalg.solve(normal[np.ix_(free, free)], slope[free])
+    # back substitution: each recording's own follow the shared ones
     own = [state - back[:, -1] - back[:, :-1] @ moved for state, (_, _, back) in zip(now.own, reduced, strict=True)]
     z = now.z + moved
     if not sum(team.begin(z, own)) + 0.5 * float(z @ z) < now.cost:

@@ -88,6 +88,7 @@ def _antennas(world: World, z: tuple[float, ...]) -> Antennas:
         elif name.startswith("position_m"):
             sent[int(name[-2]) - 1] += by
         elif name == "distance_m":
+            # a transmitter off the axis stays in its direction
             sent *= 1.0 + by / np.linalg.norm(sent)
     return antennas_at(receivers, sent)
 
@@ -123,6 +124,7 @@ class Local:
 
     def reduced(self, damping: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return Schur complement, its slope, and C^-1 [B, slope] to go back with."""
+        # Marquardt damps the diagonal of the whole matrix, of which this is a part
         inner = self.inner + damping * np.diag(np.diag(self.inner))
         back = np.asarray(np.linalg.solve(inner, np.column_stack([self.coupling, self.inner_slope])), np.float64)
         normal = self.normal - self.coupling.T @ back[:, :-1]
@@ -269,8 +271,10 @@ class PathLikelihood(Likelihood):
                 other = z.copy()
                 other[k] += STEP
                 rows[:, :, k] += (self._lengths(place, world.antennas(other))[0] - model) / STEP
+        # an offset of I and Q bends the phase once a fringe, gain and quadrature twice
         turn = (2.0 * np.pi / self.wavelength_m) * data.change_m
         waves = np.stack([np.ones_like(turn), *(f(m * turn) for m in (1, 2) for f in (np.sin, np.cos))], axis=2)
+        # the constant has a prior of one metre, which is none; slow errors one of slow_m
         waves = np.nan_to_num(waves) * np.array([1.0, *[self.slow_m] * 4])
         extra = own[n_own:].reshape(n_rx, 5)
         for n in range(n_rx):
@@ -284,7 +288,7 @@ class PathLikelihood(Likelihood):
         flat, kept = rows.reshape(-1, rows.shape[2]), np.where(use, residual, 0.0)
         weighted = weight.reshape(-1, 1) * flat
         misfit = np.array([misfit_of(one[here]) for one, here in zip(scaled, use, strict=True)])
-        # ties as loose as the paths: impacts are first guesses that these have given
+        # as loose as the paths: far from the solution ties lead astray as much (`fit_paths`)
         ties = tied / (10.0 * self.loose), by_ties / (10.0 * self.loose)
         normal, slope = weighted.T @ flat, weighted.T @ kept.ravel()
         local = local_at(loss, normal, slope, n_shared, ties, own, np.where(use, -residual, np.nan), misfit)
@@ -300,6 +304,7 @@ class PathLikelihood(Likelihood):
 
 def misfit_of(scaled: FloatArray) -> float:
     """Return the median square of residuals in standard deviations over that of a Gaussian."""
+    # the median of chi-square of one degree of freedom: outliers do not move it
     return float(np.median(scaled**2)) / 0.4549 if scaled.size else 1.0
 
 

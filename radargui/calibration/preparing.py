@@ -132,6 +132,7 @@ def impacts_of_most(time_s: FloatArray, change_m: FloatArray, onset_s: float, ra
     out: list[float] = []
     for moment in np.sort(np.concatenate(found)):
         near = [float(np.median(one[here])) for one in found if (here := np.abs(one - moment) < U_IMPACT_S).any()]
+        # a lost fringe makes a kink in one receiver's path alone
         if len(near) > 1 and (not out or np.median(near) - out[-1] > U_IMPACT_S):
             out.append(float(np.median(near)))
     return np.array(out)
@@ -207,6 +208,7 @@ def prepare_known(recording: Recording, setup: Setup, trajectory: Trajectory) ->
     zeros = np.arange(ZEROS) * 360.0 / ZEROS if any_zero else np.array([trajectory.zero_deg or 0.0])
     offset, zero = min(((o, z) for o in offsets for z in zeros), key=lambda one: unexplained(*one))
     if free:
+        # the grid is coarse against a fringe of a fast motion: a finer look around the best
         step = float(np.ptp(offsets)) / OFFSETS
         offset = min(np.append(offset + np.linspace(-step, step, 41), offset), key=lambda o: unexplained(o, zero))
     motion = KnownMotion(trajectory, float(offset), U_OFFSET_S if free else 0.0, float(zero))
@@ -312,6 +314,7 @@ def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own:
         Shared unknowns by name, and the motion's own (`likelihood.Motion`).
     """
     signals, motion = ready.signals, ready.motion
+    # phases count from the rest, and fewer receivers bear no mirrors and no place
     if not signals.has_rest or signals.n_receivers < 3:
         return None
     antennas, wavelength_m = place_antennas(setup), setup.radar.wavelength_m
@@ -321,6 +324,7 @@ def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own:
 
     grid = signals.time_s[:: max(1, signals.time_s.size // 4000)]
     turns_hz = np.abs(np.gradient(path_lengths(place(grid), antennas), grid, axis=1)).max(axis=0) / wavelength_m
+    # onset and velocity at the start come first, then impact and velocity by turns (`Falls.own`)
     breaks = own[4::4] if isinstance(motion, Falls) else np.empty(0)
     bins = bin_by_fringe(signals, grid, turns_hz, signals.rest_end_s, breaks)
     drift = measure_drift(signals, signals.rest_end_s)

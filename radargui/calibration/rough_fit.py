@@ -141,6 +141,7 @@ def rough_fit(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequen
     wavelength_m, is_plane = setup.radar.wavelength_m, setup.processing.geometry == "plane"
     by_paths = [PathLikelihood(ready.measured, ready.motion, wavelength_m, is_plane) for ready in prepared]
     rough, _, _ = _put_right(world, by_paths, held)
+    # known motions once more against this fit: the nearer the foretold path, the fewer fringes are lost
     values = world.values(rough.z)
     better = setup_with(setup, world.unknowns, values)
     prepared = [
@@ -192,6 +193,7 @@ def _world(
             places.append("")
             continue
         if one.release_m not in names:
+            # the setup's own place keeps its key, under which the value found goes back into the setup
             own = one.release_m == tuple(setup.tracer.release_position_m)
             names[one.release_m] = RELEASE if own else f"place.{len(names) + 1}"
             unknowns += place_unknowns(setup, one.release_m, names[one.release_m])
@@ -216,8 +218,10 @@ def _refuse_misfit(rough: Fit, recordings: Sequence[KnownRecording]) -> None:
     if is_fall and len(each) >= LEAST_OTHERS and worst > STANDS_OUT * float(np.median(each)):
         refuse_above(MISFIT_M, rough, recordings)
     antennas = np.array([bool(one.key) for one in rough.world.unknowns])
+    # swapped receivers may fit with antennas far from where they were measured
     if worst < MISFIT_M and np.abs(rough.z[antennas]).max(initial=0.0) < FAR:
         return
+    # spread over all: neighbours may be drops from one place
     stride = max(1, len(recordings) // MOST_COMPARED)
     some = recordings[::stride][:MOST_COMPARED]
 
@@ -225,6 +229,7 @@ def _refuse_misfit(rough: Fit, recordings: Sequence[KnownRecording]) -> None:
         world, places = _world(setup, some)
         # paths were measured with the antennas as they were said to be: by their phases, or fringes that they foretell
         ready = [_prepare(one, _hung(setup, one.rest_m), place) for one, place in zip(some, places, strict=True)]
+        # an order with which a drop is none any more is no better one
         sound = [one for one in ready if isinstance(one, Prepared)]
         if len(sound) < len(ready):
             return np.inf

@@ -67,6 +67,7 @@ class Crew:
         self._pools = [
             ProcessPoolExecutor(1, get_context("spawn"), begin_worker) for _ in range(count if count > 1 else 0)
         ]
+        # a pool does not tell its processes: they say their numbers themselves
         self._ids = [pool.submit(os.getpid) for pool in self._pools]
 
     @property
@@ -103,6 +104,7 @@ class Crew:
     def close(self) -> None:
         """End the processes; who cancels does not wait for an estimate of a minute."""
         ids = {one.result() for one in self._ids if one.exception() is None}
+        # by number: this program may have other processes, which nobody cancelled
         for process in active_children():
             if process.pid in ids:
                 process.terminate()

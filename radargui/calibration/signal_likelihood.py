@@ -130,11 +130,13 @@ class SignalLikelihood(Likelihood):
         # phases count from where it rests now: a place that moves would turn those of all mirrors otherwise
         inputs = replace(problem.inputs, antennas=antennas, release_m=series[0][:, 0])
         problem = replace(problem, inputs=inputs).at_places(series[0], theta)
+        # a multiplexer takes the channels one after another: the sphere is elsewhere for each
         later = node_offsets(problem)
         place, velocity, acceleration = series[:, :, None, None]
         node_m = place + later * (velocity + later / 2.0 * acceleration)
         signals, excess, waves = signals_at(problem, theta, node_m)
         sigma = problem.bins.sigma * np.repeat(problem.noise_scale, 2)[:, None]
+        # beside an impact and after the last flight nothing is known, and nothing is asked
         use = problem.use & self.motion.known(problem.bins.time_s)
         residual = (np.concatenate([one.value for one in signals]) - problem.bins.value) * use
         loss, weight = robust(residual / sigma)
@@ -193,6 +195,7 @@ class SignalLikelihood(Likelihood):
             layout.shared, receiver.without_drift
         ))]  # fmt: skip
         if layout.sizes.drift:
+            # a drift is one channel's own: the other's rows are zero
             drift = problem.inputs.drift[pair]
             for c, own_drift in enumerate((receiver.drift_i, receiver.drift_q)):
                 apart = np.zeros_like(drift)
@@ -220,6 +223,7 @@ class SignalLikelihood(Likelihood):
         residual_m = np.full((problem.n_receivers, problem.bins.n_bins), np.nan)
         for n, one in enumerate(parts):
             pair = slice(2 * n, 2 * n + 2)
+            # a matrix by its own transpose stays symmetric, and BLAS does half of it only
             root = np.sqrt(at.weight[pair])
             flat = (one.rows * root[:, :, None]).reshape(-1, one.index.size)
             normal[np.ix_(one.index, one.index)] += flat.T @ flat
@@ -247,6 +251,7 @@ class SignalLikelihood(Likelihood):
             variance = np.diag(np.linalg.inv(local.inner))[self.n_motion :] * old.sd**2
         except np.linalg.LinAlgError as error:
             raise SolveError("A recording's own unknowns are not determined.") from error
+        # never below the white noise that was measured: a good fit by chance makes no sample better
         scale = np.maximum(self.problem.noise_scale * np.sqrt(np.maximum(local.misfit, 1e-3)), 1.0)
         if not (np.isfinite(variance).all() and np.isfinite(theta).all() and np.isfinite(scale).all()):
             raise SolveError("A recording's samples are far from any motion as stated.")

@@ -112,6 +112,7 @@ def fall_unknowns(setup: Setup) -> list[Unknown]:
     density, floor = setup.tracer.density_kg_m3, setup.floor
     drag = drag_of_sphere_1_m(setup.tracer.diameter_m, density)
     leaning = U_FLOOR_DEG if floor.u_tilt_deg is None else floor.u_tilt_deg
+    # for a floor that leans a little slope and angle are one
     slopes = [math.degrees(x / floor.normal[2]) for x in floor.normal[:2]]
     return [
         Unknown(GRAVITY, g, u_g),

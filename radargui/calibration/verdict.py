@@ -90,6 +90,7 @@ def untold(found: Fit) -> tuple[tuple[str, ...], float]:
     values, vectors = np.linalg.eigh(covariance)
     names = [found.world.unknowns[n] for n in asked]
     words = [_in_words(vectors[:, n], names) for n in reversed(range(values.size)) if values[n] > UNTOLD]
+    # several eigenvectors may be one thing in words
     return tuple(dict.fromkeys(words)), float(np.sqrt(values[-1] / values[0]))
 
 
@@ -135,6 +136,7 @@ def left_out(found: Fit, likelihoods: Sequence[Likelihood]) -> list[FloatArray]:
         return [np.full(len(one.residual_m), np.nan) for one in found.locals_]
     free, tasks = ~found.held, []
     for n, one in enumerate(likelihoods):
+        # linear in the shared values: a step from the fit of all needs no new fit
         normal, slope = found.information(but=n)
         normal, slope = normal + np.eye(slope.size), slope + found.z
         moved = np.zeros_like(found.z)
@@ -162,6 +164,7 @@ def other_orders(setup: Setup) -> Iterator[tuple[str, Setup]]:
                 continue
             receivers = [setup.receiver[k] for k in order]
             if mirrored:
+                # seen in a mirror azimuths run the other way; tilts and distances stay
                 receivers = [one.model_copy(update={"azimuth_deg": -one.azimuth_deg}) for one in receivers]
             yield _order_in_words(order, mirrored=mirrored), setup.model_copy(update={"receiver": tuple(receivers)})
 
@@ -211,6 +214,7 @@ def put_right(found: Fit, recordings: Sequence[PathLikelihood]) -> tuple[list[Pa
                 continue
             medians = np.median(sliding_window_view(residual[known], STEP_POINTS), axis=1)
             step = (medians[STEP_POINTS:] - medians[:-STEP_POINTS]) / one.wavelength_m
+            # the largest alone: the next one is sought when this one is right
             k = int(np.argmax(np.abs(step)))
             # medians say that it stays, the largest difference of values a few apart how far, of neighbours when
             near = residual[known[k : k + 2 * STEP_POINTS]] / one.wavelength_m

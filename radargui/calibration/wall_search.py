@@ -143,6 +143,7 @@ def _without_last(settled: Settled, base: Settled) -> Settled:
         if isinstance(one, SignalLikelihood) and isinstance(bare, SignalLikelihood):
             place, there = carried_places(bare.problem.layout, one.problem.layout)
             theta = np.zeros(bare.theta.size)
+            # what both have is carried over; the wall's own and the maps that grew with it are left behind
             theta[place] = one.theta_at(own)[there]
             one, own = bare.with_problem(bare.problem, theta, own)
         likelihoods.append(one)
@@ -200,6 +201,7 @@ def _place_of(settled: Settled, number: int, middle_m: FloatArray, normal: Float
         outward.append(one.problem.inputs.planes[number].image(middle_m, unknown) - middle_m)
     mean = np.mean(outward, axis=0)
     first, second = tangents(normal)
+    # an image is twice as far away as its plane
     return float(np.arctan2(mean @ second, mean @ first)), 0.5 * float(np.linalg.norm(mean))
 
 
@@ -239,6 +241,7 @@ class _LinearisedSearch:
         normal, slope, self.back = self.local.reduced(0.0)
         was, was_slope, _ = found.locals_[number].reduced(0.0)
         information, all_slope = found.information()
+        # all recordings, this one with its stiffened maps in place of those it has
         total = information - was + normal + np.eye(z.size)
         self.free, self.inverse = free, np.linalg.inv(total[np.ix_(free, free)])
         self.shared_slope = (all_slope - was_slope + slope + z)[free]
@@ -267,6 +270,7 @@ class _LinearisedSearch:
             to_all[:, columns[:, None], part.index] += weighed @ part.rows.reshape(-1, part.index.size)
         # Schur complements: the recording's own taken out, then what all share
         own = to_all[:, :, n_shared:]
+        # tables and walls reflect about so much: without a prior a plane that nothing sees could be any
         a += np.eye(n_new) / WALLS.reflection**2
         solved = np.linalg.solve(self.local.inner, own.reshape(-1, own.shape[2]).T).T.reshape(own.shape)
         a -= own @ solved.transpose(0, 2, 1)

@@ -47,6 +47,7 @@ def activity(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -> F
     # a mean of n samples has a noise smaller by sqrt(n)
     means = block_means(volts, size) * (np.sqrt(size) / noise_v)[:, None]
     if means.shape[1] <= window:
+        # a record shorter than a window has one activity
         return np.full(means.shape[1], float(means.var(axis=1).mean()) if means.size else 0.0)
     return sliding_variance(means, window)
 

@@ -223,6 +223,7 @@ class _Frames:
             self.size,
             sample_rate_hz,
             _interpolated(power, place) * sample_rate_hz / self.size,
+            # over what white noise of I and Q together leaves in one bin under this window
             power[rows, place] / float(window * (noise_v**2).sum()),
             self.share[number],
             self.clear[number],
@@ -315,4 +316,5 @@ def _interpolated(power: FloatArray, place: IntArray) -> FloatArray:
     left, middle, right = np.log(np.maximum(around, 1e-300))
     bend = left - 2.0 * middle + right
     shift = np.where(np.abs(bend) > 1e-12, 0.5 * (left - right) / np.where(bend == 0.0, 1.0, bend), 0.0)
+    # beyond half a bin the neighbour would have been the highest
     return np.asarray(place + np.clip(shift, -0.5, 0.5))

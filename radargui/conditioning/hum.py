@@ -129,6 +129,7 @@ def find_hum(volts: FloatArray, sample_rate_hz: float, rests: Sequence[slice], n
     step = min(0.1, 0.15 / span_s)
     around = np.arange(-SETTINGS.search_hz, SETTINGS.search_hz + step, step)
     grid = np.concatenate([nominal + around for nominal in MAINS_HZ])
+    # so near to half of the rate a line and what folds back are one
     if grid.max() > 0.4 * sample_rate_hz / size:
         return None
     # a least-squares solution for each would be half of the work of a whole recording
@@ -201,6 +202,7 @@ def harmonics(time_s: FloatArray, frequency_hz: float, orders: Sequence[int]) ->
 def _pooled(volts: FloatArray, start: int, size: int, rate_hz: float) -> _Rest:
     means = block_means(volts, size)
     middle = start + 0.5 * (size - 1) + size * np.arange(means.shape[1], dtype=np.float64)
+    # the line of each rest is fitted in any case: without the offset its sums keep their digits
     return middle / rate_hz, means - means.mean(axis=1, keepdims=True)
 
 

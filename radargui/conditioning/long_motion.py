@@ -82,9 +82,11 @@ def find_long_motion(pieces: Iterable[FloatArray], sample_rate_hz: float, most_s
     motions = _motions(moving, round(PAUSE_S * sample_rate_hz / size))
     if not motions:
         return None
+    # of a motion that the record begins with nobody knows where the sphere was
     begin, end = max(motions, key=lambda motion: (motion[0] > 0, motion[1] - motion[0]))
     earlier = max((last for _, last in motions if last <= begin), default=0)
     rest = round(max(REST_S * sample_rate_hz / size, REST_SHARE * (end - begin)))
+    # not back into the motion before
     rest = min(rest, begin - earlier, round(MOST_REST * most_samples / size))
     first = (begin - rest) * size
     wanted = min(end * size + round(AFTER_S * sample_rate_hz), count)

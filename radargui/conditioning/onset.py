@@ -78,6 +78,7 @@ def find_onset(time_s: FloatArray, value: FloatArray, spread: FloatArray | None 
         return float("-inf")
     early = np.diff(value[:, : first[2 * fewest - 1]], axis=1)
     # differences of neighbours: a drift adds hardly anything to them
+    # 0.95: the median of a difference of two normal numbers, in the deviation of one
     white = np.median(np.abs(early), axis=1) / 0.95 / np.sqrt(count[0]) + 1e-12
     spread = value.std(axis=1) if spread is None else spread
     size = np.stack([white, np.maximum(white, SETTINGS.most_wander * np.median(spread))])

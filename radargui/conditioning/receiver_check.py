@@ -101,6 +101,7 @@ def check_receiver(doppler: Doppler, pair_v: FloatArray, noise_v: FloatArray, us
         return f"{100 * clipped:.0f} % of its samples in the motion are clipped: the range is too small"
     # less noise: a dead input still has its own
     variance = pair_v.var(axis=1)
+    # what moves them beyond their own noise
     spread = np.sqrt(np.maximum(variance - noise_v**2, 0.0))
     unseen = doppler.clear.mean() < SETTINGS.least_seen
     if unseen and (spread < SETTINGS.nothing * noise_v).all():

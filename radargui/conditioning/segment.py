@@ -151,6 +151,7 @@ def turns_slowly(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) 
     size = max(1, round(SETTINGS.circle_pool_s * sample_rate_hz))
     means, rate_hz = block_means(volts, size), sample_rate_hz / size
     for frequency in MAINS_HZ:
+        # the straight line stays: of a slow motion it is a part
         means = without_mains(means, rate_hz, frequency, line=False)
     further = max(1, round(SETTINGS.circle_block_s * rate_hz))
     means = block_means(means, further)
@@ -168,7 +169,9 @@ def turns_slowly(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) 
 def _turn(i: FloatArray, q: FloatArray, least_radius: float) -> tuple[float, float]:
     """Return the angle run through round the best circle, and the radii's spread; no angle within the noise."""
     design = np.stack([2.0 * i, 2.0 * q, np.ones_like(i)], axis=1)
+    # linear in the centre: a rough circle is all that is asked
     (a, b, _), *_ = np.linalg.lstsq(design, i * i + q * q, rcond=None)
+    # an arc of a drift has any centre, far away or near: how evenly it is kept tells a circle
     radius = np.hypot(i - a, q - b)
     size = float(radius.mean())
     if size < least_radius:
@@ -178,6 +181,7 @@ def _turn(i: FloatArray, q: FloatArray, least_radius: float) -> tuple[float, flo
 
 def _moving(level: FloatArray, volts: FloatArray, sample_rate_hz: float, noise: FloatArray) -> BoolArray | None:
     low, high = order_statistics(level, 0.05, 0.99).tolist()
+    # white noise alone makes one: less is chance
     quiet = max(1.0, low)
     if quiet > SETTINGS.not_quiet * high:
         if high < SETTINGS.threshold or _is_hum(volts, sample_rate_hz, noise):

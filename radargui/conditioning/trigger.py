@@ -68,12 +68,14 @@ class MotionTrigger:
         self._size = block_size(rate)
         self._window = window_blocks(rate)
         self._block_s = self._size / rate
+        # the activity is a variance
         self._start = threshold**2
         self._end = (0.5 * threshold) ** 2
         self._averager = Averager(digitisation, self._size)
         self._means = np.empty((digitisation.n_channels, 0))
         self._noise_v: FloatArray | None = None
         self._early: list[FloatArray] = []
+        # one block in eight is remembered
         self._levels: deque[float] = deque(maxlen=max(4, round(MEMORY_S / self._block_s / 8)))
         # the same values in order: a sort every 4 ms was most of what waiting costs
         self._ordered: list[float] = []

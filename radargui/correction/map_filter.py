@@ -70,6 +70,7 @@ class SmoothMap:
 
     def basis(self, length_m: FloatArray) -> FloatArray:
         """Return the basis of uniform cubic B-splines at path lengths (n_samples,), shape (n_samples, n)."""
+        # the end belongs to the last piece: beyond it the map holds
         place = np.clip((length_m - SPAN_M[0]) / KNOT_M, 0.0, self._n_pieces - 1e-9)
         piece = place.astype(np.intp)
         t = place - piece
@@ -210,6 +211,7 @@ class MapFilter:
         # forgotten by the way, not by the time: at rest nothing is learned
         fringes = float(np.abs(np.diff(phase)).sum()) / (2.0 * np.pi)
         if learn:
+            # the prior comes back whole at the most: more would be less than nothing known
             self._covariance += min(FORGETTING * fringes, 1.0) * self._map.prior
             self._learn(pair_v, phase, self._state)
         phase, corrected = self._demodulated(pair_v, phase)
@@ -275,7 +277,9 @@ class MapFilter:
         spread = slope @ self._covariance
         expected = np.einsum("ij,ij->i", spread, slope) + variance
         excess = np.abs(innovation) / (ROBUST * np.sqrt(expected))
+        # what is far off counts as if its noise were as large: it pulls, and does not tear
         total = spread @ slope.T + np.diag(variance * np.maximum(excess, 1.0) ** 2)
+        # solved in the bins of this update, which are fewer than the coefficients
         gain = np.linalg.solve(total, spread).T
         self._state = mean + gain @ innovation
         covariance = self._covariance - gain @ spread

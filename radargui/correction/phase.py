@@ -19,6 +19,7 @@ def unwrap(phase_rad: FloatArray) -> FloatArray:
     """
     out = phase_rad.copy()
     for row in out:
+        # from before a hole to behind it the shorter way is taken; what else it may be `join_pieces` decides
         known = np.isfinite(row)
         if known.all():
             _unwrap(row)

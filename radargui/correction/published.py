@@ -157,6 +157,7 @@ def motion_turns(smoothed_v: FloatArray, sample_rate_hz: float, segment: Segment
     BoolArray
         Shape (n_samples,).
     """
+    # noise must not turn a slope at a bounce: smoothed once more, over as much as is looked at
     slope = smooth(smoothed_v, sample_rate_hz, window_s=max(turn_s, SMOOTHING_S * turn_s / TURN_S), slope=True)
     first, last = segment.first, segment.last
     amplitude = 0.5 * np.ptp(smoothed_v[:, first:last], axis=1)
@@ -234,6 +235,7 @@ def find_bias(
     FloatArray
         Volts, one value a sample of the record.
     """
+    # before both have begun one of the splines is only held: their mean would be no centre
     first = max(int(peaks[0]), int(valleys[0]))
     last = max(first, min(int(peaks[-1]), int(valleys[-1])))
     both = slice(first - segment.first, last + 1 - segment.first)
@@ -281,6 +283,7 @@ def local_scale(centred_v: FloatArray, crossings: IntArray, extremes: IntArray) 
     edges = np.concatenate([[0], crossings, [centred_v.size]]).astype(np.intp)
     piece = np.searchsorted(crossings, extremes, side="right")
     height = np.full(edges.size - 1, np.nan)
+    # of several extremes in a piece the largest is the circle's
     np.fmax.at(height, piece, np.abs(centred_v[extremes]))
     known = np.flatnonzero(np.isfinite(height))
     height = np.interp(np.arange(height.size), known, height[known])

@@ -114,6 +114,7 @@ def image_rejection_db(iq: FloatArray, phase_rad: FloatArray) -> float | None:
         return None
     smoothed = savitzky_golay(phase_rad[first:last], window)
     z = iq[0, first:last] + 1j * iq[1, first:last]
+    # the line's own sidelobes would reach over its image
     taper = np.hanning(last - first)
     turned_back, turned_on = (abs((taper * z * np.exp(sign * 1j * smoothed)).sum()) for sign in (-1.0, 1.0))
     line, image = max(turned_back, turned_on), min(turned_back, turned_on)
@@ -179,6 +180,7 @@ def assess(
         name=name,
         snr_db=float(10.0 * np.log10(0.5 / noise**2)) if noise > 0 else None,
         circularity=roundness if np.isfinite(roundness) else None,
+        # over a hole nobody knows how the phase turned
         image_rejection_db=image_rejection_db(iq, phase_rad) if whole else None,
         fringes=_fringes(known),
         fraction_valid=float(valid.mean()) if valid.size else None,
@@ -192,12 +194,14 @@ def assess(
 def judge(quality: ChannelQuality, noise: float, counted_noise: float, chi_square: float | None) -> tuple[str, str]:
     """Return good, usable or rejected, and why not good; parameters as in `assess`."""
     roundness = float("nan") if quality.circularity is None else quality.circularity
+    # along the radius noise scatters like a mismatch: their squares add
     beyond_noise = float(np.sqrt(max(roundness**2 - noise**2, 0.0))) if np.isfinite(roundness) else float("nan")
     off_circle = f"corrected I and Q leave the circle by {100 * beyond_noise:.0f} % beyond their noise"
     # only models of the samples have one
     misfit = 0.0 if chi_square is None else chi_square
     if counted_noise > LIMITS.most_noise:
         return "rejected", f"noise of {100 * counted_noise:.0f} % of the amplitude: fringes cannot be counted"
+    # not the other way round: an unknown one is no circle
     if not beyond_noise < LIMITS.most_circularity:
         return "rejected", off_circle
     gain, angle_deg = quality.gain_ratio or 1.0, quality.quadrature_error_deg or 0.0
@@ -228,6 +232,7 @@ def _fringes(phase_rad: FloatArray) -> float:
 
 def _coarse(phase_rad: FloatArray, count: int) -> tuple[FloatArray, int]:
     """Return about so many means of a phase, and of how many samples: noise, added up, would be hundreds of fringes."""
+    # means: noise from sample to sample would add up to turns that were none
     size = max(1, phase_rad.size // count)
     whole = phase_rad.size // size * size
     return phase_rad[:whole].reshape(-1, size).mean(axis=1), size

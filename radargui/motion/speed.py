@@ -37,9 +37,11 @@ def speed_along(time_s: FloatArray, position_m: FloatArray, breaks_s: Sequence[f
         return speed
     step = float(np.median(np.diff(time_s)))
     known = np.asarray(np.isfinite(position_m).all(axis=0))
+    # times of a file are not quite even: a gap is more than a step and a half
     apart = np.flatnonzero((np.diff(known) != 0) | (np.diff(time_s) > 1.5 * step)) + 1
     edges = sorted({0, *apart.tolist(), *np.searchsorted(time_s, breaks_s).tolist(), time_s.size})
     for first, last in pairwise(edges):
+        # between impacts near each other a shorter parabola, for none may reach across
         length = min(last - first, max(_FEWEST, round(WINDOW_S / step)))
         if known[first] and length >= _FEWEST:
             slopes = savitzky_golay(position_m[:, first:last], 2 * ((length - 1) // 2) + 1, derivative=1)

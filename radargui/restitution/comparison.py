@@ -125,7 +125,9 @@ def repeatability_of(groups: Sequence[Sequence[float]]) -> Repeatability | None:
 
     within = sum(float(np.sum((values - values.mean()) ** 2)) for values in known) / (n - k)
     between = float(np.sum(sizes * (means - np.average(means, weights=sizes)) ** 2)) / (k - 1)
+    # drops of a session as they count where not all have equally many
     size = (n - float(np.sum(sizes**2)) / n) / (k - 1)
+    # below zero by chance alone: then there is none (ISO 5725-2)
     own = max(between - within, 0.0) / size
     f = between / within if within else math.inf
     u = float(means.std(ddof=1)) / math.sqrt(k)

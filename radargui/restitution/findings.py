@@ -221,6 +221,7 @@ def findings_of(sessions: Sequence[SeriesSession], model: ModelName | None = Non
     model
         The dependence of e on the speed that the user chose.
     """
+    # over all sessions: a drop that was imported into another one is still the same drop
     counted = series_of([_named(one, run) for one in sessions for run in one.runs])
     found = tuple(_session_findings(one, counted) for one in sessions)
     labels = list(dict.fromkeys(one.label for one in found))
@@ -233,6 +234,7 @@ def findings_of(sessions: Sequence[SeriesSession], model: ModelName | None = Non
         own = [one for one in sessions if one.name in names]
         samples.append(SampleFindings(label, names, fits, *_repeated(own, counted, fits, model or "power")))
         of_samples[label or "not named"] = [values[name] for name in names if values[name]]
+    # drops of a session share a setup and a day: where there are several, only they are independent
     means = all(len(groups) > 1 for groups in of_samples.values())
     grouped = {
         label: [sum(group) / len(group) for group in groups] if means else [e for group in groups for e in group]
@@ -343,10 +345,12 @@ def _repeated(
     if not speeds or max(speeds) <= (1.0 + _SAME_SPEED) * min(speeds):
         return repeatability_of([[e for _, e in group] for group in pairs]), ""
     fit = next(fit for fit in fits if fit.model == model)
+    # a law that does not describe e would move sessions apart that agree
     if fit.problem or fit.describes is False:
         return None, ""
     at = sum(speeds) / len(speeds)
     expected = dict(zip([at, *speeds], fit.e(np.array([at, *speeds]))[0].tolist(), strict=True))
+    # by the ratio: what a drop is above the law stays the same share of e
     groups = [[e * expected[at] / expected[speed] for speed, e in group] for group in pairs]
     return repeatability_of(groups), f"at {plain(at, 3, 'm/s')} (brought there by the {MODELS[model].title})"
 

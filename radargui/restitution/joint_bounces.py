@@ -146,6 +146,7 @@ def _affordable(free: FreeMotion) -> int:
 def _likely(free: FreeMotion, n_flights: int) -> int:
     """Return how many flights come before one that does not fall at all: the sphere lay, or was carried back."""
     for number in range(2, n_flights):
+        # of a shorter one the spline's bend is not known well enough to say that it does not fall
         is_long = free.segments[number].duration_s > FLIGHTS.shortest_fall_s
         if is_long and _off_gravity(free, number) > FLIGHTS.about_g_m_s2:
             return number

@@ -111,6 +111,7 @@ def fit_track_flights(heights: Heights, flights_s: FloatArray) -> FittedFlights 
     if not number.size:
         return None
     if samples.size > 2:
+        # two flights have no median that tells which of them is wrong
         alone = misfits_m(samples, samples.of(heights.height_m))
         # by the run's own median: noise differs from run to run
         fits = alone <= max(TRACKS.largest_residual * float(np.median(alone)), TRACKS.least_residual_m)

@@ -69,6 +69,7 @@ def respond(
         # of heights only slopes count: the first place is as good as any
         height += leaning @ (position - position[:, :1])
     last = bounces.impacts[-1].speed_after_m_s
+    # as in `find_bounces`: the same flights, so that the answer is that of the same fit
     flights = find_flights(track.time_s[segment.first], track.time_s[segment.last - 1], impact_s, max(last, 0.0))
     if (change := _changed(time, height, flights)) is not None:
         sides = np.stack(change.sides(impact_s.size))

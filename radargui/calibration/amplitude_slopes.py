@@ -133,17 +133,13 @@ def some_bins(n_bins: int) -> tuple[IntArray, Callable[[ComplexArray], ComplexAr
 
 def _together(world: World) -> list[dict[int | None, int]]:
     """Return the unknowns of the antennas' places by receiver, those together that move different ones; None: all."""
-    out: list[dict[int | None, int]] = []
-    of_receivers: dict[str, dict[int | None, int]] = {}
+    out: dict[str, dict[int | None, int]] = {}
     for number, one in enumerate(world.unknowns):
         place, _, name = one.key.partition(".")
-        if one.group == "polarization" or not one.key:
-            continue
-        if place.startswith("receiver"):
-            of_receivers.setdefault(name, {})[int(place[9:-1]) - 1] = number
-        else:
-            out.append({None: number})
-    return [*out, *of_receivers.values()]
+        if one.key and one.group != "polarization":
+            receiver = int(place[9:-1]) - 1 if place.startswith("receiver") else None
+            out.setdefault(one.key if receiver is None else name, {})[receiver] = number
+    return list(out.values())
 
 
 def axes_of(antennas: Antennas) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import gammainccinv
 
 from radargui import __version__
-from radargui.calibration.fit import FEW, LEAST_BESIDE_WALLS, Fit, fit
+from radargui.calibration.fit import FEW, LEAST_BESIDE_WALLS, Fit, fit, unfitted
 from radargui.calibration.likelihood import Likelihood, PathLikelihood, own_values
 from radargui.calibration.preparing import Prepared, sample_problem
 from radargui.calibration.rough_fit import RELEASE, KnownRecording, UnfitFallError, refuse_above, rough_fit
@@ -126,7 +126,7 @@ def _calibrated(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequ
     rough, by_paths, prepared = found_roughly.found, found_roughly.by_paths, found_roughly.prepared
     world, setup = rough.world, rough.world.setup
     # antennas as the setup has them: what this leaves stands in the file as before
-    before = fit_paths(world, by_paths, np.array([bool(one.key) for one in world.unknowns]))
+    before = fit_paths(unfitted(world, by_paths, np.array([bool(one.key) for one in world.unknowns])), by_paths)
     likelihoods, own = _sharpened(rough, by_paths, prepared)
     normal, few = np.asarray(setup.floor.normal), some_of(likelihoods)
     bare = approach(rough, [likelihoods[n] for n in few], [own[n] for n in few])
@@ -336,8 +336,8 @@ def begun_with(beginning: Beginning, settled: Settled, n_bare: int, normal: Floa
     found, rough, walls = settled.found, beginning.rough, planes_of(settled, n_bare, normal)
     antennas = np.array([bool(one.key) for one in found.world.unknowns])
     # places and motions by paths, only as sharply as what bends these lets them say
-    at = np.where(antennas, found.z, 0.0)
-    motions = fit_paths(found.world, beginning.by_paths, rough.held | antennas, LOOSE[:2], z=at)
+    start = unfitted(found.world, beginning.by_paths, rough.held | antennas, np.where(antennas, found.z, 0.0))
+    motions = fit_paths(start, beginning.by_paths, LOOSE[:2])
     likelihoods, states = list[Likelihood](), []
     for one, own, state in zip(beginning.likelihoods, beginning.own, motions.own, strict=True):
         if isinstance(one, SignalLikelihood):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.calibration.fit import MOST_STEPS, Fit
+from radargui.calibration.fit import MOST_STEPS, Fit, unfitted
 from radargui.calibration.known_path import Trajectory
 from radargui.calibration.likelihood import PathLikelihood, World, own_values
 from radargui.calibration.preparing import Prepared, measured_again, prepare_fall, prepare_known
@@ -31,7 +31,6 @@ from radargui.calibration.verdict import (
     put_right,
     rms_m,
 )
-from radargui.model.arrays import BoolArray
 from radargui.model.errors import ProcessingError
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
@@ -140,7 +139,8 @@ def rough_fit(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequen
         prepared.append(ready)
     wavelength_m, is_plane = setup.radar.wavelength_m, setup.processing.geometry == "plane"
     by_paths = [PathLikelihood(ready.measured, ready.motion, wavelength_m, is_plane) for ready in prepared]
-    rough, _, _ = _put_right(world, by_paths, held)
+    start = unfitted(world, by_paths, held)
+    rough, _, _ = _put_right(start, by_paths)
     # known motions once more against this fit: the nearer the foretold path, the fewer fringes are lost
     values = world.values(rough.z)
     better = setup_with(setup, world.unknowns, values)
@@ -149,22 +149,18 @@ def rough_fit(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequen
         for ready, state in zip(prepared, rough.own, strict=True)
     ]
     by_paths = [replace(one, measured=ready.measured) for one, ready in zip(by_paths, prepared, strict=True)]
-    rough, by_paths, slips = _put_right(world, by_paths, held)
+    rough, by_paths, slips = _put_right(start, by_paths)
     _refuse_misfit(rough, recordings)
     return Rough(rough, tuple(by_paths), tuple(prepared), tuple(slips))
 
 
 def _put_right(
-    world: World,
-    by_paths: Sequence[PathLikelihood],
-    held: BoolArray,
-    looseness: Sequence[float] = LOOSE,
-    steps: int = MOST_STEPS,
+    start: Fit, by_paths: Sequence[PathLikelihood], looseness: Sequence[float] = LOOSE, steps: int = MOST_STEPS
 ) -> tuple[Fit, list[PathLikelihood], list[Slip]]:
     """Fit paths until none has lost a fringe."""
     paths, slips = list(by_paths), list[Slip]()
     while True:
-        rough = fit_paths(world, paths, held, looseness, steps)
+        rough = fit_paths(start, paths, looseness, steps)
         righted, more = put_right(rough, paths)
         if not more or len(slips) > MOST_SLIPS * len(paths):
             return rough, paths, slips
@@ -234,7 +230,7 @@ def _refuse_misfit(rough: Fit, recordings: Sequence[KnownRecording]) -> None:
         if len(sound) < len(ready):
             return np.inf
         paths = [PathLikelihood(one.measured, one.motion, setup.radar.wavelength_m) for one in sound]
-        asked = (world, paths, np.zeros(len(world.unknowns), dtype=bool), LOOSE[:2], FEW_STEPS)
+        asked = (unfitted(world, paths), paths, LOOSE[:2], FEW_STEPS)
         return (_put_right(*asked)[0] if righted else fit_paths(*asked)).cost
 
     setup = rough.world.setup

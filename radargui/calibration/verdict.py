@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from radargui.calibration.fit import MOST_STEPS, Fit, fit, unfitted
-from radargui.calibration.likelihood import Likelihood, PathLikelihood, World, own_values
+from radargui.calibration.fit import MOST_STEPS, Fit, fit
+from radargui.calibration.likelihood import Likelihood, PathLikelihood, own_values
 from radargui.calibration.shares import crew
 from radargui.calibration.unknowns import Unknown, setup_with
 from radargui.geometry.path_length import path_lengths, place_antennas
@@ -65,18 +65,12 @@ def are_far(z: FloatArray, u: FloatArray) -> BoolArray:
 
 
 def fit_paths(
-    world: World,
-    recordings: Sequence[PathLikelihood],
-    held: BoolArray,
-    looseness: Sequence[float] = LOOSE,
-    steps: int = MOST_STEPS,
-    z: FloatArray | None = None,
+    start: Fit, recordings: Sequence[PathLikelihood], looseness: Sequence[float] = LOOSE, steps: int = MOST_STEPS
 ) -> Fit:
-    """Fit paths, first loosely: far from the solution ties and outliers would lead astray; from z or the setup."""
-    found = unfitted(world, recordings, held, z)
+    """Fit paths, first loosely: far from the solution ties and outliers would lead astray."""
     for loose in looseness:
-        found = fit(found, [replace(one, loose=loose) for one in recordings], steps=steps)
-    return found
+        start = fit(start, [replace(one, loose=loose) for one in recordings], steps=steps)
+    return start
 
 
 def untold(found: Fit) -> tuple[tuple[str, ...], float]:

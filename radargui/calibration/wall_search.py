@@ -239,12 +239,11 @@ class _LinearisedSearch:
         self.parts = stiff.rows(world, z, self.at)
         self.local = stiff.local(self.at, self.parts, z.size, own)
         normal, slope, self.back = self.local.reduced(0.0)
-        was, was_slope, _ = found.locals_[number].reduced(0.0)
-        information, all_slope = found.information()
         # all recordings, this one with its stiffened maps in place of those it has
-        total = information - was + normal + np.eye(z.size)
+        others, others_slope = found.information(but=number)
+        total = others + normal + np.eye(z.size)
         self.free, self.inverse = free, np.linalg.inv(total[np.ix_(free, free)])
-        self.shared_slope = (all_slope - was_slope + slope + z)[free]
+        self.shared_slope = (others_slope + slope + z)[free]
         inputs, layout = self.at.problem.inputs, self.at.problem.layout
         lobes = main_lobes(layout, self.at.theta)
         self.waves = [

@@ -25,14 +25,9 @@ class Averager:
 
     def __init__(self, digitisation: Digitisation, size: int) -> None:
         self._digitisation = digitisation
-        self._size = size
+        self.size = size
         self._last = np.zeros(digitisation.n_channels)
         self.clear()
-
-    @property
-    def size(self) -> int:
-        """Samples of a block."""
-        return self._size
 
     @property
     def waiting(self) -> int:
@@ -49,12 +44,12 @@ class Averager:
         Samples that are not numbers are left out; a block of nothing else repeats the mean before it.
         """
         whole = samples if self._left.shape[1] == 0 else np.concatenate([self._left, samples], axis=1)
-        count = whole.shape[1] // self._size
+        count = whole.shape[1] // self.size
         # a copy: nothing may keep the reader's blocks alive
-        self._left = whole[:, count * self._size :].copy()
+        self._left = whole[:, count * self.size :].copy()
         if count == 0:
             return np.empty((samples.shape[0], 0))
-        blocks = whole[:, : count * self._size].reshape(samples.shape[0], count, self._size)
+        blocks = whole[:, : count * self.size].reshape(samples.shape[0], count, self.size)
         if blocks.dtype == np.int16:
             means = self._digitisation.volts(np.asarray(code_means(blocks)))
         else:

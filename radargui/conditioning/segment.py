@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.conditioning.activity import activity, block_size, window_blocks
 from radargui.conditioning.hum import HARMONICS, MAINS_HZ, without_mains
-from radargui.conditioning.noise import block_means
+from radargui.conditioning.noise import activity, block_means, block_size, window_blocks
 from radargui.model.arrays import BoolArray, FloatArray, order_statistics, runs_of
 
 

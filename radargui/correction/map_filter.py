@@ -112,6 +112,11 @@ class MapFilter:
     ----------
     rad_per_m
         Phase over path length, sign included.
+
+    Attributes
+    ----------
+    started
+        Whether the constants are known.
     """
 
     def __init__(self, rad_per_m: float) -> None:
@@ -128,12 +133,7 @@ class MapFilter:
         self._phase_rad: float | None = None
         self._binned_rad: float | None = None
         self._fringes = 0.0
-        self._started = False
-
-    @property
-    def started(self) -> bool:
-        """Whether the constants are known."""
-        return self._started
+        self.started = False
 
     @property
     def gain_ratio(self) -> float:
@@ -158,7 +158,7 @@ class MapFilter:
         self._rest_v, self._noise_v = pair_v, noise_v
         self._zero_rad = self._phase_rad = self._binned_rad = None
         self._fringes = 0.0
-        if self._started:
+        if self.started:
             # the mixer is the same, the sphere and its release are not
             self._covariance += NEW_RUN_FORGETTING * self._map.prior
 
@@ -173,7 +173,7 @@ class MapFilter:
         pair_v
             Volts, shape (2, n_samples).
         """
-        if self._started:
+        if self.started:
             return True
         ellipse = _first_ellipse(pair_v)
         if ellipse is None:
@@ -182,7 +182,7 @@ class MapFilter:
         self._centre_v = np.array([ellipse.i0_v, ellipse.q0_v])
         self._mean[-2:] = ellipse.gain_ratio, ellipse.quadrature_error_rad
         self._state = self._mean.copy()
-        self._started = True
+        self.started = True
         for _ in range(START_ROUNDS):
             self._phase_rad = self._binned_rad = None
             self._covariance = self._map.prior.copy()
@@ -223,7 +223,7 @@ class MapFilter:
 
     def at_rest(self, pair_v: FloatArray) -> FloatArray:
         """Return corrected I and Q of samples at rest, shape (2, n_samples); NaN before the constants are known."""
-        if not self._started:
+        if not self.started:
             return np.full(pair_v.shape, np.nan)
         return self._apply(pair_v, np.zeros(pair_v.shape[1]))[0]
 

@@ -115,17 +115,11 @@ def _along(
         if rough is None:
             return None
         impact_s = rough.meet(impact_s)
-    fitted = flights_between(impact_s)
+    fitted, expected = flights_between(impact_s), NOMINAL_GRAVITY_M_S2 * max(normal[2], 1e-9)
     # a hand, a string or a lost fringe makes kinks as well: only what falls under gravity bounces
-    if fitted is None or not _falls(fitted, normal):
+    if fitted is None or abs(float(fitted.parabolas.g_m_s2) / expected - 1.0) >= TRACKS.largest_g_error:
         return None
     return _Along(normal, heights, fitted, speeds_at_impacts(fitted, fitted.meet(impact_s)))
-
-
-def _falls(fitted: FittedFlights, normal: tuple[float, float, float]) -> bool:
-    """Whether the flights are about under gravity: else what looked like impacts came from elsewhere."""
-    expected = NOMINAL_GRAVITY_M_S2 * max(normal[2], 1e-9)
-    return abs(float(fitted.parabolas.g_m_s2) / expected - 1.0) < TRACKS.largest_g_error
 
 
 def _free_fall(track: Track, segment: Segment, found: _Along) -> FreeFall | None:

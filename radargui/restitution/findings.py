@@ -222,7 +222,7 @@ def findings_of(sessions: Sequence[SeriesSession], model: ModelName | None = Non
         The dependence of e on the speed that the user chose.
     """
     # over all sessions: a drop that was imported into another one is still the same drop
-    counted = series_of([_named(one, run) for one in sessions for run in one.runs])
+    counted = series_of([replace(run.drop, name=f"{one.name}/{run.drop.name}") for one in sessions for run in one.runs])
     found = tuple(_session_findings(one, counted) for one in sessions)
     labels = list(dict.fromkeys(one.label for one in found))
     values = {one.name: _values(session, one) for session, one in zip(sessions, found, strict=True)}
@@ -253,10 +253,6 @@ def findings_of(sessions: Sequence[SeriesSession], model: ModelName | None = Non
 def sample_label(sample: str, target: str) -> str:
     """Return what fell on what, in one line."""
     return " on ".join(" ".join(part.split()) for part in (sample, target) if part.strip())
-
-
-def _named(session: SeriesSession, run: SeriesRun) -> Drop:
-    return replace(run.drop, name=f"{session.name}/{run.drop.name}")
 
 
 def _session_findings(session: SeriesSession, counted: Series) -> SessionFindings:

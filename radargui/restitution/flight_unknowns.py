@@ -105,25 +105,12 @@ def impact_rows(results: FloatArray) -> FloatArray:
     return results[2:].reshape(-1, 7, *results.shape[1:])
 
 
-@dataclass(frozen=True, slots=True)
-class _Flight:
-    """A flight seen from where it starts.
+def _fly(own: FloatArray, share: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the flights of (g, k, apex time, vx, vy, start, end), shape (7, ...), seen from where they start.
 
-    Attributes
-    ----------
-    path_m
-        At the flight's points in time, the start first, the end last, shape (..., n, 3).
-    start_m_s, end_m_s
-        Velocities, shape (..., 3).
+    Their paths at shares of their time (n,), the start first, the end last, shape (..., n, 3), and the velocities at
+    start and end, shape (..., 3).
     """
-
-    path_m: FloatArray
-    start_m_s: FloatArray
-    end_m_s: FloatArray
-
-
-def _fly(own: FloatArray, share: FloatArray) -> _Flight:
-    """Return the flights of (g, k, apex time, vx, vy, start, end), shape (7, ...), at shares of their time, (n,)."""
     # method 5, Flights: below the apex by a series in g k D^2, sideways by the path travelled
     g, k, apex, vx, vy, first, last = own[..., None]
     time = first + (last - first) * share
@@ -132,7 +119,7 @@ def _fly(own: FloatArray, share: FloatArray) -> _Flight:
     moved = drift_time(time - first, height, k)
     # sideways speed dies with the path: dv/ds = -k v, the path of a steep flight being |dz|
     slowing = np.exp(-k * np.abs(np.diff(height)).sum(axis=-1, keepdims=True))
-    return _Flight(
+    return (
         np.stack([vx * moved, vy * moved, height], axis=-1),
         np.concatenate([vx, vy, speed_below_apex(first - apex, g, k)], axis=-1),
         np.concatenate([vx * slowing, vy * slowing, speed_below_apex(last - apex, g, k)], axis=-1),
@@ -193,16 +180,16 @@ class FlightUnknowns:
         impacts[:, 0] = q[layout.breaks][: len(impacts)]
         start = self._first_start(q)
         for number, (share, solve) in enumerate(self.collocation):
-            flight = _fly(self._own(q, number), share)
+            path, start_m_s, end_m_s = _fly(self._own(q, number), share)
             rows, part = self._rows(number)
             # collocation: the spline that goes through the flight at as many points as it has coefficients
-            coefficients[rows] = (solve @ (flight.path_m + start) - self.information.free.release_m)[part]
+            coefficients[rows] = (solve @ (path + start) - self.information.free.release_m)[part]
             # neighbours meet at the impact by construction, so that its time follows from both
-            start = start + flight.path_m[-1]
+            start = start + path[-1]
             if number > 0:
-                impacts[number - 1, 4:] = flight.start_m_s
+                impacts[number - 1, 4:] = start_m_s
             if number < len(impacts):
-                impacts[number, 1:4] = flight.end_m_s
+                impacts[number, 1:4] = end_m_s
         return FlightMotion(np.concatenate([coefficients[1:].ravel(), q[layout.breaks]]), out)
 
     def slopes(self, q: FloatArray) -> FlightMotion:
@@ -220,11 +207,10 @@ class FlightUnknowns:
         for number, (share, solve) in enumerate(self.collocation):
             places = layout.of_flight(number)
             shifts = np.stack([np.diag(step), -np.diag(step)], axis=1)
-            moved = _fly(self._own(q, number)[:, None, None] + shifts, share)
             known = places >= 0
             path, after, before = (
                 ((value[0] - value[1]) / (2.0 * step.reshape(-1, *(1,) * (value.ndim - 2))))[known]
-                for value in (moved.path_m, moved.start_m_s, moved.end_m_s)
+                for value in _fly(self._own(q, number)[:, None, None] + shifts, share)
             )
             rows, part = self._rows(number)
             coefficients[rows] = start

@@ -158,19 +158,18 @@ def impact_velocities(
     white
         Whether residuals count as white: their correlation is most of the work, and about the same at all impacts.
     """
-    sides = impact_sides(time_s, impact_s)
+    side, impact, samples = impact_sides(time_s, impact_s)
     velocity, variance = np.full((2, impact_s.size, 3), np.nan), np.full((2, impact_s.size), np.nan)
-    samples = sides.samples
     straight = samples.of(position_m)
-    d = samples.away_s + samples.spread(samples.origin_s - impact_s[sides.impact])
+    d = samples.away_s + samples.spread(samples.origin_s - impact_s[impact])
     straight[2] += 0.5 * NOMINAL_GRAVITY_M_S2 * d * d
     level, slope = samples.lines(straight)
-    velocity[sides.side, sides.impact] = slope.T
+    velocity[side, impact] = slope.T
     off = straight[:2] - samples.spread(level[:2]) - samples.spread(slope[:2]) * samples.away_s
     square = samples.sums(off**2) / (samples.count - 2)
     if not white:
         square *= samples.correlation_lengths(off)
-    variance[sides.side, sides.impact] = square.mean(axis=0) / samples.sums(samples.away_s**2)
+    variance[side, impact] = square.mean(axis=0) / samples.sums(samples.away_s**2)
     return ImpactVelocities(velocity[0], velocity[1], np.sqrt(variance.sum(axis=0)))
 
 
@@ -184,27 +183,13 @@ def velocities_of_track(track: Track, segment: Segment, impact_s: FloatArray) ->
     return impact_velocities(time, position, impact_s)
 
 
-@dataclass(frozen=True, slots=True)
-class ImpactSides:
-    """Samples before and after impacts, where they are enough for a line.
+def impact_sides(time_s: FloatArray, impact_s: FloatArray) -> tuple[IntArray, IntArray, Stretches]:
+    """Return the samples of a curve at times (n,) on both sides of impacts (n_impacts,), where they bear a line.
 
-    Attributes
-    ----------
-    impact, side
-        Number of the impact and 0 before it, 1 after, shapes (n_sides,).
-    samples
-        The samples of each.
+    Side (0 before, 1 after) and number of the impact, shapes (n_sides,), and the samples of each.
     """
-
-    impact: IntArray
-    side: IntArray
-    samples: Stretches
-
-
-def impact_sides(time_s: FloatArray, impact_s: FloatArray) -> ImpactSides:
-    """Return the samples of a curve at times (n,) on both sides of impacts (n_impacts,)."""
     near, far = TRACKS.clearance_s, TRACKS.side_s
     begin = np.searchsorted(time_s, np.stack([impact_s - far, impact_s + near]))
     end = np.searchsorted(time_s, np.stack([impact_s - near, impact_s + far]))
     side, impact = np.nonzero(end - begin >= TRACKS.least_side_samples)
-    return ImpactSides(impact, side, Stretches.between(time_s, begin[side, impact], end[side, impact]))
+    return side, impact, Stretches.between(time_s, begin[side, impact], end[side, impact])

@@ -132,10 +132,9 @@ def _normal_changes(
 
 def _speed_changes(time_s: FloatArray, shift_m: FloatArray, impact_s: FloatArray) -> FloatArray:
     """Return the changes of the velocities before and after impacts, shape (2, n_shifts, n_impacts, 3)."""
-    sides = impact_sides(time_s, impact_s)
+    side, impact, samples = impact_sides(time_s, impact_s)
     out = np.zeros((2, impact_s.size, *shift_m.shape[:2]))
-    slopes = sides.samples.lines(sides.samples.of(shift_m))[1]
-    out[sides.side, sides.impact] = slopes.transpose(2, 0, 1)
+    out[side, impact] = samples.lines(samples.of(shift_m))[1].transpose(2, 0, 1)
     return np.asarray(out.transpose(0, 2, 1, 3))
 
 

@@ -10,6 +10,7 @@ from support.room_with_wall import RELEASE, UP, room_with_wall, true_wall
 
 from radargui.calibration import calibrate as calibrating
 from radargui.calibration.calibrate import Beginning, begun_again
+from radargui.calibration.fit import unfitted
 from radargui.calibration.likelihood import PathLikelihood
 from radargui.calibration.preparing import sample_problem
 from radargui.calibration.settling import approach
@@ -27,7 +28,7 @@ def test_a_fall_that_went_astray_comes_back(monkeypatch: pytest.MonkeyPatch) -> 
     setup, unknowns, world, ready = room.setup, room.unknowns, room.world, room.ready
     held = np.array([bool(one.key) for one in unknowns])
     paths = PathLikelihood(ready.measured, ready.motion, setup.radar.wavelength_m)
-    rough = fit_paths(world, [paths], held)
+    rough = fit_paths(unfitted(world, [paths], held), [paths])
     n_own = len(ready.motion.own)
     values = [one.value + one.u * z for one, z in zip(ready.motion.own, rough.own[0][:n_own], strict=True)]
     begun = sample_problem(ready, setup, world.values(rough.z), np.array(values))

@@ -79,7 +79,7 @@ def amplitude_slopes(
     angle, unknown = theta[polarisation_places(problem.layout)], problem.layout.plane_unknowns(theta)
 
     def received(place: FloatArray, antennas: Antennas, n_planes: int = len(problem.inputs.planes)) -> ComplexArray:
-        # the direct way's range for all: what a mirrored one is longer by counts in its reflection (`log_ways`)
+        # the direct way's range for all: by how much a mirrored one is longer `log_ways` knows
         near = range_factor(place, antennas, rest_m)[:, None, None]
         if problem.sphere is None:
             return np.asarray(near * np.ones((1, 1 + n_planes, 1 + n_planes, 1), complex))

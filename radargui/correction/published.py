@@ -109,10 +109,7 @@ def correct_published(
     for _ in range(blurred):
         turning[1:-1] = turning[:-2] | turning[1:-1] | turning[2:]
     steps = tuple(_correct_channel(smoothed[k], moving, turning).laid_out(near.start, n_samples) for k in (0, 1))
-    corrected = np.empty(pair_v.shape)
-    for row, channel, step in zip(corrected, pair_v, steps, strict=True):
-        np.subtract(channel, step.bias, out=row)
-        row /= step.scale
+    corrected = np.stack([(channel - step.bias) / step.scale for channel, step in zip(pair_v, steps, strict=True)])
     return corrected, PublishedSteps(*steps)
 
 

@@ -78,22 +78,21 @@ def amplitude_slopes(
     rest_m, antennas = problem.inputs.release_m, problem.inputs.antennas
     angle, unknown = theta[polarisation_places(problem.layout)], problem.layout.plane_unknowns(theta)
 
-    def scattered(place: FloatArray, antennas: Antennas, n_planes: int) -> ComplexArray:
+    def received(place: FloatArray, antennas: Antennas, n_planes: int = len(problem.inputs.planes)) -> ComplexArray:
+        # the direct way's range for all: by how much a mirrored one is longer `log_ways` knows
+        near = range_factor(place, antennas, rest_m)[:, None, None]
         if problem.sphere is None:
-            return np.ones((antennas.n_receivers, 1 + n_planes, 1 + n_planes, 1), complex)
+            return np.asarray(near * np.ones((1, 1 + n_planes, 1 + n_planes, 1), complex))
+        # an antenna that moves takes along the axes between which its angle counts
         body: PolarisedSphere = replace(problem.sphere, received=axes_of(antennas))
         basis = body.basis(place, antennas, problem.inputs.planes[:n_planes], unknown[:n_planes])
-        return signals_of(basis, float(angle[0]), angle[1:])
-
-    def received(place: FloatArray, antennas: Antennas) -> ComplexArray:
-        near = range_factor(place, antennas, rest_m)[:, None, None]
-        return np.asarray(near * scattered(place, antennas, len(problem.inputs.planes)))
+        return near * signals_of(basis, float(angle[0]), angle[1:])
 
     def resting(rest: FloatArray, antennas: Antennas) -> ComplexArray:
-        return np.asarray(
-            scattered(rest[:, None], antennas, 0) * range_factor(rest[:, None], antennas, rest_m)[:, None, None]
-        )
+        # all is told against the direct wave at rest: what mirrors add there is the reflections' own phase
+        return received(rest[:, None], antennas, 0)
 
+    # within a sixth of a fringe no direction changes by more than 1e-4
     some, all_bins = some_bins(place_m.shape[1])
     place_m = place_m[:, some]
     here, at_rest = received(place_m, antennas), resting(rest_m, antennas)
@@ -104,6 +103,7 @@ def amplitude_slopes(
     by_unknown = {}
     for numbers in _together(world):
         ahead = np.zeros_like(z)
+        # receivers move each its own rows: one step for the tilts of all
         ahead[list(numbers.values())] = STEP
         there = world.antennas(z + ahead)
         moved = slope(received(place_m, there) * (at_rest / resting(rest_m, there)), STEP)
@@ -115,6 +115,7 @@ def amplitude_slopes(
                 by_unknown[number][receiver] = moved[receiver]
     steps = PLACE_STEP_M * np.eye(3)
     by_place = [slope(received(place_m + one[:, None], antennas), PLACE_STEP_M) for one in steps]
+    # the place at rest is in the divisor alone: its slope needs the field there and nowhere else
     straight = all_bins(here / here[:, :1, :1])
     by_rest = [straight * (at_rest / resting(rest_m + one, antennas) - 1.0) / PLACE_STEP_M for one in steps]
     return AmplitudeSlopes(by_unknown, tuple(by_place), tuple(by_rest))
@@ -132,17 +133,13 @@ def some_bins(n_bins: int) -> tuple[IntArray, Callable[[ComplexArray], ComplexAr
 
 def _together(world: World) -> list[dict[int | None, int]]:
     """Return the unknowns of the antennas' places by receiver, those together that move different ones; None: all."""
-    out: list[dict[int | None, int]] = []
-    of_receivers: dict[str, dict[int | None, int]] = {}
+    out: dict[str, dict[int | None, int]] = {}
     for number, one in enumerate(world.unknowns):
         place, _, name = one.key.partition(".")
-        if one.group == "polarization" or not one.key:
-            continue
-        if place.startswith("receiver"):
-            of_receivers.setdefault(name, {})[int(place[9:-1]) - 1] = number
-        else:
-            out.append({None: number})
-    return [*out, *of_receivers.values()]
+        if one.key and one.group != "polarization":
+            receiver = int(place[9:-1]) - 1 if place.startswith("receiver") else None
+            out.setdefault(one.key if receiver is None else name, {})[receiver] = number
+    return list(out.values())
 
 
 def axes_of(antennas: Antennas) -> FloatArray:

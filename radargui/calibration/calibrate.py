@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -9,22 +10,18 @@ import numpy as np
 from scipy.special import gammainccinv
 
 from radargui import __version__
-from radargui.calibration.beginning_again import Beginning, begun_again, begun_with
-from radargui.calibration.fit import FEW, LEAST_BESIDE_WALLS, Fit, fit
-from radargui.calibration.likelihood import Likelihood, PathLikelihood
+from radargui.calibration.fit import FEW, LEAST_BESIDE_WALLS, Fit, fit, unfitted
+from radargui.calibration.likelihood import Likelihood, PathLikelihood, own_values
 from radargui.calibration.preparing import Prepared, sample_problem
 from radargui.calibration.rough_fit import RELEASE, KnownRecording, UnfitFallError, refuse_above, rough_fit
-from radargui.calibration.settling import approach, settled_at_last
+from radargui.calibration.settling import Settled, approach, settled_at_last
 from radargui.calibration.shares import Progress, Shares, working
 from radargui.calibration.signal_likelihood import SignalLikelihood
-from radargui.calibration.unknowns import (
-    POLARISATION,
-    USUAL,
-    setup_with,
-)
+from radargui.calibration.unknowns import USUAL, setup_with
 from radargui.calibration.verdict import (
     FAR,
     LEFT_M,
+    LOOSE,
     are_far,
     fit_paths,
     left_out,
@@ -32,10 +29,10 @@ from radargui.calibration.verdict import (
     undecidable,
     untold,
 )
-from radargui.calibration.wall_search import n_mirrors, some_of, with_walls
+from radargui.calibration.wall_search import n_mirrors, planes_of, some_of, with_walls
 from radargui.model.arrays import FloatArray
 from radargui.model.calibration import Calibration, Origin, Residual
-from radargui.model.errors import ProcessingError
+from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.setup import Setup
 
 CONTRADICTION = 3.0
@@ -48,6 +45,10 @@ with all values inside 2u."""
 MOST_UNFIT = 1.0 / 3.0
 """Share of the recordings that are left out because they are no falls, pushed ones, or such in which a receiver loses
 fringes: in one of 101 rooms one did in all drops from one place of three, where its echo is as weak as the floor's."""
+
+
+Made = tuple[str, str]
+"""When a calibration was made, and by whom."""
 
 
 @dataclass(frozen=True)
@@ -103,10 +104,11 @@ def calibrate(
         may be unfit: these are left out, which the calibration's notes say.
     """
     shares, given, unfit = Shares(progress, len(recordings)), list(recordings), list[UnfitFallError]()
-    with working(min(workers, len(recordings)), shares.look):
+    # more processes than recordings would find nothing to do
+    with working(min(workers, len(recordings)), shares):
         while True:
             try:
-                found = _calibrated(given, setup, groups, shares, (made_at, operator))
+                found = _calibrated(given, setup, groups, (made_at, operator))
                 break
             except UnfitFallError as error:
                 unfit.append(error)
@@ -119,25 +121,23 @@ def calibrate(
     return replace(found, calibration=replace(found.calibration, notes=found.calibration.notes + left_out))
 
 
-def _calibrated(
-    recordings: Sequence[KnownRecording], setup: Setup, groups: Sequence[str], shares: Shares, origin: tuple[str, str]
-) -> Calibrated:
-    found_roughly = rough_fit(recordings, setup, groups, shares)
+def _calibrated(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequence[str], origin: Made) -> Calibrated:
+    found_roughly = rough_fit(recordings, setup, groups)
     rough, by_paths, prepared = found_roughly.found, found_roughly.by_paths, found_roughly.prepared
-    world, held, setup = rough.world, rough.held, rough.world.setup
-    before = fit_paths(world, by_paths, np.array([bool(one.key) for one in world.unknowns]), shares.round_done)
-    likelihoods, own = _sharpened(rough, by_paths, prepared, setup)
+    world, setup = rough.world, rough.world.setup
+    # antennas as the setup has them: what this leaves stands in the file as before
+    before = fit_paths(unfitted(world, by_paths, np.array([bool(one.key) for one in world.unknowns])), by_paths)
+    likelihoods, own = _sharpened(rough, by_paths, prepared)
     normal, few = np.asarray(setup.floor.normal), some_of(likelihoods)
-    bare = approach(world, [likelihoods[n] for n in few], rough, [own[n] for n in few], shares.round_done)
-    n_bare, settled = n_mirrors(bare), with_walls(bare, normal, shares.round_done)
+    bare = approach(rough, [likelihoods[n] for n in few], [own[n] for n in few])
+    n_bare, settled = n_mirrors(bare), with_walls(bare, normal)
     beginning = Beginning(rough, by_paths, tuple(likelihoods), tuple(own))
+    # where the walls are a few recordings say as well as all, in a fraction of the time
     if len(few) < len(likelihoods):
-        settled = begun_with(beginning, settled, n_bare, normal, shares.round_done)
-    settled = begun_again(beginning, settled, n_bare, normal, shares.round_done)
-    settled = settled_at_last(settled, shares.round_done)
-    found = fit(
-        world, settled.likelihoods, held=held, start=settled.found, own=settled.found.own, round_done=shares.round_done
-    )
+        settled = begun_with(beginning, settled, n_bare, normal)
+    settled = settled_at_last(begun_again(beginning, settled, n_bare, normal))
+    found = fit(settled.found, settled.likelihoods)
+    # a wall's reflection is described less well than noise: u must say so
     if n_mirrors(settled) > n_bare:
         found = replace(found, least=LEAST_BESIDE_WALLS)
     if not np.isfinite(found.information()[0]).all():
@@ -146,8 +146,9 @@ def _calibrated(
             reasons=("a wall or another body bends the paths", "one recording alone tells too little"),
             remedy="Give more recordings, from other places.",
         )
+    # with all mismatch fitted half a millimetre is left by no motion that was as stated
     refuse_above(LEFT_M, found, recordings)
-    calibration = _calibration(found, before, settled.likelihoods, recordings, *origin)
+    calibration = _calibration(found, before, settled.likelihoods, recordings, origin)
     lost = tuple(
         f"{recordings[number].name}: receiver {receiver + 1} lost a fringe near {time_s:.3f} s, put right"
         for number, receiver, time_s in found_roughly.slips
@@ -158,45 +159,37 @@ def _calibrated(
 
 
 def _sharpened(
-    rough: Fit, by_paths: Sequence[PathLikelihood], prepared: Sequence[Prepared], setup: Setup
+    rough: Fit, by_paths: Sequence[PathLikelihood], prepared: Sequence[Prepared]
 ) -> tuple[list[Likelihood], list[FloatArray]]:
     """Return the likelihoods by samples where there is a rest, else by paths of honest weight, and starts."""
     values = rough.world.values(rough.z)
-    better = setup_with(setup, rough.world.unknowns, values)
-    out: list[Likelihood] = []
-    starts = []
+    better = setup_with(rough.world.setup, rough.world.unknowns, values)
+    out, starts = list[Likelihood](), list[FloatArray]()
     for path, ready, state, local in zip(by_paths, prepared, rough.own, rough.locals_, strict=True):
-        unknowns = ready.motion.own
-        shift = state[: len(unknowns)]
-        own = np.array([one.value + one.u * float(z) for one, z in zip(unknowns, shift, strict=True)])
-        begun = None if path.is_plane else sample_problem(ready, better, values, own)
+        begun = None if path.is_plane else sample_problem(ready, better, values, own_values(ready.motion, state))
         if begun is None:
             # neighbours share their error: one value counts for a quarter of a fringe
-            turns = float(
-                np.nanmax(np.nanmax(path.measured.change_m, axis=1) - np.nanmin(path.measured.change_m, axis=1))
-            )
-            crowd = max(1.0, path.measured.time_s.size / (4.0 * max(turns / path.wavelength_m, 1.0)))
+            change = path.measured.change_m
+            turns = float((np.nanmax(change, axis=1) - np.nanmin(change, axis=1)).max()) / path.wavelength_m
+            crowd = max(1.0, path.measured.time_s.size / (4.0 * max(turns, 1.0)))
             u_m = float(max(rms_m(local.residual_m).max(), 1e-5) * np.sqrt(crowd))
             out.append(replace(path, measured=replace(path.measured, u_m=u_m)))
-            starts.append(state)
-            continue
-        out.append(SignalLikelihood(begun.problem, begun.state.theta, ready.motion))
-        starts.append(np.concatenate([shift, np.zeros(begun.state.theta.size)]))
+        else:
+            out.append(SignalLikelihood(begun.problem, begun.state.theta, ready.motion))
+            state = np.concatenate([state[: len(ready.motion.own)], np.zeros(begun.state.theta.size)])
+        starts.append(state)
     return out, starts
 
 
 def _calibration(
-    found: Fit,
-    before: Fit,
-    likelihoods: Sequence[Likelihood],
-    recordings: Sequence[KnownRecording],
-    made_at: str,
-    operator: str,
+    found: Fit, before: Fit, likelihoods: Sequence[Likelihood], recordings: Sequence[KnownRecording], origin: Made
 ) -> Calibration:
     unknowns = found.world.unknowns
+    # gravity, drag and floor belong to these recordings: marginalised, they stay out of the file
     kept = [n for n, one in enumerate(unknowns) if not found.held[n] and (one.key or one.name.startswith(RELEASE))]
     u = np.array([unknowns[n].u for n in kept])
     mean = np.array([unknowns[n].value for n in kept])
+    # unknowns are in prior deviations, the file in degrees and metres
     covariance = np.outer(u, u) * found.covariance()[np.ix_(kept, kept)]
     words, condition_number = untold(found)
     shrunk = np.sqrt(np.diag(covariance)) / u
@@ -205,13 +198,12 @@ def _calibration(
     if words:
         verdict = "usable"
         reason = f"what the recordings cannot tell keeps the setup's uncertainty: {'; '.join(words)}"
+    # at 0.7 of its u half of what is known of a value comes from the recordings
     if not (shrunk[antennas] < 0.7).any():
-        verdict, reason = (
-            "refused",
-            (
-                "the path is too short or too simple to tell any antenna better than the setup does (condition number "
-                f"{condition_number:.3g})"
-            ),
+        verdict = "refused"
+        reason = (
+            "the path is too short or too simple to tell any antenna better than the setup does (condition number "
+            f"{condition_number:.3g})"
         )
     if found.birge() > most_birge(found):
         verdict = "refused"
@@ -237,7 +229,7 @@ def _calibration(
     notes = (f"condition number {condition_number:.3g}", f"u widened by {found.birge():.2f} (Birge ratio)")
     return Calibration(
         names, mean, mean + u * found.z[kept], u, covariance, words, tuple(residuals), verdict, reason,
-        Origin(made_at, operator, __version__, files, known), notes,
+        Origin(*origin, __version__, files, known), notes,
     )  # fmt: skip
 
 
@@ -256,22 +248,103 @@ def calibrated_setup(setup: Setup, found: Fit, calibration: Calibration) -> Setu
     if calibration.verdict == "refused":
         return setup
     values = dict(zip(calibration.names, calibration.values.tolist(), strict=True))
-    u = dict(zip(calibration.names, np.sqrt(np.diag(calibration.covariance)).tolist(), strict=True))
-    setup = setup_with(setup, found.world.unknowns, values)
-    sender = setup.transmitter
-    apart = [u[name] for name in u if name.startswith(("transmitter.distance", "transmitter.position"))]
-    if apart:
-        sender = sender.model_copy(update={"u_distance_m": max(apart)})
-    if f"transmitter.{POLARISATION}" in u:
-        sender = sender.model_copy(update={f"u_{POLARISATION}": u[f"transmitter.{POLARISATION}"]})
-    receivers = []
-    for n, one in enumerate(setup.receiver, 1):
-        own = {f"u_{key}": u[f"receiver.{n}.{key}"] for key in ("tilt_deg", "azimuth_deg", "distance_m", POLARISATION)
-               if f"receiver.{n}.{key}" in u}  # fmt: skip
-        receivers.append(one.model_copy(update=own))
-    tracer = setup.tracer
-    if f"{RELEASE}.x" in values:
-        place = tuple(values[f"{RELEASE}.{axis}"] for axis in "xyz")
-        u_place = max(u[f"{RELEASE}.{axis}"] for axis in "xyz")
-        tracer = tracer.model_copy(update={"release_position_m": place, "u_release_m": u_place})
-    return setup.model_copy(update={"transmitter": sender, "receiver": tuple(receivers), "tracer": tracer})
+    # by what they belong to: "receiver.1" has u_tilt_deg, a place in coordinates u_x, u_y, u_z
+    u: dict[str, dict[str, float]] = defaultdict(dict)
+    for name, own in zip(calibration.names, np.sqrt(np.diag(calibration.covariance)).tolist(), strict=True):
+        place, _, key = name.rpartition(".")
+        u[place][f"u_{key}"] = own
+    setup, sender = setup_with(setup, found.world.unknowns, values), u["transmitter"]
+    # a setup has one u for all coordinates of a place: the largest promises nothing that one of them does not hold
+    if coordinates := u["transmitter.position_m"]:
+        sender["u_distance_m"] = max(coordinates.values())
+    receivers = tuple(one.model_copy(update=u[f"receiver.{n}"]) for n, one in enumerate(setup.receiver, 1))
+    changed = {"transmitter": setup.transmitter.model_copy(update=sender), "receiver": receivers}
+    if release := u[RELEASE]:
+        at = tuple(values[f"{RELEASE}.{axis}"] for axis in "xyz")
+        tracer = {"release_position_m": at, "u_release_m": max(release.values())}
+        changed["tracer"] = setup.tracer.model_copy(update=tracer)
+    return setup.model_copy(update=changed)
+
+
+MOST_TIMES, GAINED = 2, 10.0
+"""How often it begins again, and the gain in ln E with which it does so once more."""
+DISAGREEING = 1.5
+"""Birge ratio from which it begins again: recordings that agree have not gone astray."""
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """What the samples began with.
+
+    Attributes
+    ----------
+    rough
+        The fit by paths.
+    by_paths
+        Its likelihoods.
+    likelihoods, own
+        By samples, as first guessed, and the recordings' own unknowns there.
+    """
+
+    rough: Fit
+    by_paths: tuple[PathLikelihood, ...]
+    likelihoods: tuple[Likelihood, ...]
+    own: tuple[FloatArray, ...]
+
+
+def begun_again(beginning: Beginning, settled: Settled, n_bare: int, normal: FloatArray) -> Settled:
+    """Return the better of a fit and those that begin with its antennas and walls, and nothing else of it.
+
+    Paths were up to 2 mm, samples tenths of the signal off while a wall was missing: a fall that had gone 5 mm from its
+    place for that stayed there when the wall was found, its floor turned round (laboratory 5331200, 300 in ln E).
+
+    Parameters
+    ----------
+    beginning
+        What it began with.
+    settled
+        The fit so far.
+    n_bare
+        Mirrors that it began with.
+    normal
+        Upward normal of the floor, shape (3,).
+    """
+    best = settled
+    for _ in range(MOST_TIMES):
+        # paths alone have no mirrors, and nothing to go astray in
+        if n_mirrors(best) == 0 or best.found.birge() < DISAGREEING:
+            break
+        try:
+            again = begun_with(beginning, best, n_bare, normal)
+        except (ProcessingError, SolveError):
+            break
+        gained = again.log_evidence - best.log_evidence
+        best = again if gained > 0.0 else best
+        if gained < GAINED:
+            break
+    return best
+
+
+def begun_with(beginning: Beginning, settled: Settled, n_bare: int, normal: FloatArray) -> Settled:
+    """Return all recordings' fit, begun with the antennas and walls of another, maybe of a few; parameters as above.
+
+    Raises
+    ------
+    ProcessingError, SolveError
+        There is no solution.
+    """
+    found, rough, walls = settled.found, beginning.rough, planes_of(settled, n_bare, normal)
+    antennas = np.array([bool(one.key) for one in found.world.unknowns])
+    # places and motions by paths, only as sharply as what bends these lets them say
+    start = unfitted(found.world, beginning.by_paths, rough.held | antennas, np.where(antennas, found.z, 0.0))
+    motions = fit_paths(start, beginning.by_paths, LOOSE[:2])
+    likelihoods, states = list[Likelihood](), []
+    for one, own, state in zip(beginning.likelihoods, beginning.own, motions.own, strict=True):
+        if isinstance(one, SignalLikelihood):
+            # of a fit by paths only the motion is the same thing: what follows there is a receiver's slow errors
+            state = np.concatenate([state[: one.n_motion], own[one.n_motion :]])
+        if walls:
+            one, state = one.with_mirrors(walls, state)
+        likelihoods.append(one)
+        states.append(state)
+    return approach(replace(motions, held=rough.held), likelihoods, states)

@@ -50,11 +50,10 @@ class Falls:
         """Unknowns of this recording alone."""
         out = [Unknown("onset_s", self.onset_s, U_ONSET_S)]
         out += [Unknown(f"start.{axis}_m_s", 0.0, U_START_M_S) for axis in "xyz"]
-        for n, (time, velocity) in enumerate(zip(self.impact_s, self.after_m_s, strict=True), 1):
-            out.append(Unknown(f"impact.{n}_s", float(time), U_IMPACT_S))
+        for n, (time, *velocity) in enumerate(np.column_stack([self.impact_s, self.after_m_s]).tolist(), 1):
+            out.append(Unknown(f"impact.{n}_s", time, U_IMPACT_S))
             out += [
-                Unknown(f"after.{n}.{axis}_m_s", float(v), U_VELOCITY_M_S)
-                for axis, v in zip("xyz", velocity, strict=True)
+                Unknown(f"after.{n}.{axis}_m_s", v, U_VELOCITY_M_S) for axis, v in zip("xyz", velocity, strict=True)
             ]
         return tuple(out)
 
@@ -67,6 +66,7 @@ class Falls:
 
     def known(self, time_s: FloatArray) -> BoolArray:
         """Return whether the motion is known at times, shape (n,), as first guessed."""
+        # by first guesses: which samples count must not change from step to step of the fit
         known = (time_s < self.onset_s - U_ONSET_S) | (time_s > self.onset_s + RELEASE_S)
         for impact in self.impact_s:
             known &= np.abs(time_s - impact) > MARGIN_S
@@ -96,6 +96,7 @@ class Falls:
         place = np.stack([of(f"{self.place}.{axis}") for axis in "xyz"], axis=1)
         begin_s = np.concatenate([own[:, :1], own[:, 4::4]], axis=1)
         duration_s = np.diff(begin_s, axis=1, append=self.end_s + 0.01)
+        # two small leanings: the direction's length is one but for their fourth powers
         lean = np.radians([of(named.GRAVITY_X), of(named.GRAVITY_Y)])
         down = np.array([*np.sin(lean), -np.cos(np.hypot(*lean))]).T * of(named.GRAVITY)[:, None]
         # onset, velocity, impact, velocity, impact, ...

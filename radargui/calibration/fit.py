@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 
-from radargui.calibration.likelihood import Begun, Likelihood, Local, World
-from radargui.calibration.shares import crew
+from radargui.calibration.likelihood import Likelihood, Local, World
+from radargui.calibration.shares import Crew, crew
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError
 
@@ -78,6 +80,7 @@ class Fit:
             square += float(slope @ inverse @ slope)
             expected += float(np.trace(inverse @ normal))
         total = self.information()[0]
+        # the common values were fitted to all of them: what these followed is no difference
         expected -= float(np.trace(np.linalg.solve(total + one, total)))
         return square, expected
 
@@ -88,42 +91,40 @@ class Fit:
         What is held at a value with a prior deviation of one shifts the others by -H_ff^-1 H_fh (Schmidt's consider
         parameters).
         """
-        normal = self.information()[0] + np.eye(self.z.size)
-        free, out = ~self.held, np.zeros_like(normal)
         # wider data: I / B^2 + 1
-        normal = (normal - np.eye(self.z.size)) / self.birge() ** 2 + np.eye(self.z.size)
+        normal = self.information()[0] / self.birge() ** 2 + np.eye(self.z.size)
+        free, out = ~self.held, np.zeros_like(normal)
         inverse = np.linalg.inv(normal[np.ix_(free, free)])
         follows = inverse @ normal[np.ix_(free, ~free)]
         out[np.ix_(free, free)] = inverse + follows @ follows.T
         return out
 
 
+def unfitted(
+    world: World, likelihoods: Sequence[Likelihood], held: BoolArray | None = None, z: FloatArray | None = None
+) -> Fit:
+    """Return what a fit begins with: shared unknowns where the setup has them, or at z, the others at first guesses.
+
+    `held` ones, shape (n,), stay where they are.
+    """
+    nothing = np.zeros(len(world.unknowns))
+    held = nothing.astype(bool) if held is None else held
+    return Fit(world, nothing if z is None else z, tuple(one.start for one in likelihoods), (), held)
+
+
 def fit(
-    world: World,
-    likelihoods: Sequence[Likelihood],
-    *,
-    held: BoolArray | None = None,
-    start: Fit | None = None,
-    own: Sequence[FloatArray] | None = None,
-    round_done: Callable[[], None] = lambda: None,
-    steps: int = MOST_STEPS,
+    start: Fit, likelihoods: Sequence[Likelihood], own: Sequence[FloatArray] | None = None, steps: int = MOST_STEPS
 ) -> Fit:
     """Find the maximum of the posterior.
 
     Parameters
     ----------
-    world
-        The shared unknowns.
+    start
+        Shared unknowns to begin with, and which of them are held.
     likelihoods
         One a recording.
-    held
-        Which shared unknowns stay at their prior mean, shape (n,).
-    start
-        Shared unknowns to begin with.
     own
-        The recordings' own to begin with; their first guess where left out.
-    round_done
-        Called after each step; what it raises ends the work.
+        The recordings' own to begin with; those of `start` where left out.
     steps
         At most.
 
@@ -132,29 +133,20 @@ def fit(
     ProcessingError
         The equations have no solution.
     """
-    held = np.zeros(len(world.unknowns), dtype=bool) if held is None else held
-    z = np.zeros(len(world.unknowns)) if start is None else start.z
-    state = [one.start for one in likelihoods] if own is None else list(own)
-    team = _Team(world, likelihoods)
-    team.begin(z, state)
-    now = Fit(world, z, tuple(state), team.locals_(), held)
-    damping = FIRST_DAMPING
+    state, team = tuple(start.own if own is None else own), _Team(start.world, likelihoods)
+    team.begin(start.z, state)
+    now, damping = replace(start, own=state, locals_=team.locals_()), FIRST_DAMPING
     for _ in range(steps):
-        round_done()
-        better, gain = None, 0.0
+        crew().shares.round_done()
+        better = None
         while better is None and damping <= MOST_DAMPING:
-            try:
-                tried = _step(now, team, damping)
-            except (np.linalg.LinAlgError, SolveError):
-                tried = None
-            if tried is not None:
-                better, gain = tried, now.cost - tried.cost
-                damping = max(damping / DOWN, 1e-9)
-            else:
-                damping *= UP
+            # a step out of all sense is none: a shorter one may be one
+            with suppress(np.linalg.LinAlgError, SolveError):
+                better = _step(now, team, damping)
+            damping = damping * UP if better is None else max(damping / DOWN, 1e-9)
         if better is None:
             break
-        now = better
+        gain, now = now.cost - better.cost, better
         if gain < CLOSE:
             break
     if not np.isfinite(now.cost):
@@ -162,57 +154,40 @@ def fit(
     return now
 
 
-class _Part:
-    """Some of the recordings, at the last state that was asked for."""
-
-    def __init__(self, world: World, likelihoods: Sequence[Likelihood]) -> None:
-        self._world, self._likelihoods = world, likelihoods
-        self._begun: list[Begun] = []
-
-    def begin(self, z: FloatArray, own: Sequence[FloatArray]) -> list[float]:
-        """Return their costs at a state."""
-        self._begun = [one.begun(self._world, z, state) for one, state in zip(self._likelihoods, own, strict=True)]
-        return [one.cost for one in self._begun]
-
-    def locals_(self) -> list[Local]:
-        """Return all that is known there, which takes longer."""
-        return [one.local() for one in self._begun]
-
-
-_KEPT: list[_Part] = []
-"""What another process has of the fit under way."""
+_KEPT = threading.local()
+"""What a process has of the fit under way: some of the recordings, and these at the last state that was asked for."""
 
 
 def _keep(world: World, likelihoods: Sequence[Likelihood]) -> None:
-    _KEPT[:] = [_Part(world, likelihoods)]
+    _KEPT.world, _KEPT.likelihoods = world, likelihoods
 
 
 def _begin(z: FloatArray, own: Sequence[FloatArray]) -> list[float]:
-    return _KEPT[0].begin(z, own)
+    """Return the costs of what is kept at a state."""
+    _KEPT.begun = [one.begun(_KEPT.world, z, state) for one, state in zip(_KEPT.likelihoods, own, strict=True)]
+    return [one.cost for one in _KEPT.begun]
 
 
 def _locals() -> list[Local]:
-    return _KEPT[0].locals_()
+    """Return all that is known there, which takes longer."""
+    return [one.local() for one in _KEPT.begun]
 
 
 class _Team:
     """The recordings of a fit, shared out among the processes that work."""
 
     def __init__(self, world: World, likelihoods: Sequence[Likelihood]) -> None:
-        self._crew, self._size = crew(), len(likelihoods)
-        self._whole = _Part(world, likelihoods) if min(self._size, self._crew.count) == 1 else None
-        if self._whole is None:
-            self._all(_keep, [(world, one) for one in self._split(likelihoods)])
+        # one recording alone stays here: nobody else would work meanwhile
+        self._crew, self._size = crew() if len(likelihoods) > 1 else Crew(1), len(likelihoods)
+        self._all(_keep, [(world, one) for one in self._split(likelihoods)])
 
     def begin(self, z: FloatArray, own: Sequence[FloatArray]) -> list[float]:
         """Return the recordings' costs at a state."""
-        if self._whole is not None:
-            return self._whole.begin(z, own)
         return self._all(_begin, [(z, one) for one in self._split(own)])
 
     def locals_(self) -> tuple[Local, ...]:
         """Return all that is known there."""
-        return tuple(self._whole.locals_() if self._whole is not None else self._all(_locals, [()] * self._crew.count))
+        return tuple(self._all(_locals, [()] * self._crew.count))
 
     def _split(self, parts: Sequence[T]) -> list[Sequence[T]]:
         return [parts[n :: self._crew.count] for n in range(self._crew.count)]
@@ -234,9 +209,11 @@ def _step(now: Fit, team: _Team, damping: float) -> Fit | None:
     normal = sum(one[0] for one in reduced) + np.eye(now.z.size)
     slope = sum(one[1] for one in reduced) + now.z
     free = ~now.held
+    # Marquardt's scale: an unknown is held back by how sharply the data hold it
     normal = normal + damping * np.diag(np.diag(normal))
     moved = np.zeros_like(now.z)
     moved[free] = -np.linalg.solve(normal[np.ix_(free, free)], slope[free])
+    # back substitution: each recording's own follow the shared ones
     own = [state - back[:, -1] - back[:, :-1] @ moved for state, (_, _, back) in zip(now.own, reduced, strict=True)]
     z = now.z + moved
     if not sum(team.begin(z, own)) + 0.5 * float(z @ z) < now.cost:

@@ -69,6 +69,7 @@ class Stage(_Path):
         """Return its motion."""
         begin, whole = np.array(self.from_m), np.array(self.to_m) - np.array(self.from_m)
         length = float(np.linalg.norm(whole)) / self.steps
+        # a longer ramp would end before the speed is reached
         ramp = min(self.ramp_s, length / self.speed_m_s)
         moving = length / self.speed_m_s + ramp
         period = moving + self.dwell_s
@@ -115,11 +116,13 @@ class Turntable(_Path):
         first /= np.linalg.norm(first)
         second, centre = np.cross(normal, first), np.array(self.centre_m)
         if self.encoder is not None:
+            # between two values a monotone curve: a table that stands still must not swing past its angle
             table = read_table(folder / self.encoder, ("time_s", "angle_deg"))
             curve, duration, begin = PchipInterpolator(table[0], table[1]), float(table[0, -1]), float(table[0, 0])
             angle: Callable[[FloatArray], FloatArray] = lambda t: curve(np.clip(t, begin, duration))  # noqa: E731
         elif self.rate_deg_s:
             rate, begin = self.rate_deg_s, 0.0
+            # in a ramp half as far is gone: both together cost one more ramp of time
             duration = 360.0 * self.turns / abs(rate) + self.ramp_s
             angle = lambda t: rate * _ramped(t, duration, self.ramp_s)  # noqa: E731
         else:
@@ -161,16 +164,14 @@ class Pendulum(_Path):
     def trajectory(self, folder: Path) -> Trajectory:
         """Return its motion."""
         m = float(np.sin(0.5 * np.radians(self.amplitude_deg))) ** 2
-        rate, azimuth, pivot = (
-            np.sqrt(self.g_m_s2 / self.length_m),
-            np.radians(self.azimuth_deg),
-            np.array(self.pivot_m),
-        )
+        rate, pivot = np.sqrt(self.g_m_s2 / self.length_m), np.array(self.pivot_m)
         half = 2.0 * float(ellipk(m)) / rate
         duration = half * max(round(2.0 * self.swings), 1)
+        azimuth = np.radians(self.azimuth_deg)
         heading = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
 
         def place(time: FloatArray) -> FloatArray:
+            # cd = cn / dn: one at time 0, where the pendulum is let go at rest
             _, cn, dn, _ = ellipj(rate * np.clip(time, 0.0, duration), m)
             angle = 2.0 * np.arcsin(np.sqrt(m) * cn / dn)
             along = heading[:, None] * np.sin(angle) - np.array([[0.0], [0.0], [1.0]]) * np.cos(angle)
@@ -262,6 +263,7 @@ class KnownMotion:
             *(Unknown(f"path.{axis}_m", 0.0, path.u_position_m) for axis in "xyz"),
         ]
         if one.has_zero:
+            # 24 zeros were tried, so that the best is near: the deviation only leaves it free
             unknown = one.zero_deg is None
             out.append(Unknown("path.zero_deg", self.zero_deg if unknown else one.zero_deg or 0.0, 60.0 * unknown))
         return tuple(out)

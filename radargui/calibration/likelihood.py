@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Protocol
@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from radargui.calibration.unknowns import Unknown
+from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.solve.problem import HUBER_SIGMAS
 from radargui.geometry.path_length import Antennas, antennas_at, path_gradient, path_lengths, receiver_values, t_matrix
 from radargui.model.arrays import BoolArray, FloatArray
@@ -87,6 +88,7 @@ def _antennas(world: World, z: tuple[float, ...]) -> Antennas:
         elif name.startswith("position_m"):
             sent[int(name[-2]) - 1] += by
         elif name == "distance_m":
+            # a transmitter off the axis stays in its direction
             sent *= 1.0 + by / np.linalg.norm(sent)
     return antennas_at(receivers, sent)
 
@@ -122,24 +124,47 @@ class Local:
 
     def reduced(self, damping: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return Schur complement, its slope, and C^-1 [B, slope] to go back with."""
+        # Marquardt damps the diagonal of the whole matrix, of which this is a part
         inner = self.inner + damping * np.diag(np.diag(self.inner))
         back = np.asarray(np.linalg.solve(inner, np.column_stack([self.coupling, self.inner_slope])), np.float64)
         normal = self.normal - self.coupling.T @ back[:, :-1]
         return normal, self.slope - self.coupling.T @ back[:, -1], back
 
 
+def own_values(motion: Motion, own: FloatArray) -> FloatArray:
+    """Return the values of a motion's own unknowns; they stand first among a recording's own, in prior deviations."""
+    return np.array([one.value + one.u * float(z) for one, z in zip(motion.own, own, strict=False)])
+
+
 class Likelihood(Protocol):
-    """One recording."""
+    """One recording; what only samples have (maps, mirrors, a noise scale) is nothing where it is not overridden."""
 
     @property
     def start(self) -> FloatArray:
         """First guess of its own unknowns, in prior deviations."""
 
-    def at(self, world: World, z: FloatArray, own: FloatArray) -> Local:
-        """Return it at a state."""
-
     def begun(self, world: World, z: FloatArray, own: FloatArray) -> Begun:
         """Return its cost at a state, and the way to the rest."""
+
+    def at(self, world: World, z: FloatArray, own: FloatArray) -> Local:
+        """Return it at a state."""
+        return self.begun(world, z, own).local()
+
+    def renewed(self, own: FloatArray, _local: Local) -> tuple[Likelihood, FloatArray]:
+        """Return it with the deviations of maps and mirrors re-estimated and the noise scaled, and its own unknowns."""
+        return self, own
+
+    def scaled(self, _misfit: FloatArray, _least: float) -> Likelihood:
+        """Return it with the noise of each receiver as its misfit says, shape (n_receivers,)."""
+        return self
+
+    def with_mirrors(self, _planes: Sequence[MirrorPlane], own: FloatArray) -> tuple[Likelihood, FloatArray]:
+        """Return it with more mirrors, these at nothing, and its own unknowns."""
+        return self, own
+
+    def log_widths(self) -> float:
+        """Return what of the log evidence is not cost or determinant."""
+        return 0.0
 
 
 @dataclass(frozen=True)
@@ -176,8 +201,7 @@ def motion_slopes(
 
     All by differences, in prior deviations; the shared unknowns come first.
     """
-    values, ranges = world.values(z), np.array([one.u for one in motion.own])
-    base = np.array([one.value for one in motion.own]) + ranges * own
+    values, ranges, base = world.values(z), np.array([one.u for one in motion.own]), own_values(motion, own)
     here, tied = motion.at(time_s, values, base)
     n_shared, uses = len(world.unknowns), set(motion.uses)
     steps = [n for n, one in enumerate(world.unknowns) if one.name in uses] + [*(n_shared + np.flatnonzero(ranges))]
@@ -204,7 +228,7 @@ def robust(residual: FloatArray) -> tuple[float, FloatArray]:
 
 
 @dataclass(frozen=True)
-class PathLikelihood:
+class PathLikelihood(Likelihood):
     """A recording by its path lengths: a constant each, and slow errors at one and two cycles a fringe.
 
     L measured = L(p(t)) + c + sum over m = 1, 2 of s_m sin(m K L) + c_m cos(m K L): bias and quadrature error that a
@@ -230,27 +254,14 @@ class PathLikelihood:
     loose: float = 1.0
 
     @property
-    def tie(self) -> float:
-        """What ties are divided by: as loose as the paths."""
-        return 10.0 * self.loose
-
-    @property
     def start(self) -> FloatArray:
         """First guess: everything at its prior mean, no slow error."""
         return np.zeros(len(self.motion.own) + 5 * len(self.measured.change_m))
 
     def begun(self, world: World, z: FloatArray, own: FloatArray) -> Begun:
-        """Return its cost at a state, and all that is known there."""
-        local = self.at(world, z, own)
-        return Begun(local.cost, lambda: local)
-
-    def at(self, world: World, z: FloatArray, own: FloatArray) -> Local:
-        """Return it at a state; the constants are in metres, slow errors in their deviations."""
-        data, n_own, n_shared = self.measured, len(self.motion.own), len(z)
-        n_rx, (series, slopes, tied, by_ties) = (
-            len(data.change_m),
-            motion_slopes(self.motion, world, z, own[:n_own], data.time_s),
-        )
+        """Return all that is known at a state; the constants are in metres, slow errors in their deviations."""
+        data, n_own, n_shared, n_rx = self.measured, len(self.motion.own), len(z), len(self.measured.change_m)
+        series, slopes, tied, by_ties = motion_slopes(self.motion, world, z, own[:n_own], data.time_s)
         place, antennas = series[0], world.antennas(z)
         rows = np.zeros((n_rx, data.time_s.size, n_shared + own.size))
         model, gradient = self._lengths(place, antennas)
@@ -260,8 +271,10 @@ class PathLikelihood:
                 other = z.copy()
                 other[k] += STEP
                 rows[:, :, k] += (self._lengths(place, world.antennas(other))[0] - model) / STEP
+        # an offset of I and Q bends the phase once a fringe, gain and quadrature twice
         turn = (2.0 * np.pi / self.wavelength_m) * data.change_m
         waves = np.stack([np.ones_like(turn), *(f(m * turn) for m in (1, 2) for f in (np.sin, np.cos))], axis=2)
+        # the constant has a prior of one metre, which is none; slow errors one of slow_m
         waves = np.nan_to_num(waves) * np.array([1.0, *[self.slow_m] * 4])
         extra = own[n_own:].reshape(n_rx, 5)
         for n in range(n_rx):
@@ -275,11 +288,11 @@ class PathLikelihood:
         flat, kept = rows.reshape(-1, rows.shape[2]), np.where(use, residual, 0.0)
         weighted = weight.reshape(-1, 1) * flat
         misfit = np.array([misfit_of(one[here]) for one, here in zip(scaled, use, strict=True)])
-        ties = tied / self.tie, by_ties / self.tie
-        return local_at(
-            loss, weighted.T @ flat, weighted.T @ kept.ravel(), n_shared, ties, own, np.where(use, -residual, np.nan),
-            misfit,
-        )  # fmt: skip
+        # as loose as the paths: far from the solution ties lead astray as much (`fit_paths`)
+        ties = tied / (10.0 * self.loose), by_ties / (10.0 * self.loose)
+        normal, slope = weighted.T @ flat, weighted.T @ kept.ravel()
+        local = local_at(loss, normal, slope, n_shared, ties, own, np.where(use, -residual, np.nan), misfit)
+        return Begun(local.cost, lambda: local)
 
     def _lengths(self, place: FloatArray, antennas: Antennas) -> tuple[FloatArray, FloatArray]:
         if not self.is_plane:
@@ -291,6 +304,7 @@ class PathLikelihood:
 
 def misfit_of(scaled: FloatArray) -> float:
     """Return the median square of residuals in standard deviations over that of a Gaussian."""
+    # the median of chi-square of one degree of freedom: outliers do not move it
     return float(np.median(scaled**2)) / 0.4549 if scaled.size else 1.0
 
 

@@ -12,6 +12,7 @@ from radargui.calibration.falls import LEAST_FLIGHT_S, MOST_FLIGHTS, U_IMPACT_S,
 from radargui.calibration.known_path import KnownMotion, Trajectory
 from radargui.calibration.likelihood import Measured, Motion
 from radargui.conditioning.condition import NoMotion, condition
+from radargui.conditioning.conditioned import Conditioned
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import adaptive_rounds
 from radargui.estimation.forward.bins import BinnedData, Multiplexer, bin_by_fringe, pool
@@ -59,17 +60,16 @@ U_FLOOR_M, U_FAR_FLOOR_M = 0.03, 0.15
 class Prepared:
     """A recording, its paths and its motion as first guessed."""
 
-    name: str
     signals: ScaledSignals
     measured: Measured
     motion: Motion
 
 
-def _signals(recording: Recording, setup: Setup) -> ScaledSignals:
+def _conditioned(recording: Recording, setup: Setup) -> Conditioned:
     conditioned = condition(recording, setup)
     if isinstance(conditioned, NoMotion):
         raise ProcessingError(f"{recording.name}: {conditioned.reason}")
-    return scaled_signals(conditioned)
+    return conditioned
 
 
 def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
@@ -90,10 +90,7 @@ def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
     ProcessingError
         Nothing falls.
     """
-    conditioned = condition(recording, setup)
-    if isinstance(conditioned, NoMotion):
-        raise ProcessingError(f"{recording.name}: {conditioned.reason}")
-    rounds = adaptive_rounds(conditioned, setup)
+    rounds = adaptive_rounds(_conditioned(recording, setup), setup)
     estimate = estimate_adaptive(rounds)
     impact_s, after_m_s, end_s = _flights(estimate)
     if end_s - estimate.onset_s < LEAST_FLIGHT_S:
@@ -111,7 +108,7 @@ def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
         )
     motion = Falls(place, estimate.onset_s, impact_s, after_m_s, end_s)
     change = np.where(estimate.valid, estimate.change_m, np.nan)
-    return Prepared(recording.name, rounds.signals, _thinned(estimate.time_s, change), motion)
+    return Prepared(rounds.signals, _thinned(estimate.time_s, change), motion)
 
 
 def impacts_of_most(time_s: FloatArray, change_m: FloatArray, onset_s: float, rate_hz: float) -> FloatArray:
@@ -135,6 +132,7 @@ def impacts_of_most(time_s: FloatArray, change_m: FloatArray, onset_s: float, ra
     out: list[float] = []
     for moment in np.sort(np.concatenate(found)):
         near = [float(np.median(one[here])) for one in found if (here := np.abs(one - moment) < U_IMPACT_S).any()]
+        # a lost fringe makes a kink in one receiver's path alone
         if len(near) > 1 and (not out or np.median(near) - out[-1] > U_IMPACT_S):
             out.append(float(np.median(near)))
     return np.array(out)
@@ -183,7 +181,7 @@ def prepare_known(recording: Recording, setup: Setup, trajectory: Trajectory) ->
     ProcessingError
         Nothing moves, or a shared clock under which both do not overlap.
     """
-    signals = _signals(recording, setup)
+    signals = scaled_signals(_conditioned(recording, setup))
     time, pairs = _pooled(signals)
     antennas, k = place_antennas(setup), 2.0 * np.pi / setup.radar.wavelength_m
 
@@ -210,12 +208,13 @@ def prepare_known(recording: Recording, setup: Setup, trajectory: Trajectory) ->
     zeros = np.arange(ZEROS) * 360.0 / ZEROS if any_zero else np.array([trajectory.zero_deg or 0.0])
     offset, zero = min(((o, z) for o in offsets for z in zeros), key=lambda one: unexplained(*one))
     if free:
+        # the grid is coarse against a fringe of a fast motion: a finer look around the best
         step = float(np.ptp(offsets)) / OFFSETS
         offset = min(np.append(offset + np.linspace(-step, step, 41), offset), key=lambda o: unexplained(o, zero))
     motion = KnownMotion(trajectory, float(offset), U_OFFSET_S if free else 0.0, float(zero))
     turned = phase(offset, zero, time)
     change = np.array([against(row, pair)[1] for row, pair in zip(turned, pairs, strict=True)]) / k
-    return Prepared(recording.name, signals, _thinned(time, change), motion)
+    return Prepared(signals, _thinned(time, change), motion)
 
 
 def against(foretold_rad: FloatArray, pair: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -315,6 +314,7 @@ def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own:
         Shared unknowns by name, and the motion's own (`likelihood.Motion`).
     """
     signals, motion = ready.signals, ready.motion
+    # phases count from the rest, and fewer receivers bear no mirrors and no place
     if not signals.has_rest or signals.n_receivers < 3:
         return None
     antennas, wavelength_m = place_antennas(setup), setup.radar.wavelength_m
@@ -324,6 +324,7 @@ def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own:
 
     grid = signals.time_s[:: max(1, signals.time_s.size // 4000)]
     turns_hz = np.abs(np.gradient(path_lengths(place(grid), antennas), grid, axis=1)).max(axis=0) / wavelength_m
+    # onset and velocity at the start come first, then impact and velocity by turns (`Falls.own`)
     breaks = own[4::4] if isinstance(motion, Falls) else np.empty(0)
     bins = bin_by_fringe(signals, grid, turns_hz, signals.rest_end_s, breaks)
     drift = measure_drift(signals, signals.rest_end_s)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from radargui.calibration.fit import MOST_STEPS, Fit
+from radargui.calibration.fit import MOST_STEPS, Fit, unfitted
 from radargui.calibration.known_path import Trajectory
-from radargui.calibration.likelihood import PathLikelihood, World
+from radargui.calibration.likelihood import PathLikelihood, World, own_values
 from radargui.calibration.preparing import Prepared, measured_again, prepare_fall, prepare_known
-from radargui.calibration.shares import Shares, crew
+from radargui.calibration.shares import crew
 from radargui.calibration.unknowns import (
     antenna_unknowns,
     fall_unknowns,
@@ -32,7 +31,6 @@ from radargui.calibration.verdict import (
     put_right,
     rms_m,
 )
-from radargui.model.arrays import BoolArray
 from radargui.model.errors import ProcessingError
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
@@ -119,7 +117,7 @@ class Rough:
     slips: tuple[Slip, ...]
 
 
-def rough_fit(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequence[str], shares: Shares) -> Rough:
+def rough_fit(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequence[str]) -> Rough:
     """Fit the paths of recordings, and put lost fringes right; parameters as for `calibrate`.
 
     Raises
@@ -135,48 +133,38 @@ def rough_fit(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequen
     held = np.array([bool(one.group) and one.group not in groups for one in world.unknowns])
     tasks = [(one, _hung(setup, one.rest_m), place) for one, place in zip(recordings, places, strict=True)]
     prepared = list[Prepared]()
-    for number, ready in enumerate(crew().each(_prepare, tasks, shares.one_done)):
+    for number, ready in enumerate(crew().each(_prepare, tasks, crew().shares.one_done)):
         if isinstance(ready, ProcessingError):
             raise UnfitFallError.of(number, ready)
         prepared.append(ready)
     wavelength_m, is_plane = setup.radar.wavelength_m, setup.processing.geometry == "plane"
     by_paths = [PathLikelihood(ready.measured, ready.motion, wavelength_m, is_plane) for ready in prepared]
-    rough, _, _ = _put_right(world, by_paths, held, shares.round_done)
-    prepared = _measured_again(rough, prepared)
+    start = unfitted(world, by_paths, held)
+    rough, _, _ = _put_right(start, by_paths)
+    # known motions once more against this fit: the nearer the foretold path, the fewer fringes are lost
+    values = world.values(rough.z)
+    better = setup_with(setup, world.unknowns, values)
+    prepared = [
+        measured_again(ready, better, values, own_values(ready.motion, state))
+        for ready, state in zip(prepared, rough.own, strict=True)
+    ]
     by_paths = [replace(one, measured=ready.measured) for one, ready in zip(by_paths, prepared, strict=True)]
-    rough, by_paths, slips = _put_right(world, by_paths, held, shares.round_done)
-    _refuse_misfit(rough, recordings, shares.round_done)
+    rough, by_paths, slips = _put_right(start, by_paths)
+    _refuse_misfit(rough, recordings)
     return Rough(rough, tuple(by_paths), tuple(prepared), tuple(slips))
 
 
 def _put_right(
-    world: World,
-    by_paths: Sequence[PathLikelihood],
-    held: BoolArray,
-    round_done: Callable[[], None],
-    looseness: Sequence[float] = LOOSE,
-    steps: int = MOST_STEPS,
+    start: Fit, by_paths: Sequence[PathLikelihood], looseness: Sequence[float] = LOOSE, steps: int = MOST_STEPS
 ) -> tuple[Fit, list[PathLikelihood], list[Slip]]:
     """Fit paths until none has lost a fringe."""
     paths, slips = list(by_paths), list[Slip]()
     while True:
-        rough = fit_paths(world, paths, held, round_done, looseness, steps)
+        rough = fit_paths(start, paths, looseness, steps)
         righted, more = put_right(rough, paths)
         if not more or len(slips) > MOST_SLIPS * len(paths):
             return rough, paths, slips
         paths, slips = righted, slips + more
-
-
-def _measured_again(rough: Fit, prepared: Sequence[Prepared]) -> list[Prepared]:
-    """Return the recordings with the paths of known motions measured against those of the fit."""
-    values = rough.world.values(rough.z)
-    better = setup_with(rough.world.setup, rough.world.unknowns, values)
-    out = []
-    for ready, state in zip(prepared, rough.own, strict=True):
-        unknowns = ready.motion.own
-        own = np.array([one.value + one.u * float(z) for one, z in zip(unknowns, state[: len(unknowns)], strict=True)])
-        out.append(measured_again(ready, better, values, own))
-    return out
 
 
 def _prepare(one: KnownRecording, setup: Setup, place: str) -> Prepared | ProcessingError:
@@ -201,6 +189,7 @@ def _world(
             places.append("")
             continue
         if one.release_m not in names:
+            # the setup's own place keeps its key, under which the value found goes back into the setup
             own = one.release_m == tuple(setup.tracer.release_position_m)
             names[one.release_m] = RELEASE if own else f"place.{len(names) + 1}"
             unknowns += place_unknowns(setup, one.release_m, names[one.release_m])
@@ -210,7 +199,7 @@ def _world(
     return World(setup, tuple(unknowns)), places
 
 
-def _refuse_misfit(rough: Fit, recordings: Sequence[KnownRecording], round_done: Callable[[], None]) -> None:
+def _refuse_misfit(rough: Fit, recordings: Sequence[KnownRecording]) -> None:
     """Say why paths do not fit what is known; nothing where they do.
 
     Raises
@@ -225,31 +214,30 @@ def _refuse_misfit(rough: Fit, recordings: Sequence[KnownRecording], round_done:
     if is_fall and len(each) >= LEAST_OTHERS and worst > STANDS_OUT * float(np.median(each)):
         refuse_above(MISFIT_M, rough, recordings)
     antennas = np.array([bool(one.key) for one in rough.world.unknowns])
+    # swapped receivers may fit with antennas far from where they were measured
     if worst < MISFIT_M and np.abs(rough.z[antennas]).max(initial=0.0) < FAR:
         return
+    # spread over all: neighbours may be drops from one place
     stride = max(1, len(recordings) // MOST_COMPARED)
     some = recordings[::stride][:MOST_COMPARED]
 
-    def cost(setup: Setup, fitted: Callable[..., Fit] = fit_paths) -> float:
+    def cost(setup: Setup, *, righted: bool = False) -> float:
         world, places = _world(setup, some)
         # paths were measured with the antennas as they were said to be: by their phases, or fringes that they foretell
         ready = [_prepare(one, _hung(setup, one.rest_m), place) for one, place in zip(some, places, strict=True)]
+        # an order with which a drop is none any more is no better one
         sound = [one for one in ready if isinstance(one, Prepared)]
         if len(sound) < len(ready):
             return np.inf
         paths = [PathLikelihood(one.measured, one.motion, setup.radar.wavelength_m) for one in sound]
-        held = np.zeros(len(world.unknowns), dtype=bool)
-        return fitted(world, paths, held, round_done, LOOSE[:2], FEW_STEPS).cost
+        asked = (unfitted(world, paths), paths, LOOSE[:2], FEW_STEPS)
+        return (_put_right(*asked)[0] if righted else fit_paths(*asked)).cost
 
     setup = rough.world.setup
     tried = [(cost(other), words, other) for words, other in other_orders(setup)]
     least, words, best = min(tried, key=lambda one: one[0])
-
-    def righted(*asked: Any) -> Fit:
-        return _put_right(*asked)[0]
-
     # a lost fringe that another order makes up for is none: both without
-    if least < cost(setup) - GAIN and cost(best, righted) < cost(setup, righted) - GAIN:
+    if least < cost(setup) - GAIN and cost(best, righted=True) < cost(setup, righted=True) - GAIN:
         alike = [also for other, also, _ in tried if also != words and other < least + GAIN]
         # in drops near the axis a swap looks like a mirror image of another one
         told = f"; or, which they cannot tell from that, where {'; or '.join(alike)}" if alike else ""

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from radargui.calibration.fit import Fit, fit
-from radargui.calibration.likelihood import Likelihood, World
-from radargui.calibration.signal_likelihood import SignalLikelihood
+from radargui.calibration.likelihood import Likelihood, Local
 from radargui.model.arrays import FloatArray
 
 RENEWALS, STEPS = 3, 4
@@ -36,30 +35,10 @@ class Settled:
         found = self.found
         shared = np.linalg.slogdet(found.information()[0] + np.eye(found.z.size))[1]
         own = sum(np.linalg.slogdet(one.inner)[1] for one in found.locals_)
-        widths = sum(one.log_widths() for one in self.likelihoods if isinstance(one, SignalLikelihood))
-        return float(-found.cost - 0.5 * (shared + own) - widths)
+        return float(-found.cost - 0.5 * (shared + own) - sum(one.log_widths() for one in self.likelihoods))
 
 
-def settle(
-    world: World,
-    likelihoods: Sequence[Likelihood],
-    start: Fit,
-    own: Sequence[FloatArray],
-    round_done: Callable[[], None],
-    renewals: int = RENEWALS,
-) -> Settled:
-    """Fit, and re-estimate deviations of maps and mirrors in between.
-
-    Raises
-    ------
-    ProcessingError, SolveError
-        There is no solution.
-    """
-    *_, last = settling(world, likelihoods, start, own, round_done, renewals)
-    return last
-
-
-def settled_at_last(settled: Settled, round_done: Callable[[], None]) -> Settled:
+def settled_at_last(settled: Settled) -> Settled:
     """Return the fit with deviations re-estimated until that gains nothing: they follow one another slowly.
 
     Raises
@@ -67,9 +46,8 @@ def settled_at_last(settled: Settled, round_done: Callable[[], None]) -> Settled
     ProcessingError, SolveError
         There is no solution.
     """
-    found, best = settled.found, settled
-    rounds = settling(found.world, settled.likelihoods, found, found.own, round_done, MOST_RENEWALS)
-    for number, one in enumerate(rounds):
+    best = settled
+    for number, one in enumerate(settling(settled.found, settled.likelihoods, settled.found.own, MOST_RENEWALS)):
         gained = one.log_evidence - best.log_evidence
         best = one if gained > 0.0 else best
         # the first has the deviations that it came with
@@ -79,57 +57,47 @@ def settled_at_last(settled: Settled, round_done: Callable[[], None]) -> Settled
 
 
 def settling(
-    world: World,
-    likelihoods: Sequence[Likelihood],
-    start: Fit,
-    own: Sequence[FloatArray],
-    round_done: Callable[[], None],
-    renewals: int = RENEWALS,
+    start: Fit, likelihoods: Sequence[Likelihood], own: Sequence[FloatArray], renewals: int = RENEWALS
 ) -> Iterator[Settled]:
-    """Yield the fit after each renewal, the first before any; parameters as for `settle`."""
-    found = start
-    for number in range(renewals + 1):
-        if number:
-            likelihoods, own = _renewed(likelihoods, found)
-        found = fit(world, likelihoods, held=start.held, start=found, own=own, round_done=round_done, steps=STEPS)
-        yield Settled(found, tuple(likelihoods))
+    """Yield the fit after each renewal of the deviations of maps and mirrors, the first before any.
 
-
-def approach(
-    world: World,
-    likelihoods: Sequence[Likelihood],
-    start: Fit,
-    own: Sequence[FloatArray],
-    round_done: Callable[[], None],
-) -> Settled:
-    """Fit from paths that are tenths of a millimetre off, where samples are so many deviations that nothing is linear.
-
-    The noise is first taken as large as the misfit is, so that priors hold what is hardly determined, and follows it
-    down.
+    Parameters
+    ----------
+    start
+        Shared unknowns to begin with, and which of them are held.
+    likelihoods, own
+        One a recording, and its own unknowns to begin with.
+    renewals
+        How many.
 
     Raises
     ------
     ProcessingError, SolveError
         There is no solution.
     """
-    likelihoods, own = list(likelihoods), list(own)
-    locals_ = [one.at(world, start.z, state) for one, state in zip(likelihoods, own, strict=True)]
+    found = start
+    for number in range(renewals + 1):
+        if number:
+            pairs = zip(likelihoods, found.own, found.locals_, strict=True)
+            likelihoods, own = zip(*(one.renewed(state, local) for one, state, local in pairs), strict=True)
+        found = fit(found, likelihoods, own, STEPS)
+        yield Settled(found, tuple(likelihoods))
+
+
+def approach(start: Fit, likelihoods: Sequence[Likelihood], own: Sequence[FloatArray]) -> Settled:
+    """Fit from paths that are tenths of a millimetre off, where samples are so many deviations that nothing is linear.
+
+    The noise is first taken as large as the misfit is, so that priors hold what is hardly determined, and follows it
+    down. Parameters and errors as for `settling`.
+    """
+    locals_: Sequence[Local] = [one.at(start.world, start.z, z) for one, z in zip(likelihoods, own, strict=True)]
     found, least, widths = start, 1.0, np.inf
     for _ in range(MOST_RENEWALS):
-        for n, (one, local) in enumerate(zip(likelihoods, locals_, strict=True)):
-            if isinstance(one, SignalLikelihood):
-                likelihoods[n] = one.scaled(local.misfit, least)
-        before, widths = widths, sum(one.log_widths() for one in likelihoods if isinstance(one, SignalLikelihood))
+        likelihoods = [one.scaled(local.misfit, least) for one, local in zip(likelihoods, locals_, strict=True)]
+        before, widths = widths, sum(one.log_widths() for one in likelihoods)
         if widths > before - SETTLED:
             break
-        found = fit(world, likelihoods, held=start.held, start=found, own=own, round_done=round_done, steps=STEPS)
-        own, locals_, least = list(found.own), list(found.locals_), SLOWLY
-    return settle(world, likelihoods, found, own, round_done)
-
-
-def _renewed(likelihoods: Sequence[Likelihood], found: Fit) -> tuple[list[Likelihood], list[FloatArray]]:
-    pairs = [
-        one.renewed(state, local) if isinstance(one, SignalLikelihood) else (one, state)
-        for one, state, local in zip(likelihoods, found.own, found.locals_, strict=True)
-    ]
-    return [one for one, _ in pairs], [own for _, own in pairs]
+        found = fit(found, likelihoods, own, STEPS)
+        own, locals_, least = found.own, found.locals_, SLOWLY
+    *_, last = settling(found, likelihoods, own)
+    return last

@@ -47,7 +47,7 @@ class Shares:
 
     def look(self) -> None:
         """Say how far it is; what that raises ends the work."""
-        # begun again without a recording more are done than there are
+        # begun again without a recording more are done than there are; rounds never reach their half: none is the last
         self._report(0.5 * min(self._done / self._count, 1.0) + 0.5 * self._rounds / (self._rounds + MOST_ROUNDS))
 
 
@@ -58,15 +58,16 @@ class Crew:
     ----------
     count
         How many; one is this process itself.
-    look
-        Called while it waits; what it raises ends the work.
+    shares
+        Progress of what they do; looked at while one waits.
     """
 
-    def __init__(self, count: int, look: Callable[[], None] = lambda: None) -> None:
-        self._look = look
+    def __init__(self, count: int, shares: Shares | None = None) -> None:
+        self.shares = shares or Shares(lambda _: None, 1)
         self._pools = [
             ProcessPoolExecutor(1, get_context("spawn"), begin_worker) for _ in range(count if count > 1 else 0)
         ]
+        # a pool does not tell its processes: they say their numbers themselves
         self._ids = [pool.submit(os.getpid) for pool in self._pools]
 
     @property
@@ -91,7 +92,7 @@ class Crew:
     def _answer(self, begun: Future[T]) -> T:
         try:
             while not wait([begun], LOOK_S).done:
-                self._look()
+                self.shares.look()
             return begun.result()
         except BrokenProcessPool as error:
             raise ProcessingError(
@@ -103,6 +104,7 @@ class Crew:
     def close(self) -> None:
         """End the processes; who cancels does not wait for an estimate of a minute."""
         ids = {one.result() for one in self._ids if one.exception() is None}
+        # by number: this program may have other processes, which nobody cancelled
         for process in active_children():
             if process.pid in ids:
                 process.terminate()
@@ -119,9 +121,9 @@ def crew() -> Crew:
 
 
 @contextmanager
-def working(count: int, look: Callable[[], None] = lambda: None) -> Iterator[Crew]:
-    """Let `crew` be so many processes, and end them after."""
-    here = Crew(count, look)
+def working(count: int, shares: Shares | None = None) -> Iterator[Crew]:
+    """Let `crew` be so many processes with their progress, and end them after."""
+    here = Crew(count, shares)
     token = _CREW.set(here)
     try:
         yield here

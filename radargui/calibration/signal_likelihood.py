@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from radargui.calibration.amplitude_slopes import PLACE_STEP_M, AmplitudeSlopes,
 from radargui.calibration.likelihood import (
     STEP,
     Begun,
+    Likelihood,
     Local,
     Motion,
     World,
@@ -61,8 +62,9 @@ class SampledState:
         With the antennas of the state; global parameters.
     place_m, node_m
         At the bins, (3, n_bins), and at their nodes, (3, n_channels, 2, n_bins).
-    residual, weight
-        Model less data, shape (n_channels, n_bins), zero where a bin does not count; robust weights over variance.
+    residual, sigma, weight
+        Model less data, shape (n_channels, n_bins), zero where a bin does not count; the standard deviation of each;
+        robust weights over variance.
     """
 
     problem: JointProblem
@@ -70,6 +72,7 @@ class SampledState:
     place_m: FloatArray
     node_m: FloatArray
     residual: FloatArray
+    sigma: FloatArray
     weight: FloatArray
     use: BoolArray
     loss: float
@@ -78,14 +81,9 @@ class SampledState:
     excess: FloatArray
     waves: Waves
 
-    @cached_property
-    def sigma(self) -> FloatArray:
-        """Standard deviation of each bin, shape (n_channels, n_bins)."""
-        return np.asarray(self.problem.bins.sigma * np.repeat(self.problem.noise_scale, 2)[:, None])
-
 
 @dataclass(frozen=True)
-class SignalLikelihood:
+class SignalLikelihood(Likelihood):
     """A recording by its binned samples: the joint estimate's own equations with the known motion put in.
 
     Its own unknowns are those of the motion and all mismatch (theta of the joint estimate, method 4), these in their
@@ -110,11 +108,19 @@ class SignalLikelihood:
         """The motion at its prior mean, the mismatch at `theta`."""
         return np.zeros(len(self.motion.own) + self.theta.size)
 
+    @property
+    def n_motion(self) -> int:
+        """How many of its own unknowns are the motion's."""
+        return len(self.motion.own)
+
+    def theta_at(self, own: FloatArray) -> FloatArray:
+        """Return the mismatch where its own unknowns are."""
+        return self.theta + self.problem.prior.sd * own[self.n_motion :]
+
     def sampled(self, world: World, z: FloatArray, own: FloatArray) -> SampledState:
         """Return samples, model and weights at a state."""
-        problem, n_own = self.problem, len(self.motion.own)
-        theta = self.theta + problem.prior.sd * own[n_own:]
-        series, slopes, tied, by_ties = motion_slopes(self.motion, world, z, own[:n_own], problem.bins.time_s)
+        problem, theta = self.problem, self.theta_at(own)
+        series, slopes, tied, by_ties = motion_slopes(self.motion, world, z, own[: self.n_motion], problem.bins.time_s)
         antennas, angles = world.antennas(z), world.polarisations(z)
         if problem.sphere is not None:
             if angles.size:
@@ -124,17 +130,19 @@ class SignalLikelihood:
         # phases count from where it rests now: a place that moves would turn those of all mirrors otherwise
         inputs = replace(problem.inputs, antennas=antennas, release_m=series[0][:, 0])
         problem = replace(problem, inputs=inputs).at_places(series[0], theta)
+        # a multiplexer takes the channels one after another: the sphere is elsewhere for each
         later = node_offsets(problem)
         place, velocity, acceleration = series[:, :, None, None]
         node_m = place + later * (velocity + later / 2.0 * acceleration)
         signals, excess, waves = signals_at(problem, theta, node_m)
         sigma = problem.bins.sigma * np.repeat(problem.noise_scale, 2)[:, None]
+        # beside an impact and after the last flight nothing is known, and nothing is asked
         use = problem.use & self.motion.known(problem.bins.time_s)
         residual = (np.concatenate([one.value for one in signals]) - problem.bins.value) * use
         loss, weight = robust(residual / sigma)
         return SampledState(
-            problem, theta, series[0], node_m, residual, weight * use / sigma**2, use, loss, slopes, (tied, by_ties),
-            excess, waves,
+            problem, theta, series[0], node_m, residual, sigma, weight * use / sigma**2, use, loss, slopes,
+            (tied, by_ties), excess, waves,
         )  # fmt: skip
 
     def rows(self, world: World, z: FloatArray, at: SampledState) -> list[ReceiverRows]:
@@ -181,12 +189,13 @@ class SignalLikelihood:
         for k, one in enumerate(world.unknowns):
             if len(turning) and one.group == "polarization" and one.key.startswith(own_place):
                 known[:, :, k] += turning[int(one.key[0] == "r")] * np.radians(one.u)
-        first = n_shared + len(self.motion.own)
+        first = n_shared + self.n_motion
         columns = [known, lin.columns * np.concatenate([sd[layout.shared], sd[receiver.without_drift]])]
         places = [np.arange(first), *(first + np.arange(s.start, s.stop) for s in (
             layout.shared, receiver.without_drift
         ))]  # fmt: skip
         if layout.sizes.drift:
+            # a drift is one channel's own: the other's rows are zero
             drift = problem.inputs.drift[pair]
             for c, own_drift in enumerate((receiver.drift_i, receiver.drift_q)):
                 apart = np.zeros_like(drift)
@@ -196,24 +205,16 @@ class SignalLikelihood:
         along = lin.columns[:, :, receiver.phase - receiver.first + lin.n_shared]
         return ReceiverRows(np.concatenate(places), np.concatenate(columns, axis=2), along)
 
-    def at(self, world: World, z: FloatArray, own: FloatArray) -> Local:
-        """Return it at a state."""
-        return self.begun(world, z, own).local()
-
     def begun(self, world: World, z: FloatArray, own: FloatArray) -> Begun:
         """Return its cost at a state, and the way to the rest, which takes three times as long."""
         at = self.sampled(world, z, own)
-
-        def local() -> Local:
-            return self.local(at, self.rows(world, z, at), z.size, own)
-
-        return Begun(cost_of(at.loss, at.ties[0], self._pull(own)), local)
+        cost = cost_of(at.loss, at.ties[0], self._pull(own))
+        return Begun(cost, lambda: self.local(at, self.rows(world, z, at), z.size, own))
 
     def _pull(self, own: FloatArray) -> FloatArray:
         # the breaks of its spline are not asked: they stay, and so do angles that all recordings share
         prior = self.problem.prior
-        theta = self.theta + prior.sd * own[len(self.motion.own) :]
-        return np.concatenate([own[: len(self.motion.own)], (theta - prior.mean) / prior.sd])
+        return np.concatenate([own[: self.n_motion], (self.theta_at(own) - prior.mean) / prior.sd])
 
     def local(self, at: SampledState, parts: list[ReceiverRows], n_shared: int, own: FloatArray) -> Local:
         """Return the normal equations of what the channels change with."""
@@ -222,6 +223,7 @@ class SignalLikelihood:
         residual_m = np.full((problem.n_receivers, problem.bins.n_bins), np.nan)
         for n, one in enumerate(parts):
             pair = slice(2 * n, 2 * n + 2)
+            # a matrix by its own transpose stays symmetric, and BLAS does half of it only
             root = np.sqrt(at.weight[pair])
             flat = (one.rows * root[:, :, None]).reshape(-1, one.index.size)
             normal[np.ix_(one.index, one.index)] += flat.T @ flat
@@ -230,10 +232,9 @@ class SignalLikelihood:
             along = one.along * problem.inputs.wavenumber
             power = np.maximum((along**2).sum(axis=0), 1e-12)
             residual_m[n] = np.where(at.use, -(along * at.residual[pair]).sum(axis=0) / power, np.nan)
-        pull = self._pull(own)
         scaled = at.residual / at.sigma
         misfit = np.array([misfit_of(scaled[2 * n : 2 * n + 2, at.use]) for n in range(problem.n_receivers)])
-        return local_at(at.loss, normal, slope, n_shared, at.ties, pull, residual_m, misfit)
+        return local_at(at.loss, normal, slope, n_shared, at.ties, self._pull(own), residual_m, misfit)
 
     def renewed(self, own: FloatArray, local: Local) -> tuple[SignalLikelihood, FloatArray]:
         """Return it with the deviations of maps and mirrors re-estimated and the noise scaled, and its own unknowns.
@@ -245,12 +246,12 @@ class SignalLikelihood:
         SolveError
             The state is no minimum of anything: nothing can be re-estimated there.
         """
-        n_own, old = len(self.motion.own), self.problem.prior
-        theta = self.theta + old.sd * own[n_own:]
+        old, theta = self.problem.prior, self.theta_at(own)
         try:
-            variance = np.diag(np.linalg.inv(local.inner))[n_own:] * old.sd**2
+            variance = np.diag(np.linalg.inv(local.inner))[self.n_motion :] * old.sd**2
         except np.linalg.LinAlgError as error:
             raise SolveError("A recording's own unknowns are not determined.") from error
+        # never below the white noise that was measured: a good fit by chance makes no sample better
         scale = np.maximum(self.problem.noise_scale * np.sqrt(np.maximum(local.misfit, 1e-3)), 1.0)
         if not (np.isfinite(variance).all() and np.isfinite(theta).all() and np.isfinite(scale).all()):
             raise SolveError("A recording's samples are far from any motion as stated.")
@@ -269,18 +270,17 @@ class SignalLikelihood:
         self, problem: JointProblem, theta: FloatArray, own: FloatArray
     ) -> tuple[SignalLikelihood, FloatArray]:
         """Return it with another problem that starts at theta, and its own unknowns there."""
-        n_own = len(self.motion.own)
-        return replace(self, problem=problem, theta=theta), np.concatenate([own[:n_own], np.zeros(theta.size)])
+        state = np.concatenate([own[: self.n_motion], np.zeros(theta.size)])
+        return replace(self, problem=problem, theta=theta), state
 
-    def with_mirrors(self, planes: tuple[MirrorPlane, ...], own: FloatArray) -> tuple[SignalLikelihood, FloatArray]:
+    def with_mirrors(self, planes: Sequence[MirrorPlane], own: FloatArray) -> tuple[SignalLikelihood, FloatArray]:
         """Return it with more mirrors, these at nothing, and its own unknowns."""
-        theta = self.theta + self.problem.prior.sd * own[len(self.motion.own) :]
-        return self.with_problem(*mirrors_changed(self.problem, theta, planes), own)
+        every = (*self.problem.inputs.planes, *planes)
+        return self.with_problem(*mirrors_changed(self.problem, self.theta_at(own), every), own)
 
     def with_prior(self, prior: Prior, own: FloatArray) -> tuple[SignalLikelihood, FloatArray]:
         """Return it with another prior, and its own unknowns."""
-        theta = self.theta + self.problem.prior.sd * own[len(self.motion.own) :]
-        return self.with_problem(replace(self.problem, prior=prior), theta, own)
+        return self.with_problem(replace(self.problem, prior=prior), self.theta_at(own), own)
 
     def log_widths(self) -> float:
         """Return what of the log evidence is not cost or determinant: the noise scale (`minimise.log_evidence`)."""

@@ -7,13 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from radargui.model.errors import UsageError
-from radargui.model.gravity import (
-    NOMINAL_GRAVITY_M_S2,
-    U_NORMAL_GRAVITY_M_S2,
-    drag_of_sphere_1_m,
-    normal_gravity_m_s2,
-    share_in_air,
-)
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, drag_of_sphere_1_m, gravity_of_site, share_in_air
 from radargui.model.setup import Setup, moved
 
 GROUPS = ("tilt", "azimuth", "distance", "transmitter", "release", "gravity", "polarization")
@@ -118,6 +112,7 @@ def fall_unknowns(setup: Setup) -> list[Unknown]:
     density, floor = setup.tracer.density_kg_m3, setup.floor
     drag = drag_of_sphere_1_m(setup.tracer.diameter_m, density)
     leaning = U_FLOOR_DEG if floor.u_tilt_deg is None else floor.u_tilt_deg
+    # for a floor that leans a little slope and angle are one
     slopes = [math.degrees(x / floor.normal[2]) for x in floor.normal[:2]]
     return [
         Unknown(GRAVITY, g, u_g),
@@ -133,12 +128,9 @@ def fall_unknowns(setup: Setup) -> list[Unknown]:
 
 def site_gravity(setup: Setup) -> tuple[float, float]:
     """Return the acceleration of the falling sphere that the site says, buoyancy counted, and its uncertainty."""
-    site, density = setup.site, setup.tracer.density_kg_m3
-    g, u = NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2
-    if site.g_m_s2 is not None:
-        g, u = site.g_m_s2, U_NORMAL_GRAVITY_M_S2 if site.u_g_m_s2 is None else site.u_g_m_s2
-    elif site.latitude_deg is not None and site.height_m is not None:
-        g, u = normal_gravity_m_s2(site.latitude_deg, site.height_m), U_NORMAL_GRAVITY_M_S2
+    density = setup.tracer.density_kg_m3
+    g, u, _ = gravity_of_site(setup.site) or (NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2, False)
+    # a site that calls its g exact: the unknown stays one, with a prior that hardly lets it move
     return g * (1.0 if density is None else share_in_air(density)), max(u, 1e-6)
 
 

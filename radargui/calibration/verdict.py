@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import permutations
 from typing import NamedTuple
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from radargui.calibration.fit import MOST_STEPS, Fit, fit
-from radargui.calibration.likelihood import Likelihood, PathLikelihood, World
+from radargui.calibration.likelihood import Likelihood, PathLikelihood, own_values
 from radargui.calibration.shares import crew
 from radargui.calibration.unknowns import Unknown, setup_with
 from radargui.geometry.path_length import path_lengths, place_antennas
@@ -65,23 +65,12 @@ def are_far(z: FloatArray, u: FloatArray) -> BoolArray:
 
 
 def fit_paths(
-    world: World,
-    recordings: Sequence[PathLikelihood],
-    held: BoolArray,
-    round_done: Callable[[], None] = lambda: None,
-    looseness: Sequence[float] = LOOSE,
-    steps: int = MOST_STEPS,
-    z: FloatArray | None = None,
+    start: Fit, recordings: Sequence[PathLikelihood], looseness: Sequence[float] = LOOSE, steps: int = MOST_STEPS
 ) -> Fit:
-    """Fit paths, first loosely: far from the solution ties and outliers would lead astray; from z or the setup."""
-    found = None if z is None else Fit(world, z, tuple(one.start for one in recordings), (), held)
+    """Fit paths, first loosely: far from the solution ties and outliers would lead astray."""
     for loose in looseness:
-        wide = [replace(one, loose=loose) for one in recordings]
-        own = None if found is None else found.own
-        found = fit(world, wide, held=held, start=found, own=own, round_done=round_done, steps=steps)
-    if found is None:
-        raise RuntimeError("no looseness")
-    return found
+        start = fit(start, [replace(one, loose=loose) for one in recordings], steps=steps)
+    return start
 
 
 def untold(found: Fit) -> tuple[tuple[str, ...], float]:
@@ -95,27 +84,28 @@ def untold(found: Fit) -> tuple[tuple[str, ...], float]:
     values, vectors = np.linalg.eigh(covariance)
     names = [found.world.unknowns[n] for n in asked]
     words = [_in_words(vectors[:, n], names) for n in reversed(range(values.size)) if values[n] > UNTOLD]
+    # several eigenvectors may be one thing in words
     return tuple(dict.fromkeys(words)), float(np.sqrt(values[-1] / values[0]))
 
 
 def _in_words(vector: FloatArray, unknowns: Sequence[Unknown]) -> str:
     """Name a combination: a common turn, a common scale, a shift, else its largest parts."""
     share = vector**2
-    kinds = {kind: _members(unknowns, kind) for kind in ("azimuth_deg", "distance_m", "tilt_deg")}
+    turned, reach = (
+        [n for n, one in enumerate(unknowns) if one.name.endswith(ending) and one.group != "release"]
+        for ending in ("azimuth_deg", "distance_m")
+    )
     place = [n for n, one in enumerate(unknowns) if one.group == "release"]
-    turned, reach = kinds["azimuth_deg"], kinds["distance_m"]
     sideways = [n for n in place if not unknowns[n].name.endswith(".z")]
     if share[[*turned, *sideways]].sum() > 0.8 and share[turned].sum() > 0.3 and _alike(vector[turned]):
         return "a common turn of all azimuths about the vertical"
     height = [n for n in place if unknowns[n].name.endswith(".z")]
     if share[[*reach, *height]].sum() > 0.8 and len(reach) > 1 and _alike(vector[reach]):
-        return "a common scale of all distances" + (
-            " and the height of the release" if share[height].sum() > 0.1 else ""
-        )
+        more = " and the height of the release" if share[height].sum() > 0.1 else ""
+        return f"a common scale of all distances{more}"
     if share[place].sum() > 0.8:
-        return (
-            "a shift of the release sideways" if share[sideways].sum() > share[height].sum() else "the release's height"
-        )
+        is_sideways = share[sideways].sum() > share[height].sum()
+        return "a shift of the release sideways" if is_sideways else "the release's height"
     largest = [n for n in np.argsort(share)[::-1] if share[n] > 0.1][:3]
     return " with ".join(_spoken(unknowns[n].name) for n in sorted(largest))
 
@@ -124,10 +114,6 @@ def _spoken(name: str) -> str:
     """Name a place from which drops fell; keys of the setup stay, for who reads looks for them there."""
     kind, _, rest = name.partition(".")
     return f"release place {rest.replace('.', ', ')}" if kind == "place" else name
-
-
-def _members(unknowns: Sequence[Unknown], ending: str) -> list[int]:
-    return [n for n, one in enumerate(unknowns) if one.name.endswith(ending) and one.group != "release"]
 
 
 def _alike(part: FloatArray) -> bool:
@@ -144,6 +130,7 @@ def left_out(found: Fit, likelihoods: Sequence[Likelihood]) -> list[FloatArray]:
         return [np.full(len(one.residual_m), np.nan) for one in found.locals_]
     free, tasks = ~found.held, []
     for n, one in enumerate(likelihoods):
+        # linear in the shared values: a step from the fit of all needs no new fit
         normal, slope = found.information(but=n)
         normal, slope = normal + np.eye(slope.size), slope + found.z
         moved = np.zeros_like(found.z)
@@ -157,7 +144,7 @@ def _followed(one: Likelihood, start: Fit, n_receivers: int) -> FloatArray:
     """Return what a recording leaves, by receiver, when its motion and mismatch follow shared values that are held."""
     # damped: a whole step may end outside of all sense
     try:
-        there = fit(start.world, [one], held=start.held, start=start, own=start.own, steps=LEFT_OUT_STEPS)
+        there = fit(start, [one], steps=LEFT_OUT_STEPS)
     except ProcessingError:
         return np.full(n_receivers, np.nan)
     return rms_m(there.locals_[0].residual_m)
@@ -171,27 +158,27 @@ def other_orders(setup: Setup) -> Iterator[tuple[str, Setup]]:
                 continue
             receivers = [setup.receiver[k] for k in order]
             if mirrored:
+                # seen in a mirror azimuths run the other way; tilts and distances stay
                 receivers = [one.model_copy(update={"azimuth_deg": -one.azimuth_deg}) for one in receivers]
             yield _order_in_words(order, mirrored=mirrored), setup.model_copy(update={"receiver": tuple(receivers)})
 
 
 def undecidable(found: Fit, recordings: Sequence[PathLikelihood]) -> list[str]:
     """Return what may be wrong with the receivers' order that these motions would not show, in words."""
-    values, out = found.world.values(found.z), []
+    values = found.world.values(found.z)
     setup = setup_with(found.world.setup, found.world.unknowns, values)
-    changes = []
+    places = []
     for one, own in zip(recordings, found.own, strict=True):
-        unknowns = one.motion.own
-        state = np.array([u.value + u.u * float(z) for u, z in zip(unknowns, own, strict=False)])
         time_s = one.measured.time_s[one.motion.known(one.measured.time_s)]
-        changes.append(one.motion.at(time_s, values, state)[0][0])
-    for words, other in other_orders(setup):
-        pairs = [[path_lengths(place, place_antennas(which)) for which in (setup, other)] for place in changes]
+        places.append(one.motion.at(time_s, values, own_values(one.motion, own))[0][0])
+
+    def apart_m(other: Setup) -> float:
+        here, there = place_antennas(setup), place_antennas(other)
+        changes = [path_lengths(place, there) - path_lengths(place, here) for place in places]
         # constants are each recording's own
-        apart = [np.std(b - a, axis=1).max(initial=0.0) for a, b in pairs]
-        if max(apart) < ALIKE_M:
-            out.append(words)
-    return out
+        return max(float(np.std(change, axis=1).max(initial=0.0)) for change in changes)
+
+    return [words for words, other in other_orders(setup) if apart_m(other) < ALIKE_M]
 
 
 def _order_in_words(order: tuple[int, ...], *, mirrored: bool) -> str:
@@ -221,6 +208,7 @@ def put_right(found: Fit, recordings: Sequence[PathLikelihood]) -> tuple[list[Pa
                 continue
             medians = np.median(sliding_window_view(residual[known], STEP_POINTS), axis=1)
             step = (medians[STEP_POINTS:] - medians[:-STEP_POINTS]) / one.wavelength_m
+            # the largest alone: the next one is sought when this one is right
             k = int(np.argmax(np.abs(step)))
             # medians say that it stays, the largest difference of values a few apart how far, of neighbours when
             near = residual[known[k : k + 2 * STEP_POINTS]] / one.wavelength_m

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import compress
@@ -60,7 +60,7 @@ TOGETHER = 20
 """Planes looked at together: they stay in memory."""
 
 
-def with_walls(base: Settled, normal: FloatArray, round_done: Callable[[], None]) -> Settled:
+def with_walls(base: Settled, normal: FloatArray) -> Settled:
     """Return the fit with the walls that its recordings ask for.
 
     As the joint estimate seeks them (method 4, Walls): the evidence of each place of a grid with everything else
@@ -72,12 +72,10 @@ def with_walls(base: Settled, normal: FloatArray, round_done: Callable[[], None]
         Without walls.
     normal
         Upward normal of the floor, shape (3,).
-    round_done
-        Called now and then; may raise to cancel.
     """
     best = base
     for _ in range(MOST_WALLS):
-        better = _one_more(best, normal, round_done)
+        better = _one_more(best, normal)
         if better is None or better.log_evidence < best.log_evidence + CONVINCING:
             break
         # a wall that is there lets the recordings agree; one that only lends freedom sets them against each other
@@ -109,7 +107,7 @@ def planes_of(settled: Settled, first: int, normal: FloatArray) -> tuple[MirrorP
     return tuple(walls)
 
 
-def _one_more(base: Settled, normal: FloatArray, round_done: Callable[[], None]) -> Settled | None:
+def _one_more(base: Settled, normal: FloatArray) -> Settled | None:
     if not _sampled(base):
         return None
     middle = _middle(base)
@@ -117,13 +115,13 @@ def _one_more(base: Settled, normal: FloatArray, round_done: Callable[[], None])
     best, at = None, base
     for number in range(SEARCHES):
         planes = upright_planes(middle, normal, azimuth, distance)
-        gains = np.where(_clear(at, planes), linearised_gains(at, planes, round_done), -np.inf)
+        gains = np.where(_clear(at, planes), linearised_gains(at, planes), -np.inf)
         if gains.max() < PROMISING:
             return best
         gains = gains.reshape(azimuth.size, -1)
         places = peaks(gains, around=number == 0)[: CARRIED if number == 0 else CARRIED_AGAIN]
         before = best.log_evidence if best is not None else -np.inf
-        for trial in _trials(at, [(planes[k],) for k in places], round_done):
+        for trial in _trials(at, [(planes[k],) for k in places]):
             if best is None or trial.log_evidence > best.log_evidence:
                 best = trial
         if best is None or best.log_evidence < base.log_evidence + 0.5 * CONVINCING:
@@ -145,7 +143,8 @@ def _without_last(settled: Settled, base: Settled) -> Settled:
         if isinstance(one, SignalLikelihood) and isinstance(bare, SignalLikelihood):
             place, there = carried_places(bare.problem.layout, one.problem.layout)
             theta = np.zeros(bare.theta.size)
-            theta[place] = (one.theta + one.problem.prior.sd * own[len(one.motion.own) :])[there]
+            # what both have is carried over; the wall's own and the maps that grew with it are left behind
+            theta[place] = one.theta_at(own)[there]
             one, own = bare.with_problem(bare.problem, theta, own)
         likelihoods.append(one)
         states.append(own)
@@ -153,17 +152,13 @@ def _without_last(settled: Settled, base: Settled) -> Settled:
     return Settled(replace(found, own=tuple(states), locals_=locals_), tuple(likelihoods))
 
 
-def _trials(base: Settled, walls: Sequence[tuple[MirrorPlane, ...]], round_done: Callable[[], None]) -> list[Settled]:
+def _trials(base: Settled, walls: Sequence[tuple[MirrorPlane, ...]]) -> list[Settled]:
     """Return the fits with walls, less those that are left behind on the way there (`MOST_BEHIND`)."""
-    found, going = base.found, []
+    going = []
     for planes in walls:
-        pairs = [
-            one.with_mirrors((*one.problem.inputs.planes, *planes), state)
-            if isinstance(one, SignalLikelihood)
-            else (one, state)
-            for one, state in zip(base.likelihoods, found.own, strict=True)
-        ]
-        going.append(settling(found.world, [one for one, _ in pairs], found, [own for _, own in pairs], round_done))
+        pairs = zip(base.likelihoods, base.found.own, strict=True)
+        likelihoods, own = zip(*(one.with_mirrors(planes, state) for one, state in pairs), strict=True)
+        going.append(settling(base.found, likelihoods, own))
     there: list[Settled] = []
     for behind in MOST_BEHIND:
         there, left = [], going
@@ -188,39 +183,40 @@ def _sampled(base: Settled) -> list[tuple[SignalLikelihood, FloatArray, int]]:
     ]
 
 
+def _places(base: Settled) -> list[FloatArray]:
+    """Return where the sphere goes in each recording by its samples, shape (3, n_bins)."""
+    return [one.sampled(base.found.world, base.found.z, own).place_m for one, own, _ in _sampled(base)]
+
+
 def _middle(base: Settled) -> FloatArray:
-    """Return the middle of the motions, shape (3,)."""
-    found = base.found
-    means = [one.sampled(found.world, found.z, own).place_m.mean(axis=1) for one, own, _ in _sampled(base)]
-    return np.asarray(np.mean(means, axis=0))
+    """Return the middle of the motions, shape (3,); each counts alike, however long it is."""
+    return np.asarray(np.mean([place.mean(axis=1) for place in _places(base)], axis=0))
 
 
 def _place_of(settled: Settled, number: int, middle_m: FloatArray, normal: FloatArray) -> tuple[float, float]:
     """Return azimuth and distance of a mirror, the mean of the recordings'."""
     outward = []
     for one, own, _ in _sampled(settled):
-        theta = one.theta + one.problem.prior.sd * own[len(one.motion.own) :]
-        unknown = one.problem.layout.plane_unknowns(theta)[number]
+        unknown = one.problem.layout.plane_unknowns(one.theta_at(own))[number]
         outward.append(one.problem.inputs.planes[number].image(middle_m, unknown) - middle_m)
     mean = np.mean(outward, axis=0)
     first, second = tangents(normal)
+    # an image is twice as far away as its plane
     return float(np.arctan2(mean @ second, mean @ first)), 0.5 * float(np.linalg.norm(mean))
 
 
 def _clear(base: Settled, planes: Sequence[MirrorPlane]) -> BoolArray:
     """Return which planes no motion comes near, shape (n_planes,): the sphere does not go through walls."""
-    found = base.found
-    places = [one.sampled(found.world, found.z, own).place_m for one, own, _ in _sampled(base)]
-    everywhere = np.concatenate(places, axis=1)
+    everywhere = np.concatenate(_places(base), axis=1)
     return np.array(
         [float((plane.normal @ everywhere).min() - plane.normal @ plane.foot_m) > CLEAR_M for plane in planes]
     )
 
 
-def linearised_gains(base: Settled, planes: list[MirrorPlane], round_done: Callable[[], None]) -> FloatArray:
+def linearised_gains(base: Settled, planes: list[MirrorPlane]) -> FloatArray:
     """Return the linearised log evidence of each plane as one more wall, shape (n_planes,), summed over recordings."""
     tasks = [(base.found, *one, planes) for one in _sampled(base)]
-    return np.asarray(sum(crew().each(_gains_of_one, tasks, round_done)))
+    return np.asarray(sum(crew().each(_gains_of_one, tasks, crew().shares.round_done)))
 
 
 def _gains_of_one(
@@ -243,11 +239,11 @@ class _LinearisedSearch:
         self.parts = stiff.rows(world, z, self.at)
         self.local = stiff.local(self.at, self.parts, z.size, own)
         normal, slope, self.back = self.local.reduced(0.0)
-        was, was_slope, _ = found.locals_[number].reduced(0.0)
-        information, all_slope = found.information()
-        total = information - was + normal + np.eye(z.size)
+        # all recordings, this one with its stiffened maps in place of those it has
+        others, others_slope = found.information(but=number)
+        total = others + normal + np.eye(z.size)
         self.free, self.inverse = free, np.linalg.inv(total[np.ix_(free, free)])
-        self.shared_slope = (all_slope - was_slope + slope + z)[free]
+        self.shared_slope = (others_slope + slope + z)[free]
         inputs, layout = self.at.problem.inputs, self.at.problem.layout
         lobes = main_lobes(layout, self.at.theta)
         self.waves = [
@@ -273,6 +269,7 @@ class _LinearisedSearch:
             to_all[:, columns[:, None], part.index] += weighed @ part.rows.reshape(-1, part.index.size)
         # Schur complements: the recording's own taken out, then what all share
         own = to_all[:, :, n_shared:]
+        # tables and walls reflect about so much: without a prior a plane that nothing sees could be any
         a += np.eye(n_new) / WALLS.reflection**2
         solved = np.linalg.solve(self.local.inner, own.reshape(-1, own.shape[2]).T).T.reshape(own.shape)
         a -= own @ solved.transpose(0, 2, 1)

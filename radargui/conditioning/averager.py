@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from radargui.conditioning.segment import held
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.recording import Digitisation
 
@@ -24,14 +25,9 @@ class Averager:
 
     def __init__(self, digitisation: Digitisation, size: int) -> None:
         self._digitisation = digitisation
-        self._size = size
+        self.size = size
         self._last = np.zeros(digitisation.n_channels)
         self.clear()
-
-    @property
-    def size(self) -> int:
-        """Samples of a block."""
-        return self._size
 
     @property
     def waiting(self) -> int:
@@ -48,12 +44,12 @@ class Averager:
         Samples that are not numbers are left out; a block of nothing else repeats the mean before it.
         """
         whole = samples if self._left.shape[1] == 0 else np.concatenate([self._left, samples], axis=1)
-        count = whole.shape[1] // self._size
+        count = whole.shape[1] // self.size
         # a copy: nothing may keep the reader's blocks alive
-        self._left = whole[:, count * self._size :].copy()
+        self._left = whole[:, count * self.size :].copy()
         if count == 0:
             return np.empty((samples.shape[0], 0))
-        blocks = whole[:, : count * self._size].reshape(samples.shape[0], count, self._size)
+        blocks = whole[:, : count * self.size].reshape(samples.shape[0], count, self.size)
         if blocks.dtype == np.int16:
             means = self._digitisation.volts(np.asarray(code_means(blocks)))
         else:
@@ -67,12 +63,8 @@ class Averager:
         if known.all():
             return np.asarray(self._digitisation.volts(blocks.mean(axis=2)))
         number = known.sum(axis=2)
-        means = np.where(known, blocks, 0.0).sum(axis=2) / np.maximum(number, 1)
-        means = self._digitisation.volts(means)
-        for channel in range(means.shape[0]):
-            for block in np.flatnonzero(number[channel] == 0):
-                means[channel, block] = means[channel, block - 1] if block else self._last[channel]
-        return means
+        means = np.where(known, blocks, 0.0).sum(axis=2) / np.where(number, number, np.nan)
+        return held(np.column_stack([self._last, self._digitisation.volts(means)]))[:, 1:]
 
 
 def code_means(blocks: RawArray) -> FloatArray:

@@ -102,6 +102,7 @@ def band_signals(recording: Recording, samples: slice, setup: Setup) -> BandSign
     rate_hz = recording.digitisation.sample_rate_hz
     if recording.n_receivers < 3 or setup.processing.correction == "none":
         return _pooled(recording, samples, 1)
+    # a mean blurs the turn at an impact, and only the joint estimate could have told it
     settings = JOINT if setup.processing.correction == "joint" else SETTINGS
     # no body in a laboratory moves faster: a spectrum of all samples would cost more than all that follows
     for looked_hz, sure in ((settings.looked_hz, settings.sure), (settings.pooled_hz, 1.0)):

@@ -84,7 +84,7 @@ class _Stretch:
     motion: Motion
 
 
-def condition(recording: Recording, setup: Setup, settings: RestSettings = SETTINGS) -> Conditioned | NoMotion:
+def condition(recording: Recording, setup: Setup) -> Conditioned | NoMotion:
     """Condition the signals of a recording: of the stretches between gaps the one to use.
 
     One with a rest before the motion comes first, for there it is known where the sphere was; then the longest motion.
@@ -96,8 +96,6 @@ def condition(recording: Recording, setup: Setup, settings: RestSettings = SETTI
         Two channels a receiver.
     setup
         Its sign of the wiring; its multiplexer skew where the recording comes without one.
-    settings
-        What counts as rest.
 
     Returns
     -------
@@ -112,10 +110,10 @@ def condition(recording: Recording, setup: Setup, settings: RestSettings = SETTI
 
     def worth(one: _Stretch) -> tuple[bool, int]:
         size, motion = one.signals.size, one.motion
-        return motion.first * size > settings.before_onset_s * rate_hz, (motion.last - motion.first) * size
+        return motion.first * size > SETTINGS.before_onset_s * rate_hz, (motion.last - motion.first) * size
 
     best = max(moving, key=worth)
-    return _conditioned(recording, best, setup, settings)
+    return _conditioned(recording, best, setup)
 
 
 def stretches(recording: Recording) -> tuple[slice, ...]:
@@ -153,15 +151,13 @@ def _steady_motion(
     return None
 
 
-def _conditioned(
-    recording: Recording, stretch: _Stretch, setup: Setup, settings: RestSettings
-) -> Conditioned | NoMotion:
+def _conditioned(recording: Recording, stretch: _Stretch, setup: Setup) -> Conditioned | NoMotion:
     samples, size, volts = stretch.samples, stretch.signals.size, stretch.signals.volts
     rate_hz = recording.digitisation.sample_rate_hz / size
     time_s = band_times_s(recording, samples, size)
     motion, noise_v = stretch.motion, stretch.noise_v
     # on the rest alone: in the motion a target at 50 Hz is a target
-    hum = _hum_at_rest(volts, time_s, rate_hz, motion, noise_v, settings)
+    hum = _hum_at_rest(volts, time_s, rate_hz, motion, noise_v)
     if hum is not None:
         volts = volts - hum.at(np.arange(volts.shape[1]) / rate_hz)
         # without the hum the motion is seen where it begins
@@ -200,10 +196,10 @@ def _conditioned(
         look = max(1, int(rate_hz / max(LOOKED_HZ, LOOKED_PER_FRINGE * stretch.signals.highest_hz)))
         means, noise = block_means(volts[:, moving], look), noise_v / np.sqrt(look)
         found_in = measure_dopplers(means, rate_hz / look, noise, DOPPLER.holding(stretch.signals.fastest_hz))
-        doppler = tuple(one.of_samples(look).counted_from(-moving.start) for one in found_in)
+        doppler = tuple(one.of_samples(look, moving.start) for one in found_in)
     motion = _widened(motion, doppler, echoes)
-    rest, moving = _rest_before(volts, time_s, motion, settings), slice(motion.first, motion.last)
-    faults = _faults(volts, as_wired, noise_v, usable, doppler, moving)
+    (onset_s, rest_end_s), moving = _rest_before(volts, time_s, motion), slice(motion.first, motion.last)
+    faults = _faults(as_wired, noise_v, usable, doppler, moving)
     if lines:
         faults = tuple(
             f"{_only_tones(lines)} moves it" if only else own for only, own in zip(toned, faults, strict=True)
@@ -215,9 +211,9 @@ def _conditioned(
         volts,
         usable,
         noise_v,
-        Segment(motion.first, motion.last, 0, int(np.searchsorted(time_s, rest.end_s))),
-        rest.onset_s,
-        rest.end_s,
+        Segment(motion.first, motion.last, 0, int(np.searchsorted(time_s, rest_end_s))),
+        onset_s,
+        rest_end_s,
         doppler,
         echoes,
         faults,
@@ -290,17 +286,14 @@ def _plateaus(volts: RawArray, moving: slice) -> BoolArray:
 
 
 def _faults(
-    volts: FloatArray,
-    as_wired: FloatArray,
-    noise_v: FloatArray,
-    usable: BoolArray,
-    doppler: tuple[Doppler, ...],
-    moving: slice,
+    as_wired: FloatArray, noise_v: FloatArray, usable: BoolArray, doppler: tuple[Doppler, ...], moving: slice
 ) -> tuple[str, ...]:
-    """Return why a receiver is none, one a receiver."""
+    """Return why a receiver is none, one a receiver; the voltages are without the wiring's sign."""
     faults = [
-        check_receiver(own.between(moving.start, moving.stop), volts[pair, moving], noise_v[pair], usable[pair, moving])
-        for own, pair in zip(doppler, _pairs(volts), strict=True)
+        check_receiver(
+            own.between(moving.start, moving.stop), as_wired[pair, moving], noise_v[pair], usable[pair, moving]
+        )
+        for own, pair in zip(doppler, _pairs(as_wired), strict=True)
     ]
     names, own = [f"{part}{number}" for number in range(1, len(faults) + 1) for part in "IQ"], tuple(faults)
     # a cable on I and on Q of another shows the same where no sign is applied
@@ -313,42 +306,34 @@ def _faults(
 
 
 def _hum_at_rest(
-    volts: FloatArray, time_s: FloatArray, rate_hz: float, motion: Motion, noise_v: FloatArray, settings: RestSettings
+    volts: FloatArray, time_s: FloatArray, rate_hz: float, motion: Motion, noise_v: FloatArray
 ) -> Hum | None:
     """Return the hum of the rests before and after the motion."""
 
     def measured(rest_end: int) -> Hum | None:
-        after = slice(motion.last + round(settings.after_motion_s * rate_hz), volts.shape[1])
+        after = slice(motion.last + round(SETTINGS.after_motion_s * rate_hz), volts.shape[1])
         least = 0.5 * HUM.least_rest_s * rate_hz
         rests = tuple(part for part in (slice(0, rest_end), after) if part.stop - part.start >= least)
         return find_hum(volts, rate_hz, rests, noise_v)
 
-    quiet_end = motion.first - round(settings.least_s * rate_hz)
+    quiet_end = motion.first - round(SETTINGS.least_s * rate_hz)
     hum = measured(quiet_end)
     if hum is None:
         return None
     # a slow beginning of the motion, still counted as rest, can look like a weak hum: once more without it
-    onset = _rest_before(volts - hum.at(np.arange(volts.shape[1]) / rate_hz), time_s, motion, settings).onset_s
-    earlier = int(np.searchsorted(time_s, onset - settings.hum_margin_s))
+    onset, _ = _rest_before(volts - hum.at(np.arange(volts.shape[1]) / rate_hz), time_s, motion)
+    earlier = int(np.searchsorted(time_s, onset - SETTINGS.hum_margin_s))
     return measured(earlier) if 0 < earlier < quiet_end else hum
 
 
-@dataclass(frozen=True, slots=True)
-class _Rest:
-    """When the tracer leaves its rest (-inf: it begins in motion), and until when it rests for sure."""
-
-    onset_s: float
-    end_s: float
-
-
-def _rest_before(volts: FloatArray, time_s: FloatArray, motion: Motion, settings: RestSettings) -> _Rest:
-    """Return the rest before a motion.
+def _rest_before(volts: FloatArray, time_s: FloatArray, motion: Motion) -> tuple[float, float]:
+    """Return when the tracer leaves its rest (-inf: it begins in motion), and until when it rests for sure.
 
     Means over 5 ms do not see every motion: an onset long after the voltages are seen to shake is none.
     """
     begin, seen = float(time_s[0]), float(time_s[motion.first])
     if motion.first == 0:
-        return _Rest(float("-inf"), begin)
+        return float("-inf"), begin
     # every fourth sample tells it as well
     spread = volts[:, ::4].std(axis=1)
     scale = np.maximum(np.sqrt(2.0) * np.median(spread.reshape(-1, 2), axis=1), 1e-300).repeat(2)
@@ -357,9 +342,8 @@ def _rest_before(volts: FloatArray, time_s: FloatArray, motion: Motion, settings
     onset = find_onset(time_s[part], volts[:, part] / scale[:, None], spread / scale)
     onset = seen if onset is None or onset > seen + motion.window_s else onset
     if not onset > begin:
-        return _Rest(float("-inf"), begin)
+        return float("-inf"), begin
     # a slow beginning is seen late: by about as much as the shaking of the voltages is seen after the onset
     late = max(0.0, seen - onset)
     # what looks at rest for as long again before it may be creeping already
-    end = max(onset - late - settings.before_onset_s, begin + settings.least_s)
-    return _Rest(onset, end)
+    return onset, max(onset - late - SETTINGS.before_onset_s, begin + SETTINGS.least_s)

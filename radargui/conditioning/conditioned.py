@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from radargui.model.result import Segment
 if TYPE_CHECKING:
     # loads what only one or two receivers need
     from radargui.conditioning.echo import Echo
+
+
+_BY_CHANNEL, _BY_RECEIVER = ("volts", "usable", "noise_v", "delay_s"), ("doppler", "echoes", "faults")
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,16 +88,9 @@ class Conditioned:
     def of_receivers(self, numbers: Sequence[int]) -> Conditioned:
         """Return the same of some receivers, numbered from 0."""
         channels = [2 * number + part for number in numbers for part in (0, 1)]
-        return replace(
-            self,
-            volts=self.volts[channels],
-            usable=self.usable[channels],
-            noise_v=self.noise_v[channels],
-            doppler=tuple(self.doppler[number] for number in numbers),
-            echoes=tuple(self.echoes[number] for number in numbers),
-            faults=tuple(self.faults[number] for number in numbers),
-            delay_s=self.delay_s[channels],
-        )
+        some: dict[str, Any] = {name: getattr(self, name)[channels] for name in _BY_CHANNEL}
+        some |= {name: tuple(getattr(self, name)[number] for number in numbers) for name in _BY_RECEIVER}
+        return replace(self, **some)
 
     @property
     def valid(self) -> BoolArray:

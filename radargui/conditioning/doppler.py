@@ -113,13 +113,9 @@ class Doppler:
         """Distance of two bins."""
         return self.sample_rate_hz / self.size
 
-    def counted_from(self, start: int) -> Doppler:
-        """Return the same with samples counted from `start` on."""
-        return replace(self, centre=self.centre - start)
-
-    def of_samples(self, size: int) -> Doppler:
-        """Return the same counted in samples, of which each here is the mean of `size`."""
-        centre = self.centre * size + (size - 1) // 2
+    def of_samples(self, size: int, first: int) -> Doppler:
+        """Return the same counted in samples, of which each here is the mean of `size`; the first of all is `first`."""
+        centre = first + self.centre * size + (size - 1) // 2
         return replace(self, centre=centre, size=self.size * size, sample_rate_hz=self.sample_rate_hz * size)
 
     def between(self, first: int, last: int) -> Doppler:
@@ -143,9 +139,8 @@ class Doppler:
             order = max(round(one / nominal), 1)
             mains = one / order
             if order <= HARMONICS and abs(mains - nominal) < MAINS_WITHIN_HZ:
-                hum |= (
-                    np.abs(self.frequency_hz - mains * np.round(self.frequency_hz / mains)) < 0.1 * self.resolution_hz
-                )
+                away_hz = self.frequency_hz - mains * np.round(self.frequency_hz / mains)
+                hum |= np.abs(away_hz) < 0.1 * self.resolution_hz
         return replace(self, clear=self.clear & ~hum, mixed=self.mixed & ~hum)
 
     @property
@@ -228,6 +223,7 @@ class _Frames:
             self.size,
             sample_rate_hz,
             _interpolated(power, place) * sample_rate_hz / self.size,
+            # over what white noise of I and Q together leaves in one bin under this window
             power[rows, place] / float(window * (noise_v**2).sum()),
             self.share[number],
             self.clear[number],
@@ -320,4 +316,5 @@ def _interpolated(power: FloatArray, place: IntArray) -> FloatArray:
     left, middle, right = np.log(np.maximum(around, 1e-300))
     bend = left - 2.0 * middle + right
     shift = np.where(np.abs(bend) > 1e-12, 0.5 * (left - right) / np.where(bend == 0.0, 1.0, bend), 0.0)
+    # beyond half a bin the neighbour would have been the highest
     return np.asarray(place + np.clip(shift, -0.5, 0.5))

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.fft import fft, fftfreq, ifft, next_fast_len
+from scipy.linalg import solveh_banded
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
 from radargui.conditioning.doppler import SETTINGS as LINES, Doppler
 from radargui.conditioning.follows import FollowSettings, missed_frames
-from radargui.conditioning.offset_curve import offset_curve
 from radargui.conditioning.spectral_front_end import front_end_of
-from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, runs_of
+from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray, runs_of
 from radargui.model.front_end import FrontEnd, channels_of, point_of
 
 
@@ -51,6 +51,12 @@ class EchoSettings:
         Share by which a frequency is another one.
     same_strength, joined_s
         Factor between the strengths before and after an interruption, and its length, up to which it is the same echo.
+    offset_bins
+        Doppler frequency in bins from which the mean under a Hann window holds less than 1 % of the echo.
+    knots_s
+        Distance of the offset's knots, and the time over which it is smooth: drifts are slower than 1 Hz.
+    most_scatter
+        Of the frames about the offset, in amplitudes; with more it is made more supple, down to one knot a frame.
     """
 
     most_drift: float = 0.3
@@ -71,6 +77,9 @@ class EchoSettings:
     elsewhere: float = 0.25
     same_strength: float = 2.0
     joined_s: float = 0.1
+    offset_bins: float = 2.5
+    knots_s: float = 0.15
+    most_scatter: float = 0.1
 
 
 SETTINGS = EchoSettings()
@@ -120,13 +129,7 @@ class Echo:
         return channels_of(shown, shown, self.front_end.gain_ratio, eps)
 
 
-def follow_echo(
-    pair_v: FloatArray,
-    usable: BoolArray,
-    noise_v: FloatArray,
-    doppler: Doppler,
-    settings: EchoSettings = SETTINGS,
-) -> Echo | None:
+def follow_echo(pair_v: FloatArray, usable: BoolArray, noise_v: FloatArray, doppler: Doppler) -> Echo | None:
     """Follow the echo of one receiver; None where too few frames show a line to tell the echo from its offset.
 
     Parameters
@@ -137,8 +140,6 @@ def follow_echo(
         White noise of both, shape (2,).
     doppler
         Lines of its frames, all over the samples.
-    settings
-        How it is done.
     """
     # first of all: offset and low-pass are told in X and Y, where an echo is a circle
     front_end = front_end_of(doppler)
@@ -148,31 +149,31 @@ def follow_echo(
     x, y = point_of(pair_v[0], pair_v[1], front_end.gain_ratio, float(np.radians(front_end.quadrature_error_deg)))
     offset, drift = offset_curve(x + 1j * y, doppler)
     slowest_hz, fastest_hz = _range(doppler, x.size)
-    wave, too_slow, slow = _without_slow(x + 1j * y - offset, slowest_hz, doppler, settings)
-    corner_hz = settings.band * fastest_hz + settings.added_hz
+    wave, too_slow, slow = _without_slow(x + 1j * y - offset, slowest_hz, doppler)
+    corner_hz = SETTINGS.band * fastest_hz + SETTINGS.added_hz
     # phase noise falls with the band; of the echo the band takes nothing off
     wave = _low_passed(wave, rate_hz, corner_hz)
     # a slow echo beats with what is left of the offset: over whole periods its strength is even
     periods_s = 2.0 / float(np.quantile(doppler.frequency_hz[doppler.clear], 0.1))
-    window, near = (max(3, round(s * rate_hz)) for s in (max(settings.envelope_s, periods_s), settings.envelope_s))
+    window, near = (max(3, round(s * rate_hz)) for s in (max(SETTINGS.envelope_s, periods_s), SETTINGS.envelope_s))
     noise_power = float((noise_v**2).sum()) * np.minimum(1.0, 2.0 * corner_hz / rate_hz)
     power = uniform_filter1d(np.abs(wave) ** 2, window, mode="nearest") - noise_power
     amplitude = np.sqrt(np.maximum(power, 1e-300))
-    strong = power > settings.over_noise * noise_power
+    strong = power > SETTINGS.over_noise * noise_power
     # what is slower and runs about as far as the echo turns is another echo, which leads the phase of both
     wander = _wander(offset + slow, rate_hz)
-    known = np.hypot(drift / settings.most_drift, wander / settings.most_wander) < amplitude
-    if not (strong & known).any() or known[doppler.centre[doppler.clear]].mean() < settings.least_known:
+    known = np.hypot(drift / SETTINGS.most_drift, wander / SETTINGS.most_wander) < amplitude
+    if not (strong & known).any() or known[doppler.centre[doppler.clear]].mean() < SETTINGS.least_known:
         return None
     usual = float(np.quantile(amplitude[strong & known], 0.9))
-    strong &= amplitude > settings.weak * usual
+    strong &= amplitude > SETTINGS.weak * usual
     # through the centre the phase jumps by half a turn, and nobody knows which way
-    deep = minimum_filter1d(np.abs(wave), near) < settings.deepest * amplitude
+    deep = minimum_filter1d(np.abs(wave), near) < SETTINGS.deepest * amplitude
     # single samples at the end of the range are filled by their neighbours in the band
-    held = uniform_filter1d(usable.all(axis=0).astype(float), max(1, round(rate_hz / corner_hz.max()))) > settings.held
+    held = uniform_filter1d(usable.all(axis=0).astype(float), max(1, round(rate_hz / corner_hz.max()))) > SETTINGS.held
     # within the band the phase turns by less than half a turn from sample to sample
     phase = np.unwrap(np.angle(wave))
-    other = too_slow | _images(doppler, front_end, wave, settings)
+    other = too_slow | _images(doppler, front_end, wave)
     # a line that is neither clear nor mixed is a hum's (`Doppler.without_mains`)
     fast = doppler.frequency_hz > 3.5 * doppler.resolution_hz
     other |= ~doppler.clear & ~doppler.mixed & fast & (doppler.power > LINES.strong)
@@ -185,14 +186,12 @@ def follow_echo(
         amplitude,
         np.asarray(np.sqrt(0.5 * noise_power) / amplitude),
         phase,
-        _of_one_target(leads, amplitude, phase, usual, round(settings.joined_s * rate_hz), settings),
+        _of_one_target(leads, amplitude, phase, usual, round(SETTINGS.joined_s * rate_hz)),
         front_end,
     )
 
 
-def _of_one_target(
-    leads: BoolArray, amplitude: FloatArray, phase: FloatArray, usual: float, near: int, settings: EchoSettings
-) -> BoolArray:
+def _of_one_target(leads: BoolArray, amplitude: FloatArray, phase: FloatArray, usual: float, near: int) -> BoolArray:
     """Return where the echo leads without the weak stretches that nothing joins to a strong one, shape (n_samples,).
 
     A target that fades is followed all the way down and up again; what is weak from its beginning to its end is what
@@ -206,19 +205,19 @@ def _of_one_target(
     # a target neither changes its strength nor its speed at once; what takes over from it does
     joined = (
         (first[1:] - last[:-1] <= near)
-        & (np.abs(level[first[1:]] - level[last[:-1]]) < np.log(settings.same_strength))
-        & (np.abs(begins[1:] - ends[:-1]) <= settings.elsewhere * np.abs(ends[:-1]))
+        & (np.abs(level[first[1:]] - level[last[:-1]]) < np.log(SETTINGS.same_strength))
+        & (np.abs(begins[1:] - ends[:-1]) <= SETTINGS.elsewhere * np.abs(ends[:-1]))
     )
     chain = np.concatenate([[0], np.cumsum(~joined)])[: len(runs)]
     highest = np.zeros(len(runs))
     np.maximum.at(highest, chain, [amplitude[a:b].max() / usual for a, b in runs])
     speed = np.abs(phase[last] - phase[first]) / np.maximum(last - first, 1)
-    sound = highest[chain] > settings.weak_elsewhere
+    sound = highest[chain] > SETTINGS.weak_elsewhere
     out = np.zeros_like(leads)
     for k, (a, b) in enumerate(runs):
         there = np.flatnonzero(sound)[np.argsort(np.abs(first[sound] - a))[:1]]
-        alike = np.abs(speed[k] - speed[there]) <= settings.elsewhere * speed[there]
-        out[a:b] = sound[k] or (highest[chain[k]] > settings.weak_throughout and alike.any())
+        alike = np.abs(speed[k] - speed[there]) <= SETTINGS.elsewhere * speed[there]
+        out[a:b] = sound[k] or (highest[chain[k]] > SETTINGS.weak_throughout and alike.any())
     return out
 
 
@@ -240,7 +239,7 @@ def _range(doppler: Doppler, n_samples: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _without_slow(
-    wave: ComplexArray, slowest_hz: FloatArray, doppler: Doppler, settings: EchoSettings
+    wave: ComplexArray, slowest_hz: FloatArray, doppler: Doppler
 ) -> tuple[ComplexArray, BoolArray, ComplexArray]:
     """Return the wave without what is slower than the target, where that is strong; the empty frames; what was slower.
 
@@ -248,12 +247,12 @@ def _without_slow(
     """
     nothing = np.zeros(doppler.centre.size, dtype=np.bool_)
     # turns round of the target itself reach into the upper half of what is taken off
-    slow = _low_passed(wave, doppler.sample_rate_hz, 0.5 * settings.slow * slowest_hz)
+    slow = _low_passed(wave, doppler.sample_rate_hz, 0.5 * SETTINGS.slow * slowest_hz)
     power = uniform_filter1d(np.stack([np.abs(slow) ** 2, np.abs(wave) ** 2]), doppler.size, axis=1, mode="nearest")
     share = power[0, doppler.centre] / np.maximum(power[1, doppler.centre], 1e-300)
-    if float(np.median(share[doppler.clear])) < settings.most_slow:
+    if float(np.median(share[doppler.clear])) < SETTINGS.most_slow:
         return wave, nothing, np.zeros_like(wave)
-    slow = _low_passed(wave, doppler.sample_rate_hz, settings.slow * slowest_hz)
+    slow = _low_passed(wave, doppler.sample_rate_hz, SETTINGS.slow * slowest_hz)
     return wave - slow, ~(doppler.clear | doppler.mixed), slow
 
 
@@ -276,7 +275,7 @@ def _low_passed(wave: ComplexArray, rate_hz: float, corner_hz: FloatArray) -> Co
     return out
 
 
-def _images(doppler: Doppler, front_end: FrontEnd, wave: ComplexArray, settings: EchoSettings) -> BoolArray:
+def _images(doppler: Doppler, front_end: FrontEnd, wave: ComplexArray) -> BoolArray:
     """Return in which frames a line stands on both sides at once, so that a tone or a hum leads, shape (n_frames,).
 
     A target that turns round has it on one side after the other.
@@ -284,7 +283,7 @@ def _images(doppler: Doppler, front_end: FrontEnd, wave: ComplexArray, settings:
     angle = np.radians(front_end.quadrature_error_deg)
     q = (doppler.q / front_end.gain_ratio - doppler.i * np.sin(angle)) / np.cos(angle)
     sides = np.abs(np.stack([doppler.i + 1j * q, doppler.i - 1j * q])) ** 2
-    allowed = settings.most_image + 3.0 / np.maximum(doppler.power, 1e-300)
+    allowed = SETTINGS.most_image + 3.0 / np.maximum(doppler.power, 1e-300)
     both = np.asarray(doppler.clear & (sides.min(axis=0) > allowed * sides.max(axis=0)))
     # one frame may hold both ways of a turn round: only parts of it tell an image from that
     half, short = doppler.size // 2, max(2, doppler.size // _SHARES)
@@ -294,3 +293,59 @@ def _images(doppler: Doppler, front_end: FrontEnd, wave: ComplexArray, settings:
         ahead, back = (np.abs(uniform_filter1d(frame * one, short)) ** 2 for one in (turn, turn.conj()))
         both[k] = np.minimum(ahead, back).sum() > allowed[k] * np.maximum(ahead, back).sum()
     return both
+
+
+def offset_curve(wave: ComplexArray, doppler: Doppler) -> tuple[ComplexArray, FloatArray]:
+    """Return the offset at each sample and how far it may have drifted since it was last seen, shapes (n_samples,).
+
+    Means of frames under a Hann window, joined by the curve of least curvature through knots: an echo that turns fast
+    has no mean, and what a second reflection adds at twice its frequency has none either.
+
+    Parameters
+    ----------
+    wave
+        X + jY without front end, shape (n_samples,).
+    doppler
+        Lines of its frames; some of them clear.
+    """
+    seen = doppler.clear & (doppler.frequency_hz >= SETTINGS.offset_bins * doppler.resolution_hz)
+    centre, half = doppler.centre[seen], doppler.size // 2
+    # its zeros lie on whole bins: an echo of 2.5 bins and more averages out
+    window = np.hanning(doppler.size)
+    mean = np.array([window @ wave[at - half : at - half + doppler.size] for at in centre]) / window.sum()
+    # <|z|^2> under the window, by Parseval
+    amplitude = np.sqrt(4.0 * np.median(doppler.moments[0, seen]) / (doppler.size * (window**2).sum()))
+    step = max(round(SETTINGS.knots_s * doppler.sample_rate_hz), half)
+    knots, curve, apart = _curve(centre, mean, step, half, wave.size)
+    while apart > SETTINGS.most_scatter * amplitude and step > half:
+        step = max(step // 2, half)
+        knots, curve, apart = _curve(centre, mean, step, half, wave.size)
+    sample = np.arange(wave.size)
+    offset = np.interp(sample, knots, curve[:, 0]) + 1j * np.interp(sample, knots, curve[:, 1])
+    # where nothing was seen an offset may have gone on as it went before
+    slopes = np.hypot(*np.diff(curve, axis=0).T) / step
+    speed = np.maximum(np.median(slopes), slopes[np.minimum(sample // step, slopes.size - 1)])
+    after = np.searchsorted(centre, sample)
+    before, behind = centre[np.maximum(after - 1, 0)], centre[np.minimum(after, centre.size - 1)]
+    return offset, speed * np.minimum(np.abs(sample - before), np.abs(sample - behind))
+
+
+def _curve(
+    centre: IntArray, mean: ComplexArray, step: int, half: int, n_samples: int
+) -> tuple[IntArray, FloatArray, float]:
+    """Return knots, the curve's X and Y at them, shape (n_knots, 2), and the root mean square of what it misses."""
+    knots = np.arange(0, n_samples + step, step)
+    place, share = np.divmod(centre / step, 1.0)
+    rows, place = np.arange(centre.size), place.astype(np.intp)
+    design = np.zeros((centre.size, knots.size))
+    design[rows, place], design[rows, np.minimum(place + 1, knots.size - 1)] = 1.0 - share, share
+    normal, frames = design.T @ design, step / half
+    # curvature costs as much as the frames between two knots; slope a little, so that the ends do not run away
+    for order, cost in ((2, frames), (1, 0.01 * frames)):
+        if knots.size > order:
+            difference = np.diff(np.eye(knots.size), order, axis=0)
+            normal += cost * difference.T @ difference
+    bands = [np.pad(np.diagonal(normal, k), (k, 0)) for k in range(min(3, knots.size))]
+    value = np.stack([mean.real, mean.imag], axis=1)
+    curve = solveh_banded(np.array(bands[::-1]), design.T @ value)
+    return knots, curve, float(np.sqrt(np.mean((design @ curve - value) ** 2)))

@@ -90,13 +90,7 @@ class Hum:
         return out
 
 
-def find_hum(
-    volts: FloatArray,
-    sample_rate_hz: float,
-    rests: Sequence[slice],
-    noise_v: FloatArray,
-    settings: HumSettings = SETTINGS,
-) -> Hum | None:
+def find_hum(volts: FloatArray, sample_rate_hz: float, rests: Sequence[slice], noise_v: FloatArray) -> Hum | None:
     """Find the pick-up of the mains in the samples at rest, by least squares in amplitudes and frequency.
 
     Where the tracer rests its signal is constant, so that nothing of the motion is taken for a hum; a straight line a
@@ -112,36 +106,35 @@ def find_hum(
         Stretches at rest.
     noise_v
         White noise of each channel, shape (n_channels,).
-    settings
-        How it is sought.
 
     Returns
     -------
     Hum or None
         None where less than 0.1 s is at rest or no hum stands out of the noise.
     """
-    if sum(part.stop - part.start for part in rests) < settings.least_rest_s * sample_rate_hz:
+    if sum(part.stop - part.start for part in rests) < SETTINGS.least_rest_s * sample_rate_hz:
         return None
-    size = max(1, round(sample_rate_hz / settings.pooled_hz))
+    size = max(1, round(sample_rate_hz / SETTINGS.pooled_hz))
     means = tuple(_pooled(volts[:, part], part.start, size, sample_rate_hz) for part in rests)
     pooled = _Rests(means, noise_v**2 / size)
 
     def misfit_with_prior(frequency_hz: float, orders: Sequence[int]) -> float:
         away = min(abs(frequency_hz - nominal) for nominal in MAINS_HZ)
-        return pooled.misfit(frequency_hz, orders) + (away / settings.frequency_sd_hz) ** 2
+        return pooled.misfit(frequency_hz, orders) + (away / SETTINGS.frequency_sd_hz) ** 2
 
-    if pooled.shows_none(settings):
+    if pooled.shows_none():
         return None
     # two rests far apart make many minima side by side: all frequencies are looked at
     span_s = (rests[-1].stop - rests[0].start) / sample_rate_hz
     step = min(0.1, 0.15 / span_s)
-    around = np.arange(-settings.search_hz, settings.search_hz + step, step)
+    around = np.arange(-SETTINGS.search_hz, SETTINGS.search_hz + step, step)
     grid = np.concatenate([nominal + around for nominal in MAINS_HZ])
+    # so near to half of the rate a line and what folds back are one
     if grid.max() > 0.4 * sample_rate_hz / size:
         return None
     # a least-squares solution for each would be half of the work of a whole recording
     shown = np.concatenate([pooled.shown(nominal, around) for nominal in MAINS_HZ])
-    shown -= (np.tile(around, len(MAINS_HZ)) / settings.frequency_sd_hz) ** 2
+    shown -= (np.tile(around, len(MAINS_HZ)) / SETTINGS.frequency_sd_hz) ** 2
     frequency = float(min(grid[np.argsort(shown)[-SHORTLIST:]], key=lambda f: misfit_with_prior(f, (1,))))
     orders: tuple[int, ...] = ()
     flat = least = pooled.misfit(frequency, orders)
@@ -149,13 +142,13 @@ def find_hum(
         if order * frequency > 0.4 * sample_rate_hz / size:
             break
         other = pooled.misfit(frequency, (*orders, order))
-        enough = settings.convincing + 2.0 * volts.shape[0]
+        enough = SETTINGS.convincing + 2.0 * volts.shape[0]
         if least - other <= enough:
             continue
-        beside = [pooled.misfit(order * frequency + away, (1,)) for away in settings.beside_hz]
+        beside = [pooled.misfit(order * frequency + away, (1,)) for away in SETTINGS.beside_hz]
         # 1/f noise fits lines beside the mains as well
         usual = max(0.0, flat - float(np.mean(beside)))
-        if least - other > enough + settings.stands_out * usual:
+        if least - other > enough + SETTINGS.stands_out * usual:
             orders, least = (*orders, order), other
     if not orders:
         return None
@@ -209,6 +202,7 @@ def harmonics(time_s: FloatArray, frequency_hz: float, orders: Sequence[int]) ->
 def _pooled(volts: FloatArray, start: int, size: int, rate_hz: float) -> _Rest:
     means = block_means(volts, size)
     middle = start + 0.5 * (size - 1) + size * np.arange(means.shape[1], dtype=np.float64)
+    # the line of each rest is fitted in any case: without the offset its sums keep their digits
     return middle / rate_hz, means - means.mean(axis=1, keepdims=True)
 
 
@@ -248,7 +242,7 @@ class _Rests:
         solution, pull = _solve(self.rests, frequency_hz, orders)
         return float(((self._total - (solution * pull).sum(axis=0)) / self._variance).sum())
 
-    def shows_none(self, settings: HumSettings) -> bool:
+    def shows_none(self) -> bool:
         """Whether no multiple of the mains can bring what convinces.
 
         Waves through all rests bring at most what each rest by itself does (Cauchy and Schwarz).
@@ -260,7 +254,7 @@ class _Rests:
         size = even_transform_size(1.1 * longest)
         hz = np.arange(size // 2) / (size * spacing_s)
         orders = np.arange(1, HARMONICS + 1)[:, None, None]
-        near = np.abs(hz - orders * np.array(MAINS_HZ)[:, None]) < orders * settings.search_hz + hz[1]
+        near = np.abs(hz - orders * np.array(MAINS_HZ)[:, None]) < orders * SETTINGS.search_hz + hz[1]
         places = np.flatnonzero(near.any(axis=(0, 1)))
         at, between = np.zeros((2, places.size))
         for time_s, means in self.rests:
@@ -270,7 +264,7 @@ class _Rests:
             at += weight @ (below.real**2 + below.imag**2)
             # a line between two bins has them of opposite signs, and leaves neither more than half of what it brings
             between += weight @ (0.5 * np.abs(below - above) ** 2)
-        enough = settings.convincing + 2.0 * self._variance.size
+        enough = SETTINGS.convincing + 2.0 * self._variance.size
         return bool(max(at.max(initial=0.0), between.max(initial=0.0)) < LEAST_SHOWN * enough)
 
     def shown(self, nominal_hz: float, around_hz: FloatArray) -> FloatArray:

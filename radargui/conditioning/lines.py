@@ -68,7 +68,7 @@ MAINS_WITHIN_HZ = 0.4
 
 
 def without_standing_lines(
-    volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray, settings: LineSettings = SETTINGS
+    volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray
 ) -> tuple[FloatArray, tuple[float, ...]]:
     """Return the voltages less the standing lines of each receiver, and the lines' frequencies in Hz.
 
@@ -85,75 +85,69 @@ def without_standing_lines(
         Rate of each channel.
     noise_v
         White noise of each channel, shape (2 n_receivers,).
-    settings
-        What counts as a line.
     """
-    frequencies = find_standing_lines(volts, sample_rate_hz, noise_v, settings)
+    frequencies = find_standing_lines(volts, sample_rate_hz, noise_v)
     if not frequencies:
         return volts, ()
     out = volts.copy()
     for frequency in frequencies:
-        _take_off(out, sample_rate_hz, frequency, settings.notch_s)
+        _take_off(out, sample_rate_hz, frequency, SETTINGS.notch_s)
     return out, frequencies
 
 
-def without_ends(volts: FloatArray, sample_rate_hz: float, settings: LineSettings = SETTINGS) -> FloatArray:
+def without_ends(volts: FloatArray, sample_rate_hz: float) -> FloatArray:
     """Return the voltages without a window at both ends (a quarter of short ones): there the lines leave something.
 
     Half a window does not tell a line's amplitude, and what that leaves, the next line's window spreads further.
     """
-    end = min(round(settings.notch_s * sample_rate_hz), volts.shape[1] // 4)
+    end = min(round(SETTINGS.notch_s * sample_rate_hz), volts.shape[1] // 4)
     return volts[:, end : volts.shape[1] - end]
 
 
-def find_standing_lines(
-    volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray, settings: LineSettings = SETTINGS
-) -> tuple[float, ...]:
+def find_standing_lines(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -> tuple[float, ...]:
     """Return the frequencies of standing lines in Hz, the strongest first; parameters as above."""
     duration_s = volts.shape[1] / sample_rate_hz
-    frame_s = max(0.1, min(settings.frame_s, duration_s / settings.frames))
+    frame_s = max(0.1, min(SETTINGS.frame_s, duration_s / SETTINGS.frames))
     size = even_transform_size(frame_s * sample_rate_hz)
     count = volts.shape[1] // size if size else 0
-    if count < settings.least_frames:
+    if count < SETTINGS.least_frames:
         return ()
-    frames, hz = (
-        volts[:, : count * size].reshape(volts.shape[0], count, size),
-        np.arange(size // 2 + 1) * sample_rate_hz / size,
-    )
+    frames = volts[:, : count * size].reshape(volts.shape[0], count, size)
+    hz = np.arange(size // 2 + 1) * sample_rate_hz / size
     white = 2.0 * float((np.hanning(size) ** 2).sum())
     at_mains = (np.abs(hz - np.array(MAINS_HZ)[:, None]) <= 2.0 / frame_s).any(axis=0)
     # most records hold none: nothing that stands out in so many pieces, of both directions or at the mains, either way
-    missed = count - settings.least_share * (count - 1)
+    missed = count - SETTINGS.least_share * (count - 1)
     for part in (slice(min(count, 2 * int(missed) + 2)), slice(count)):
         spectrum, ahead, back = _directions(frames[:, part], noise_v)
         power = np.minimum(ahead, back)
-        shown = np.where(at_mains, np.maximum(ahead, back), power) > settings.stands_out * white
+        shown = np.where(at_mains, np.maximum(ahead, back), power) > SETTINGS.stands_out * white
         # what is missed too often in the first pieces already cannot be in enough of them all
         if not (shown.shape[1] - shown.sum(axis=1) <= missed).any():
             return ()
     image = power / np.maximum(np.maximum(ahead, back), 1e-300)
-    width = max(4, round(settings.neighbourhood_hz * frame_s))
+    width = max(4, round(SETTINGS.neighbourhood_hz * frame_s))
     # in nearly all pieces: a target stays at one frequency in some of them only
-    level = np.quantile(power, 1.0 - settings.least_share, axis=1)
+    level = np.quantile(power, 1.0 - SETTINGS.least_share, axis=1)
     # 1/f noise is high everywhere near by, a line is not
     around = _local_median(np.median(np.maximum(ahead, back), axis=1), width)
-    tall = (level > settings.stands_out * white) & (level > settings.stands_out * 0.2 * around)
-    standing = (np.median(image, axis=1) > settings.least_image) & (_coherence(spectrum) > settings.least_coherence)
+    tall = (level > SETTINGS.stands_out * white) & (level > SETTINGS.stands_out * 0.2 * around)
+    standing = (np.median(image, axis=1) > SETTINGS.least_image) & (_coherence(spectrum) > SETTINGS.least_coherence)
     top = _peaks(level)
-    in_band = (hz > settings.lowest_hz) & (hz < 0.45 * sample_rate_hz)
+    in_band = (hz > SETTINGS.lowest_hz) & (hz < 0.45 * sample_rate_hz)
     certain, bin_hz = hz[(tall & standing & top).any(axis=0) & in_band], sample_rate_hz / size
     standing |= tall & _of_mains([_refined(volts, sample_rate_hz, float(f), bin_hz) for f in certain[:20]], hz)
     # what keeps to the mains' own frequency throughout is hum, also where its phases in I and Q turn it one way
-    power, usual = np.quantile(np.maximum(ahead, back), [1.0 - settings.least_share, 0.5], axis=1)
-    coherent = _peaks(power) & (power > settings.stands_out * white) & (_coherence(spectrum) > settings.mains_coherence)
+    power, usual = np.quantile(np.maximum(ahead, back), [1.0 - SETTINGS.least_share, 0.5], axis=1)
+    coherent = _peaks(power) & (power > SETTINGS.stands_out * white) & (_coherence(spectrum) > SETTINGS.mains_coherence)
     # a bouncing sphere passes there now and then: hum is there all the time, and as strong
-    coherent &= power > settings.mains_steady * usual
+    coherent &= power > SETTINGS.mains_steady * usual
     near = [mains for mains in MAINS_HZ if coherent[:, np.abs(hz - mains) <= bin_hz].any()]
     mains_hz = [_refined(volts, sample_rate_hz, mains, bin_hz) for mains in near]
     mains_hz = [one for one, mains in zip(mains_hz, near, strict=True) if abs(one - mains) < MAINS_WITHIN_HZ]
     standing |= tall & _of_mains(mains_hz, hz)
     found = np.flatnonzero((tall & standing & top).any(axis=0) & in_band)
-    strongest = found[np.argsort(level[:, found].max(axis=0))[::-1]][: settings.most_lines]
+    strongest = found[np.argsort(level[:, found].max(axis=0))[::-1]][: SETTINGS.most_lines]
     lines_hz = list(mains_hz)
     for near_hz in hz[strongest]:
         # beside a target a weak harmonic says its frequency less well than the mains do

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.conditioning.activity import activity, block_size
-from radargui.conditioning.noise import white_noise_v
+from radargui.conditioning.noise import activity, block_size, white_noise_v
 from radargui.conditioning.segment import SETTINGS as MOTION, held, without_blips
 from radargui.model.arrays import BoolArray, FloatArray, runs_of
 
@@ -82,9 +81,11 @@ def find_long_motion(pieces: Iterable[FloatArray], sample_rate_hz: float, most_s
     motions = _motions(moving, round(PAUSE_S * sample_rate_hz / size))
     if not motions:
         return None
+    # of a motion that the record begins with nobody knows where the sphere was
     begin, end = max(motions, key=lambda motion: (motion[0] > 0, motion[1] - motion[0]))
     earlier = max((last for _, last in motions if last <= begin), default=0)
     rest = round(max(REST_S * sample_rate_hz / size, REST_SHARE * (end - begin)))
+    # not back into the motion before
     rest = min(rest, begin - earlier, round(MOST_REST * most_samples / size))
     first = (begin - rest) * size
     wanted = min(end * size + round(AFTER_S * sample_rate_hz), count)
@@ -124,10 +125,6 @@ def _regular(pieces: Iterable[FloatArray], length: int) -> Iterator[FloatArray]:
 
 def _motions(moving: BoolArray, pause: int) -> list[tuple[int, int]]:
     """Return begin and end, in blocks, of the motions between pauses."""
-    motions: list[tuple[int, int]] = []
-    for begin, end in runs_of(moving).tolist():
-        if motions and begin - motions[-1][1] < pause:
-            motions[-1] = (motions[-1][0], end)
-        else:
-            motions.append((begin, end))
-    return motions
+    runs = runs_of(moving)
+    apart = np.flatnonzero(runs[1:, 0] - runs[:-1, 1] >= pause) + 1
+    return [(int(one[0, 0]), int(one[-1, 1])) for one in np.split(runs, apart) if one.size]

@@ -44,9 +44,7 @@ class OnsetSettings:
 SETTINGS = OnsetSettings()
 
 
-def find_onset(
-    time_s: FloatArray, value: FloatArray, spread: FloatArray | None = None, settings: OnsetSettings = SETTINGS
-) -> float | None:
+def find_onset(time_s: FloatArray, value: FloatArray, spread: FloatArray | None = None) -> float | None:
     """Return the time of the last block that still looks like the rest, None where none departs from it.
 
     Means over 5 ms are compared with what the 0.3 s that end 15 ms before them foretell: a parabola, so that offsets
@@ -65,46 +63,41 @@ def find_onset(
         I1, Q1, I2, ... of about equal size, shape (n_channels, n_samples).
     spread
         Standard deviation of each channel in the whole record, where these are its first samples only.
-    settings
-        How it is sought.
 
     Returns
     -------
     float or None
         -inf where the record starts in motion (less than 50 ms of rest).
     """
-    label = ((time_s - time_s[0]) / settings.block_s).astype(np.intp)
+    label = ((time_s - time_s[0]) / SETTINGS.block_s).astype(np.intp)
     first = np.flatnonzero(np.diff(label, prepend=-1))
     count = np.diff(np.append(first, label.size))
     mean = np.add.reduceat(value, first, axis=1) / count
-    fewest = settings.fewest
+    fewest = SETTINGS.fewest
     if first.size < 2 * fewest:
         return float("-inf")
     early = np.diff(value[:, : first[2 * fewest - 1]], axis=1)
     # differences of neighbours: a drift adds hardly anything to them
+    # 0.95: the median of a difference of two normal numbers, in the deviation of one
     white = np.median(np.abs(early), axis=1) / 0.95 / np.sqrt(count[0]) + 1e-12
     spread = value.std(axis=1) if spread is None else spread
-    size = np.stack([white, np.maximum(white, settings.most_wander * np.median(spread))])
-    if _wanders(mean[:, :fewest], size, settings):
+    size = np.stack([white, np.maximum(white, SETTINGS.most_wander * np.median(spread))])
+    # what differs from a straight line by more than a rest may is none
+    basis = _foresight(fewest, 1).basis
+    bent = mean[:, :fewest] - (mean[:, :fewest] @ basis) @ basis.T
+    if np.sqrt(((bent / size[1][:, None]) ** 2).mean(axis=0)).max() > SETTINGS.threshold:
         return float("-inf")
-    away = _departures(mean, size, settings) > settings.threshold
+    away = _departures(mean, size) > SETTINGS.threshold
     # one block alone may be a spike; a body that moves stays away
     lasting = np.flatnonzero(away[:-1] & away[1:])
-    return float(time_s[first[fewest + settings.ahead + lasting[0]]]) if lasting.size else None
-
-
-def _wanders(mean: FloatArray, size: FloatArray, settings: OnsetSettings) -> bool:
-    """Return whether blocks (n_channels, n) differ from a straight line by more than a rest may."""
-    basis = _foresight(mean.shape[1], 1, settings).basis
-    apart = mean - (mean @ basis) @ basis.T
-    return bool(np.sqrt(((apart / size[1][:, None]) ** 2).mean(axis=0)).max() > settings.threshold)
+    return float(time_s[first[fewest + SETTINGS.ahead + lasting[0]]]) if lasting.size else None
 
 
 class _Foresight:
     """A polynomial through n blocks in turn: columns, orthonormal, that make it up, and its value some blocks later."""
 
-    def __init__(self, count: int, degree: int, settings: OnsetSettings) -> None:
-        place = (np.arange(count) - count - settings.ahead) / settings.window
+    def __init__(self, count: int, degree: int) -> None:
+        place = (np.arange(count) - count - SETTINGS.ahead) / SETTINGS.window
         powers = np.vander(place, degree + 1, increasing=True)
         self.basis, upper = np.linalg.qr(powers)
         self.ahead: FloatArray = self.basis @ np.linalg.inv(upper)[0]
@@ -115,13 +108,13 @@ class _Foresight:
 class _Growing:
     """Those through the first blocks of a record, one more each, as rows padded with zeros."""
 
-    def __init__(self, settings: OnsetSettings) -> None:
-        counts = range(settings.fewest, settings.window)
-        each = [_foresight(count, 2 if count >= settings.long_enough else 1, settings) for count in counts]
-        self.basis, self.ahead = np.zeros((len(each), settings.window, 3)), np.zeros((len(each), settings.window))
+    def __init__(self) -> None:
+        counts = range(SETTINGS.fewest, SETTINGS.window)
+        each = [_foresight(count, 2 if count >= SETTINGS.long_enough else 1) for count in counts]
+        self.basis, self.ahead = np.zeros((len(each), SETTINGS.window, 3)), np.zeros((len(each), SETTINGS.window))
         for row, ahead, own in zip(self.basis, self.ahead, each, strict=True):
             row[: own.ahead.size, : own.basis.shape[1]], ahead[: own.ahead.size] = own.basis, own.ahead
-        self.inside = np.arange(settings.window) < np.array(counts)[:, None]
+        self.inside = np.arange(SETTINGS.window) < np.array(counts)[:, None]
         self.freedom, self.widening = (
             np.array([getattr(own, name) for own in each]) for name in ("freedom", "widening")
         )
@@ -131,7 +124,7 @@ _foresight, _growing = lru_cache(maxsize=256)(_Foresight), lru_cache(maxsize=4)(
 """They depend on nothing that was recorded."""
 
 
-def _departures(mean: FloatArray, size: FloatArray, settings: OnsetSettings) -> FloatArray:
+def _departures(mean: FloatArray, size: FloatArray) -> FloatArray:
     """Return how far each block from the first that can be foretold on lies from that, rms over the channels.
 
     Parameters
@@ -140,10 +133,8 @@ def _departures(mean: FloatArray, size: FloatArray, settings: OnsetSettings) -> 
         Shape (n_channels, n_blocks).
     size
         Smallest and largest deviation of a block, shape (2, n_channels).
-    settings
-        How it is foretold.
     """
-    n, window, ahead = mean.shape[1], settings.window, settings.ahead
+    n, window, ahead = mean.shape[1], SETTINGS.window, SETTINGS.ahead
 
     def apart(
         rest: FloatArray, foretold: FloatArray, first: int, freedom: FloatArray | float, widening: FloatArray | float
@@ -154,15 +145,15 @@ def _departures(mean: FloatArray, size: FloatArray, settings: OnsetSettings) -> 
         now = mean[:, first : first + foretold.shape[1]]
         return np.asarray(np.sqrt((((now - foretold) / deviation) ** 2).mean(axis=0)))
 
-    grown, own = _growing(settings), _foresight(window, 2, settings)
-    count = min(window, n - ahead) - settings.fewest
+    grown, own = _growing(), _foresight(window, 2)
+    count = min(window, n - ahead) - SETTINGS.fewest
     begun = np.zeros((mean.shape[0], window))
     begun[:, : min(n, window)] = mean[:, :window]
     basis, inside = grown.basis[:count], grown.inside[:count]
     weights = np.einsum("cb,wbd->cwd", begun, basis)
     rest = np.where(inside, begun[:, None] - np.einsum("cwd,wbd->cwb", weights, basis), 0.0)
     foretold = begun @ grown.ahead[:count].T
-    out = [apart(rest, foretold, settings.fewest + ahead, grown.freedom[:count], grown.widening[:count])]
+    out = [apart(rest, foretold, SETTINGS.fewest + ahead, grown.freedom[:count], grown.widening[:count])]
     if n > window + ahead:
         windows = sliding_window_view(mean, window, axis=1)[:, : n - window - ahead]
         rest = windows - (windows @ own.basis) @ own.basis.T

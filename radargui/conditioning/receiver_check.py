@@ -85,13 +85,7 @@ class PairSettings:
 SETTINGS = PairSettings()
 
 
-def check_receiver(
-    doppler: Doppler,
-    pair_v: FloatArray,
-    noise_v: FloatArray,
-    usable: BoolArray,
-    settings: PairSettings = SETTINGS,
-) -> str:
+def check_receiver(doppler: Doppler, pair_v: FloatArray, noise_v: FloatArray, usable: BoolArray) -> str:
     """Return why a pair of channels is no receiver of one echo; empty where nothing speaks against it.
 
     Parameters
@@ -100,18 +94,17 @@ def check_receiver(
         Lines of its frames in the motion.
     pair_v, noise_v, usable
         I and Q in the motion, shapes (2, n), (2,), (2, n).
-    settings
-        What is allowed.
     """
     # first: a clipped sine has harmonics, which all that follows would take for faults
     clipped = float((~usable).any(axis=0).mean())
-    if clipped > settings.most_clipped:
+    if clipped > SETTINGS.most_clipped:
         return f"{100 * clipped:.0f} % of its samples in the motion are clipped: the range is too small"
     # less noise: a dead input still has its own
     variance = pair_v.var(axis=1)
+    # what moves them beyond their own noise
     spread = np.sqrt(np.maximum(variance - noise_v**2, 0.0))
-    unseen = doppler.clear.mean() < settings.least_seen
-    if unseen and (spread < settings.nothing * noise_v).all():
+    unseen = doppler.clear.mean() < SETTINGS.least_seen
+    if unseen and (spread < SETTINGS.nothing * noise_v).all():
         return "I and Q show white noise and nothing else: a cable is off, or the receiver has no supply"
     weak, strong = ("I", "Q") if spread[0] < spread[1] else ("Q", "I")
     if spread.min() <= 0.02 * spread.max():
@@ -119,43 +112,43 @@ def check_receiver(
     moved = pair_v - pair_v.mean(axis=1, keepdims=True)
     # either sign: where the wiring inverts Q, it was inverted again
     apart = float(variance.sum()) - 2.0 * abs(float(moved[0] @ moved[1])) / pair_v.shape[1]
-    if apart < min(settings.same**2 * spread.min() ** 2 + 1.2 * float((noise_v**2).sum()), 0.05 * spread.min() ** 2):
+    if apart < min(SETTINGS.same**2 * spread.min() ** 2 + 1.2 * float((noise_v**2).sum()), 0.05 * spread.min() ** 2):
         return "Q shows what I shows: one signal on both inputs"
-    white = settings.most_white * SIXTH_DIFFERENCE_GAIN * pair_v.shape[1] * variance
+    white = SETTINGS.most_white * SIXTH_DIFFERENCE_GAIN * pair_v.shape[1] * variance
     if unseen and ((sixth_differences(pair_v) ** 2).sum(axis=1) > white).all():
         return "white noise that comes and goes moves I and Q, and no echo: a cable is loose, or a source disturbs them"
     # slower than some bins of the spectrum, a turn round and the bias that turns with it fill the same frame
-    clear = doppler.clear & (doppler.frequency_hz >= settings.least_bins * doppler.resolution_hz)
+    clear = doppler.clear & (doppler.frequency_hz >= SETTINGS.least_bins * doppler.resolution_hz)
     mixed = doppler.mixed
-    if int(mixed.sum()) >= settings.least_frames and mixed.sum() > settings.most_mixed * (mixed.sum() + clear.sum()):
+    if int(mixed.sum()) >= SETTINGS.least_frames and mixed.sum() > SETTINGS.most_mixed * (mixed.sum() + clear.sum()):
         return "more than one frequency at a time: no single echo, or more than one thing moves"
-    if int(clear.sum()) < settings.least_frames or doppler.clear.mean() < settings.least_clear:
+    if int(clear.sum()) < SETTINGS.least_frames or doppler.clear.mean() < SETTINGS.least_clear:
         return ""
     i, q = np.maximum(np.abs(doppler.i[clear]), 1e-300), np.maximum(np.abs(doppler.q[clear]), 1e-300)
     gain = float(np.median(q / i))
-    if not 1.0 / settings.gain < gain < settings.gain:
-        if spread.min() > spread.max() / settings.gain:
+    if not 1.0 / SETTINGS.gain < gain < SETTINGS.gain:
+        if spread.min() > spread.max() / SETTINGS.gain:
             return "I and Q show different motions: they do not belong together"
         weak, strong = ("Q", "I") if gain < 1.0 else ("I", "Q")
         return f"{weak} shows {100 * min(gain, 1 / gain):.0f} % of the motion that {strong} shows: the channel is dead"
     # the sign is the direction of the motion, which turns round at each bounce
     angle = _angles_deg(doppler, clear)
     typical = float(np.median(angle))
-    if np.sin(np.radians(typical)) < settings.least_sine:
+    if np.sin(np.radians(typical)) < SETTINGS.least_sine:
         return f"I and Q are {typical:.0f} degrees apart instead of 90: one signal on both, or not a pair"
-    odd = (np.abs(np.log(q / i / gain)) > np.log(settings.odd_gain)) | (np.abs(angle - typical) > settings.odd_deg)
-    short = doppler.size < settings.longest_s * doppler.sample_rate_hz
-    if short and odd.size >= settings.frames_for_odd and odd.mean() > settings.most_odd:
+    odd = (np.abs(np.log(q / i / gain)) > np.log(SETTINGS.odd_gain)) | (np.abs(angle - typical) > SETTINGS.odd_deg)
+    short = doppler.size < SETTINGS.longest_s * doppler.sample_rate_hz
+    if short and odd.size >= SETTINGS.frames_for_odd and odd.mean() > SETTINGS.most_odd:
         return "I and Q keep no phase to each other: they do not belong together"
     return ""
 
 
-def is_worse_pair(one: Doppler, other: Doppler, settings: PairSettings = SETTINGS) -> bool:
+def is_worse_pair(one: Doppler, other: Doppler) -> bool:
     """Whether of two receivers, one of which has a cable of the other, it is the first: its I and Q are no pair."""
-    if min(int(one.clear.sum()), int(other.clear.sum())) < settings.least_frames:
+    if min(int(one.clear.sum()), int(other.clear.sum())) < SETTINGS.least_frames:
         return False
     of_one, of_other = (abs(90.0 - float(np.median(_angles_deg(x, x.clear)))) for x in (one, other))
-    return of_one > settings.doubtful_deg and of_other < settings.sure_deg
+    return of_one > SETTINGS.doubtful_deg and of_other < SETTINGS.sure_deg
 
 
 def _angles_deg(doppler: Doppler, frames: BoolArray) -> FloatArray:
@@ -163,9 +156,7 @@ def _angles_deg(doppler: Doppler, frames: BoolArray) -> FloatArray:
     return np.abs(np.degrees(np.angle(doppler.q[frames] * doppler.i[frames].conj())))
 
 
-def same_channels(
-    volts: FloatArray, noise_v: FloatArray, rest_v: FloatArray, settings: PairSettings = SETTINGS
-) -> tuple[tuple[int, int], ...]:
+def same_channels(volts: FloatArray, noise_v: FloatArray, rest_v: FloatArray) -> tuple[tuple[int, int], ...]:
     """Return pairs of channels of different receivers that show one and the same voltage: one cable on two inputs.
 
     Two echoes seldom agree in offset, amplitude and phase at once within a few hundredths; where they do in I and in Q,
@@ -180,8 +171,6 @@ def same_channels(
         White noise of each channel.
     rest_v
         At rest before it, shape (2 n_receivers, n_at_rest); with too little of it the motion is compared.
-    settings
-        How alike is one.
     """
     n_receivers = volts.shape[0] // 2
     apart = _mean_squares_apart(volts)
@@ -191,14 +180,14 @@ def same_channels(
         unlike = 0.5 * _mean_squares_apart(np.diff(rest_v, axis=1))
     noise = np.add.outer(noise_v**2, noise_v**2)
     shown = np.minimum.outer(volts.var(axis=1), volts.var(axis=1))
-    alike = (shown > 0.0) & (apart < np.minimum(settings.same**2 * shown + 2.0 * noise, 0.05 * shown))
+    alike = (shown > 0.0) & (apart < np.minimum(SETTINGS.same**2 * shown + 2.0 * noise, 0.05 * shown))
     found: list[tuple[int, int]] = []
     for one, other in combinations(range(n_receivers), 2):
         block = np.s_[2 * one : 2 * one + 2, 2 * other : 2 * other + 2]
         same = alike[block]
-        if (apart[block] < settings.near * shown[block] + 2.0 * noise[block]).diagonal().all():
-            audible = noise[block] > settings.least_noise * shown[block]
-            same = same & audible & (unlike[block] < settings.shared_noise * noise[block])
+        if (apart[block] < SETTINGS.near * shown[block] + 2.0 * noise[block]).diagonal().all():
+            audible = noise[block] > SETTINGS.least_noise * shown[block]
+            same = same & audible & (unlike[block] < SETTINGS.shared_noise * noise[block])
         found.extend((2 * one + int(a), 2 * other + int(b)) for a, b in np.argwhere(same))
     return tuple(found)
 

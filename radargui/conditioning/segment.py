@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.conditioning.activity import activity, block_size, window_blocks
 from radargui.conditioning.hum import HARMONICS, MAINS_HZ, without_mains
-from radargui.conditioning.noise import block_means
+from radargui.conditioning.noise import activity, block_means, block_size, window_blocks
 from radargui.model.arrays import BoolArray, FloatArray, order_statistics, runs_of
 
 
@@ -76,9 +75,7 @@ SETTINGS = MotionSettings()
 _LEAST_SAMPLES = 16
 
 
-def find_motion(
-    volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray, settings: MotionSettings = SETTINGS
-) -> Motion | None:
+def find_motion(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -> Motion | None:
     """Find the samples with motion (Rech & Huang 2019, section III, step 1).
 
     Motion is where the voltages move more within 20 ms than in the quiet part of the record, and more than their
@@ -93,8 +90,6 @@ def find_motion(
         Rate of each channel.
     noise_v
         White noise of each channel, shape (2 n_receivers,).
-    settings
-        When voltages are called moving.
 
     Returns
     -------
@@ -105,12 +100,12 @@ def find_motion(
         return None
     size, rate_hz = block_size(sample_rate_hz), sample_rate_hz
     level = activity(volts, sample_rate_hz, noise_v)
-    moving = _moving(level, volts, sample_rate_hz, noise_v, settings)
-    if moving is None and turns_slowly(volts, sample_rate_hz, noise_v, settings):
-        size = max(1, round(settings.slow_block_s * sample_rate_hz))
+    moving = _moving(level, volts, sample_rate_hz, noise_v)
+    if moving is None and turns_slowly(volts, sample_rate_hz, noise_v):
+        size = max(1, round(SETTINGS.slow_block_s * sample_rate_hz))
         rate_hz = sample_rate_hz / size
         level = activity(block_means(volts, size), rate_hz, noise_v / np.sqrt(size))
-        moving = np.asarray(level > settings.threshold)
+        moving = np.asarray(level > SETTINGS.threshold)
     if moving is None or not moving.any():
         return None
     blocks = np.flatnonzero(moving)
@@ -146,35 +141,36 @@ def without_blips(moving: BoolArray, least: int) -> BoolArray:
     return out
 
 
-def turns_slowly(
-    volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray, settings: MotionSettings = SETTINGS
-) -> bool:
+def turns_slowly(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -> bool:
     """Return whether I and Q run along circles: in two receivers three quarters of a turn, or in one and half in all.
 
     A drift of the offsets makes lines and bends, which do not run round a centre at one distance in several receivers
     at once, nor twice round even a rough circle in one; a hum is taken off first. Parameters as in `find_motion`.
     """
-    size = max(1, round(settings.circle_pool_s * sample_rate_hz))
+    size = max(1, round(SETTINGS.circle_pool_s * sample_rate_hz))
     means, rate_hz = block_means(volts, size), sample_rate_hz / size
     for frequency in MAINS_HZ:
+        # the straight line stays: of a slow motion it is a part
         means = without_mains(means, rate_hz, frequency, line=False)
-    further = max(1, round(settings.circle_block_s * rate_hz))
+    further = max(1, round(SETTINGS.circle_block_s * rate_hz))
     means = block_means(means, further)
     if means.shape[1] < _LEAST_SAMPLES:
         return False
     pairs = zip(means[0::2], means[1::2], noise_v[0::2] / np.sqrt(size * further), strict=True)
-    circles = [_turn(i, q, settings.least_radius * float(noise)) for i, q, noise in pairs]
-    if any(turn >= settings.sure_turn_rad and spread <= settings.spread_if_sure for turn, spread in circles):
+    circles = [_turn(i, q, SETTINGS.least_radius * float(noise)) for i, q, noise in pairs]
+    if any(turn >= SETTINGS.sure_turn_rad and spread <= SETTINGS.spread_if_sure for turn, spread in circles):
         return True
-    turns = sorted((turn if spread <= settings.spread else 0.0 for turn, spread in circles), reverse=True)
-    enough = settings.two_turns_rad
-    return turns[0] >= enough and (turns[-1] >= settings.one_turn_rad or turns[1] >= enough)
+    turns = sorted((turn if spread <= SETTINGS.spread else 0.0 for turn, spread in circles), reverse=True)
+    enough = SETTINGS.two_turns_rad
+    return turns[0] >= enough and (turns[-1] >= SETTINGS.one_turn_rad or turns[1] >= enough)
 
 
 def _turn(i: FloatArray, q: FloatArray, least_radius: float) -> tuple[float, float]:
     """Return the angle run through round the best circle, and the radii's spread; no angle within the noise."""
     design = np.stack([2.0 * i, 2.0 * q, np.ones_like(i)], axis=1)
+    # linear in the centre: a rough circle is all that is asked
     (a, b, _), *_ = np.linalg.lstsq(design, i * i + q * q, rcond=None)
+    # an arc of a drift has any centre, far away or near: how evenly it is kept tells a circle
     radius = np.hypot(i - a, q - b)
     size = float(radius.mean())
     if size < least_radius:
@@ -182,29 +178,28 @@ def _turn(i: FloatArray, q: FloatArray, least_radius: float) -> tuple[float, flo
     return float(np.ptp(np.unwrap(np.arctan2(q - b, i - a)))), float(radius.std()) / size
 
 
-def _moving(
-    level: FloatArray, volts: FloatArray, sample_rate_hz: float, noise: FloatArray, settings: MotionSettings
-) -> BoolArray | None:
+def _moving(level: FloatArray, volts: FloatArray, sample_rate_hz: float, noise: FloatArray) -> BoolArray | None:
     low, high = order_statistics(level, 0.05, 0.99).tolist()
+    # white noise alone makes one: less is chance
     quiet = max(1.0, low)
-    if quiet > settings.not_quiet * high:
-        if high < settings.threshold or _is_hum(volts, sample_rate_hz, noise, settings):
+    if quiet > SETTINGS.not_quiet * high:
+        if high < SETTINGS.threshold or _is_hum(volts, sample_rate_hz, noise):
             return None
         quiet = 1.0
-    moving = level > settings.threshold * quiet
-    least = max(1, round(settings.least_motion_s * sample_rate_hz / block_size(sample_rate_hz)))
+    moving = level > SETTINGS.threshold * quiet
+    least = max(1, round(SETTINGS.least_motion_s * sample_rate_hz / block_size(sample_rate_hz)))
     moving = without_blips(moving, least)
     # one wild sample shakes every window that holds it: what lasts no longer than a window is no motion by itself
     return moving if without_blips(moving, window_blocks(sample_rate_hz) + least).any() else None
 
 
-def _is_hum(volts: FloatArray, sample_rate_hz: float, noise: FloatArray, settings: MotionSettings) -> bool:
+def _is_hum(volts: FloatArray, sample_rate_hz: float, noise: FloatArray) -> bool:
     size = max(1, round(sample_rate_hz / 2000.0))
     means, rate = block_means(volts, size), sample_rate_hz / size
     for frequency in MAINS_HZ:
         rest = without_mains(means, rate, frequency)
-        if float(np.percentile(activity(rest, rate, noise / np.sqrt(size)), 99.0)) < settings.threshold:
-            return _stands(means, rate, frequency, settings.standing_purity)
+        if float(np.percentile(activity(rest, rate, noise / np.sqrt(size)), 99.0)) < SETTINGS.threshold:
+            return _stands(means, rate, frequency, SETTINGS.standing_purity)
     return False
 
 

@@ -48,7 +48,7 @@ class FrontEndSettings:
 SETTINGS = FrontEndSettings()
 
 
-def front_end_of(doppler: Doppler, settings: FrontEndSettings = SETTINGS) -> FrontEnd | None:
+def front_end_of(doppler: Doppler) -> FrontEnd | None:
     """Return gain ratio and quadrature error from the lines of I and Q; None with few clear frames, or for no mixer.
 
     An echo that turns one way has no image, <z^2> = 0: g^2 = <Q^2> / <I^2> and sin eps = <I Q> / sqrt(<I^2><Q^2>),
@@ -56,12 +56,12 @@ def front_end_of(doppler: Doppler, settings: FrontEndSettings = SETTINGS) -> Fro
     Doppler frequency, for an offset, and the square of it for an image (20 dB below the echo: 40 dB); here it is in
     other bins. Frames count by their noise and by their scatter.
     """
-    clear = doppler.clear & (doppler.frequency_hz >= settings.least_bins * doppler.resolution_hz)
-    if int(clear.sum()) < settings.least_frames:
+    clear = doppler.clear & (doppler.frequency_hz >= SETTINGS.least_bins * doppler.resolution_hz)
+    if int(clear.sum()) < SETTINGS.least_frames:
         return None
     # a weak line holds as much of a hum, and so more of its ellipse
-    strong = clear & (doppler.power > settings.least_power * np.quantile(doppler.power[clear], 0.9))
-    clear = strong if int(strong.sum()) >= settings.least_frames else clear
+    strong = clear & (doppler.power > SETTINGS.least_power * np.quantile(doppler.power[clear], 0.9))
+    clear = strong if int(strong.sum()) >= SETTINGS.least_frames else clear
     i_square, q_square = np.maximum(doppler.moments[:2, clear], 1e-300)
     # ln g and eps have errors of one size: both are shares of the amplitude
     log_gain = 0.5 * np.log(q_square / i_square)
@@ -69,14 +69,14 @@ def front_end_of(doppler: Doppler, settings: FrontEndSettings = SETTINGS) -> Fro
     power = doppler.power[clear]
     # what disturbs is about as strong throughout: the weaker the echo, the farther it is moved
     moved = np.maximum(1.0, np.median(power) / power)
-    (gain, u_gain), (angle, u_angle) = (_mean(one, 1.0 / power, moved, settings) for one in (log_gain, eps))
-    if abs(gain) > np.log(settings.most_gain) or abs(angle) > np.radians(settings.most_angle_deg):
+    (gain, u_gain), (angle, u_angle) = (_mean(one, 1.0 / power, moved) for one in (log_gain, eps))
+    if abs(gain) > np.log(SETTINGS.most_gain) or abs(angle) > np.radians(SETTINGS.most_angle_deg):
         return None
     gain = float(np.exp(gain))
     return FrontEnd(gain, gain * u_gain, float(np.degrees(angle)), float(np.degrees(u_angle)))
 
 
-def _mean(value: FloatArray, noise: FloatArray, moved: FloatArray, settings: FrontEndSettings) -> tuple[float, float]:
+def _mean(value: FloatArray, noise: FloatArray, moved: FloatArray) -> tuple[float, float]:
     """Return a robust mean of frames and its u; their variances are those of noise and of their scatter, `moved`."""
     middle = float(np.median(value))
     scatter = (1.4826 * float(np.median(np.abs(value - middle)))) ** 2
@@ -84,13 +84,13 @@ def _mean(value: FloatArray, noise: FloatArray, moved: FloatArray, settings: Fro
     weight = 1.0 / variance
     for _ in range(3):
         far = np.abs(value - middle) / np.sqrt(variance)
-        weight = settings.huber / np.maximum(far, settings.huber) / variance
+        weight = SETTINGS.huber / np.maximum(far, SETTINGS.huber) / variance
         middle = float(weight @ value / weight.sum())
     # half of the frames are independent: they overlap. Slow disturbances show in the means of groups
     u = float(np.sqrt(2.0 / weight.sum()))
-    parts = np.array_split(np.arange(value.size), min(settings.groups, value.size // 3))
+    parts = np.array_split(np.arange(value.size), min(SETTINGS.groups, value.size // 3))
     if len(parts) > 2:
         share = np.array([weight[part].sum() for part in parts]) / weight.sum()
         mean = np.array([weight[part] @ value[part] / weight[part].sum() for part in parts])
         u = max(u, float(np.sqrt((share**2 * (mean - middle) ** 2).sum())))
-    return middle, float(np.hypot(u, settings.least_u))
+    return middle, float(np.hypot(u, SETTINGS.least_u))

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, insort
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.conditioning.activity import block_size, sliding_variance, window_blocks
 from radargui.conditioning.averager import Averager
-from radargui.conditioning.noise import white_noise_v
+from radargui.conditioning.noise import block_size, sliding_variance, white_noise_v, window_blocks
 from radargui.conditioning.segment import held
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.recording import Digitisation
@@ -60,6 +59,11 @@ class MotionTrigger:
         Rate and scale of the samples that will be pushed.
     threshold
         How many times harder than in quiet the voltages must shake.
+
+    Attributes
+    ----------
+    state
+        What the trigger said last.
     """
 
     def __init__(self, digitisation: Digitisation, threshold: float) -> None:
@@ -68,24 +72,21 @@ class MotionTrigger:
         self._size = block_size(rate)
         self._window = window_blocks(rate)
         self._block_s = self._size / rate
+        # the activity is a variance
         self._start = threshold**2
         self._end = (0.5 * threshold) ** 2
         self._averager = Averager(digitisation, self._size)
         self._means = np.empty((digitisation.n_channels, 0))
         self._noise_v: FloatArray | None = None
         self._early: list[FloatArray] = []
+        # one block in eight is remembered
         self._levels: deque[float] = deque(maxlen=max(4, round(MEMORY_S / self._block_s / 8)))
         # the same values in order: a sort every 4 ms was most of what waiting costs
         self._ordered: list[float] = []
         self._quiet = 1.0
         self._blocks = 0
         self._above = 0
-        self._state = TriggerState(ready=False, moving=False, since_index=None, quiet_since_index=None)
-
-    @property
-    def state(self) -> TriggerState:
-        """What the trigger said last."""
-        return self._state
+        self.state = TriggerState(ready=False, moving=False, since_index=None, quiet_since_index=None)
 
     def push(self, samples: RawArray) -> TriggerState:
         """Take the next samples, shape (n_channels, n), and tell the state after them."""
@@ -93,13 +94,13 @@ class MotionTrigger:
         new = self._averager.push(samples)
         count = new.shape[1]
         if count == 0:
-            return self._state
+            return self.state
         self._means = np.concatenate([self._means[:, -self._window :], new], axis=1)
         self._blocks += count
         if self._noise_v is None or self._means.shape[1] < self._window:
-            return self._state
+            return self.state
         self._judge(self._levels_of(min(count, self._means.shape[1] - self._window + 1), self._noise_v))
-        return self._state
+        return self.state
 
     def relearn(self) -> None:
         """Take what is now for quiet: it has been restless for so long that this must be the new quiet level."""
@@ -107,9 +108,8 @@ class MotionTrigger:
         self._ordered.clear()
         self._quiet = 1.0
         self._above = 0
-        self._state = TriggerState(
-            ready=False, moving=False, since_index=self._state.since_index, quiet_since_index=self._blocks * self._size
-        )
+        now = self._blocks * self._size
+        self.state = replace(self.state, ready=False, moving=False, quiet_since_index=now)
 
     def _learn_noise(self, samples: RawArray) -> None:
         if self._noise_v is not None:
@@ -131,7 +131,7 @@ class MotionTrigger:
         first_block = self._blocks - levels.size
         for offset, level in enumerate(levels):
             block = first_block + offset
-            state = self._state
+            state = self.state
             quiet = self._quiet
             ready = state.ready or len(self._levels) * 8 * self._block_s >= LEARNING_S
             if not state.moving:
@@ -142,14 +142,14 @@ class MotionTrigger:
                 self._above = self._above + 1 if ready and level > self._start * quiet else 0
                 if self._above * self._block_s >= CONFIRM_S:
                     begin = max(0, (block - self._above + 1) * self._size)
-                    self._state = TriggerState(ready, moving=True, since_index=begin, quiet_since_index=None)
+                    self.state = TriggerState(ready, moving=True, since_index=begin, quiet_since_index=None)
                 elif ready != state.ready:
-                    self._state = TriggerState(ready, state.moving, state.since_index, state.quiet_since_index)
+                    self.state = replace(state, ready=ready)
             # half the threshold: else it would flicker around one value
             elif level < self._end * quiet:
                 self._above = 0
                 begin = (block + 1) * self._size
-                self._state = TriggerState(ready, moving=False, since_index=state.since_index, quiet_since_index=begin)
+                self.state = TriggerState(ready, moving=False, since_index=state.since_index, quiet_since_index=begin)
 
     def _remember(self, level: float) -> None:
         if not math.isfinite(level):

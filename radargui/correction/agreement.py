@@ -37,9 +37,7 @@ class AgreementSettings:
 AGREEMENT = AgreementSettings()
 
 
-def strays(
-    phase_rad: FloatArray, valid: BoolArray, echo: Echo, sample_rate_hz: float, settings: AgreementSettings = AGREEMENT
-) -> BoolArray:
+def strays(phase_rad: FloatArray, valid: BoolArray, echo: Echo, sample_rate_hz: float) -> BoolArray:
     """Return where a phase turns otherwise than the echo that leads there, shape (n_samples,).
 
     Parameters
@@ -50,10 +48,8 @@ def strays(
         Of the same receiver.
     sample_rate_hz
         Of the samples.
-    settings
-        What agrees.
     """
-    size = max(4, round(settings.block_s * sample_rate_hz))
+    size = max(4, round(AGREEMENT.block_s * sample_rate_hz))
     count = -(-phase_rad.size // size)
     both = valid & echo.leads & np.isfinite(phase_rad)
 
@@ -69,27 +65,25 @@ def strays(
     middle = np.where(seen, 0.5 * (np.where(seen, low, 0.0) + np.where(seen, high, 0.0)), np.nan)
     # the front end of either bends the phase by a share of what it turns
     turned = blocks(echo.phase_rad, -np.inf).max(axis=1) - blocks(echo.phase_rad, np.inf).min(axis=1)
-    allowed = settings.most_rad + settings.share * np.where(seen, turned, 0.0)
+    allowed = AGREEMENT.most_rad + AGREEMENT.share * np.where(seen, turned, 0.0)
     apart = seen & (np.where(seen, high - low, 0.0) > allowed)
     # a hole between two blocks: nothing is claimed over it
     with np.errstate(invalid="ignore"):
         stepped = np.abs(np.diff(middle)) > np.minimum(allowed[1:], allowed[:-1])
     apart[1:] |= stepped
     apart[:-1] |= stepped
-    for length in settings.blocks:
+    for length in AGREEMENT.blocks:
         whole = count // length * length
         # over a hole a path starts anew, and a fringe that was lost has been found in the short blocks
         led = (seen & ~apart)[:whole].reshape(-1, length).all(axis=1)
         spread = high[:whole].reshape(-1, length).max(axis=1) - low[:whole].reshape(-1, length).min(axis=1)
         turns = turned[:whole].reshape(-1, length).sum(axis=1)
-        far = led & (np.where(led, spread, 0.0) > settings.most_rad + settings.share * np.where(led, turns, 0.0))
+        far = led & (np.where(led, spread, 0.0) > AGREEMENT.most_rad + AGREEMENT.share * np.where(led, turns, 0.0))
         apart[:whole] |= np.repeat(far, length)
     return np.asarray(np.repeat(apart, size)[: phase_rad.size])
 
 
-def lasting(
-    stray: BoolArray, phase_rad: FloatArray, valid: BoolArray, echo: Echo, settings: AgreementSettings = AGREEMENT
-) -> BoolArray:
+def lasting(stray: BoolArray, phase_rad: FloatArray, valid: BoolArray, echo: Echo) -> BoolArray:
     """Return what of `strays` lasts: where the phase comes back to the echo, a low-pass has rounded an impact.
 
     A fringe that was lost never comes back. Parameters as in `strays`.
@@ -99,5 +93,5 @@ def lasting(
     for begin, end in runs_of(stray):
         before, after = known[known < begin], known[known >= end]
         if before.size and after.size:
-            out[begin:end] = abs(away[after[0]] - away[before[-1]]) > settings.most_rad
+            out[begin:end] = abs(away[after[0]] - away[before[-1]]) > AGREEMENT.most_rad
     return out

@@ -30,7 +30,7 @@ LEAST_U_PHASE_RAD = 1e-12
 """Of a signal that is perfectly round: a weight stays finite."""
 
 
-def correct(conditioned: Conditioned, method: str, progress: Callable[[float], None] | None = None) -> CorrectedIQ:
+def correct(conditioned: Conditioned, method: str, progress: Callable[[float], None] = lambda _: None) -> CorrectedIQ:
     """Remove the IQ mismatch of each receiver.
 
     Parameters
@@ -74,8 +74,7 @@ def correct(conditioned: Conditioned, method: str, progress: Callable[[float], N
             whole = circularity(iq if known.all() else iq[:, known]) if known.any() else 0.0
             u_phase[k] = max(whole, LEAST_U_PHASE_RAD)
         steps.append(step)
-        if progress is not None:
-            progress((k + 1) / n_receivers)
+        progress((k + 1) / n_receivers)
     i, q = corrected[0::2], corrected[1::2]
     return CorrectedIQ(conditioned.time_s, i, q, valid & np.isfinite(i), u_phase, method, tuple(channels), tuple(steps))
 
@@ -116,6 +115,7 @@ def _quality(
     elif isinstance(step, PublishedSteps):
         gain = float(np.median(scale[1]) / np.median(scale[0]))
     some = valid[::SOME]
+    # a receiver of which nothing is valid still has a noise to be told
     used = some if some.any() else np.ones_like(some)
     return assess(
         name,

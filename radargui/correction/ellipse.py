@@ -77,6 +77,7 @@ def fit_ellipse(pair_v: FloatArray) -> Ellipse:
     determinant = 4.0 * a * c - b * b
     x0, y0 = (b * e - 2.0 * c * d) / determinant, (b * d - 2.0 * a * e) / determinant
     level = a * x0 * x0 + b * x0 * y0 + c * y0 * y0 - f
+    # X = cos, Y = g sin(phase + eps): the cross term of their conic is -2 sin(eps) / g
     sine = -b / (2.0 * np.sqrt(a * c))
     amplitude = np.sqrt(level / (a * (1.0 - sine**2)))
     if not np.isfinite(amplitude) or amplitude <= 0.0:
@@ -136,6 +137,7 @@ def correct_ellipse(
     """
     moving = pair_v[:, segment.first : segment.last]
     if usable is not None and usable[segment.first : segment.last].any():
+        # clipped crests would flatten the conic
         moving = moving[:, usable[segment.first : segment.last]]
     ellipse = fit_ellipse(moving)
     corrected = ellipse.apply(pair_v)

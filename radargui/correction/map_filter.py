@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from radargui.correction.ellipse import Ellipse, fit_ellipse
-from radargui.correction.smooth_map import SmoothMap
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.errors import ProcessingError
 from radargui.model.front_end import point_of
@@ -31,6 +30,71 @@ ROBUST = 4.0
 SETTLED_FRINGES = 8.0
 """After so many fringes the phase of the rest is not learned any more: the map may have moved on."""
 
+SPAN_M = (-0.30, 0.90)
+"""Path lengths, counted from the rest, that the map covers; beyond, its ends hold."""
+KNOT_M = 0.06
+OFFSET_LENGTH_M = 0.12
+AMPLITUDE_LENGTH_M = 0.25
+OFFSET_SD = 0.10
+AMPLITUDE_SD = 0.30
+HARDWARE_SD = 0.05
+
+
+class SmoothMap:
+    """A state of three splines (offset of I, offset of Q, log amplitude) and two constants (gain ratio, eps in rad).
+
+    Cubic B-splines with knots every 6 cm of path; the prior of their coefficients is a Gaussian process of kernel
+    s^2 exp(-d^2 / 2 l^2), l = 12 cm of path for the offsets and 25 cm for the amplitude.
+
+    Attributes
+    ----------
+    prior
+        Covariance of the state before anything is known, shape (n_state, n_state).
+    """
+
+    def __init__(self) -> None:
+        self._n_pieces = round((SPAN_M[1] - SPAN_M[0]) / KNOT_M)
+        self._n = self._n_pieces + 3
+        self.prior = self._prior()
+
+    def mean(self) -> FloatArray:
+        """Return the state before anything is known: no offset, amplitude 1, a perfect mixer; shape (n_state,)."""
+        state = np.zeros(3 * self._n + 2)
+        state[-2] = 1.0
+        return state
+
+    def parts(self, state: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the coefficients of the three splines, shape (n,) each."""
+        n = self._n
+        return state[:n], state[n : 2 * n], state[2 * n : 3 * n]
+
+    def basis(self, length_m: FloatArray) -> FloatArray:
+        """Return the basis of uniform cubic B-splines at path lengths (n_samples,), shape (n_samples, n)."""
+        # the end belongs to the last piece: beyond it the map holds
+        place = np.clip((length_m - SPAN_M[0]) / KNOT_M, 0.0, self._n_pieces - 1e-9)
+        piece = place.astype(np.intp)
+        t = place - piece
+        left = 1.0 - t
+        # products: a power of an array takes numpy ten times as long
+        cube, left_cube = t * t * t, left * left * left
+        out = np.zeros((length_m.size, self._n))
+        row = np.arange(length_m.size)
+        out[row, piece] = left_cube / 6.0
+        out[row, piece + 1] = (3.0 * cube - 6.0 * t * t + 4.0) / 6.0
+        out[row, piece + 2] = (3.0 * left_cube - 6.0 * left * left + 4.0) / 6.0
+        out[row, piece + 3] = cube / 6.0
+        return out
+
+    def _prior(self) -> FloatArray:
+        n = self._n
+        place = KNOT_M * np.arange(n)
+        away = (place[:, None] - place) ** 2
+        out = np.zeros((3 * n + 2, 3 * n + 2))
+        out[:n, :n] = out[n : 2 * n, n : 2 * n] = OFFSET_SD**2 * np.exp(-0.5 * away / OFFSET_LENGTH_M**2)
+        out[2 * n : 3 * n, 2 * n : 3 * n] = AMPLITUDE_SD**2 * np.exp(-0.5 * away / AMPLITUDE_LENGTH_M**2)
+        out[-2, -2] = out[-1, -1] = HARDWARE_SD**2
+        return out
+
 
 class MapFilter:
     """Causal correction: hardware constants, and offset and amplitude that vary smoothly with the path length.
@@ -48,6 +112,11 @@ class MapFilter:
     ----------
     rad_per_m
         Phase over path length, sign included.
+
+    Attributes
+    ----------
+    started
+        Whether the constants are known.
     """
 
     def __init__(self, rad_per_m: float) -> None:
@@ -64,12 +133,7 @@ class MapFilter:
         self._phase_rad: float | None = None
         self._binned_rad: float | None = None
         self._fringes = 0.0
-        self._started = False
-
-    @property
-    def started(self) -> bool:
-        """Whether the constants are known."""
-        return self._started
+        self.started = False
 
     @property
     def gain_ratio(self) -> float:
@@ -94,7 +158,7 @@ class MapFilter:
         self._rest_v, self._noise_v = pair_v, noise_v
         self._zero_rad = self._phase_rad = self._binned_rad = None
         self._fringes = 0.0
-        if self._started:
+        if self.started:
             # the mixer is the same, the sphere and its release are not
             self._covariance += NEW_RUN_FORGETTING * self._map.prior
 
@@ -109,7 +173,7 @@ class MapFilter:
         pair_v
             Volts, shape (2, n_samples).
         """
-        if self._started:
+        if self.started:
             return True
         ellipse = _first_ellipse(pair_v)
         if ellipse is None:
@@ -118,7 +182,7 @@ class MapFilter:
         self._centre_v = np.array([ellipse.i0_v, ellipse.q0_v])
         self._mean[-2:] = ellipse.gain_ratio, ellipse.quadrature_error_rad
         self._state = self._mean.copy()
-        self._started = True
+        self.started = True
         for _ in range(START_ROUNDS):
             self._phase_rad = self._binned_rad = None
             self._covariance = self._map.prior.copy()
@@ -147,6 +211,7 @@ class MapFilter:
         # forgotten by the way, not by the time: at rest nothing is learned
         fringes = float(np.abs(np.diff(phase)).sum()) / (2.0 * np.pi)
         if learn:
+            # the prior comes back whole at the most: more would be less than nothing known
             self._covariance += min(FORGETTING * fringes, 1.0) * self._map.prior
             self._learn(pair_v, phase, self._state)
         phase, corrected = self._demodulated(pair_v, phase)
@@ -158,7 +223,7 @@ class MapFilter:
 
     def at_rest(self, pair_v: FloatArray) -> FloatArray:
         """Return corrected I and Q of samples at rest, shape (2, n_samples); NaN before the constants are known."""
-        if not self._started:
+        if not self.started:
             return np.full(pair_v.shape, np.nan)
         return self._apply(pair_v, np.zeros(pair_v.shape[1]))[0]
 
@@ -212,7 +277,9 @@ class MapFilter:
         spread = slope @ self._covariance
         expected = np.einsum("ij,ij->i", spread, slope) + variance
         excess = np.abs(innovation) / (ROBUST * np.sqrt(expected))
+        # what is far off counts as if its noise were as large: it pulls, and does not tear
         total = spread @ slope.T + np.diag(variance * np.maximum(excess, 1.0) ** 2)
+        # solved in the bins of this update, which are fewer than the coefficients
         gain = np.linalg.solve(total, spread).T
         self._state = mean + gain @ innovation
         covariance = self._covariance - gain @ spread

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.correction.extremes import spline_through, standing_out, turning_points
-from radargui.correction.smooth import SMOOTHING_S, smooth
-from radargui.model.arrays import BoolArray, FloatArray, IntArray, order_statistics
+from radargui.model.arrays import BoolArray, FloatArray, IntArray, held_beyond, order_statistics
 from radargui.model.errors import ProcessingError
 from radargui.model.result import Segment
+from radargui.model.weighed_sums import savitzky_golay
 
 PROMINENCE = 0.3
 """An extreme stands out of its surroundings by this share of the local swing, or it is noise."""
@@ -109,10 +109,7 @@ def correct_published(
     for _ in range(blurred):
         turning[1:-1] = turning[:-2] | turning[1:-1] | turning[2:]
     steps = tuple(_correct_channel(smoothed[k], moving, turning).laid_out(near.start, n_samples) for k in (0, 1))
-    corrected = np.empty(pair_v.shape)
-    for row, channel, step in zip(corrected, pair_v, steps, strict=True):
-        np.subtract(channel, step.bias, out=row)
-        row /= step.scale
+    corrected = np.stack([(channel - step.bias) / step.scale for channel, step in zip(pair_v, steps, strict=True)])
     return corrected, PublishedSteps(*steps)
 
 
@@ -157,6 +154,7 @@ def motion_turns(smoothed_v: FloatArray, sample_rate_hz: float, segment: Segment
     BoolArray
         Shape (n_samples,).
     """
+    # noise must not turn a slope at a bounce: smoothed once more, over as much as is looked at
     slope = smooth(smoothed_v, sample_rate_hz, window_s=max(turn_s, SMOOTHING_S * turn_s / TURN_S), slope=True)
     first, last = segment.first, segment.last
     amplitude = 0.5 * np.ptp(smoothed_v[:, first:last], axis=1)
@@ -224,13 +222,6 @@ def envelope(smoothed_v: FloatArray, extremes: IntArray, segment: Segment) -> Fl
     return held_beyond(inner, int(extremes[0]) - segment.first, segment.last - segment.first)
 
 
-def held_beyond(inner: FloatArray, first: int, n: int) -> FloatArray:
-    """Return values that begin at sample `first` of n, the first and the last of them held before and after."""
-    out = np.empty(n)
-    out[:first], out[first : first + inner.size], out[first + inner.size :] = inner[0], inner, inner[-1]
-    return out
-
-
 def find_bias(
     upper: FloatArray, lower: FloatArray, peaks: IntArray, valleys: IntArray, segment: Segment, n_samples: int
 ) -> FloatArray:
@@ -241,6 +232,7 @@ def find_bias(
     FloatArray
         Volts, one value a sample of the record.
     """
+    # before both have begun one of the splines is only held: their mean would be no centre
     first = max(int(peaks[0]), int(valleys[0]))
     last = max(first, min(int(peaks[-1]), int(valleys[-1])))
     both = slice(first - segment.first, last + 1 - segment.first)
@@ -288,7 +280,32 @@ def local_scale(centred_v: FloatArray, crossings: IntArray, extremes: IntArray) 
     edges = np.concatenate([[0], crossings, [centred_v.size]]).astype(np.intp)
     piece = np.searchsorted(crossings, extremes, side="right")
     height = np.full(edges.size - 1, np.nan)
+    # of several extremes in a piece the largest is the circle's
     np.fmax.at(height, piece, np.abs(centred_v[extremes]))
     known = np.flatnonzero(np.isfinite(height))
     height = np.interp(np.arange(height.size), known, height[known])
     return np.repeat(np.maximum(height, 1e-300), np.diff(edges))
+
+
+SMOOTHING_S = 0.001
+
+
+def smooth(x: FloatArray, sample_rate_hz: float, *, window_s: float = SMOOTHING_S, slope: bool = False) -> FloatArray:
+    """Return a least-squares parabola's value (or slope per second) around each sample (Savitzky & Golay 1964).
+
+    Parameters
+    ----------
+    x
+        Shape (..., n_samples).
+    sample_rate_hz
+        Rate of the samples.
+    window_s
+        Width of the window; a window of under five samples leaves `x` as it is.
+    slope
+        Give the first derivative per second instead.
+    """
+    window = min(2 * round(0.5 * window_s * sample_rate_hz) + 1, 2 * ((x.shape[-1] - 1) // 2) + 1)
+    # too few samples for a parabola that smooths
+    if window < 5:
+        return np.gradient(x, 1.0 / sample_rate_hz, axis=-1) if slope else x
+    return savitzky_golay(x, window, derivative=int(slope), spacing=1.0 / sample_rate_hz)

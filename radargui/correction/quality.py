@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from radargui.correction.smooth import savitzky_golay
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.result import ChannelQuality
+from radargui.model.weighed_sums import savitzky_golay
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +114,7 @@ def image_rejection_db(iq: FloatArray, phase_rad: FloatArray) -> float | None:
         return None
     smoothed = savitzky_golay(phase_rad[first:last], window)
     z = iq[0, first:last] + 1j * iq[1, first:last]
+    # the line's own sidelobes would reach over its image
     taper = np.hanning(last - first)
     turned_back, turned_on = (abs((taper * z * np.exp(sign * 1j * smoothed)).sum()) for sign in (-1.0, 1.0))
     line, image = max(turned_back, turned_on), min(turned_back, turned_on)
@@ -139,12 +141,9 @@ def assess(
     noise: float,
     counted_noise: float | None = None,
     fraction_clipped: float,
-    gain_ratio: float | None = None,
-    quadrature_error_deg: float | None = None,
-    u_gain_ratio: float | None = None,
-    u_quadrature_error_deg: float | None = None,
     chi_square: float | None = None,
     rescaled: bool = False,
+    **front_end: Any,
 ) -> ChannelQuality:
     """Return the quality of one receiver in the motion segment, with a verdict and its reason.
 
@@ -164,12 +163,12 @@ def assess(
         The same where the fringes are counted; None: in each sample.
     fraction_clipped
         Share of samples at the end of the range.
-    gain_ratio, quadrature_error_deg, u_gain_ratio, u_quadrature_error_deg
-        Of the front end, where the correction knows them.
     chi_square
         Misfit, of corrections that model the samples.
     rescaled
         Whether the correction has scaled each piece by its own extreme: then a changing radius is its mismatch too.
+    front_end
+        gain_ratio, quadrature_error_deg, u_gain_ratio, u_quadrature_error_deg, where the correction knows them.
     """
     used = valid & np.isfinite(iq).all(axis=0)
     counted = used & np.isfinite(phase_rad)
@@ -181,48 +180,46 @@ def assess(
         name=name,
         snr_db=float(10.0 * np.log10(0.5 / noise**2)) if noise > 0 else None,
         circularity=roundness if np.isfinite(roundness) else None,
+        # over a hole nobody knows how the phase turned
         image_rejection_db=image_rejection_db(iq, phase_rad) if whole else None,
         fringes=_fringes(known),
         fraction_valid=float(valid.mean()) if valid.size else None,
         fraction_clipped=fraction_clipped,
-        gain_ratio=gain_ratio,
-        quadrature_error_deg=quadrature_error_deg,
-        u_gain_ratio=u_gain_ratio,
-        u_quadrature_error_deg=u_quadrature_error_deg,
+        **front_end,
     )
     verdict, reason = judge(quality, noise, noise if counted_noise is None else counted_noise, chi_square)
     return replace(quality, verdict=verdict, reason=reason)
 
 
-def judge(
-    quality: ChannelQuality, noise: float, counted_noise: float, chi_square: float | None, limits: Limits = LIMITS
-) -> tuple[str, str]:
+def judge(quality: ChannelQuality, noise: float, counted_noise: float, chi_square: float | None) -> tuple[str, str]:
     """Return good, usable or rejected, and why not good; parameters as in `assess`."""
     roundness = float("nan") if quality.circularity is None else quality.circularity
+    # along the radius noise scatters like a mismatch: their squares add
     beyond_noise = float(np.sqrt(max(roundness**2 - noise**2, 0.0))) if np.isfinite(roundness) else float("nan")
     off_circle = f"corrected I and Q leave the circle by {100 * beyond_noise:.0f} % beyond their noise"
     # only models of the samples have one
     misfit = 0.0 if chi_square is None else chi_square
-    if counted_noise > limits.most_noise:
+    if counted_noise > LIMITS.most_noise:
         return "rejected", f"noise of {100 * counted_noise:.0f} % of the amplitude: fringes cannot be counted"
-    if not beyond_noise < limits.most_circularity:
+    # not the other way round: an unknown one is no circle
+    if not beyond_noise < LIMITS.most_circularity:
         return "rejected", off_circle
     gain, angle_deg = quality.gain_ratio or 1.0, quality.quadrature_error_deg or 0.0
-    if not 1.0 / limits.most_gain < gain < limits.most_gain or not abs(angle_deg) < limits.most_quadrature_deg:
+    if not 1.0 / LIMITS.most_gain < gain < LIMITS.most_gain or not abs(angle_deg) < LIMITS.most_quadrature_deg:
         return "rejected", f"no mixer has a gain ratio of {gain:.2f} and a quadrature error of {angle_deg:.0f} deg"
-    if not misfit <= limits.most_misfit and not beyond_noise < limits.most_misfit_circularity:
+    if not misfit <= LIMITS.most_misfit and not beyond_noise < LIMITS.most_misfit_circularity:
         return "rejected", "the model does not describe the signal (cycles lost, or more than one thing moves)"
-    if quality.fringes is not None and quality.fringes < limits.least_fringes:
+    if quality.fringes is not None and quality.fringes < LIMITS.least_fringes:
         return "usable", "less than one fringe: the mismatch cannot be told from the motion"
-    if quality.fraction_valid is not None and quality.fraction_valid < limits.least_valid:
+    if quality.fraction_valid is not None and quality.fraction_valid < LIMITS.least_valid:
         return "usable", f"only {100 * quality.fraction_valid:.0f} % of the samples are valid"
-    if beyond_noise > limits.good_circularity:
+    if beyond_noise > LIMITS.good_circularity:
         return "usable", off_circle
     if quality.fraction_clipped:
         return "usable", f"{100 * quality.fraction_clipped:.2g} % of the samples are clipped"
-    if counted_noise > limits.good_noise:
+    if counted_noise > LIMITS.good_noise:
         return "usable", "low signal-to-noise ratio"
-    if misfit > limits.good_misfit:
+    if misfit > LIMITS.good_misfit:
         return "usable", "residuals above the noise: uncertainties are widened"
     return "good", ""
 
@@ -235,6 +232,7 @@ def _fringes(phase_rad: FloatArray) -> float:
 
 def _coarse(phase_rad: FloatArray, count: int) -> tuple[FloatArray, int]:
     """Return about so many means of a phase, and of how many samples: noise, added up, would be hundreds of fringes."""
+    # means: noise from sample to sample would add up to turns that were none
     size = max(1, phase_rad.size // count)
     whole = phase_rad.size // size * size
     return phase_rad[:whole].reshape(-1, size).mean(axis=1), size

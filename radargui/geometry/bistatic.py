@@ -142,12 +142,10 @@ def solve_gradient(gradient: FloatArray, residual_m: FloatArray) -> FloatArray:
     """
     rows, right = gradient, residual_m
     if gradient.shape[0] != 3:
-        rows = np.einsum("ran,rbn->abn", gradient, gradient)
+        rows = _normal(gradient)
         right = np.einsum("ran,rn->an", gradient, residual_m)
     # Cramer's rule on whole rows: ten times as fast as a solver called for each sample
-    products = [_cross(rows[1], rows[2]), _cross(rows[2], rows[0]), _cross(rows[0], rows[1])]
-    determinant = _dot(rows[0], products[0])
-    determinant[np.abs(determinant) < _SINGULAR] = np.nan
+    products, determinant = _cofactors(rows)
     return np.asarray((right[0] * products[0] + right[1] * products[1] + right[2] * products[2]) / determinant)
 
 
@@ -187,22 +185,27 @@ def _uncertain(position_m: FloatArray, u_path_m: FloatArray, antennas: Antennas)
     gradient = path_gradient(position_m, antennas)
     if antennas.n_receivers == 3:
         # J^-1 U J^-T: its rows are cross products of those of J over the determinant
-        columns = [_cross(gradient[1], gradient[2]), _cross(gradient[2], gradient[0]), _cross(gradient[0], gradient[1])]
+        columns, determinant = _cofactors(gradient)
         square = (columns[0] * u_path_m[0]) ** 2
         for column, u in zip(columns[1:], u_path_m[1:], strict=True):
             square += (column * u) ** 2
-        determinant = np.abs(_dot(gradient[0], columns[0]))
-        determinant[determinant < _SINGULAR] = np.nan
-        return np.asarray(np.sqrt(square) / determinant)
-    xx, yy, zz, xy, yz, zx = (
-        (gradient[:, a] * gradient[:, b] / np.maximum(u_path_m, 1e-15) ** 2).sum(axis=0)
-        for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
-    )
-    # cofactors over the determinant
-    cofactors = np.stack([yy * zz - yz**2, zz * xx - zx**2, xx * yy - xy**2])
-    determinant = xx * cofactors[0] + xy * (yz * zx - xy * zz) + zx * (xy * yz - yy * zx)
+        return np.asarray(np.sqrt(square) / np.abs(determinant))
+    products, determinant = _cofactors(_normal(gradient / np.maximum(u_path_m, 1e-15)[:, None]))
     determinant[determinant <= 0.0] = np.nan
-    return np.asarray(np.sqrt(np.maximum(cofactors, 0.0) / determinant))
+    return np.stack([np.sqrt(np.maximum(products[k][k], 0.0) / determinant) for k in range(3)])
+
+
+def _normal(gradient: FloatArray) -> FloatArray:
+    """Return J^T J of gradients (n_receivers, 3, n), shape (3, 3, n)."""
+    return np.asarray(np.einsum("ran,rbn->abn", gradient, gradient))
+
+
+def _cofactors(rows: FloatArray) -> tuple[list[FloatArray], FloatArray]:
+    """Return the cross products of each two of three rows (3, 3, n), and the determinant, NaN where singular."""
+    products = [_cross(rows[k - 2], rows[k - 1]) for k in range(3)]
+    determinant = _dot(rows[0], products[0])
+    determinant[np.abs(determinant) < _SINGULAR] = np.nan
+    return products, determinant
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:

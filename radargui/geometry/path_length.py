@@ -86,6 +86,7 @@ def path_gradient(position_m: FloatArray, antennas: Antennas) -> FloatArray:
     FloatArray
         No unit, shape (n_receivers, 3, n_samples).
     """
+    # the way there is common to all receivers: once
     unit_transmitter = position_m - antennas.transmitter_m[:, None]
     unit_transmitter /= distance(unit_transmitter)
     out = np.empty((antennas.n_receivers, *position_m.shape))
@@ -164,6 +165,7 @@ def locate_plane(change_m: FloatArray, antennas: Antennas, release_position_m: F
     FloatArray
         Metres, shape (3, n_samples).
     """
+    # T^-1 for three receivers, least squares for four
     inverse = np.linalg.pinv(t_matrix(antennas))
     return np.asarray(release_position_m[:, None] - inverse @ change_m)
 

@@ -39,6 +39,7 @@ def scattering_delay_m(position_m: FloatArray, setup: Setup) -> FloatArray:
         Metres, shape (n_receivers, n_samples).
     """
     antennas = place_antennas(setup)
+    # first the release, where the change of every path is zero
     places = np.concatenate([np.array(setup.tracer.release_position_m)[:, None], position_m], axis=1)
     sphere = conducting_sphere(0.5 * setup.tracer.diameter_m, setup.radar.wavelength_m)
     sent = transmitted_direction(setup.transmitter.polarization_deg or 0.0)
@@ -69,6 +70,7 @@ def supposed_delays_m(position_m: FloatArray, setup: Setup) -> FloatArray:
     """
     antennas = place_antennas(setup)
     release = np.array(setup.tracer.release_position_m)[:, None]
+    # first the centre, for which a receiver is turned to the strongest signal where nobody says how
     places = np.concatenate([np.zeros((3, 1)), release, position_m], axis=1)
     both = np.stack([transmitted_direction(angle) for angle in (0.0, 90.0)])
     sphere = conducting_sphere(0.5 * setup.tracer.diameter_m, setup.radar.wavelength_m)
@@ -108,6 +110,7 @@ class SphereDelay:
         axis = np.linspace(-self._half_m, self._half_m, POINTS)
         grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"))
         delay_m = scattering_delay_m(grid.reshape(3, -1), setup)
+        # filtered once: every look-up is then a sum over 64 values
         self._tables = [spline_filter(own.reshape(grid.shape[1:]), order=3, mode="nearest") for own in delay_m]
 
     def at(self, position_m: FloatArray) -> FloatArray:

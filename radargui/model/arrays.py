@@ -31,6 +31,13 @@ def runs_of(flags: BoolArray) -> IntArray:
     return np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))).reshape(-1, 2)
 
 
+def held_beyond(inner: FloatArray, first: int, n: int) -> FloatArray:
+    """Return values that begin at sample `first` of n, the first and the last of them held before and after."""
+    out = np.empty(n)
+    out[:first], out[first : first + inner.size], out[first + inner.size :] = inner[0], inner, inner[-1]
+    return out
+
+
 def order_statistics(values: FloatArray, *shares: float) -> FloatArray:
     """Return those of the last axis (..., n) that shares of the others lie below, shape (..., n_shares).
 

@@ -2,6 +2,8 @@
 
 import math
 
+from radargui.model.radar import Site
+
 NOMINAL_GRAVITY_M_S2 = 9.81
 """Free fall at sea level in 49 degrees latitude (WGS 84); 9.780 at the equator to 9.832 at the poles.
 
@@ -33,6 +35,18 @@ def normal_gravity_m_s2(latitude_deg: float, height_m: float) -> float:
     s, h = math.sin(math.radians(latitude_deg)) ** 2, height_m / _A_M
     on_ellipsoid = _EQUATOR_M_S2 * (1.0 + _K * s) / math.sqrt(1.0 - _E2 * s)
     return on_ellipsoid * (1.0 - 2.0 * (1.0 + _FLATTENING + _M - 2.0 * _FLATTENING * s) * h + 3.0 * h * h)
+
+
+def gravity_of_site(site: Site) -> tuple[float, float, bool] | None:
+    """Return g of a place, its u, and whether the setup states it (else normal gravity); None where it is not told.
+
+    A g that is stated without its u counts as if it were normal gravity's.
+    """
+    if site.g_m_s2 is not None:
+        return site.g_m_s2, U_NORMAL_GRAVITY_M_S2 if site.u_g_m_s2 is None else site.u_g_m_s2, True
+    if site.latitude_deg is not None and site.height_m is not None:
+        return normal_gravity_m_s2(site.latitude_deg, site.height_m), U_NORMAL_GRAVITY_M_S2, False
+    return None
 
 
 def share_in_air(density_kg_m3: float) -> float:

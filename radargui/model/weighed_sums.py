@@ -1,6 +1,9 @@
 """Weighed sums of neighbouring samples: interpolation and smoothing on evenly spaced samples are such sums."""
 
+from functools import lru_cache
+
 import numpy as np
+from numpy.polynomial import legendre
 
 from radargui.model.arrays import FloatArray
 
@@ -49,3 +52,38 @@ def _by_transform(values: FloatArray, weights: FloatArray) -> FloatArray:
     # sums, not a convolution: the weights are not turned round
     filtered = np.fft.rfft(pieces, axis=1) * np.fft.rfft(weights, length).conj()
     return np.asarray(np.fft.irfft(filtered, length, axis=1)[:, :step].ravel())
+
+
+def savitzky_golay(x: FloatArray, window: int, *, derivative: int = 0, spacing: float = 1.0) -> FloatArray:
+    """Return a least-squares parabola around each sample along the last axis (Savitzky & Golay 1964).
+
+    At the ends that of the first or the last window.
+
+    Parameters
+    ----------
+    x
+        Shape (..., n_samples).
+    window
+        Odd number of samples, at most n_samples.
+    derivative, spacing
+        Which derivative to give, and the distance of the samples for it.
+    """
+    half, unit = window // 2, spacing**derivative
+    fit, values = _parabolas(window, derivative)
+    weights = np.asarray(values[half] @ fit) / unit
+    rows = [weighed_sums(row, weights) for row in x.reshape(-1, x.shape[-1])]
+    middle = np.stack(rows).reshape(*x.shape[:-1], -1)
+    begin, end = x[..., :window] @ fit.T @ values[:half].T, x[..., -window:] @ fit.T @ values[half + 1 :].T
+    return np.asarray(np.concatenate([begin / unit, middle, end / unit], axis=-1), dtype=np.float64)
+
+
+@lru_cache(maxsize=8)
+def _parabolas(window: int, derivative: int) -> tuple[FloatArray, FloatArray]:
+    """Return what fits a parabola to a window's samples, (3, window), and its derivative at each of them."""
+    half = max(window // 2, 1)
+    place = np.arange(-half, half + 1) / half
+    # Legendre's: powers of the place would be nearly alike
+    columns = legendre.legvander(place, 2)
+    slopes = [legendre.legder(unit, derivative) for unit in np.eye(3)]
+    values = np.stack([legendre.legval(place, slope) for slope in slopes], axis=1) / half**derivative
+    return np.asarray(np.linalg.pinv(columns), dtype=np.float64), np.asarray(values, dtype=np.float64)

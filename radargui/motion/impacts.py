@@ -237,7 +237,7 @@ class _Height:
     def speeds(self, at_s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the velocities just before and after some instants, and u of their difference; NaN where unknown."""
         limits, n = IMPACT_LIMITS, at_s.size
-        both, u = self._beside(at_s, limits.clear_s, np.full(n, limits.side_s), np.full(n, limits.side_s))
+        both, u = self._parabolas(at_s, limits.clear_s, limits.side_s, limits.side_s)
         return both[:n, 1], both[n:, 1], np.hypot(u[:n], u[n:])
 
     def may_stop(self, at_s: FloatArray) -> BoolArray:
@@ -273,7 +273,7 @@ class _Height:
         on = 0.9 * np.minimum(edge[2:] - at_s, 2.0 * after_m_s / NOMINAL_GRAVITY_M_S2)
         on = np.minimum(limits.meeting_side_s, on)
         for _ in range(2):
-            both, _ = self._beside(at_s, limits.track_step_s, back, on)
+            both, _ = self._parabolas(at_s, limits.track_step_s, back, on)
             c, b, a = (both[: at_s.size] - both[at_s.size :]).T
             root = b * b - 4.0 * a * c
             meets = root >= 0.0  # NaN, an unknown side, does not
@@ -282,19 +282,18 @@ class _Height:
             at_s = at_s + np.clip(shift, -0.4 * limits.side_s, 0.4 * limits.side_s)
         return at_s
 
-    def _beside(
-        self, at_s: FloatArray, clear_s: float, back_s: FloatArray, on_s: FloatArray
+    def _parabolas(
+        self, at_s: FloatArray, clear_s: float, back_s: FloatArray | float, on_s: FloatArray | float
     ) -> tuple[FloatArray, FloatArray]:
-        """Return `_parabolas` of all before, then of all after, from `clear_s` as far as `back_s` and `on_s`."""
-        first, last = np.append(at_s - back_s, at_s + clear_s), np.append(at_s - clear_s, at_s + on_s)
-        return self._parabolas(first, last, np.append(at_s, at_s))
+        """Fit parabolas before all instants, then after all of them, from `clear_s` as far as `back_s` and `on_s`.
 
-    def _parabolas(self, first_s: FloatArray, last_s: FloatArray, at_s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Fit parabolas on [first, last]; return height, velocity, half the curvature at `at`, and u of the velocity.
-
-        Shapes (m, 3) and (m,), NaN with fewer than four points or an unknown one. u is widened by the misfit.
+        Return height, velocity and half the curvature at the instants, and u of the velocity, shapes (2 n, 3) and
+        (2 n,), NaN with fewer than four points or an unknown one. u is widened by the misfit.
         """
-        begin, end = np.searchsorted(self.time_s, first_s), np.searchsorted(self.time_s, last_s, side="right")
+        begin = np.searchsorted(self.time_s, np.append(at_s - back_s, at_s + clear_s))
+        end = np.searchsorted(self.time_s, np.append(at_s - clear_s, at_s + on_s), side="right")
+        # both sides of all together: a call for each would cost more than the sums
+        at_s = np.append(at_s, at_s)
         index = begin[:, None] + np.arange(max(int((end - begin).max(initial=0)), 1))
         inside = index < end[:, None]
         index = np.minimum(index, self.time_s.size - 1)

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from radargui.model.arrays import FloatArray
+from radargui.model.weighed_sums import savitzky_golay
 
 WINDOW_S = 0.02
 """Of a parabola: in free flight it is exact for any length, and noise of 0.1 mm at 2 kS/s leaves 2 cm/s (by hand)."""
@@ -36,27 +37,13 @@ def speed_along(time_s: FloatArray, position_m: FloatArray, breaks_s: Sequence[f
         return speed
     step = float(np.median(np.diff(time_s)))
     known = np.asarray(np.isfinite(position_m).all(axis=0))
+    # times of a file are not quite even: a gap is more than a step and a half
     apart = np.flatnonzero((np.diff(known) != 0) | (np.diff(time_s) > 1.5 * step)) + 1
     edges = sorted({0, *apart.tolist(), *np.searchsorted(time_s, breaks_s).tolist(), time_s.size})
     for first, last in pairwise(edges):
+        # between impacts near each other a shorter parabola, for none may reach across
         length = min(last - first, max(_FEWEST, round(WINDOW_S / step)))
         if known[first] and length >= _FEWEST:
-            slopes = _slopes(position_m[:, first:last], (length - 1) // 2)
+            slopes = savitzky_golay(position_m[:, first:last], 2 * ((length - 1) // 2) + 1, derivative=1)
             speed[first:last] = np.linalg.norm(slopes, axis=0) / step
     return speed
-
-
-def _slopes(y: FloatArray, half: int) -> FloatArray:
-    """Return the slope a step of parabolas through 2 half + 1 points, shape (3, n); at the ends of the last one."""
-    k = np.arange(-half, half + 1)
-    size, middle = y.shape[1], slice(half, y.shape[1] - half)
-    # the slope in the middle of a parabola is that of the straight line
-    slope = np.empty(y.shape)
-    slope[:, middle] = [np.correlate(row, k / (k @ k), "valid") for row in y]
-    for place, part, ends in (
-        (slice(0, half), y[:, : k.size], k[:half]),
-        (slice(size - half, size), y[:, -k.size :], k[half + 1 :]),
-    ):
-        _, linear, square = np.polynomial.polynomial.polyfit(k, part.T, 2)
-        slope[:, place] = linear[:, None] + 2.0 * square[:, None] * ends
-    return slope

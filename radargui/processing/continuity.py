@@ -13,7 +13,7 @@ from radargui.conditioning.doppler import Doppler
 from radargui.conditioning.follows import ALONE, TOGETHER, follows, missed_frames
 from radargui.conditioning.segment import without_blips
 from radargui.correction.agreement import lasting, strays
-from radargui.correction.pieces import join_pieces
+from radargui.correction.phase import join_pieces
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.front_end import FrontEnd
 from radargui.model.result import ChannelQuality, CorrectedIQ, Track

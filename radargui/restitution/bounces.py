@@ -10,10 +10,9 @@ from radargui.model.result import Bounces, FreeFall, Segment, Track
 from radargui.motion.impacts import find_track_impacts
 from radargui.restitution.cross_check import cross_check
 from radargui.restitution.floor_normal import UP, normal_of_impacts
-from radargui.restitution.impact_speeds import ImpactSpeeds, speeds_at_impacts
+from radargui.restitution.impact_speeds import ImpactSpeeds, error_of_e, speeds_at_impacts, with_drag
 from radargui.restitution.parabola import fit_parabolas
 from radargui.restitution.settings import TRACKS
-from radargui.restitution.track_drag import error_of_e, with_drag
 from radargui.restitution.track_flights import (
     FittedFlights,
     Heights,
@@ -68,7 +67,7 @@ def find_bounces(
     if found is None:
         return Bounces()
     impacts, heights, g_m_s2 = found.impacts, found.heights, NOMINAL_GRAVITY_M_S2 * found.normal[2]
-    fall = _free_fall(track, segment, found.normal, found.flights, float(impacts.time_s[0]))
+    fall = _free_fall(track, segment, found)
     if drag_1_m:
         impacts = impacts.widened(error_of_e(impacts, found.flights, drag_1_m), impacts.valid)
         fall = None if fall is None else with_drag(fall, found.flights, drag_1_m, found.normal)
@@ -116,27 +115,16 @@ def _along(
         if rough is None:
             return None
         impact_s = rough.meet(impact_s)
-    fitted = flights_between(impact_s)
+    fitted, expected = flights_between(impact_s), NOMINAL_GRAVITY_M_S2 * max(normal[2], 1e-9)
     # a hand, a string or a lost fringe makes kinks as well: only what falls under gravity bounces
-    if fitted is None or not _falls(fitted, normal):
+    if fitted is None or abs(float(fitted.parabolas.g_m_s2) / expected - 1.0) >= TRACKS.largest_g_error:
         return None
     return _Along(normal, heights, fitted, speeds_at_impacts(fitted, fitted.meet(impact_s)))
 
 
-def _falls(fitted: FittedFlights, normal: tuple[float, float, float]) -> bool:
-    """Whether the flights are about under gravity: else what looked like impacts came from elsewhere."""
-    expected = NOMINAL_GRAVITY_M_S2 * max(normal[2], 1e-9)
-    return abs(float(fitted.parabolas.g_m_s2) / expected - 1.0) < TRACKS.largest_g_error
-
-
-def _free_fall(
-    track: Track,
-    segment: Segment,
-    normal: tuple[float, float, float],
-    flights: FittedFlights,
-    first_impact_s: float,
-) -> FreeFall | None:
+def _free_fall(track: Track, segment: Segment, found: _Along) -> FreeFall | None:
     """Return the parabola of the first fall by itself: a check of the whole chain against gravity."""
+    normal, flights = found.normal, found.flights
     if 0 not in flights.place:
         return None
     first = flights.samples.chosen(np.arange(flights.samples.size) == flights.place[0])
@@ -159,7 +147,7 @@ def _free_fall(
         first_time_s=begin,
         last_time_s=end,
         release_height_m=release,
-        drop_height_m=release - float(flights.parabolas.height_at(flights.place[0], first_impact_s)),
+        drop_height_m=release - float(flights.parabolas.height_at(flights.place[0], found.impacts.time_s[0])),
         parabola=(
             float(own.parabolas.height_at(0, begin)),
             float(own.parabolas.speed_at(0, begin)),

@@ -69,24 +69,14 @@ def compare(groups: Mapping[str, Sequence[float]]) -> Comparison | None:
     with np.errstate(invalid="ignore", divide="ignore"):
         levenes = float(levene(*known.values()).pvalue)
     scatter_p = levenes if math.isfinite(levenes) else None
+    apart: tuple[float, ...] = ()
     if len(known) > 2:
-        found = f_oneway(*known.values(), equal_var=False)
-        title = "Welch's analysis of variance"
-        return Comparison(tuple(known), title, float(found.statistic), float(found.pvalue), scatter_p)
-    first, second = known.values()
-    found = ttest_ind(first, second, equal_var=False)
-    low, high = found.confidence_interval(CONFIDENCE)
-    difference = float(first.mean() - second.mean())
-    return Comparison(
-        tuple(known),
-        "Welch's t-test",
-        float(found.statistic),
-        float(found.pvalue),
-        scatter_p,
-        difference,
-        float(low),
-        float(high),
-    )
+        test, found = "Welch's analysis of variance", f_oneway(*known.values(), equal_var=False)
+    else:
+        first, second = known.values()
+        test, found = "Welch's t-test", ttest_ind(first, second, equal_var=False)
+        apart = (float(first.mean() - second.mean()), *map(float, found.confidence_interval(CONFIDENCE)))
+    return Comparison(tuple(known), test, float(found.statistic), float(found.pvalue), scatter_p, *apart)
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +125,9 @@ def repeatability_of(groups: Sequence[Sequence[float]]) -> Repeatability | None:
 
     within = sum(float(np.sum((values - values.mean()) ** 2)) for values in known) / (n - k)
     between = float(np.sum(sizes * (means - np.average(means, weights=sizes)) ** 2)) / (k - 1)
+    # drops of a session as they count where not all have equally many
     size = (n - float(np.sum(sizes**2)) / n) / (k - 1)
+    # below zero by chance alone: then there is none (ISO 5725-2)
     own = max(between - within, 0.0) / size
     f = between / within if within else math.inf
     u = float(means.std(ddof=1)) / math.sqrt(k)

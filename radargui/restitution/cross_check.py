@@ -42,21 +42,16 @@ def cross_check(
         if not before > 0.0:
             continue
         duration, rise = following.time_s - impact.time_s, rises[number]
+        # the speed that rises to h under drag: its square is 2 g h times (exp(2 k h) - 1) / (2 k h), one for k = 0
+        x = 2.0 * drag_1_m * rise
+        braked = math.expm1(x) / x if x else 1.0
         impacts[number] = replace(
             impact,
             # T from two instants, h from positions: a wrong slope shows in neither (method 5, Cross-check)
             e_flight_time=0.5 * g_m_s2 * duration * (1.0 + g_m_s2 * drag_1_m * duration**2 / 16.0) / before,
-            e_height=math.sqrt(2.0 * g_m_s2 * rise * _drag_factor(drag_1_m * rise)) / before
-            if rise > 0.0
-            else float("nan"),
+            e_height=math.sqrt(2.0 * g_m_s2 * rise * braked) / before if rise > 0.0 else math.nan,
         )
     return replace(bounces, impacts=tuple(impacts))
-
-
-def _drag_factor(drag_times_rise: float) -> float:
-    """Return (exp(2 k h) - 1) / (2 k h)."""
-    x = 2.0 * drag_times_rise
-    return math.expm1(x) / x if x else 1.0
 
 
 def _rises_m(impact_s: FloatArray, time_s: FloatArray, height_m: FloatArray) -> list[float]:

@@ -221,7 +221,8 @@ def findings_of(sessions: Sequence[SeriesSession], model: ModelName | None = Non
     model
         The dependence of e on the speed that the user chose.
     """
-    counted = series_of([_named(one, run) for one in sessions for run in one.runs])
+    # over all sessions: a drop that was imported into another one is still the same drop
+    counted = series_of([replace(run.drop, name=f"{one.name}/{run.drop.name}") for one in sessions for run in one.runs])
     found = tuple(_session_findings(one, counted) for one in sessions)
     labels = list(dict.fromkeys(one.label for one in found))
     values = {one.name: _values(session, one) for session, one in zip(sessions, found, strict=True)}
@@ -233,6 +234,7 @@ def findings_of(sessions: Sequence[SeriesSession], model: ModelName | None = Non
         own = [one for one in sessions if one.name in names]
         samples.append(SampleFindings(label, names, fits, *_repeated(own, counted, fits, model or "power")))
         of_samples[label or "not named"] = [values[name] for name in names if values[name]]
+    # drops of a session share a setup and a day: where there are several, only they are independent
     means = all(len(groups) > 1 for groups in of_samples.values())
     grouped = {
         label: [sum(group) / len(group) for group in groups] if means else [e for group in groups for e in group]
@@ -251,10 +253,6 @@ def findings_of(sessions: Sequence[SeriesSession], model: ModelName | None = Non
 def sample_label(sample: str, target: str) -> str:
     """Return what fell on what, in one line."""
     return " on ".join(" ".join(part.split()) for part in (sample, target) if part.strip())
-
-
-def _named(session: SeriesSession, run: SeriesRun) -> Drop:
-    return replace(run.drop, name=f"{session.name}/{run.drop.name}")
 
 
 def _session_findings(session: SeriesSession, counted: Series) -> SessionFindings:
@@ -343,10 +341,12 @@ def _repeated(
     if not speeds or max(speeds) <= (1.0 + _SAME_SPEED) * min(speeds):
         return repeatability_of([[e for _, e in group] for group in pairs]), ""
     fit = next(fit for fit in fits if fit.model == model)
+    # a law that does not describe e would move sessions apart that agree
     if fit.problem or fit.describes is False:
         return None, ""
     at = sum(speeds) / len(speeds)
     expected = dict(zip([at, *speeds], fit.e(np.array([at, *speeds]))[0].tolist(), strict=True))
+    # by the ratio: what a drop is above the law stays the same share of e
     groups = [[e * expected[at] / expected[speed] for speed, e in group] for group in pairs]
     return repeatability_of(groups), f"at {plain(at, 3, 'm/s')} (brought there by the {MODELS[model].title})"
 
@@ -355,17 +355,14 @@ def _cautions(sessions: Sequence[SeriesSession], found: Sequence[SessionFindings
     if len(found) < 2:
         return []
     said = []
-
-    def antennas(setup: Setup) -> object:
-        return setup.transmitter, setup.receiver
-
+    antennas = [(one.setup.transmitter, one.setup.receiver) for one in sessions]
     speeds = [one.series.impact_speed_m_s.mean for one in found if one.series.impact_speed_m_s.mean]
     if speeds and max(speeds) > (1.0 + _SAME_SPEED) * min(speeds):
         said.append(
             f"The impact speeds of the sessions differ ({plain(min(speeds), 3)} to {plain(max(speeds), 3, 'm/s')}): a "
             "part of what they differ by may be the dependence of e on the speed."
         )
-    if any(antennas(one.setup) != antennas(sessions[0].setup) for one in sessions):
+    if any(one != antennas[0] for one in antennas):
         said.append(
             "The sessions were not recorded with the same antennas: their calibrations differ, which no test of the "
             "scatter knows."

@@ -9,9 +9,10 @@ import numpy as np
 
 from radargui.estimation.readout.flight_information import MotionInformation
 from radargui.estimation.readout.input_response import InputResponse
+from radargui.estimation.readout.motion_posterior import MotionPosterior
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
-from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns, ImpactLayout
+from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns, UnknownLayout, impact_rows
 from radargui.restitution.settings import FLIGHTS
 
 
@@ -21,10 +22,9 @@ class FlightFit:
 
     Attributes
     ----------
-    layout
-        What stands where in `values`.
     values, covariance
-        Gravity, drag and what happened at the impacts between flights, and its covariance, shapes (n,) and (n, n).
+        Gravity, drag and what happened at the impacts between flights (`impact_rows`), and its covariance, shapes (n,)
+        and (n, n).
     misfit
         Chi-square of the flights against the free motion, and its degrees of freedom.
     apex_s
@@ -39,7 +39,6 @@ class FlightFit:
         x of the flights less x of the free motion, shape (n,).
     """
 
-    layout: ImpactLayout
     values: FloatArray
     covariance: FloatArray
     misfit: tuple[float, int]
@@ -54,32 +53,32 @@ class FlightFit:
     @property
     def g_m_s2(self) -> float:
         """Common gravity."""
-        return float(self.values[self.layout.gravity])
+        return float(self.values[0])
 
     @property
     def drag_1_m(self) -> float:
         """Common drag k of a = k v^2."""
-        return float(self.values[self.layout.drag])
+        return float(self.values[1])
 
     @property
     def u_g_m_s2(self) -> float:
         """Standard uncertainty of g from noise and fit."""
-        return float(np.sqrt(self.covariance[self.layout.gravity, self.layout.gravity]))
+        return float(np.sqrt(self.covariance[0, 0]))
 
     @property
     def impact_s(self) -> FloatArray:
         """Times of the impacts between flights, shape (n_impacts,)."""
-        return self.values[self.layout.times]
+        return impact_rows(self.values)[:, 0]
 
     @property
     def before_m_s(self) -> FloatArray:
         """Velocities just before the impacts, shape (n_impacts, 3)."""
-        return self.layout.velocities(self.values)[0]
+        return impact_rows(self.values)[:, 1:4]
 
     @property
     def after_m_s(self) -> FloatArray:
         """Velocities just after the impacts, shape (n_impacts, 3)."""
-        return self.layout.velocities(self.values)[1]
+        return impact_rows(self.values)[:, 4:]
 
     @property
     def reduced_misfit(self) -> float:
@@ -106,10 +105,11 @@ class FlightFit:
         # Birge's ratio, never below one: a good fit by chance makes no measurement better
         return replace(self, covariance=self.covariance * max(1.0, self.reduced_misfit))
 
-    def velocity_covariance(self, impact: int) -> FloatArray:
-        """Return the covariance of (before x, y, z, after x, y, z) at an impact, shape (6, 6)."""
-        places = slice(self.layout.before(impact).start, self.layout.after(impact).stop)
-        return self.covariance[places, places]
+    @property
+    def velocity_covariances(self) -> FloatArray:
+        """Covariances of (before x, y, z, after x, y, z) at the impacts, shape (n_impacts, 6, 6)."""
+        own = np.arange(self.impact_s.size)
+        return self.covariance[2:, 2:].reshape(own.size, 7, own.size, 7)[own, 1:, own, 1:]
 
     def follow(self, response: InputResponse) -> FloatArray:
         """Return the changes of `values` where an input of the estimate changes.
@@ -141,7 +141,7 @@ class FlightFit:
         """Return how far the free motion is off its flights over u (3, n) at the same times, both root mean square."""
         free, size = self.information.free, self.information.size
         spline, breaks = free.motion.spline, self.off[3 * size :]
-        inside = (time_s > free.edge_s[0]) & (time_s < free.edge_s[self.layout.n_impacts + 1])
+        inside = (time_s > free.edge_s[0]) & (time_s < free.edge_s[self.impact_s.size + 1])
         coefficients = np.zeros_like(free.motion.coefficients)
         coefficients[:size] = self.off[: 3 * size].reshape(-1, 3)
         # knots move with the breaks: coefficients alone say nothing of the same instant
@@ -157,6 +157,24 @@ class FlightFit:
         value, expected = self.misfit
         scatter = np.sqrt(2.0 * (expected + float((explained**2).sum())))
         return float((value - expected - explained.sum()) / scatter)
+
+
+def first_by_flights(before: FloatArray, after: FloatArray, results: FloatArray | None) -> FloatArray:
+    """Return velocities before and after all breaks, (2, n_breaks, 3), those that flights have told by their results.
+
+    The flights are the first ones: their slopes know g, a spline's at its end only its neighbourhood.
+    """
+    out = np.array([before, after])
+    if results is not None:
+        rows = impact_rows(results)
+        out[:, : len(rows)] = rows[:, 1:4], rows[:, 4:]
+    return out
+
+
+def break_velocities(posterior: MotionPosterior, fit: FlightFit | None) -> FloatArray:
+    """Return the velocities just before and just after all breaks of a motion, shape (2, n_breaks, 3)."""
+    breaks = posterior.breaks
+    return first_by_flights(breaks.before_m_s, breaks.after_m_s, None if fit is None else fit.values)
 
 
 def fit_flights(information: MotionInformation, plan: FlightPlan) -> FlightFit:
@@ -182,7 +200,7 @@ def fit_flights(information: MotionInformation, plan: FlightPlan) -> FlightFit:
     q = unknowns.start()
     prior = np.zeros(q.size)
     # without it, one short fall trades k against g: both accelerate downwards
-    prior[unknowns.layout.drag] = FLIGHTS.drag_sd_1_m**-2.0
+    prior[UnknownLayout.drag] = FLIGHTS.drag_sd_1_m**-2.0
     cost, damping = _cost(unknowns, q, prior), 0.0
     normal, slope = _normal_equations(unknowns, q, prior)
     for _ in range(FLIGHTS.steps):
@@ -230,14 +248,12 @@ def _result(unknowns: FlightUnknowns, q: FloatArray, normal: FloatArray) -> Flig
     inverse = _solve(normal, slopes.results.T)
     # against the minimum of the same form: the difference is chi-square of the constraint (method 5, Flights)
     away = motion.x - information.x0 - information.minimum()
-    layout = unknowns.results
     return FlightFit(
-        layout,
         motion.results,
         slopes.results @ inverse,
         (float(away @ information.form.times(away)), information.x0.size - q.size),
         unknowns.apexes(q),
-        float(motion.results[layout.time(0)]) if layout.n_impacts else unknowns.last_s(0),
+        unknowns.last_s(0) if motion.results.size == 2 else float(motion.results[2]),
         information,
         -(slopes.x @ inverse).T,
         slopes.x,

@@ -97,62 +97,20 @@ class UnknownLayout:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class ImpactLayout:
-    """Where each result of the flights stands: g, k, then per impact between flights time, velocity before, after."""
+def impact_rows(results: FloatArray) -> FloatArray:
+    """Return time, velocity before and velocity after of each impact between flights, shape (n_impacts, 7, ...).
 
-    n_impacts: int
-
-    gravity: ClassVar[int] = 0
-    drag: ClassVar[int] = 1
-
-    @property
-    def size(self) -> int:
-        """How many results there are."""
-        return self.time(self.n_impacts)
-
-    @property
-    def times(self) -> IntArray:
-        """Where the times of the impacts stand, shape (n_impacts,)."""
-        return np.array([self.time(impact) for impact in range(self.n_impacts)], dtype=np.intp)
-
-    def time(self, impact: int) -> int:
-        """Return where the time of an impact stands."""
-        return 2 + 7 * impact
-
-    def before(self, impact: int) -> slice:
-        """Return where the velocity just before an impact stands, x, y, z."""
-        return slice(self.time(impact) + 1, self.time(impact) + 4)
-
-    def after(self, impact: int) -> slice:
-        """Return where the velocity just after an impact stands, x, y, z."""
-        return slice(self.time(impact) + 4, self.time(impact) + 7)
-
-    def velocities(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return those of results (size,) just before and just after the impacts, shape (n_impacts, 3) each."""
-        own = values[self.time(0) :].reshape(-1, 7)
-        return own[:, 1:4], own[:, 4:]
-
-
-@dataclass(frozen=True, slots=True)
-class _Flight:
-    """A flight seen from where it starts.
-
-    Attributes
-    ----------
-    path_m
-        At the flight's points in time, the start first, the end last, shape (..., n, 3).
-    start_m_s, end_m_s
-        Velocities, shape (..., 3).
+    A view of results: g, k, then these, shape (2 + 7 n_impacts, ...).
     """
-
-    path_m: FloatArray
-    start_m_s: FloatArray
-    end_m_s: FloatArray
+    return results[2:].reshape(-1, 7, *results.shape[1:])
 
 
-def _fly(own: FloatArray, share: FloatArray) -> _Flight:
-    """Return the flights of (g, k, apex time, vx, vy, start, end), shape (7, ...), at shares of their time, (n,)."""
+def _fly(own: FloatArray, share: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the flights of (g, k, apex time, vx, vy, start, end), shape (7, ...), seen from where they start.
+
+    Their paths at shares of their time (n,), the start first, the end last, shape (..., n, 3), and the velocities at
+    start and end, shape (..., 3).
+    """
     # method 5, Flights: below the apex by a series in g k D^2, sideways by the path travelled
     g, k, apex, vx, vy, first, last = own[..., None]
     time = first + (last - first) * share
@@ -161,7 +119,7 @@ def _fly(own: FloatArray, share: FloatArray) -> _Flight:
     moved = drift_time(time - first, height, k)
     # sideways speed dies with the path: dv/ds = -k v, the path of a steep flight being |dz|
     slowing = np.exp(-k * np.abs(np.diff(height)).sum(axis=-1, keepdims=True))
-    return _Flight(
+    return (
         np.stack([vx * moved, vy * moved, height], axis=-1),
         np.concatenate([vx, vy, speed_below_apex(first - apex, g, k)], axis=-1),
         np.concatenate([vx * slowing, vy * slowing, speed_below_apex(last - apex, g, k)], axis=-1),
@@ -177,7 +135,7 @@ class FlightMotion:
     x
         The information's x: coefficients and breaks.
     results
-        As `ImpactLayout` has them.
+        As `impact_rows` has them.
     """
 
     x: FloatArray
@@ -203,7 +161,6 @@ class FlightUnknowns:
         # the spline before the flight's first coefficient stays as free as the samples leave it
         self.free = np.arange(1, plan.first_coefficient)
         self.layout = UnknownLayout(plan.n_flights, information.n_breaks, self.free.size)
-        self.results = ImpactLayout(plan.n_flights - 1)
 
     def edges(self, q: FloatArray) -> FloatArray:
         """Return start, breaks, end."""
@@ -216,54 +173,53 @@ class FlightUnknowns:
 
     def motion(self, q: FloatArray) -> FlightMotion:
         """Return the motion and the impacts."""
-        layout, results = self.layout, self.results
+        layout, out = self.layout, np.empty(7 * self.plan.n_flights - 5)
         coefficients = np.empty((self.information.size + 1, 3))
         coefficients[self.free] = q[layout.free].reshape(-1, 3)
-        out = np.empty(results.size)
-        out[[results.gravity, results.drag]] = q[[layout.gravity, layout.drag]]
-        out[results.times] = q[layout.breaks][: results.n_impacts]
+        impacts, out[:2] = impact_rows(out), q[:2]
+        impacts[:, 0] = q[layout.breaks][: len(impacts)]
         start = self._first_start(q)
         for number, (share, solve) in enumerate(self.collocation):
-            flight = _fly(self._own(q, number), share)
+            path, start_m_s, end_m_s = _fly(self._own(q, number), share)
             rows, part = self._rows(number)
             # collocation: the spline that goes through the flight at as many points as it has coefficients
-            coefficients[rows] = (solve @ (flight.path_m + start) - self.information.free.release_m)[part]
+            coefficients[rows] = (solve @ (path + start) - self.information.free.release_m)[part]
             # neighbours meet at the impact by construction, so that its time follows from both
-            start = start + flight.path_m[-1]
+            start = start + path[-1]
             if number > 0:
-                out[results.after(number - 1)] = flight.start_m_s
-            if number < results.n_impacts:
-                out[results.before(number)] = flight.end_m_s
+                impacts[number - 1, 4:] = start_m_s
+            if number < len(impacts):
+                impacts[number, 1:4] = end_m_s
         return FlightMotion(np.concatenate([coefficients[1:].ravel(), q[layout.breaks]]), out)
 
     def slopes(self, q: FloatArray) -> FlightMotion:
         """Return the derivatives of motion and impacts: central differences within a flight, ones between them."""
-        layout, results = self.layout, self.results
+        layout = self.layout
         coefficients = np.zeros((self.information.size + 1, 3, layout.size))
         coefficients[self.free, :, layout.free] = np.eye(3 * self.free.size).reshape(-1, 3, 3 * self.free.size)
-        out = np.zeros((results.size, layout.size))
-        out[results.gravity, layout.gravity] = out[results.drag, layout.drag] = 1.0
-        out[results.times, layout.breaks.start + np.arange(results.n_impacts)] = 1.0
+        out = np.eye(7 * self.plan.n_flights - 5, layout.size)
+        out[2:] = 0.0
+        impacts = impact_rows(out)
+        impacts[:, 0, layout.breaks][:, : len(impacts)] = np.eye(len(impacts))
         start = self._first_start_slopes(q)
         # central differences: a flight is smooth in all of them, and its series has no simple slopes
         step = np.array([FLIGHTS.parameter_step] * 2 + [FLIGHTS.time_step] * 5)
         for number, (share, solve) in enumerate(self.collocation):
             places = layout.of_flight(number)
             shifts = np.stack([np.diag(step), -np.diag(step)], axis=1)
-            moved = _fly(self._own(q, number)[:, None, None] + shifts, share)
             known = places >= 0
             path, after, before = (
                 ((value[0] - value[1]) / (2.0 * step.reshape(-1, *(1,) * (value.ndim - 2))))[known]
-                for value in (moved.path_m, moved.start_m_s, moved.end_m_s)
+                for value in _fly(self._own(q, number)[:, None, None] + shifts, share)
             )
             rows, part = self._rows(number)
             coefficients[rows] = start
             coefficients[rows, :, places[known]] += np.moveaxis(solve @ path, 0, 2)[part]
             start[:, places[known]] += path[:, -1].T
             if number > 0:
-                out[results.after(number - 1), places[known]] = after.T
-            if number < results.n_impacts:
-                out[results.before(number), places[known]] = before.T
+                impacts[number - 1][4:, places[known]] = after.T
+            if number < len(impacts):
+                impacts[number][1:4, places[known]] = before.T
         # breaks are unknowns and information at once: their slopes are ones
         by_breaks = np.eye(layout.size)[layout.breaks]
         return FlightMotion(np.concatenate([coefficients[1:].reshape(-1, layout.size), by_breaks]), out)

@@ -11,9 +11,9 @@ from radargui.model.assumed import CLOCK, TILT, uncertain_inputs
 from radargui.model.result import Bounces
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange, Share
-from radargui.restitution.flight_fit import FlightFit
-from radargui.restitution.floor_normal import e_by_tilt
+from radargui.restitution.flight_fit import FlightFit, break_velocities, first_by_flights
 from radargui.restitution.settings import FLIGHTS
+from radargui.restitution.track_response import tilt_and_clock
 
 INSTANTS = 8000
 """At which shifts are kept, over the whole record: each is a curve of its own, and there are two dozens."""
@@ -100,23 +100,15 @@ def joint_changes(
     time_s, out = responses.time_s, []
     for key, response in zip(responses.keys, responses.each, strict=True):
         followed = None if fit is None else fit.follow(response)
-        e = _e_changes(estimate, bounces, fit, response, followed)
-        g = float("nan") if fit is None or followed is None else float(followed[fit.layout.gravity])
+        e = _e_changes(estimate, bounces, response, followed)
+        g = float("nan") if followed is None else float(followed[0])
         # no possible sphere is more likely than another: their squares add up to the mean square
         share = 1.0 / np.sqrt(responses.n_spheres) if key == SPHERE else 1.0
         kind: Share = "sphere" if key in (SPHERE, DIAMETER) else "calibration"
         out.append(InputChange(key, kind, time_s, share * response.moved_m, share * e, share * g))
-    nothing = np.zeros((3, time_s.size))
-    for one in uncertain_inputs(setup):
-        if one.u > 0.0 and one.key == TILT and "normal" in setup.floor.model_fields_set:
-            out += [
-                InputChange(TILT, "calibration", time_s, nothing, e, 0.0)
-                for e in _by_tilt(estimate, bounces, fit, one.u)
-            ]
-        if one.u > 0.0 and one.key == CLOCK and fit is not None:
-            # true times are (1 + c) as long: velocities change alike, accelerations twice
-            none = np.zeros(len(bounces.impacts))
-            out.append(InputChange(CLOCK, "calibration", time_s, nothing, none, -2e-6 * one.u * fit.g_m_s2))
+    places = _impact_breaks(estimate, bounces)
+    before, after = break_velocities(estimate.posterior, fit)
+    out += tilt_and_clock(time_s, lambda: (before[places], after[places]), bounces, setup)
     return tuple(out), FlightTest() if fit is None else _tested(fit, responses, estimate)
 
 
@@ -149,38 +141,16 @@ def _tested(fit: FlightFit, responses: SetupResponses, estimate: JointEstimate) 
 
 
 def _e_changes(
-    estimate: JointEstimate,
-    bounces: Bounces,
-    fit: FlightFit | None,
-    response: InputResponse,
-    followed: FloatArray | None,
+    estimate: JointEstimate, bounces: Bounces, response: InputResponse, followed: FloatArray | None
 ) -> FloatArray:
     """Return de of each impact: of fitted flights by what followed, of others by the motion's one-sided velocities."""
-    if bounces.normal is None:
-        return np.zeros(0)
-    n, breaks = np.asarray(bounces.normal), estimate.posterior.breaks
-    before, after = response.before_m_s.copy(), response.after_m_s.copy()
-    if fit is not None and followed is not None:
-        count = fit.layout.n_impacts
-        before[:count], after[:count] = fit.layout.velocities(followed)
-    places = _impact_breaks(bounces, breaks.time_s)
+    before, after = first_by_flights(response.before_m_s, response.after_m_s, followed)
+    places, n = _impact_breaks(estimate, bounces), np.asarray(bounces.normal)
     speeds = np.array([[one.speed_before_m_s, one.e] for one in bounces.impacts]).reshape(-1, 2).T
+    # e = -(after . n) / (before . n): the speed before is that into the floor, and de = (da . n + e db . n) / before
     return np.asarray((after[places] @ n + speeds[1] * (before[places] @ n)) / speeds[0])
 
 
-def _impact_breaks(bounces: Bounces, break_s: FloatArray) -> list[int]:
-    """Return which break each impact is."""
-    return [int(np.argmin(np.abs(break_s - one.time_s))) for one in bounces.impacts]
-
-
-def _by_tilt(estimate: JointEstimate, bounces: Bounces, fit: FlightFit | None, u_deg: float) -> list[FloatArray]:
-    """Return the changes of all e where the floor leans by u_deg towards x, and towards y."""
-    if bounces.normal is None:
-        return []
-    breaks, n = estimate.posterior.breaks, np.asarray(bounces.normal)
-    before, after = breaks.before_m_s.copy(), breaks.after_m_s.copy()
-    if fit is not None:
-        count = fit.layout.n_impacts
-        before[:count], after[:count] = fit.before_m_s, fit.after_m_s
-    places = _impact_breaks(bounces, breaks.time_s)
-    return e_by_tilt(before[places], after[places], n, u_deg)
+def _impact_breaks(estimate: JointEstimate, bounces: Bounces) -> list[int]:
+    """Return which break each impact is: flights have moved its instant, and breaks that are no impact lie between."""
+    return [int(np.argmin(np.abs(estimate.posterior.breaks.time_s - one.time_s))) for one in bounces.impacts]

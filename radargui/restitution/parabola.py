@@ -76,8 +76,8 @@ class FittedParabolas:
         return float(np.sqrt(self.covariance[-1, -1]))
 
 
-def solve_parabolas(flights: Stretches, height_m: FloatArray) -> Parabolas:
-    """Fit one parabola a flight with g shared, by least squares.
+def solve_parabolas(flights: Stretches, height_m: FloatArray, *, shared: bool = True) -> Parabolas:
+    """Fit one parabola a flight with g shared, or each its own, by least squares.
 
     Parameters
     ----------
@@ -85,8 +85,21 @@ def solve_parabolas(flights: Stretches, height_m: FloatArray) -> Parabolas:
         At least four samples each.
     height_m
         At their samples, shape (..., n_samples).
+    shared
+        Whether all have one g.
     """
-    return _solved(flights, height_m, shared=True)
+    # with a g given h0 and v0 are means, so that g is solved for alone
+    d, (square, cube, fourth) = flights.away_s, _moments(flights)
+    moved = height_m * d
+    level, slope = flights.sums(height_m) / flights.count, flights.sums(moved) / square
+    # of what falls by d^2 / 2: the same level and slope, what is left of it, and the height's product with that
+    fallen, steeper = 0.5 * square / flights.count, 0.5 * cube / square
+    left = 0.25 * fourth - 0.5 * (fallen * square + steeper * cube)
+    pull = fallen * flights.count * level + steeper * square * slope - 0.5 * flights.sums(moved * d)
+    if shared:
+        left, pull = left.sum(), pull.sum(axis=-1, keepdims=True)
+    g = pull / left
+    return Parabolas(flights.origin_s, level + fallen * g, slope + steeper * g, g[..., 0] if shared else g)
 
 
 def fit_parabolas(flights: Stretches, height_m: FloatArray) -> FittedParabolas:
@@ -117,7 +130,7 @@ def fit_parabolas(flights: Stretches, height_m: FloatArray) -> FittedParabolas:
 
 def solve_each(flights: Stretches, height_m: FloatArray) -> FloatArray:
     """Return (h0, v0, g) of parabolas of which each has a g of its own, shape (n_flights, 3); arguments as above."""
-    own = _solved(flights, height_m, shared=False)
+    own = solve_parabolas(flights, height_m, shared=False)
     return np.stack([own.height_m, own.speed_m_s, own.g_m_s2], axis=-1)
 
 
@@ -130,7 +143,7 @@ def residuals(flights: Stretches, height_m: FloatArray, parabolas: Parabolas) ->
 
 def misfits_m(flights: Stretches, height_m: FloatArray) -> FloatArray:
     """Return the root mean square by which each flight misses a parabola of its own, shape (n_flights,)."""
-    each = _solved(flights, height_m, shared=False)
+    each = solve_parabolas(flights, height_m, shared=False)
     return np.asarray(np.sqrt(flights.means(residuals(flights, height_m, each) ** 2)))
 
 
@@ -171,18 +184,3 @@ def _inverse(normal: FloatArray) -> FloatArray:
     size = np.sqrt(np.diagonal(normal))
     unit = np.outer(size, size)
     return np.asarray(np.linalg.inv(normal / unit) / unit)
-
-
-def _solved(flights: Stretches, height_m: FloatArray, *, shared: bool) -> Parabolas:
-    """Fit parabolas with one g or each its own: with a g given h0 and v0 are means, so that g is solved for alone."""
-    d, (square, cube, fourth) = flights.away_s, _moments(flights)
-    moved = height_m * d
-    level, slope = flights.sums(height_m) / flights.count, flights.sums(moved) / square
-    # of what falls by d^2 / 2: the same level and slope, what is left of it, and the height's product with that
-    fallen, steeper = 0.5 * square / flights.count, 0.5 * cube / square
-    left = 0.25 * fourth - 0.5 * (fallen * square + steeper * cube)
-    pull = fallen * flights.count * level + steeper * square * slope - 0.5 * flights.sums(moved * d)
-    if shared:
-        left, pull = left.sum(), pull.sum(axis=-1, keepdims=True)
-    g = pull / left
-    return Parabolas(flights.origin_s, level + fallen * g, slope + steeper * g, g[..., 0] if shared else g)

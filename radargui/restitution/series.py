@@ -72,19 +72,15 @@ def series_of(drops: Sequence[Drop]) -> Series:
             counted.append(drop)
     # without the rest before it the first impact seen may be the third, and e depends on the speed
     seen = [drop for drop in counted if drop.from_rest]
-    e = statistics_of([one.e for one in seen], [one.u_e for one in seen], [one.u_e_combined for one in seen])
-    return Series(
-        kind,
-        left_out,
-        e,
-        statistics_of(
-            [one.g_m_s2 for one in seen], [one.u_g_m_s2 for one in seen], [one.u_g_combined_m_s2 for one in seen]
-        ),
-        statistics_of([drop.drop_height_m for drop in seen]),
-        statistics_of([drop.impact_speed_m_s for drop in seen]),
-        tuple(drop.name for drop in seen),
-        tuple(seen[place].name for place in e.outliers),
-    )
+
+    def of(*names: str) -> Statistics:
+        """Return the statistics of a value of the drops, by its name and those of its u."""
+        return statistics_of(*([getattr(one, name) for one in seen] for name in names))
+
+    e, g = of("e", "u_e", "u_e_combined"), of("g_m_s2", "u_g_m_s2", "u_g_combined_m_s2")
+    names = tuple(drop.name for drop in seen)
+    outliers = tuple(names[place] for place in e.outliers)
+    return Series(kind, left_out, e, g, of("drop_height_m"), of("impact_speed_m_s"), names, outliers)
 
 
 def drop_labels(runs: Iterable[tuple[str, RunOrigin | None, bool]]) -> dict[str, str]:

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from radargui.model.gravity import U_NORMAL_GRAVITY_M_S2, normal_gravity_m_s2, share_in_air
+from radargui.model.gravity import gravity_of_site, share_in_air
 from radargui.model.result import RunResult
 from radargui.model.rounding import plain, quantity
 from radargui.model.setup import Setup
@@ -79,14 +79,11 @@ def check_against_site(
         Of the acceleration, with antennas, clock and wavelength in it; None where it is not known.
     """
     site, density = setup.site, setup.tracer.density_kg_m3
-    if site.g_m_s2 is not None:
-        g, origin = site.g_m_s2, "the site's"
-        u_g = U_NORMAL_GRAVITY_M_S2 if site.u_g_m_s2 is None else site.u_g_m_s2
-    elif site.latitude_deg is not None and site.height_m is not None:
-        g, u_g = normal_gravity_m_s2(site.latitude_deg, site.height_m), U_NORMAL_GRAVITY_M_S2
-        origin = f"normal gravity at {site.latitude_deg:g}°, {site.height_m:g} m"
-    else:
+    told = gravity_of_site(site)
+    if told is None:
         return None
+    g, u_g, is_stated = told
+    origin = "the site's" if is_stated else f"normal gravity at {site.latitude_deg:g}°, {site.height_m:g} m"
     # buoyancy, and half the displaced air that moves with a sphere (Landau & Lifshitz, Fluid Mechanics, 11)
     share = 1.0 if density is None else share_in_air(density)
     expected, u_expected = g * share, math.hypot(u_g, U_AIR * g * (1.0 - share))

@@ -251,16 +251,14 @@ def fit_speed_model(points: Sequence[ImpactPoint], name: ModelName) -> SpeedFit:
             return replace(fit, problem="the speeds differ too little for a slope: drop from other heights too")
         if len(runs) >= _FEWEST_RUNS:
             of = np.array([point.run for point in points])
+            # with the weights of all: one run less must not change what the others are worth
             left = np.array([_least_squares(model, v[k], e[k], variance[k], at) for k in (of != run for run in runs)])
             covariance = _jackknife(left)
             factor, u_from = student(len(runs) - 1), "from the runs, left out one at a time"
         else:
             # maximum likelihood knows no degrees of freedom
-            covariance, factor, u_from = (
-                inverse * n / (n - p),
-                student(n - p),
-                "from least squares, for there are too few runs",
-            )
+            covariance = inverse * n / (n - p)
+            factor, u_from = student(n - p), "from least squares, for there are too few runs"
     except np.linalg.LinAlgError:
         # the series has a lowest e, below which there is none
         return replace(fit, problem=_TOO_SMALL if name == "viscoelastic" else "it cannot be fitted to these impacts")
@@ -270,6 +268,7 @@ def fit_speed_model(points: Sequence[ImpactPoint], name: ModelName) -> SpeedFit:
     shared = _shared(points, inverse @ (slopes.T / variance))
     residual = e - model.e(v, *at)
     chi2 = float(np.sum((residual / u) ** 2))
+    # the scatter is a parameter too
     k = p + 1
     from scipy.special import chdtrc
 
@@ -357,6 +356,7 @@ def _scatter(model: SpeedModel, v: FloatArray, e: FloatArray, u: FloatArray) -> 
 
     # a model far from these impacts (Johnson's law of an e that hardly changes) leaves more than they differ by
     left = e - model.e(v, *_least_squares(model, v, e, np.ones_like(e), start))
+    # no more than what would be left if the stated uncertainties were nothing
     largest = max(float(e.std()), float(np.sqrt(np.mean(left**2)))) or float(u.max())
     found = float(minimize_scalar(cost, bounds=(0.0, largest), method="bounded").x)
     return found if cost(found) < cost(0.0) else 0.0

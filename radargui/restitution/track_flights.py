@@ -1,6 +1,7 @@
 """Flights of a track: the stretches between impacts in which only gravity acts, and the velocities at their ends."""
 
-from collections.abc import Sequence
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,14 +12,6 @@ from radargui.model.result import Segment, Track
 from radargui.restitution.parabola import Parabolas, misfits_m, solve_parabolas
 from radargui.restitution.settings import TRACKS
 from radargui.restitution.stretches import Stretches
-
-
-@dataclass(frozen=True, slots=True)
-class Flight:
-    """A stretch of free flight, begin_s to end_s."""
-
-    begin_s: float
-    end_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +53,12 @@ class FittedFlights:
     parabolas: Parabolas
     place: dict[int, int]
 
+    @staticmethod
+    def of(number: IntArray, samples: Stretches, height_m: FloatArray) -> FittedFlights:
+        """Return the flights of these numbers, fitted to heights (..., n_samples) with one g."""
+        place = {int(k): n for n, k in enumerate(number)}
+        return FittedFlights(samples, height_m, solve_parabolas(samples, height_m), place)
+
     def sides(self, n_impacts: int) -> tuple[IntArray, IntArray, IntArray]:
         """Return the impacts with fitted flights on both sides, and the places of those before and after them."""
         known = [k for k in range(n_impacts) if k in self.place and k + 1 in self.place]
@@ -79,8 +78,8 @@ class FittedFlights:
         return out
 
 
-def find_flights(begin_s: float, end_s: float, impact_s: FloatArray, rising_m_s: float) -> tuple[Flight | None, ...]:
-    """Return the flight before each impact and the one after the last, None where it is too short to fit.
+def find_flights(begin_s: float, end_s: float, impact_s: FloatArray, rising_m_s: float) -> FloatArray:
+    """Return begin and end of the flight before each impact and of the one after the last, NaN if too short to fit.
 
     Parameters
     ----------
@@ -93,41 +92,39 @@ def find_flights(begin_s: float, end_s: float, impact_s: FloatArray, rising_m_s:
 
     Returns
     -------
-    tuple
-        n_impacts + 1 flights.
+    FloatArray
+        Shape (n_impacts + 1, 2).
     """
     begins = np.concatenate([[begin_s + TRACKS.start_clearance_s], impact_s + TRACKS.clearance_s])
     # the flight after the last impact ends on the floor although no impact was seen there
     landing = float(impact_s[-1]) + 2.0 * rising_m_s / NOMINAL_GRAVITY_M_S2 if impact_s.size else end_s
     ends = np.concatenate([impact_s, [min(end_s, landing)]]) - TRACKS.clearance_s
-    flights = (Flight(float(begin), float(end)) for begin, end in zip(begins, ends, strict=True))
-    return tuple(one if one.end_s - one.begin_s >= TRACKS.least_flight_s else None for one in flights)
+    return np.where((ends - begins >= TRACKS.least_flight_s)[:, None], np.stack([begins, ends], axis=1), np.nan)
 
 
-def fit_track_flights(heights: Heights, flights: tuple[Flight | None, ...]) -> FittedFlights | None:
+def fit_track_flights(heights: Heights, flights_s: FloatArray) -> FittedFlights | None:
     """Fit all flights with one g; None where none can be.
 
     A stretch that is no parabola (an impact missed in it, a lost fringe) would spoil the shared g: it is left out.
     """
-    number, samples = samples_of_flights(heights.time_s, flights, TRACKS.least_samples)
+    number, samples = samples_of_flights(heights.time_s, flights_s, TRACKS.least_samples)
     if not number.size:
         return None
     if samples.size > 2:
+        # two flights have no median that tells which of them is wrong
         alone = misfits_m(samples, samples.of(heights.height_m))
         # by the run's own median: noise differs from run to run
         fits = alone <= max(TRACKS.largest_residual * float(np.median(alone)), TRACKS.least_residual_m)
         number, samples = number[fits], samples.chosen(fits)
-    height = samples.of(heights.height_m)
-    return FittedFlights(samples, height, solve_parabolas(samples, height), {int(k): n for n, k in enumerate(number)})
+    return FittedFlights.of(number, samples, samples.of(heights.height_m))
 
 
-def samples_of_flights(time_s: FloatArray, flights: Sequence[Flight | None], least: int) -> tuple[IntArray, Stretches]:
+def samples_of_flights(time_s: FloatArray, flights_s: FloatArray, least: int) -> tuple[IntArray, Stretches]:
     """Return the numbers of the flights that hold enough of the samples at times (n,), and these."""
-    number = np.array([k for k, flight in enumerate(flights) if flight], dtype=np.intp)
-    spans_s = np.array([[flight.begin_s, flight.end_s] for flight in flights if flight]).reshape(-1, 2)
-    begin, end = np.searchsorted(time_s, spans_s.T)
+    # an unknown begin and end are both after all samples: such a flight holds none
+    begin, end = np.searchsorted(time_s, flights_s.T)
     enough = end - begin >= least
-    return number[enough], Stretches.between(time_s, begin[enough], end[enough])
+    return np.flatnonzero(enough), Stretches.between(time_s, begin[enough], end[enough])
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,19 +158,18 @@ def impact_velocities(
     white
         Whether residuals count as white: their correlation is most of the work, and about the same at all impacts.
     """
-    sides = impact_sides(time_s, impact_s)
+    side, impact, samples = impact_sides(time_s, impact_s)
     velocity, variance = np.full((2, impact_s.size, 3), np.nan), np.full((2, impact_s.size), np.nan)
-    samples = sides.samples
     straight = samples.of(position_m)
-    d = samples.away_s + samples.spread(samples.origin_s - impact_s[sides.impact])
+    d = samples.away_s + samples.spread(samples.origin_s - impact_s[impact])
     straight[2] += 0.5 * NOMINAL_GRAVITY_M_S2 * d * d
     level, slope = samples.lines(straight)
-    velocity[sides.side, sides.impact] = slope.T
+    velocity[side, impact] = slope.T
     off = straight[:2] - samples.spread(level[:2]) - samples.spread(slope[:2]) * samples.away_s
     square = samples.sums(off**2) / (samples.count - 2)
     if not white:
         square *= samples.correlation_lengths(off)
-    variance[sides.side, sides.impact] = square.mean(axis=0) / samples.sums(samples.away_s**2)
+    variance[side, impact] = square.mean(axis=0) / samples.sums(samples.away_s**2)
     return ImpactVelocities(velocity[0], velocity[1], np.sqrt(variance.sum(axis=0)))
 
 
@@ -187,27 +183,13 @@ def velocities_of_track(track: Track, segment: Segment, impact_s: FloatArray) ->
     return impact_velocities(time, position, impact_s)
 
 
-@dataclass(frozen=True, slots=True)
-class ImpactSides:
-    """Samples before and after impacts, where they are enough for a line.
+def impact_sides(time_s: FloatArray, impact_s: FloatArray) -> tuple[IntArray, IntArray, Stretches]:
+    """Return the samples of a curve at times (n,) on both sides of impacts (n_impacts,), where they bear a line.
 
-    Attributes
-    ----------
-    impact, side
-        Number of the impact and 0 before it, 1 after, shapes (n_sides,).
-    samples
-        The samples of each.
+    Side (0 before, 1 after) and number of the impact, shapes (n_sides,), and the samples of each.
     """
-
-    impact: IntArray
-    side: IntArray
-    samples: Stretches
-
-
-def impact_sides(time_s: FloatArray, impact_s: FloatArray) -> ImpactSides:
-    """Return the samples of a curve at times (n,) on both sides of impacts (n_impacts,)."""
     near, far = TRACKS.clearance_s, TRACKS.side_s
     begin = np.searchsorted(time_s, np.stack([impact_s - far, impact_s + near]))
     end = np.searchsorted(time_s, np.stack([impact_s - near, impact_s + far]))
     side, impact = np.nonzero(end - begin >= TRACKS.least_side_samples)
-    return ImpactSides(impact, side, Stretches.between(time_s, begin[side, impact], end[side, impact]))
+    return side, impact, Stretches.between(time_s, begin[side, impact], end[side, impact])

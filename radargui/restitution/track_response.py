@@ -1,20 +1,19 @@
 """How e and g of a track's bounces answer a small, smooth shift of the track: to first order, nothing is found anew."""
 
-import math
-from collections.abc import Sequence
+from collections.abc import Callable
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.assumed import CLOCK, TILT, uncertain_inputs
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
-from radargui.model.result import Bounce, Bounces, Segment, Track
+from radargui.model.result import Bounces, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
 from radargui.restitution.floor_normal import e_by_tilt, mean_normals, normal_of_impacts
-from radargui.restitution.parabola import solve_parabolas
+from radargui.restitution.parabola import Parabolas
 from radargui.restitution.track_flights import (
-    Flight,
+    FittedFlights,
     find_flights,
     impact_sides,
     impact_velocities,
@@ -70,13 +69,16 @@ def respond(
         # of heights only slopes count: the first place is as good as any
         height += leaning @ (position - position[:, :1])
     last = bounces.impacts[-1].speed_after_m_s
+    # as in `find_bounces`: the same flights, so that the answer is that of the same fit
     flights = find_flights(track.time_s[segment.first], track.time_s[segment.last - 1], impact_s, max(last, 0.0))
-    change = _FlightChanges(time, height, flights)
-    told = [k for k, one in enumerate(bounces.impacts) if math.isfinite(one.e) and {k, k + 1} <= change.place.keys()]
-    if told:
-        e[:, told] = change.of_e(told, bounces.impacts, NOMINAL_GRAVITY_M_S2 * float(normal[2]))
-    if bounces.free_fall is not None:
-        g = _FlightChanges(time, height, flights[:1]).g_m_s2 / max(abs(normal[2]), 1e-9)
+    if (change := _changed(time, height, flights)) is not None:
+        sides = np.stack(change.sides(impact_s.size))
+        told, one, other = sides[:, np.isfinite([bounces.impacts[k].e for k in sides[0]])]
+        speeds = np.array([(at.speed_before_m_s, at.speed_after_m_s) for at in bounces.impacts])[told].T
+        along_m_s2 = NOMINAL_GRAVITY_M_S2 * float(normal[2])
+        e[:, told] = _e_changes(change.parabolas, (one, other), impact_s[told], speeds, along_m_s2)
+    if bounces.free_fall is not None and (fall := _changed(time, height, flights[:1])) is not None:
+        g = fall.parabolas.g_m_s2 / max(abs(normal[2]), 1e-9)
     return e, g
 
 
@@ -88,16 +90,27 @@ def floor_and_clock(track: Track, segment: Segment, bounces: Bounces, setup: Set
     track, segment, bounces, setup
         As for `respond`.
     """
-    nothing, none, out = np.zeros_like(track.position_m), np.zeros(len(bounces.impacts)), []
+
+    def velocities() -> tuple[FloatArray, FloatArray]:
+        at = velocities_of_track(track, segment, np.array([one.time_s for one in bounces.impacts]))
+        return at.before_m_s, at.after_m_s
+
+    return tilt_and_clock(track.time_s, velocities, bounces, setup)
+
+
+def tilt_and_clock(
+    time_s: FloatArray, velocities: Callable[[], tuple[FloatArray, FloatArray]], bounces: Bounces, setup: Setup
+) -> list[InputChange]:
+    """Return `floor_and_clock` at times (n,) by the velocities before and after the impacts, shapes (n_impacts, 3)."""
+    nothing, none, out = np.zeros((3, time_s.size)), np.zeros(len(bounces.impacts)), []
     u = {one.key: one.u for one in uncertain_inputs(setup)}
     if "normal" in setup.floor.model_fields_set and u[TILT] and bounces.impacts:
-        at = velocities_of_track(track, segment, np.array([one.time_s for one in bounces.impacts]))
-        changes = e_by_tilt(at.before_m_s, at.after_m_s, np.asarray(setup.floor.normal), u[TILT])
-        out += [InputChange(TILT, "calibration", track.time_s, nothing, e, 0.0) for e in changes]
+        changes = e_by_tilt(*velocities(), np.asarray(setup.floor.normal), u[TILT])
+        out += [InputChange(TILT, "calibration", time_s, nothing, e, 0.0) for e in changes]
     if bounces.free_fall is not None:
         # true times are (1 + c) as long: velocities change alike, accelerations twice
         g = -2e-6 * u[CLOCK] * bounces.free_fall.g_m_s2
-        out.append(InputChange(CLOCK, "calibration", track.time_s, nothing, none, g))
+        out.append(InputChange(CLOCK, "calibration", time_s, nothing, none, g))
     return out
 
 
@@ -119,38 +132,32 @@ def _normal_changes(
 
 def _speed_changes(time_s: FloatArray, shift_m: FloatArray, impact_s: FloatArray) -> FloatArray:
     """Return the changes of the velocities before and after impacts, shape (2, n_shifts, n_impacts, 3)."""
-    sides = impact_sides(time_s, impact_s)
+    side, impact, samples = impact_sides(time_s, impact_s)
     out = np.zeros((2, impact_s.size, *shift_m.shape[:2]))
-    slopes = sides.samples.lines(sides.samples.of(shift_m))[1]
-    out[sides.side, sides.impact] = slopes.transpose(2, 0, 1)
+    out[side, impact] = samples.lines(samples.of(shift_m))[1].transpose(2, 0, 1)
     return np.asarray(out.transpose(0, 2, 1, 3))
 
 
-class _FlightChanges:
-    """Changes of parabolas with one g by changes of the height, several at a time.
+def _changed(time_s: FloatArray, height_m: FloatArray, flights_s: FloatArray) -> FittedFlights | None:
+    """Return the changes of parabolas with one g by changes of the height; None where no flight is long enough.
 
     Parameters
     ----------
     time_s, height_m
         Known samples of the motion, shape (n_samples,), and changes, shape (n_changes, n_samples).
-    flights
-        As found; None where one is too short.
+    flights_s
+        As found, shape (n_flights, 2).
     """
+    number, samples = samples_of_flights(time_s, flights_s, LEAST_SHIFTS)
+    return FittedFlights.of(number, samples, samples.of(height_m)) if number.size else None
 
-    def __init__(self, time_s: FloatArray, height_m: FloatArray, flights: Sequence[Flight | None]) -> None:
-        number, samples = samples_of_flights(time_s, flights, LEAST_SHIFTS)
-        self.place = {int(k): n for n, k in enumerate(number)}
-        self.g_m_s2 = np.full(height_m.shape[0], np.nan)
-        if number.size:
-            self._change = solve_parabolas(samples, samples.of(height_m))
-            self.g_m_s2 = self._change.g_m_s2
 
-    def of_e(self, known: Sequence[int], impacts: Sequence[Bounce], g_m_s2: float) -> FloatArray:
-        """Return de of some impacts, (n_changes, n_known); the instants move to where the changed parabolas meet."""
-        rows = [(one.time_s, one.speed_before_m_s, one.speed_after_m_s) for one in (impacts[k] for k in known)]
-        change, (at_s, before, after) = self._change, np.array(rows).T
-        one, other = (np.array([self.place[k + side] for k in known]) for side in (0, 1))
-        later_s = (change.height_at(one, at_s) - change.height_at(other, at_s)) / (before + after)
-        faster_out = change.speed_at(other, at_s) - g_m_s2 * later_s
-        faster_in = g_m_s2 * later_s - change.speed_at(one, at_s)
-        return np.asarray(faster_out / before - after / before**2 * faster_in)
+def _e_changes(
+    change: Parabolas, sides: tuple[IntArray, IntArray], at_s: FloatArray, speeds_m_s: FloatArray, g_m_s2: float
+) -> FloatArray:
+    """Return de of impacts between flights, (n_changes, n); the instants move to where the changed parabolas meet."""
+    (one, other), (before, after) = sides, speeds_m_s
+    later_s = (change.height_at(one, at_s) - change.height_at(other, at_s)) / (before + after)
+    faster_out = change.speed_at(other, at_s) - g_m_s2 * later_s
+    faster_in = g_m_s2 * later_s - change.speed_at(one, at_s)
+    return np.asarray(faster_out / before - after / before**2 * faster_in)

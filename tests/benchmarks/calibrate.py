@@ -16,7 +16,6 @@ from benchmarks.laboratory.calibration_scenes import PLACES, Laboratory, circled
 
 from radargui.calibration.calibrate import Calibrated, calibrate
 from radargui.calibration.rough_fit import KnownRecording, Rough, rough_fit
-from radargui.calibration.shares import Shares
 from radargui.calibration.unknowns import USUAL
 from radargui.geometry.bistatic import locate_exact
 from radargui.geometry.path_length import path_lengths, place_antennas
@@ -187,7 +186,7 @@ def run_faults(seeds: range, held: dict[str, object]) -> None:
         with tempfile.TemporaryDirectory() as folder:
             given = recordings(lab, "circle", 0, Path(folder))
             try:
-                sound = rough_fit(given, setup, USUAL, Shares(lambda _: None, 2))
+                sound = rough_fit(given, setup, USUAL)
             except ProcessingError as error:
                 print(f"{seed} left out: {error}", flush=True)
                 continue
@@ -209,7 +208,7 @@ def run_faults(seeds: range, held: dict[str, object]) -> None:
                 words = f"receiver {receiver + 1}, {time_s:.3f} s"
             setup = setup.model_copy(update={"receiver": tuple(receivers)})
             try:
-                found = rough_fit(given, setup, USUAL, Shares(lambda _: None, 2))
+                found = rough_fit(given, setup, USUAL)
                 slips = found.slips
                 said = "; ".join(f"recording {n + 1}, receiver {k + 1}, {t:.3f} s" for n, k, t in slips)
                 near = [abs(t - time_s) < NEAR_S for _, _, t in slips]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from radargui.calibration.falls import Falls
-from radargui.calibration.fit import LEAST, Fit, fit
+from radargui.calibration.fit import LEAST, Fit, fit, unfitted
 from radargui.calibration.known_path import KnownMotion, read_known
 from radargui.calibration.likelihood import Measured, Motion, PathLikelihood, World
 from radargui.calibration.shares import working
@@ -69,7 +69,7 @@ def made(seed: int, *, falls: bool) -> tuple[World, FloatArray, list[PathLikelih
 
 
 def found_of(world: World, recordings: list[PathLikelihood]) -> Fit:
-    return fit_paths(world, recordings, np.zeros(len(world.unknowns), dtype=bool))
+    return fit_paths(unfitted(world, recordings), recordings)
 
 
 def test_known_motions_find_the_antennas_within_their_u() -> None:
@@ -94,9 +94,9 @@ def test_a_recording_left_out_is_foretold() -> None:
 
 def test_recordings_shared_out_among_processes_fit_alike() -> None:
     world, _, recordings = made(7, falls=True)
-    here = fit(world, recordings, steps=2)
+    here = fit(unfitted(world, recordings), recordings, steps=2)
     with working(2):
-        there = fit(world, recordings, steps=2)
+        there = fit(unfitted(world, recordings), recordings, steps=2)
     assert np.array_equal(there.z, here.z)
     assert np.array_equal(there.locals_[2].residual_m, here.locals_[2].residual_m, equal_nan=True)
 
@@ -104,8 +104,8 @@ def test_recordings_shared_out_among_processes_fit_alike() -> None:
 def test_a_motion_held_antenna_lends_its_u() -> None:
     world, _, recordings = made(5, falls=False)
     held = np.array([one.name == "transmitter.distance_m" for one in world.unknowns])
-    free = fit_paths(world, recordings, ~held & held)
-    some = fit_paths(world, recordings, held)
+    free = found_of(world, recordings)
+    some = fit_paths(unfitted(world, recordings, held), recordings)
     number = int(np.argmax(held))
     assert some.z[number] == 0.0
     # what is held at a value that is known to 10 mm leaves the others no better known than it allows

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.laboratory.calibration_scenes import circled, laboratory
 from support.changed import changed
 
-from radargui.calibration.fit import fit
+from radargui.calibration.fit import fit, unfitted
 from radargui.calibration.likelihood import World
 from radargui.calibration.preparing import Prepared, prepare_fall, prepare_known, sample_problem
 from radargui.calibration.signal_likelihood import SignalLikelihood
@@ -100,7 +100,7 @@ def test_a_wrong_polarisation_is_found(tmp_path: Path) -> None:
     turned = setup.model_copy(update={"transmitter": wrong, "receiver": receivers})
     unknowns = [one for one in antenna_unknowns(turned, polarised=True) if one.group == "polarization"]
     world, likelihood = sampled(unknowns, turned, prepare_known(record.recording, setup, path))
-    found = fit(world, [likelihood], steps=8)
+    found = fit(unfitted(world, [likelihood]), [likelihood], steps=8)
     off = np.degrees(world.polarisations(found.z)) - true
     u = np.sqrt(np.diag(found.covariance())) * [one.u for one in unknowns]
     assert (np.abs(off) < 2.0 * u).all()

@@ -30,7 +30,7 @@ def endless(_number: int) -> None:
 def test_answers_come_in_the_order_of_the_recordings_with_their_progress() -> None:
     done: list[float] = []
     shares = Shares(done.append, 3)
-    with working(2, shares.look) as pair:
+    with working(2, shares) as pair:
         assert crew() is pair
         assert pair.each(double, [(1,), (2,), (3,)], shares.one_done) == [2, 4, 6]
     assert done[-1] == pytest.approx(0.5)
@@ -45,6 +45,6 @@ def test_who_cancels_does_not_wait_for_what_was_begun() -> None:
     def cancelled(_done: float) -> None:
         raise CancelledError
 
-    with pytest.raises(CancelledError), working(2, lambda: cancelled(0.0)) as pair:
+    with pytest.raises(CancelledError), working(2, Shares(cancelled, 1)) as pair:
         pair.each(endless, [(1,), (2,)])
     assert not multiprocessing.active_children()

@@ -16,7 +16,6 @@ from support.simulated_setup import simulated_setup
 from radargui.calibration import calibrate as calibrating, rough_fit as rough_fitting
 from radargui.calibration.calibrate import Calibrated, calibrate
 from radargui.calibration.rough_fit import KnownRecording, UnfitFallError, rough_fit
-from radargui.calibration.shares import Shares
 from radargui.calibration.unknowns import USUAL
 from radargui.model.errors import ProcessingError
 from radargui.model.setup import Setup
@@ -37,7 +36,7 @@ def test_which_recording_is_no_fall_is_told() -> None:
     circle = recorded(simulated_setup(daq=RATE, scene="circle"), ["second"])
     given = [*recorded(setup, ["first"]), *circle, *recorded(setup, ["third"])]
     with pytest.raises(UnfitFallError, match="no free fall") as caught:
-        rough_fit(given, setup, USUAL, Shares(lambda _: None, len(given)))
+        rough_fit(given, setup, USUAL)
     assert caught.value.number == 1
 
 
@@ -60,15 +59,15 @@ def test_one_drop_that_stands_out_is_told_before_the_order_of_the_receivers_is_d
 
     monkeypatch.setattr(rough_fitting, "other_orders", doubted)
     with pytest.raises(UnfitFallError, match=r"third: its paths are 7\.0 mm off") as caught:
-        rough_fitting._refuse_misfit(found([4e-4, 5e-4, 7e-3, 4e-4]), given, lambda: None)
+        rough_fitting._refuse_misfit(found([4e-4, 5e-4, 7e-3, 4e-4]), given)
     assert caught.value.number == 2
     with pytest.raises(OrderDoubtedError):
-        rough_fitting._refuse_misfit(found([6e-3, 5e-3, 7e-3, 8e-3]), given, lambda: None)
-    rough_fitting._refuse_misfit(found([4e-4, 5e-4, 3e-3, 4e-4]), given, lambda: None)
+        rough_fitting._refuse_misfit(found([6e-3, 5e-3, 7e-3, 8e-3]), given)
+    rough_fitting._refuse_misfit(found([4e-4, 5e-4, 3e-3, 4e-4]), given)
     # a known motion that stands out is what tells the order
     known = replace(given[2], trajectory=SimpleNamespace(words="circle"))  # type: ignore[arg-type]
     with pytest.raises(OrderDoubtedError):
-        rough_fitting._refuse_misfit(found([4e-4, 5e-4, 7e-3, 4e-4]), [*given[:2], known, given[3]], lambda: None)
+        rough_fitting._refuse_misfit(found([4e-4, 5e-4, 7e-3, 4e-4]), [*given[:2], known, given[3]])
 
 
 @pytest.mark.slow
@@ -81,7 +80,7 @@ def test_swapped_receivers_are_named_by_drops_alone_though_their_paths_were_foll
     first, second, third = lab.setup.receiver
     swapped = lab.setup.model_copy(update={"receiver": (third, second, first)})
     with pytest.raises(ProcessingError, match="they do where receivers 1 and 3 are swapped"):
-        rough_fit(given, swapped, USUAL, Shares(lambda _: None, len(given)))
+        rough_fit(given, swapped, USUAL)
 
 
 @pytest.mark.parametrize("n_unfit", [0, 3, 4])

@@ -26,12 +26,12 @@ def fitted() -> Settled:
     assert begun is not None
     one, z = SignalLikelihood(begun.problem, begun.state.theta, ready.motion), np.zeros(len(unknowns))
     start = Fit(world, z, (one.start,), (one.at(world, z, one.start),), np.array([bool(u.key) for u in unknowns]))
-    return approach(world, [one], start, start.own, lambda: None)
+    return approach(start, [one], start.own)
 
 
 @pytest.mark.slow
 def test_with_its_wall_the_samples_fit_and_without_they_do_not(fitted: Settled) -> None:
-    (better,) = _trials(fitted, [tuple(true_wall())], lambda: None)
+    (better,) = _trials(fitted, [tuple(true_wall())])
     (without,), (beside,) = fitted.likelihoods, better.likelihoods
     assert isinstance(without, SignalLikelihood)
     assert isinstance(beside, SignalLikelihood)
@@ -44,7 +44,7 @@ def test_a_wall_is_seen_where_it_is(fitted: Settled) -> None:
     azimuth, distance = np.radians(np.arange(0.0, 360.0, 24.0)), np.array([0.15, 0.21, WALL_M, 0.42])
     # azimuths of planes count from -x towards -y (`tangents`)
     azimuth = azimuth + np.radians(WALL_DEG + 180.0)
-    gains = linearised_gains(fitted, upright_planes(np.zeros(3), UP, azimuth, distance), lambda: None).reshape(15, 4)
+    gains = linearised_gains(fitted, upright_planes(np.zeros(3), UP, azimuth, distance)).reshape(15, 4)
     assert np.unravel_index(np.argmax(gains), gains.shape) == (0, 2)
     assert gains[0, 2] > gains[3:13].max() + 10.0
 
@@ -58,8 +58,8 @@ def test_deviations_that_follow_until_nothing_is_gained_never_lose(fitted: Settl
     for group in prior.groups:
         sd[group.index] = np.minimum(10.0 * sd[group.index], group.highest)
     wide, own = one.with_prior(replace(prior, sd=sd), found.own[0])
-    (first,) = settling(found.world, [wide], found, [own], lambda: None, 0)
-    last = settled_at_last(first, lambda: None)
+    (first,) = settling(found, [wide], [own], 0)
+    last = settled_at_last(first)
     assert last.log_evidence > first.log_evidence + AT_LAST
 
 
@@ -72,9 +72,9 @@ def test_a_new_mirror_changes_nothing_before_it_reflects(fitted: Settled) -> Non
     (one,), found = fitted.likelihoods, fitted.found
     assert isinstance(one, SignalLikelihood)
     (plane,) = upright_planes(np.zeros(3), UP, np.array([1.0]), np.array([0.3]))
-    other, own = one.with_mirrors((*one.problem.inputs.planes, plane), found.own[0])
+    other, own = one.with_mirrors((plane,), found.own[0])
     # maps start again with the mirrors: without them in both the model is the same
-    bare, state = one.with_mirrors(one.problem.inputs.planes, found.own[0])
+    bare, state = one.with_mirrors((), found.own[0])
     layout, theta = bare.problem.layout, bare.theta.copy()
     for receiver in layout.receivers:
         theta[receiver.bias_i] = theta[receiver.bias_q] = 0.0

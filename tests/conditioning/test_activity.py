@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radargui.conditioning.activity import activity, block_size, window_blocks
+from radargui.conditioning.noise import activity, block_size, window_blocks
 
 RATE = 20000.0
 

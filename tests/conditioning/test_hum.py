@@ -9,7 +9,7 @@ import pytest
 from support.changed import changed
 from support.estimates import conditioned_of
 
-from radargui.conditioning.hum import SETTINGS, _Rests, find_hum
+from radargui.conditioning.hum import _Rests, find_hum
 from radargui.conditioning.noise import white_noise_v
 from radargui.model.arrays import FloatArray
 from radargui.model.resources import default_setup_path
@@ -61,7 +61,7 @@ def test_a_line_that_would_convince_is_never_passed_over_and_noise_seldom_looked
             time = (start + np.arange(count)) / 2083.0
             means = size * np.cos(2.0 * np.pi * frequency * time + phase) if line else rng.standard_normal((6, count))
             rests.append((time, means - means.mean(axis=1, keepdims=True)))
-        return _Rests(tuple(rests), np.ones(6)).shows_none(SETTINGS)
+        return _Rests(tuple(rests), np.ones(6)).shows_none()
 
     assert not any(shown_none(line=True) for _ in range(100))
     assert sum(shown_none(line=False) for _ in range(60)) > 50

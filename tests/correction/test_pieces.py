@@ -11,7 +11,7 @@ from radargui.conditioning.echo import follow_echo
 from radargui.conditioning.follows import follows, missed_frames
 from radargui.conditioning.spectral_front_end import front_end_of
 from radargui.correction.agreement import strays
-from radargui.correction.pieces import join_pieces
+from radargui.correction.phase import join_pieces
 from radargui.model.front_end import channels_of
 
 RATE = 20000.0

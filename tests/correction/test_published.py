@@ -16,8 +16,8 @@ from radargui.correction.published import (
     local_scale,
     local_swing,
     motion_turns,
+    smooth,
 )
-from radargui.correction.smooth import smooth
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.result import Segment

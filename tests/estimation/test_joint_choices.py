@@ -15,7 +15,7 @@ from radargui.estimation.joint import _STAGES, _share_done
 from radargui.estimation.signals import scaled_signals
 from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.front_end import FrontEnd
-from radargui.restitution.flight_plan import fit_free_flights, fit_with_alternatives
+from radargui.restitution.joint_bounces import fit_free_flights, fit_with_alternatives
 
 
 def made(seed: int, kind: str) -> SceneRecord:

@@ -8,10 +8,10 @@ from scipy.signal import savgol_filter
 
 from radargui.conditioning.noise import white_noise_v
 from radargui.conditioning.onset import find_onset
-from radargui.correction.smooth import savitzky_golay
 from radargui.estimation.forward.bins import bin_by_fringe
 from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.signals import ScaledSignals
+from radargui.model.weighed_sums import savitzky_golay
 
 
 def signals_of(value: np.ndarray, rate: float) -> ScaledSignals:

@@ -13,7 +13,7 @@ from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
 from radargui.estimation.readout.flight_information import Eliminated, MotionInformation, QuadraticForm
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.restitution.flight_fit import FlightFit, fit_flights
-from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns, ImpactLayout, UnknownLayout
+from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns, UnknownLayout, impact_rows
 
 RELEASE = np.array([0.01, -0.02, 0.12])
 UP = np.array([0.0, 0.0, 1.0])
@@ -127,9 +127,8 @@ def test_every_unknown_has_one_place(flights: int, breaks: int) -> None:
 
 
 def test_every_result_has_one_place() -> None:
-    layout = ImpactLayout(3)
-    places = [layout.gravity, layout.drag, *layout.times]
-    for impact in range(3):
-        for span in (layout.before(impact), layout.after(impact)):
-            places += range(span.start, span.stop)
-    assert sorted(places) == list(range(layout.size))
+    results = np.arange(2.0 + 3 * 7)
+    rows = impact_rows(results)
+    places = [*results[:2], *rows[:, 0], *rows[:, 1:4].ravel(), *rows[:, 4:].ravel()]
+    assert sorted(places) == results.tolist()
+    assert np.shares_memory(rows, results)

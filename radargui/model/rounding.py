@@ -28,11 +28,8 @@ def quantity(value: float | None, u: float | None, unit: str = "", scale: float 
     if u is None or not math.isfinite(u) or u <= 0.0:
         return plain(value, scale=scale) + tail
     last = _last_place(u * scale)
-    shown_u = _at(u * scale, last)
-    shown = _at(value * scale, last)
-    if tail:
-        return f"({shown} ± {shown_u}){tail}"
-    return f"{shown} ± {shown_u}"
+    both = f"{_at(value * scale, last)} ± {_at(u * scale, last)}"
+    return f"({both}){tail}" if tail else both
 
 
 def concise(value: float | None, u: float | None, unit: str = "") -> str:
@@ -68,8 +65,7 @@ def plain(value: float | None, digits: int = 4, unit: str = "", scale: float = 1
     if not 1e-5 <= abs(scaled) < 1e6:
         return f"{scaled:.{digits - 1}e}{tail}"
     exponent = math.floor(math.log10(abs(scaled)))
-    rounded = Decimal(repr(scaled)).quantize(Decimal(1).scaleb(exponent - digits + 1), context=_WIDE)
-    return f"{rounded:f}{tail}"
+    return _at(scaled, exponent - digits + 1) + tail
 
 
 def _last_place(u: float) -> int:
@@ -83,8 +79,7 @@ def _last_place(u: float) -> int:
 
 
 def _at(value: float, last: int) -> str:
-    step = Decimal(1).scaleb(last)
     # the shortest decimal of the number: a binary rest must not decide how a 5 is rounded
-    rounded = Decimal(repr(float(value))).quantize(step, context=_WIDE)
-    text = f"{rounded:f}"
-    return text[1:] if rounded == 0 and text.startswith("-") else text
+    rounded = Decimal(repr(float(value))).quantize(Decimal(1).scaleb(last), context=_WIDE)
+    # what rounds to nothing has no sign
+    return f"{abs(rounded) if rounded == 0 else rounded:f}"

@@ -139,11 +139,9 @@ def scattered_field(
     """
     incident = unit_vectors(position_m - transmitter_m[:, None])
     leaving = unit_vectors(receiver_m[:, None] - position_m)
-    cosine = (incident * leaving).sum(axis=0)
-    along, out = transmitted @ incident, transmitted @ leaving
-    u, v = sphere.parts(cosine)
-    back, through = (u * along + v * out)[..., None, :], (u * (out - cosine * along))[..., None, :]
-    return np.asarray((u + cosine * v) * transmitted[..., None] - incident * back - leaving * through)
+    # three antennas that answer to the axes get the components
+    got = scattered_signals(sphere, incident, transmitted.reshape(-1, 3), leaving, np.eye(3))
+    return got.reshape(*transmitted.shape, -1)
 
 
 def scattered_signals(

@@ -160,7 +160,9 @@ def parse_setup(text: str, name: str = "setup") -> Setup:
     try:
         document = load_toml(text)
     except ValueError as error:
-        raise _not_toml(name, str(error)) from None
+        text = " ".join(str(error).split())
+        remedy = "Correct that place or start from a shipped setup."
+        raise SetupError(f"{name} is not TOML: {text}.", remedy=remedy) from None
     return validate_setup(document, name)
 
 
@@ -176,11 +178,6 @@ def validate_setup(document: dict[str, Any], name: str = "setup") -> Setup:
         return Setup.model_validate(document)
     except ValidationError as error:
         raise SetupError(f"{name}: {describe(error, Setup)}") from None
-
-
-def _not_toml(name: str, fault: str) -> SetupError:
-    text = " ".join(fault.split())
-    return SetupError(f"{name} is not TOML: {text}.", remedy="Correct that place or start from a shipped setup.")
 
 
 def read_setup(path: str | Path) -> Setup:

@@ -87,37 +87,33 @@ def measure_by_estimate(
     ProcessingError
         Neither estimate can be made.
     """
-    why = ""
-    if method == "joint" and conditioned.n_receivers < LEAST_RECEIVERS:
-        method = "adaptive"
-        why = "it needs three receivers" if "correction" in setup.processing.model_fields_set else ""
     if conditioned.n_receivers < LEAST_RECEIVERS:
+        asked = method == "joint" and "correction" in setup.processing.model_fields_set
         alone = measure_in_band(conditioned, setup.radar.wavelength_m, lambda own: _by_circles(own, setup))
-        return _with_reason(alone, why)
+        return _with_reason(alone, "it needs three receivers" if asked else "")
     rounds = adaptive_rounds(conditioned, setup)
     # always: it starts the joint estimate, and stands where that does not
     estimate = estimate_adaptive(rounds)
     adaptive = _motion_of(estimate, conditioned, setup)
     # a long search in a signal without an echo ends in a misfit: said at once instead
-    if method == "joint" and _is_hopeless(estimate, adaptive):
+    if method != "joint" or _is_hopeless(estimate, adaptive):
         return adaptive
-    if method == "joint":
-        if on_preliminary is not None:
-            # the operator has a result soon, and the joint one replaces it
-            on_preliminary(adaptive)
-        try:
-            joint, why, tried = _try_joint_with(prior, conditioned.phase_sign, setup, rounds, progress)
-        except NoSingleBodyError as error:
-            wrong = (error.misfit > LIMITS.most_misfit) & (estimate.chi_square > LIMITS.most_misfit)
-            if wrong.any():
-                return _without(adaptive, wrong)
-            joint, why, tried = None, error.message.rstrip(".").replace("Its", "its", 1), None
-        if joint is not None:
-            motion = _motion_of(joint, conditioned, setup)
-            if motion.track is not None and _is_unknown(motion.track, joint.onset_s, setup.radar.wavelength_m):
-                return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool))
-            return _with_prior(motion, tried, why)
-    return _with_reason(adaptive, why)
+    if on_preliminary is not None:
+        # the operator has a result soon, and the joint one replaces it
+        on_preliminary(adaptive)
+    try:
+        joint, why, tried = _try_joint_with(prior, conditioned.phase_sign, setup, rounds, progress)
+    except NoSingleBodyError as error:
+        wrong = (error.misfit > LIMITS.most_misfit) & (estimate.chi_square > LIMITS.most_misfit)
+        if wrong.any():
+            return _without(adaptive, wrong)
+        joint, why, tried = None, error.message.rstrip(".").replace("Its", "its", 1), None
+    if joint is None:
+        return _with_reason(adaptive, why)
+    motion = _motion_of(joint, conditioned, setup)
+    if motion.track is not None and _is_unknown(motion.track, joint.onset_s, setup.radar.wavelength_m):
+        return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool))
+    return _with_prior(motion, tried, why)
 
 
 def _by_circles(conditioned: Conditioned, setup: Setup) -> MeasuredMotion:

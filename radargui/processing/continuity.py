@@ -241,12 +241,13 @@ def _divided(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: flo
     return replace(
         motion,
         paths=replace(paths, phase_rad=phase, change_m=phase * per_rad, piece=piece),
-        track=None if motion.track is None else _known_until(motion.track, piece == 0),
+        track=None if motion.track is None else known_where(motion.track, piece == 0),
         warnings=(*motion.warnings, *told),
     )
 
 
-def _known_until(track: Track, known: BoolArray) -> Track:
+def known_where(track: Track, known: BoolArray) -> Track:
+    """Return a track with places where `known`, shape (n_samples,), says so alone."""
     return replace(
         track,
         position_m=np.where(known, track.position_m, np.nan),

@@ -18,7 +18,7 @@ from radargui.model.gravity import drag_of_sphere_1_m
 from radargui.model.recording import Recording
 from radargui.model.result import Bounces, CorrectedIQ, PathLengths, Quality, RunResult, Segment, Track
 from radargui.model.setup import Setup
-from radargui.processing.continuity import checked, is_alone, lay_down
+from radargui.processing.continuity import checked, is_alone, known_where, lay_down
 from radargui.processing.locate import LEAST_RECEIVERS, locate_body
 from radargui.processing.long_recording import shortened
 from radargui.processing.measured_motion import MeasuredMotion, nothing_measured
@@ -152,7 +152,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         after_gap = conditioned.samples.start > 0
         warnings.append(NO_REST_AFTER_GAP if after_gap else NO_REST)
         if after_gap:
-            track = _unknown(track)
+            track = known_where(track, np.zeros_like(track.valid))
     bounces, budget, corrected = Bounces(), None, motion.corrected
     if track is not None and not rejected:
         # the joint estimate knows the speeds at an impact from all samples; a track has them from its flights
@@ -292,11 +292,6 @@ def _warnings_before(recording: Recording, setup: Setup) -> list[str]:
     if edited := edited_since(setup):
         warnings.append(edited)
     return warnings
-
-
-def _unknown(track: Track) -> Track:
-    nowhere = np.full_like(track.position_m, np.nan)
-    return replace(track, position_m=nowhere, u_position_m=nowhere, valid=np.zeros_like(track.valid))
 
 
 def _unsupported(bounces: Bounces) -> Bounces:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from itertools import combinations_with_replacement
 
 import numpy as np
 
@@ -58,15 +59,14 @@ def with_budget(
     setup
         Says which uncertainties were assumed.
     """
-    thin: dict[str, tuple[FloatArray, FloatArray]] = {}
-    e_squares: dict[str, FloatArray] = {}
-    g_squares: dict[str, float] = {}
+    by_share: dict[str, list[InputChange]] = {}
     for one in changes:
-        before = thin[one.share][1] if one.share in thin else 0.0
-        thin[one.share] = one.time_s, before + one.moved_m**2
-        e_squares[one.share] = e_squares.get(one.share, np.zeros(one.e.shape)) + one.e**2
-        g_squares[one.share] = g_squares.get(one.share, 0.0) + one.g_m_s2**2
-    squares = {share: _laid_out(track.time_s, *told) for share, told in thin.items()}
+        by_share.setdefault(one.share, []).append(one)
+    # inputs are uncertain independently: squares of what they change add (JCGM 100, 5.1.2)
+    moved = {share: np.sum([one.moved_m**2 for one in of], axis=0) for share, of in by_share.items()}
+    squares = {share: _laid_out(track.time_s, by_share[share][0].time_s, square) for share, square in moved.items()}
+    e_squares = {share: np.sum([one.e**2 for one in of], axis=0) for share, of in by_share.items()}
+    g_squares = {share: sum(one.g_m_s2**2 for one in of) for share, of in by_share.items()}
     combined = np.sqrt(track.u_position_m**2 + sum(squares.values()))
     u_e = np.array([one.u_e for one in bounces.impacts])
     u_e = np.sqrt(u_e**2 + sum(e_squares.values()))
@@ -138,13 +138,7 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     base = Track(_thinned(paths.time_s, part, size), position, np.full_like(position, np.nan), known, geometry)
     inner = Segment(0, base.time_s.size, 0, 0)
     shifts = _Shifts.of(base.position_m, change_m, setup)
-    keys: list[tuple[str, Share]] = []
-    found: list[FloatArray] = []
-
-    def add(key: str, share: Share, shift_m: FloatArray) -> None:
-        keys.append((key, share))
-        found.append(shift_m)
-
+    found: list[tuple[str, Share, FloatArray]] = []
     told = setup.transmitter.polarization_deg is not None
     for one in uncertain_inputs(setup):
         if one.u == 0.0 or one.key in (CLOCK, TILT):
@@ -153,19 +147,22 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
         if one.key == "tracer.diameter_m" or one.key.endswith("polarization_deg"):
             if told:
                 change_m = scattering_delay_m(base.position_m, setup) - scattering_delay_m(base.position_m, other)
-                add(one.key, "sphere", shifts.by_paths(change_m))
+                found.append((one.key, "sphere", shifts.by_paths(change_m)))
             continue
-        add(one.key, "calibration", shifts.by_setup(other))
+        found.append((one.key, "calibration", shifts.by_setup(other)))
     if not told:
-        for delay_m in smooth_in_place(base.position_m, lambda place_m: supposed_delays_m(place_m, setup)):
-            add("sphere", "sphere", shifts.by_paths(-delay_m) / np.sqrt(SUPPOSED))
+        delays_m = smooth_in_place(base.position_m, lambda place_m: supposed_delays_m(place_m, setup))
+        found += [("sphere", "sphere", shifts.by_paths(-delay_m) / np.sqrt(SUPPOSED)) for delay_m in delays_m]
     if not found:
         return ()
     given = "normal" in setup.floor.model_fields_set
-    moved = np.stack(found)
+    moved = np.stack([shift_m for _, _, shift_m in found])
     e, g = respond(base, inner, bounces, moved, given, setup.floor.u_tilt_deg)
     moved = moved if known.all() else np.nan_to_num(moved)
-    changes = [InputChange(*key, base.time_s, *own) for key, *own in zip(keys, moved, e, g.tolist(), strict=True)]
+    changes = [
+        InputChange(key, share, base.time_s, *own)
+        for (key, share, _), *own in zip(found, moved, e, g.tolist(), strict=True)
+    ]
     return (*changes, *floor_and_clock(base, inner, bounces, setup))
 
 
@@ -256,9 +253,7 @@ def smooth_in_place(position_m: FloatArray, field: Callable[[FloatArray], FloatA
 def _cubic(place: FloatArray) -> FloatArray:
     """Return the twenty products of up to three coordinates of places (3, n), shape (20, n)."""
     x = np.concatenate([np.ones((1, place.shape[1])), place])
-    return np.stack(
-        [x[a] * x[b] * x[c] for a in range(4) for b in range(a, 4) for c in range(b, 4)],
-    )
+    return np.stack([x[a] * x[b] * x[c] for a, b, c in combinations_with_replacement(range(4), 3)])
 
 
 def _thinned(values: FloatArray, part: slice, size: int) -> FloatArray:

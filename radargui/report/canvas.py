@@ -1,5 +1,6 @@
 """What a page is drawn on: the canvas, and panels with axes, curves and names on it."""
 
+import io
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -111,16 +112,6 @@ class Canvas(Artist):
         self.stale = False
 
 
-class _Recorder:
-    """Takes what is written to a page of a PDF."""
-
-    def __init__(self) -> None:
-        self.content = b""
-
-    def write(self, data: bytes) -> None:
-        self.content += data
-
-
 _TINY_KERN = re.compile(rb"(?<!\\)\)\s+-?[01]\.\d+\s+\(")
 """Below two thousandths of the font's size, between almost all letters: half of a page's size."""
 _recorded: WeakKeyDictionary[Any, dict[tuple[str, float, bool], bytes]] = WeakKeyDictionary()
@@ -136,12 +127,12 @@ def _draw_word(renderer: Any, gc: Any, x: float, y: float, word: _Written) -> No
     known = _recorded.setdefault(file, {})
     key = word.text, word.size, word.bold
     if key not in known:
-        page, file.currentstream = file.currentstream, _Recorder()
+        page, file.currentstream = file.currentstream, io.BytesIO()
         try:
             renderer.draw_text(gc, 0.0, 0.0, word.text, _font(word.size, word.bold), 0.0)
         finally:
             recorder, file.currentstream = file.currentstream, page
-        known[key] = _TINY_KERN.sub(b"", recorder.content)
+        known[key] = _TINY_KERN.sub(b"", recorder.getvalue())
     file.output(Op.gsave, 1, 0, 0, 1, round(x, 2), round(y, 2), Op.concat_matrix)
     file.write(known[key])
     file.output(Op.grestore)

@@ -94,24 +94,19 @@ class _Writer:
 
     def __init__(self, pdf: PdfFile) -> None:
         self._pdf = pdf
-        self._front: list[tuple[str, str, str]] = []
-        self._runs: list[tuple[str, str, str]] = []
+        self.sections: list[tuple[str, str, str]] = []
 
-    def put_run(self, chapter: Chapter) -> None:
+    def put(self, chapter: Chapter, kind: str = "run") -> None:
         self._pdf.put(chapter)
-        name = f"run-{len(self._runs) + 1}"
-        self._runs.append((name, chapter.title, section_html(chapter, name)))
+        name = f"{kind}-{len(self.sections) + 1}"
+        self.sections.append((name, chapter.title, section_html(chapter, name)))
 
     def put_front(self, facts: ReportFacts) -> None:
+        runs, self.sections = self.sections, []
         with self._pdf.in_front():
-            for number, chapter in enumerate(front_chapters(facts), 1):
-                self._pdf.put(chapter)
-                name = f"part-{number}"
-                self._front.append((name, chapter.title, section_html(chapter, name)))
-
-    @property
-    def sections(self) -> list[tuple[str, str, str]]:
-        return [*self._front, *self._runs]
+            for chapter in front_chapters(facts):
+                self.put(chapter, "part")
+        self.sections += runs
 
 
 @contextmanager
@@ -170,7 +165,7 @@ def write_report(
     with _writing(report, layout, f"RadarGUI report: {session.info.name}{mark}", session.info.operator) as writer:
         for run in studied(paths, session.setup, result_of, detailed=layout.details, ahead=ahead):
             named = replace(run, label=labels[run.name])
-            writer.put_run(run_section(named, session.setup) if layout.details else run_page(named))
+            writer.put(run_section(named, session.setup) if layout.details else run_page(named))
             # figures are drawn: of hundreds of runs only the numbers stay
             kept.append(replace(named, curves=None))
             progress(_RUNS_SHARE * len(kept) / len(paths))

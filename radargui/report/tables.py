@@ -76,15 +76,15 @@ def result_document(result: RunResult) -> dict[str, object]:
         "channel_skew_s": skew.delay_s,
         "channel_skew_from": skew.known_from,
         "channels": quality and quality.channels,
-        "free_fall": free_fall_document(result.bounces.free_fall, site_check(result)),
+        "free_fall": result.bounces.free_fall and free_fall_document(result.bounces.free_fall, site_check(result)),
         "uncertainty_budget": result.uncertainty_budget,
         "warnings": result.warnings,
     }
 
 
-def free_fall_document(fall: FreeFall | None, check: SiteCheck | None) -> dict[str, object] | None:
+def free_fall_document(fall: FreeFall, check: SiteCheck | None) -> dict[str, object]:
     """Return what is written of the first fall: the acceleration as measured, and its check against the site's g."""
-    return None if fall is None else {**asdict(fall), "site": check}
+    return {**asdict(fall), "site": check}
 
 
 def _track(result: RunResult) -> Iterator[bytes]:

@@ -3,21 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations_with_replacement
 
 import numpy as np
 
 from radargui.geometry.bistatic import solve_gradient
-from radargui.geometry.path_length import (
-    Antennas,
-    distance,
-    locate_plane,
-    path_gradient,
-    path_lengths,
-    place_antennas,
-    t_matrix,
-)
+from radargui.geometry.path_length import locate_plane, path_gradient, path_lengths, place_antennas, t_matrix
 from radargui.geometry.scattering import scattering_delay_m, supposed_delays_m
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import (
@@ -137,7 +129,7 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     known = np.asarray(np.isfinite(position).all(axis=0))
     base = Track(_thinned(paths.time_s, part, size), position, np.full_like(position, np.nan), known, geometry)
     inner = Segment(0, base.time_s.size, 0, 0)
-    shifts = _Shifts.of(base.position_m, change_m, setup)
+    shifts = _Shifts(base.position_m, change_m, setup)
     found: list[tuple[str, Share, FloatArray]] = []
     told = setup.transmitter.polarization_deg is not None
     for one in uncertain_inputs(setup):
@@ -166,67 +158,53 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     return (*changes, *floor_and_clock(base, inner, bounces, setup))
 
 
-@dataclass(frozen=True, slots=True)
 class _Shifts:
     """How places move with paths and with the setup, to first order: one Newton step, of a shift far below them.
 
-    Attributes
+    Parameters
     ----------
-    setup, antennas
-        That the places were found with.
-    at_release_m
-        Path lengths at the release, shape (n_receivers, 1).
     position_m, change_m
         Places and their changes of path, shapes (3, n) and (n_receivers, n).
-    by_path
-        Move of a place by each path, shape (n_receivers, 3, n).
+    setup
+        That the places were found with.
     """
 
-    setup: Setup
-    antennas: Antennas
-    at_release_m: FloatArray
-    position_m: FloatArray
-    change_m: FloatArray
-    by_path: FloatArray
-
-    @staticmethod
-    def of(position_m: FloatArray, change_m: FloatArray, setup: Setup) -> _Shifts:
+    def __init__(self, position_m: FloatArray, change_m: FloatArray, setup: Setup) -> None:
+        self._position_m, self._change_m, self._setup = position_m, change_m, setup
         antennas = place_antennas(setup)
-        at_release = path_lengths(np.array(setup.tracer.release_position_m)[:, None], antennas)
+        self._since_release_m = self._ways(setup)
+        # moves of a place by each path, shape (n_receivers, 3, n), shared by all inputs: each is a change of some paths
         if setup.processing.geometry == "plane":
-            columns = -np.linalg.pinv(t_matrix(antennas))
-            by_path = np.broadcast_to(columns.T[:, :, None], (*columns.T.shape, 1))
+            # p = p_release - T^-1 dL (Rech & Huang 2019, eq. 3)
+            self._by_path = -np.linalg.pinv(t_matrix(antennas)).T[:, :, None]
         else:
-            # shared by all inputs: each is a change of some paths
             gradient, units = path_gradient(position_m, antennas), np.eye(antennas.n_receivers)
-            by_path = np.stack([solve_gradient(gradient, unit[:, None]) for unit in units])
-        return _Shifts(setup, antennas, at_release, position_m, change_m, by_path)
+            self._by_path = np.stack([solve_gradient(gradient, unit[:, None]) for unit in units])
+
+    def _ways(self, setup: Setup) -> FloatArray:
+        """Return how much longer the paths of a setup are than at its release, shape (n_receivers, n)."""
+        antennas, release = place_antennas(setup), np.array(setup.tracer.release_position_m)[:, None]
+        return path_lengths(self._position_m, antennas) - path_lengths(release, antennas)
 
     def by_paths(self, longer_m: FloatArray) -> FloatArray:
         """Return the moves by paths that are longer, shape (n_receivers, n) or (n_receivers, 1)."""
-        out = np.zeros(self.position_m.shape)
-        for column, longer in zip(self.by_path, longer_m, strict=True):
+        out = np.zeros(self._position_m.shape)
+        for column, longer in zip(self._by_path, longer_m, strict=True):
             if longer.any():
                 out += column * longer
         return out
 
     def by_setup(self, other: Setup) -> FloatArray:
         """Return the moves where the same phases are located with another setup."""
-        antennas, release = place_antennas(other), np.array(other.tracer.release_position_m)
-        ratio = other.radar.wavelength_m / self.setup.radar.wavelength_m
-        if self.setup.processing.geometry == "plane":
-            return locate_plane(ratio * self.change_m, antennas, release) - self.position_m
-        constant = path_lengths(release[:, None], antennas) - self.at_release_m
+        ratio = other.radar.wavelength_m / self._setup.radar.wavelength_m
+        if self._setup.processing.geometry == "plane":
+            release = np.array(other.tracer.release_position_m)
+            return locate_plane(ratio * self._change_m, place_antennas(other), release) - self._position_m
+        # what was measured less what the other setup gives there
+        longer = self._since_release_m - self._ways(other)
         if ratio != 1.0:
-            return self.by_paths(constant + (ratio - 1.0) * self.change_m)
-        place = self.position_m
-        longer = np.repeat(constant, place.shape[1], axis=1)
-        for row, there, here in zip(longer, antennas.receivers_m, self.antennas.receivers_m, strict=True):
-            if (there != here).any():
-                row -= distance(place - there[:, None]) - distance(place - here[:, None])
-        if (antennas.transmitter_m != self.antennas.transmitter_m).any():
-            there, here = antennas.transmitter_m, self.antennas.transmitter_m
-            longer -= distance(place - there[:, None]) - distance(place - here[:, None])
+            # the phase was measured: its path counts in wavelengths
+            longer = longer + (ratio - 1.0) * self._change_m
         return self.by_paths(longer)
 
 

@@ -168,13 +168,12 @@ def _show(compared: list[Comparison]) -> None:
 
 def _row(one: Comparison) -> tuple[str, ...]:
     e, g = _figure(one, "e"), _figure(one, "g_m_s2")
+    of_e, of_g = ((quantity(x.before, x.u_before), quantity(x.after, x.u_after)) for x in (e, g))
     return (
         f"{one.run.parent.name}/{one.run.stem}",
-        quantity(e.before, e.u_before),
-        quantity(e.after, e.u_after),
+        *of_e,
         alone(e.difference, e.u_difference, signed=True),
-        quantity(g.before, g.u_before),
-        quantity(g.after, g.u_after),
+        *of_g,
         *(str(side.summary.get("status", UNKNOWN)).replace("_", " ") for side in (one.before, one.after)),
     )
 

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Literal
 
 from radargui.model.rounding import quantity
 
 RunKind = Literal["measured", "simulated", "replay", "unknown"]
-_FIGURES = (
-    *("e", "u_e", "u_e_combined", "g_m_s2", "u_g_m_s2", "u_g_combined_m_s2"),
-    *("drop_height_m", "impact_speed_m_s"),
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +70,9 @@ class Drop:
     drop_height_m: float | None = None
     impact_speed_m_s: float | None = None
     from_rest: bool = True
+
+
+_FIGURES = [one.name for one in fields(Drop) if one.default is None]
 
 
 def drop_of(name: str, origin: RunOrigin, summary: Mapping[str, object] | None) -> Drop:

@@ -5,7 +5,7 @@ from decimal import ROUND_HALF_EVEN, Context, Decimal
 
 UNKNOWN = "–"
 _SIGNIFICANT = 2
-_WIDE = Context(prec=1000, rounding=ROUND_HALF_EVEN)
+_SHOWN, _WIDE = (Context(prec=digits, rounding=ROUND_HALF_EVEN) for digits in (_SIGNIFICANT, 1000))
 
 
 def quantity(value: float | None, u: float | None, unit: str = "", scale: float = 1.0) -> str:
@@ -70,12 +70,8 @@ def plain(value: float | None, digits: int = 4, unit: str = "", scale: float = 1
 
 def _last_place(u: float) -> int:
     """Return the exponent of ten of the last digit shown; 0.0996 shows 0.10, not 0.100."""
-    exact = Decimal(repr(float(u)))
-    last = exact.adjusted() - _SIGNIFICANT + 1
-    # rounding up may add a digit: 0.0996 is 0.10
-    if exact.quantize(Decimal(1).scaleb(last), context=_WIDE).adjusted() > exact.adjusted():
-        last += 1
-    return last
+    # rounded before it is measured: that may add a digit
+    return _SHOWN.create_decimal(repr(float(u))).adjusted() - _SIGNIFICANT + 1
 
 
 def _at(value: float, last: int) -> str:

@@ -92,7 +92,7 @@ def process(
             return RunResult(recording, setup, "no_motion", conditioned.reason, warnings=tuple(warnings))
         report(0.1)
         # a dead or doubled channel is no receiver: its neighbours must not be corrected together with it
-        part = Part.sound(setup, conditioned)
+        part = Part(setup, conditioned, conditioned.faults)
         motion = _measure_part(recording, part, report, on_preliminary, front_ends, warnings)
         # one at a time may reject another: without a bad receiver its neighbours are judged anew
         while faults := _left_out(part, motion):
@@ -116,7 +116,7 @@ def steps_of(result: RunResult) -> tuple[object, ...]:
     conditioned = condition(result.recording, result.setup)
     if isinstance(conditioned, NoMotion):
         return ()
-    part = Part.sound(result.setup, conditioned)
+    part = Part(result.setup, conditioned, conditioned.faults)
     whole = Whole(result.recording, part.conditioned, part.receivers)
     return whole.steps(correct(part.conditioned, corrected.method).steps)
 

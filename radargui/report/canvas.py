@@ -95,10 +95,8 @@ class Canvas(Artist):
             if one.line.dashes:
                 gc.set_dashes(0.0, one.line.dashes)
             if one.clip is not None:
-                left, top, width, height = one.clip
-                gc.set_clip_rectangle(
-                    Bbox.from_bounds(left * scale, high - (top + height) * scale, width * scale, height * scale)
-                )
+                left, top, width, height = (mm * scale for mm in one.clip)
+                gc.set_clip_rectangle(Bbox.from_bounds(left, high - top - height, width, height))
             # a tenth of a point is not seen, and is written in half of the room
             places = np.round(np.column_stack([one.places[:, 0] * scale, high - one.places[:, 1] * scale]), 1)
             renderer.draw_path(gc, Path(places, one.codes), IdentityTransform(), gc.get_rgb() if one.filled else None)

@@ -158,11 +158,8 @@ def section_html(chapter: Chapter, name: str) -> str:
     """Return a chapter for the HTML file, with its figures in it."""
     blocks = chapter.blocks if chapter.screen is None else chapter.screen
     pictures = [{"title": one.title, "uri": _inline(page := one.draw("a4"), body(page))} for one in chapter.pictures]
-    return (
-        templates()
-        .get_template("section.html")
-        .render(name=name, section=chapter, blocks=blocks, pictures=pictures, picture_of=picture_of)
-    )
+    template = templates().get_template("section.html")
+    return template.render(name=name, section=chapter, blocks=blocks, pictures=pictures, picture_of=picture_of)
 
 
 _LABELS_MM = 12.0
@@ -193,13 +190,10 @@ def write_html(path: Path, title: str, sections: Iterable[tuple[str, str, str]])
     """
     script = (resources.files("radargui.report") / "templates" / "sort.js").read_text(encoding="utf-8")
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
-    parts = list(sections)
+    parts, begin = list(sections), templates().get_template("begin.html")
+    names = [(name, title) for name, title, _ in parts]
     with path.open("w", encoding="utf-8", errors="replace", newline="\n") as file:
-        file.write(
-            templates()
-            .get_template("begin.html")
-            .render(title=title, names=[(name, title) for name, title, _ in parts], version=__version__, digest=digest)
-        )
+        file.write(begin.render(title=title, names=names, version=__version__, digest=digest))
         file.writelines(content for _, _, content in parts)
         file.write(f"<script>{script}</script>\n</body>\n</html>\n")
 

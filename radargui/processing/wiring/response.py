@@ -19,7 +19,7 @@ CLEAR_TURN = 0.3
 """Least difference between the power that turns one way and the other, relative to their sum."""
 SAME = 0.98
 """Correlation from which two channels carry the same signal."""
-_FLOOR, _ROUNDS = 1e-3, 50
+_FLOOR = 1e-3
 _SLOWEST_HZ, _FASTEST_HZ = 0.5, 200.0
 
 
@@ -127,8 +127,8 @@ def _contrast(waves_v: FloatArray, alive: BoolArray) -> FloatArray:
     """Return log answers without the means of channels and of waves, shape (n_receivers, n_channels)."""
     scale = waves_v.max(initial=0.0) or 1.0
     score = np.log(np.maximum(waves_v / scale, _FLOOR))
-    for _ in range(_ROUNDS if alive.any() else 0):
-        # gain of the channel, then vigour of the wave, in turn until both are gone (a median polish by means)
+    if alive.any():
+        # gain of the channel, then vigour of the wave: the vigours then add up to nothing, and one round is enough
         score -= score.mean(axis=0)
         score -= score[:, alive].mean(axis=1, keepdims=True)
     return score

@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
@@ -105,22 +105,19 @@ def content_of(calibration: Calibration) -> CalibrationContent:
         Its values do not fit together.
     """
     try:
-        return CalibrationContent.model_validate(_content(calibration))
+        return CalibrationContent.model_validate(
+            {
+                "made_at": calibration.origin.made_at,
+                "operator": calibration.origin.operator,
+                "verdict": calibration.verdict,
+                "reason": calibration.reason,
+                "names": calibration.names,
+                "values": calibration.values.tolist(),
+                "covariance": calibration.covariance.tolist(),
+            }
+        )
     except ValidationError as error:
         raise FileError(f"the calibration cannot be used: {describe(error, CalibrationContent)}.") from None
-
-
-def _content(calibration: Calibration) -> dict[str, Any]:
-    origin = calibration.origin
-    return {
-        "made_at": origin.made_at,
-        "operator": origin.operator,
-        "verdict": calibration.verdict,
-        "reason": calibration.reason,
-        "names": calibration.names,
-        "values": calibration.values.tolist(),
-        "covariance": calibration.covariance.tolist(),
-    }
 
 
 def calibration_text(calibration: Calibration) -> str:
@@ -131,11 +128,10 @@ def calibration_text(calibration: Calibration) -> str:
     FileError
         Its values do not fit together, or are no numbers.
     """
-    content_of(calibration)
     origin = calibration.origin
     whole = {
         "schema": SCHEMA,
-        **_content(calibration),
+        **content_of(calibration).model_dump(),
         "version": origin.version,
         "files": origin.files,
         "known": origin.known,

@@ -56,12 +56,11 @@ NO_SINGLE_BODY = (
 def measure_by_estimate(
     conditioned: Conditioned,
     setup: Setup,
-    method: str,
     progress: Callable[[float], None],
-    on_preliminary: Callable[[MeasuredMotion], None] | None = None,
-    prior: FrontEndPrior | None = None,
+    on_preliminary: Callable[[MeasuredMotion], None],
+    prior: FrontEndPrior | None,
 ) -> MeasuredMotion:
-    """Return corrected IQ, path lengths and track by the joint or the adaptive estimate.
+    """Return corrected IQ, path lengths and track by the joint or the adaptive estimate, as the setup wants.
 
     Where the joint estimate does not fit the signal the adaptive one stands, and a warning says so. Fewer receivers
     than it needs are no fault of the run: only who named the joint correction in the setup is warned.
@@ -71,9 +70,7 @@ def measure_by_estimate(
     conditioned
         Signals, motion, rest, noise.
     setup
-        Geometry, release position, floor.
-    method
-        adaptive or joint.
+        Correction, geometry, release position, floor.
     progress
         Called with the share done, 0 to 1; what it raises ends the work.
     on_preliminary
@@ -87,6 +84,7 @@ def measure_by_estimate(
     ProcessingError
         Neither estimate can be made.
     """
+    method = setup.processing.correction
     if conditioned.n_receivers < LEAST_RECEIVERS:
         asked = method == "joint" and "correction" in setup.processing.model_fields_set
         alone = measure_in_band(conditioned, setup.radar.wavelength_m, lambda own: _by_circles(own, setup))
@@ -98,11 +96,10 @@ def measure_by_estimate(
     # a long search in a signal without an echo ends in a misfit: said at once instead
     if method != "joint" or _is_hopeless(estimate, adaptive):
         return adaptive
-    if on_preliminary is not None:
-        # the operator has a result soon, and the joint one replaces it
-        on_preliminary(adaptive)
+    # the operator has a result soon, and the joint one replaces it
+    on_preliminary(adaptive)
     try:
-        joint, why, tried = _try_joint_with(prior, conditioned.phase_sign, setup, rounds, progress)
+        joint, why, tried = _try_joint_with(prior, setup, rounds, progress)
     except NoSingleBodyError as error:
         wrong = (error.misfit > LIMITS.most_misfit) & (estimate.chi_square > LIMITS.most_misfit)
         if wrong.any():
@@ -285,18 +282,14 @@ def _located(estimate: MotionEstimate, paths: PathLengths, setup: Setup) -> tupl
 
 
 def _try_joint_with(
-    prior: FrontEndPrior | None,
-    phase_sign: int,
-    setup: Setup,
-    rounds: AdaptiveRounds,
-    progress: Callable[[float], None],
+    prior: FrontEndPrior | None, setup: Setup, rounds: AdaptiveRounds, progress: Callable[[float], None]
 ) -> tuple[JointEstimate | None, str, FrontEndPrior | None]:
     """Return the joint estimate, why it does not stand or why its prior was not used, and the prior with its use."""
     joint, why = _try_joint(setup, rounds, progress)
     if prior is None:
         return joint, why, None
     # kept as they are wired; the estimate sees the sign already applied
-    known = tuple(as_wired(front_end, phase_sign) for front_end in prior.front_ends)
+    known = tuple(as_wired(front_end, setup.radar.phase_sign) for front_end in prior.front_ends)
     unused = replace(prior, used=False)
     if joint is not None:
         why = disagreement(joint.constants, known)

@@ -93,11 +93,11 @@ def process(
         report(0.1)
         # a dead or doubled channel is no receiver: its neighbours must not be corrected together with it
         part = Part(setup, conditioned, conditioned.faults)
-        motion = _measure_part(recording, part, report, on_preliminary, front_ends, warnings)
+        motion = _measure(recording, part, report, on_preliminary, front_ends, warnings)
         # one at a time may reject another: without a bad receiver its neighbours are judged anew
         while faults := _left_out(part, motion):
             part = part.without(faults)
-            motion = _measure_part(recording, part, report, on_preliminary, front_ends, warnings)
+            motion = _measure(recording, part, report, on_preliminary, front_ends, warnings)
         report(0.9)
         return _result(recording, part, motion, warnings)
 
@@ -203,7 +203,7 @@ def _left_out(part: Part, motion: MeasuredMotion) -> dict[int, str]:
     return faults if len(part.receivers) - len(faults) >= LEAST_RECEIVERS else {}
 
 
-def _measure_part(
+def _measure(
     recording: Recording,
     part: Part,
     report: Progress,
@@ -211,41 +211,30 @@ def _measure_part(
     front_ends: FrontEndPrior | None,
     warnings: list[str],
 ) -> MeasuredMotion:
+    """Measure the motion by the chosen correction; where an estimate cannot be made the published procedure stands."""
+    conditioned, setup = part.conditioned, part.setup
+    method = setup.processing.correction
     if not part.receivers:
-        return nothing_measured(part.conditioned, part.setup.processing.correction)
+        return nothing_measured(conditioned, method)
     if part.is_too_small:
         # the run is rejected: of the others only their quality is told, and in a moment
-        return measure_by_receiver(part.conditioned, part.setup, "ellipse", report)
+        return measure_by_receiver(conditioned, setup, "ellipse", report)
+
+    def progress(done: float) -> None:
+        report(0.1 + 0.8 * done)
 
     def preliminary(motion: MeasuredMotion) -> None:
         if on_preliminary is not None:
             on_preliminary(replace(_result(recording, part, motion, warnings), preliminary=True))
 
-    return _measure(
-        part.conditioned,
-        part.setup,
-        lambda done: report(0.1 + 0.8 * done),
-        None if on_preliminary is None else preliminary,
-        None if front_ends is None else part.prior(front_ends),
-    )
-
-
-def _measure(
-    conditioned: Conditioned,
-    setup: Setup,
-    progress: Progress,
-    on_preliminary: Callable[[MeasuredMotion], None] | None,
-    front_ends: FrontEndPrior | None,
-) -> MeasuredMotion:
-    """Measure the motion by the chosen correction; where an estimate cannot be made the published procedure stands."""
-    method = setup.processing.correction
     if method not in ESTIMATES:
         return measure_by_receiver(conditioned, setup, method, progress)
     # only who asks for an estimate pays for loading it
     from radargui.processing.by_estimate import measure_by_estimate
 
+    prior = None if front_ends is None else part.prior(front_ends)
     try:
-        return measure_by_estimate(conditioned, setup, method, progress, on_preliminary, front_ends)
+        return measure_by_estimate(conditioned, setup, progress, preliminary, prior)
     except ProcessingError as error:
         # it needs no model of the motion but fringes
         motion = measure_by_receiver(conditioned, setup, "published", progress)

@@ -91,14 +91,9 @@ class Whole:
 
     def track(self, track: Track) -> Track:
         """Return the track of all samples."""
-        return replace(
-            track,
-            time_s=self._recording.time_s(),
-            position_m=self._spread(track.position_m),
-            u_position_m=self._spread(track.u_position_m),
-            valid=self._spread(track.valid),
-            u_combined_m=None if track.u_combined_m is None else self._spread(track.u_combined_m),
-        )
+        rows = {name: getattr(track, name) for name in ("position_m", "u_position_m", "valid", "u_combined_m")}
+        spread = {name: self._spread(own) for name, own in rows.items() if own is not None}
+        return replace(track, time_s=self._recording.time_s(), **spread)
 
     def _steps(self, step: object) -> object:
         if isinstance(step, PublishedSteps):

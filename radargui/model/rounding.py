@@ -27,7 +27,8 @@ def quantity(value: float | None, u: float | None, unit: str = "", scale: float 
     tail = f" {unit}" if unit else ""
     if u is None or not math.isfinite(u) or u <= 0.0:
         return plain(value, scale=scale) + tail
-    last = _last_place(u * scale)
+    # rounded before its last place is told, for that may add a digit: 0.0996 shows 0.10, not 0.100
+    last = _SHOWN.create_decimal(repr(float(u * scale))).adjusted() - _SIGNIFICANT + 1
     both = f"{_at(value * scale, last)} ± {_at(u * scale, last)}"
     return f"({both}){tail}" if tail else both
 
@@ -68,13 +69,8 @@ def plain(value: float | None, digits: int = 4, unit: str = "", scale: float = 1
     return _at(scaled, exponent - digits + 1) + tail
 
 
-def _last_place(u: float) -> int:
-    """Return the exponent of ten of the last digit shown; 0.0996 shows 0.10, not 0.100."""
-    # rounded before it is measured: that may add a digit
-    return _SHOWN.create_decimal(repr(float(u))).adjusted() - _SIGNIFICANT + 1
-
-
 def _at(value: float, last: int) -> str:
+    """Return a number with its last digit at an exponent of ten."""
     # the shortest decimal of the number: a binary rest must not decide how a 5 is rounded
     rounded = Decimal(repr(float(value))).quantize(Decimal(1).scaleb(last), context=_WIDE)
     # what rounds to nothing has no sign

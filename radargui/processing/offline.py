@@ -164,7 +164,8 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
                 changes = changes_of_track(motion.paths, bounces, setup, segment)
             track, bounces, budget = with_budget(track, bounces, changes, segment, setup)
         else:
-            bounces = _unsupported(bounces)
+            # where the sphere was at the start is assumed, not known: no e, and no g
+            bounces = Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts))
         warnings += disagreements(bounces)
         corrected = replace(corrected, decisions=(*corrected.decisions, *found_tilt(bounces)))
     warnings += [
@@ -281,11 +282,6 @@ def _warnings_before(recording: Recording, setup: Setup) -> list[str]:
     if edited := edited_since(setup):
         warnings.append(edited)
     return warnings
-
-
-def _unsupported(bounces: Bounces) -> Bounces:
-    """Return the impacts as not valid and no g: where the sphere was at the start is assumed, not known."""
-    return Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts), None)
 
 
 def measure_by_receiver(

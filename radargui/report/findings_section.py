@@ -6,7 +6,7 @@ from pathlib import Path
 
 from radargui.model.drop import gravity_words, restitution_words
 from radargui.model.rounding import UNKNOWN, alone, plain, quantity
-from radargui.model.uncertainty_budget import BudgetLine, variance_shares
+from radargui.model.uncertainty_budget import SHARES, BudgetLine, variance_shares
 from radargui.report.document import Chapter, Content, Drawing, Facts, Grid, Note
 from radargui.report.facts import ReportFacts, SessionFacts
 from radargui.report.provenance import RunProvenance
@@ -127,13 +127,11 @@ def _marks(one: SessionFindings, session: SessionFacts) -> Iterator[str]:
 def _budget(one: SessionFindings, named: str) -> Grid:
     def row(name: str, line: BudgetLine) -> dict[str, str]:
         shares = variance_shares(line)
-
-        def part(key: str) -> str:
+        cells = {"of": name}
+        for key in SHARES:
             share = f" ({100.0 * shares[key]:.0f} %)" if key in shares and getattr(line, key) is not None else ""
-            return f"{plain(getattr(line, key), 2)}{share}"
-
-        own = {"of": name, "standard error": part("statistical"), "calibration": part("calibration")}
-        return {**own, "sphere": part("sphere"), "combined": plain(line.combined, 2)}
+            cells["standard error" if key == "statistical" else key] = f"{plain(getattr(line, key), 2)}{share}"
+        return {**cells, "combined": plain(line.combined, 2)}
 
     rows = row("e of the first impact", one.e_budget), row("g / (m/s²)", one.g_budget_m_s2)
     return Grid.of(rows, f"Standard uncertainty of the mean, with shares of its square{named}")

@@ -15,7 +15,7 @@ from radargui.report.provenance import Provenance
 from radargui.report.publication import bibtex, latex_tables, methods
 from radargui.report.run_facts import RunFacts
 from radargui.report.tables import csv_bytes, free_fall_document, json_bytes
-from radargui.restitution.findings import SampleFindings, SessionFindings
+from radargui.restitution.findings import SessionFindings
 from radargui.restitution.series import Series
 from radargui.restitution.speed_models import preferred
 from radargui.restitution.statistics import OUTLIER_RULE, Consistency, Statistics
@@ -86,7 +86,9 @@ def report_document(facts: ReportFacts) -> dict[str, object]:
         "bibtex": bibtex(facts),
         **(sessions[0] if len(sessions) == 1 else {"sessions": sessions}),
         "speed_model": findings.model,
-        "samples": [_sample_document(one) for one in findings.samples],
+        "samples": [
+            {**asdict(one), "preferred": [fit.model for fit in preferred(one.fits)]} for one in findings.samples
+        ],
         "sessions_compared": findings.sessions_compared,
         "samples_compared": findings.samples_compared,
         "cautions": findings.cautions,
@@ -141,10 +143,6 @@ def _statistics(series: Series) -> dict[str, Statistics]:
         "drop_height_m": series.drop_height_m,
         "impact_speed_m_s": series.impact_speed_m_s,
     }
-
-
-def _sample_document(one: SampleFindings) -> dict[str, object]:
-    return {**asdict(one), "preferred": [fit.model for fit in preferred(one.fits)]}
 
 
 def _run_document(run: RunFacts) -> dict[str, object]:

@@ -127,7 +127,7 @@ class PdfFile:
 
     def _write_outline(self) -> None:
         """Write one bookmark a title (PDF 32000-1, 12.3.3), and the catalog once more, with them in it."""
-        file = self._file
+        file, name = self._file, backend.Name
         first_of = dict(reversed(self._bookmarks))
         titles = list(dict.fromkeys(title for title, _ in self._bookmarks))
         outline = file.reserveObject("outline")
@@ -135,12 +135,12 @@ class PdfFile:
         for number, (title, item) in enumerate(zip(titles, items, strict=True)):
             near = {"Prev": items[number - 1]} if number else {}
             near |= {"Next": items[number + 1]} if number + 1 < len(items) else {}
-            target = [first_of[title], backend.Name("Fit")]
-            file.writeObject(item, {"Title": _utf16(title), "Parent": outline, "Dest": target, **near})
-        found = {"Type": backend.Name("Outlines"), "First": items[0], "Last": items[-1], "Count": len(items)}
+            shown, target = b"\xfe\xff" + title.encode("utf-16-be", errors="replace"), [first_of[title], name("Fit")]
+            file.writeObject(item, {"Title": shown, "Parent": outline, "Dest": target, **near})
+        found = {"Type": name("Outlines"), "First": items[0], "Last": items[-1], "Count": len(items)}
         file.writeObject(outline, found)
-        catalog = {"Type": backend.Name("Catalog"), "Pages": file.pagesObject, "Outlines": outline}
-        view = {"PageMode": backend.Name("UseOutlines"), "ViewerPreferences": {"DisplayDocTitle": True}}
+        catalog = {"Type": name("Catalog"), "Pages": file.pagesObject, "Outlines": outline}
+        view = {"PageMode": name("UseOutlines"), "ViewerPreferences": {"DisplayDocTitle": True}}
         file.writeObject(file.rootObject, {**catalog, **view})
 
 
@@ -148,10 +148,6 @@ def _one_line(text: str, size: float) -> str:
     """Return what of a text fits on one line of a page."""
     first, *more = sheet.wrapped(" ".join(sheet.printable(text).split()), size, 0.85 * sheet.ROOM_MM)
     return f"{first} …" if more else first
-
-
-def _utf16(text: str) -> bytes:
-    return b"\xfe\xff" + text.encode("utf-16-be", errors="replace")
 
 
 def section_html(chapter: Chapter, name: str) -> str:

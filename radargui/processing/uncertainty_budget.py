@@ -56,7 +56,11 @@ def with_budget(
         by_share.setdefault(one.share, []).append(one)
     # inputs are uncertain independently: squares of what they change add (JCGM 100, 5.1.2)
     moved = {share: np.sum([one.moved_m**2 for one in of], axis=0) for share, of in by_share.items()}
-    squares = {share: _laid_out(track.time_s, by_share[share][0].time_s, square) for share, square in moved.items()}
+    # on straight lines between the instants of the changes, held before and after
+    squares = {
+        share: np.stack([np.interp(track.time_s, by_share[share][0].time_s, own) for own in square])
+        for share, square in moved.items()
+    }
     e_squares = {share: np.sum([one.e**2 for one in of], axis=0) for share, of in by_share.items()}
     g_squares = {share: sum(one.g_m_s2**2 for one in of) for share, of in by_share.items()}
     combined = np.sqrt(track.u_position_m**2 + sum(squares.values()))
@@ -83,16 +87,6 @@ def with_budget(
         assumed_uncertainties(setup),
     )
     return replace(track, u_combined_m=combined), replace(bounces, impacts=impacts), budget
-
-
-def _laid_out(time_s: FloatArray, thin_s: FloatArray, thin: FloatArray) -> FloatArray:
-    """Return values (3, m) at instants (m,) on straight lines at instants (n,), held before and after, (3, n)."""
-    first, last = np.searchsorted(time_s, thin_s[[0, -1]])
-    out = np.empty((thin.shape[0], time_s.size))
-    out[:, :first], out[:, last:] = thin[:, :1], thin[:, -1:]
-    for row, own in zip(out, thin, strict=True):
-        row[first:last] = np.interp(time_s[first:last], thin_s, own)
-    return out
 
 
 def _line(statistical: float, shares: dict[str, float]) -> BudgetLine:

@@ -118,7 +118,7 @@ def _advance(character: str, bold: bool) -> float:
 
 def width_mm(text: str, size: float, *, bold: bool = False) -> float:
     """Return the width of a line of text in a font size in points."""
-    return sum(_advance(character, bold) for character in text) * size * MM_PER_INCH / 72.0
+    return sum(_advance(character, bold) for character in text) * size * (MM_PER_INCH / 72.0)
 
 
 def wrapped(text: str, size: float, room_mm: float) -> list[str]:

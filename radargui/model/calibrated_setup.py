@@ -138,6 +138,7 @@ def calibrated(setup: Setup, calibration: Calibration, file: Path) -> Setup:
         head, index, key, axis = found.groups()
         table = document[head][int(index) - 1] if index else document.setdefault(head, {})
         if axis:
+            # a release that is the default stands nowhere in the document
             table[key] = list(table.get(key) or getattr(getattr(setup, head), key))
             table[key][_AXES.index(axis)] = _rounded(value, own_u)
             key = "release_m" if head == "tracer" else "distance_m"

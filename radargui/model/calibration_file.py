@@ -44,6 +44,7 @@ class CalibrationContent(Section):
 
     @model_validator(mode="after")
     def _fits_together(self) -> "CalibrationContent":
+        # as objects: rows of different lengths make one axis, and are refused below
         n, covariance = len(self.names), np.array(self.covariance, dtype=object)
         if n != len(self.values) or len(set(self.names)) != n or covariance.shape != ((n, n) if n else (0,)):
             raise ValueError(f"covariance, allowed: {n} rows and columns, and a value, for {n} different names")
@@ -51,6 +52,7 @@ class CalibrationContent(Section):
             return self
         matrix = np.array(self.covariance)
         u = np.sqrt(np.abs(np.diag(matrix)))
+        # judged as correlations: squares of degrees and of metres have no common size
         whole = matrix / np.outer(u, u).clip(np.finfo(float).tiny)
         if (np.diag(matrix) < 0.0).any() or not np.allclose(whole, whole.T, atol=1e-6, rtol=0.0):
             raise ValueError("covariance, allowed: a symmetric matrix with squares of uncertainties on its diagonal")

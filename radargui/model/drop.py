@@ -38,6 +38,7 @@ class RunOrigin:
 
     def is_same_drop(self, other: RunOrigin) -> bool:
         """Return whether both hold the same samples, or the same place of the same file."""
+        # of a replay that ended elsewhere the checksums differ: the place tells
         place = (self.file, self.first_sample)
         same_place = self.file != "" and self.first_sample is not None and place == (other.file, other.first_sample)
         return same_place or (self.samples != "" and self.samples == other.samples)

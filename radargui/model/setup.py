@@ -192,6 +192,7 @@ def read_setup(path: str | Path) -> Setup:
     try:
         if path.stat().st_size > MAXIMUM_BYTES:
             raise SetupError(f"{path} is larger than a setup file can be", remedy="Give the TOML file of a setup.")
+        # editors of Windows put a mark before the text
         text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise SetupError(f"{path}: {error.strerror or error}", remedy="Check the path of the setup file.") from None
@@ -251,6 +252,7 @@ def plain(setup: Setup) -> dict[str, Any]:
     whole = setup.model_dump(by_alias=True, exclude_none=True, mode="json")
     given = setup.model_dump(by_alias=True, exclude_none=True, exclude_defaults=True, mode="json")
     explicit = setup.model_dump(by_alias=True, exclude_none=True, exclude_unset=True, mode="json")
+    # what was written is known, also where it is the default: that is more than a default says
     return {
         key: whole[key] if key in ("schema", "receiver") else {**explicit.get(key, {}), **given.get(key, {})}
         for key in whole
@@ -267,6 +269,7 @@ def _update(target: Any, source: dict[str, Any]) -> None:
             _update(old, value)
         elif isinstance(value, list) and value and isinstance(value[0], dict):
             _update_tables(target, key, value)
+        # left alone where equal: comments and the way a number is written stay
         elif old is None or old != value:
             target[key] = value
 
@@ -303,6 +306,7 @@ def write_setup(setup: Setup, path: Path, like: Path | None = None) -> None:
         with partial.open("w", encoding="utf-8", newline="\n") as file:
             file.write(text)
             file.flush()
+            # a crash between the two steps must leave one of the files whole
             os.fsync(file.fileno())
         partial.replace(path)
     except OSError as error:

@@ -127,6 +127,7 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     found: list[tuple[str, Share, FloatArray]] = []
     told = setup.transmitter.polarization_deg is not None
     for one in uncertain_inputs(setup):
+        # clock and floor move no place, only what is read from places: `floor_and_clock`
         if one.u == 0.0 or one.key in (CLOCK, TILT):
             continue
         other = one.moved(setup)
@@ -138,6 +139,7 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
         found.append((one.key, "calibration", shifts.by_setup(other)))
     if not told:
         delays_m = smooth_in_place(base.position_m, lambda place_m: supposed_delays_m(place_m, setup))
+        # none of them is likelier: their mean square counts
         found += [("sphere", "sphere", shifts.by_paths(-delay_m) / np.sqrt(SUPPOSED)) for delay_m in delays_m]
     if not found:
         return ()

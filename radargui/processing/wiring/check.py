@@ -140,6 +140,7 @@ def check_wiring(samples: WiringSamples, setup: Setup) -> WiringReport:
     # exchanging I and Q turns the phase round, as inverting Q does
     order = [channel for pair in pairs for channel in ((pair.q, pair.i) if pair in exchanged else (pair.i, pair.q))]
     inputs = tuple(setup.physical_channels[channel] for channel in order)
+    # proposed only where the place of every channel is known
     is_new = bool((clear | dead).all()) and inputs != setup.physical_channels
     sign: Literal[-1, 1] = -1 if setup.radar.phase_sign > 0 else 1
     return WiringReport(tuple(findings), channels=inputs if is_new else None, phase_sign=sign if flip else None)

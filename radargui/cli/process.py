@@ -12,7 +12,7 @@ from radargui.cli.console import FAILED, fail, fail_unexpected, one_line
 from radargui.cli.setup_choice import COMMAND_LINE, positive, processing_changes
 from radargui.experiment.importing import ImportOrder, common_setup, guess_of, import_recordings, remember_map
 from radargui.files.formats import format_of, own_setup_of
-from radargui.files.raw_file import RawLayout, parse_raw_layout
+from radargui.files.raw_file import parse_raw_layout
 from radargui.files.reading import ChannelMap, parse_channel_map
 from radargui.model.errors import RadarGuiError, SetupError, UsageError
 from radargui.model.result import RunResult
@@ -40,10 +40,9 @@ def process_files(options: Process) -> int:
     SetupError
         The setup or an option instead of it is not allowed.
     """
-    raw, channels = layout_and_map(options)
-    inputs = _inputs(options, raw, channels)
+    inputs = _inputs(options)
     _refuse_collisions(inputs, force=options.force)
-    setups = [_setup_of(source.files[0], options, raw) for source, _ in inputs]
+    setups = [_setup_of(source, options) for source, _ in inputs]
     rows, status = [], 0
     for (source, folder), setup in zip(inputs, setups, strict=True):
         try:
@@ -71,15 +70,11 @@ def _process(source: ImportInput, folder: Path, setup: Setup | RadarGuiError) ->
     return result
 
 
-def layout_and_map(options: Process | Import) -> tuple[RawLayout | None, ChannelMap | None]:
-    """Return what the options say of a plain binary file and of the channels, checked; None where they say nothing."""
+def sources_of(options: Process | Import) -> list[ImportInput]:
+    """Return the inputs of a command: one from several files, or one from each; raises UsageError where none is."""
     positive("--rate-hz", options.rate_hz)
     raw = None if options.raw is None else parse_raw_layout(options.raw)
-    return raw, None if options.channels is None else parse_channel_map(options.channels, numbered=raw is not None)
-
-
-def sources_of(options: Process | Import, raw: RawLayout | None, channels: ChannelMap | None) -> list[ImportInput]:
-    """Return the inputs of a command: one from several files, or one from each; raises UsageError where none is."""
+    channels = None if options.channels is None else parse_channel_map(options.channels, numbered=raw is not None)
     if channels is not None and channels.has_paths:
         if options.files:
             raise UsageError("--channels names files of its own: give no FILE with it")
@@ -90,8 +85,9 @@ def sources_of(options: Process | Import, raw: RawLayout | None, channels: Chann
     return [ImportInput((file,), channels, options.rate_hz, raw) for file in options.files]
 
 
-def _inputs(options: Process, raw: RawLayout | None, channels: ChannelMap | None) -> list[Input]:
-    sources, name = sources_of(options, raw, channels), options.name
+def _inputs(options: Process) -> list[Input]:
+    sources, name = sources_of(options), options.name
+    channels = sources[0].channel_map
     if channels is not None and channels.has_paths and name is None:
         raise UsageError("--channels with paths forms one input: it needs --name NAME")
     if name is not None and len(sources) > 1:
@@ -116,7 +112,7 @@ def _refuse_collisions(inputs: list[Input], *, force: bool) -> None:
         raise UsageError(f"Results are there already: {', '.join(there)}", remedy="Give --force to write over them.")
 
 
-def _setup_of(file: Path, options: Process, raw: RawLayout | None) -> Setup | RadarGuiError:
+def _setup_of(source: ImportInput, options: Process) -> Setup | RadarGuiError:
     """Return the setup of an input by its first file, or why that cannot be read.
 
     Raises
@@ -126,9 +122,10 @@ def _setup_of(file: Path, options: Process, raw: RawLayout | None) -> Setup | Ra
     SetupError
         It is not valid.
     """
+    file = source.files[0]
     try:
-        format_of(file, raw)
-        setup = read_setup(options.setup) if options.setup else None if raw else own_setup_of(file)
+        format_of(file, source.raw)
+        setup = read_setup(options.setup) if options.setup else None if source.raw else own_setup_of(file)
     except RadarGuiError as error:
         if isinstance(error, SetupError | UsageError):
             raise
@@ -157,8 +154,7 @@ def import_files(options: Import) -> int:
     SessionError
         The session cannot be made.
     """
-    raw, chosen = layout_and_map(options)
-    status, inputs = _imports(options, raw, chosen)
+    status, inputs = _imports(options)
     if not inputs:
         return status
     setup = read_setup(options.setup) if options.setup else common_setup([one.files[0] for one in inputs])
@@ -180,25 +176,25 @@ def import_files(options: Import) -> int:
     return status
 
 
-def _imports(options: Import, raw: RawLayout | None, chosen: ChannelMap | None) -> tuple[int, list[ImportInput]]:
-    sources = sources_of(options, raw, chosen)
-    if chosen is not None and chosen.has_paths:
-        return 0, sources
+def _imports(options: Import) -> tuple[int, list[ImportInput]]:
     status, inputs = 0, []
-    for one in sources:
+    for one in sources_of(options):
         try:
-            inputs.append(replace(one, channel_map=_map_of(one.files[0], chosen, raw)))
+            inputs.append(replace(one, channel_map=_map_of(one)))
         except RadarGuiError as error:
             status = fail(error, one.label) and FAILED
     return status, inputs
 
 
-def _map_of(file: Path, chosen: ChannelMap | None, raw: RawLayout | None) -> ChannelMap | None:
-    """Return the map of a file: chosen and from now on remembered, else remembered or guessed, which is said."""
+def _map_of(source: ImportInput) -> ChannelMap | None:
+    """Return the map of an input: chosen and from now on remembered, else remembered or guessed, which is said."""
+    file, chosen = source.files[0], source.channel_map
     if chosen is not None:
-        remember_map(file, chosen, raw)
+        # one that names its files is for these alone
+        if not chosen.has_paths:
+            remember_map(file, chosen, source.raw)
         return chosen
-    guess = guess_of(file, raw)
+    guess = guess_of(file, source.raw)
     if guess is None:
         return None
     if guess.channel_map is not None and guess.basis != "names":

@@ -54,8 +54,8 @@ class Setup(Section):
     processing: Processing = Processing()
 
     @model_validator(mode="after")
-    def _channels_match_receivers(self) -> Setup:
-        channels = self.daq.channels
+    def _acquisition_fits(self) -> Setup:
+        daq, channels = self.daq, self.daq.channels
         if channels is not None and len(channels) != 2 * len(self.receiver):
             wanted = ", ".join(iq_names(len(self.receiver)))
             raise ValueError(
@@ -64,11 +64,6 @@ class Setup(Section):
             )
         if channels is not None and len(set(channels)) != len(channels):
             raise ValueError(f"daq.channels = {list(channels)}: allowed are different channels, one is named twice")
-        return self
-
-    @model_validator(mode="after")
-    def _start_has_a_source(self) -> Setup:
-        daq = self.daq
         if daq.start != "now" and daq.start_source is None:
             example = "PFI0" if daq.start == "digital" else "APFI0 or I1"
             raise ValueError(f'daq.start = "{daq.start}", allowed: with daq.start_source, for example {example}')

@@ -143,15 +143,14 @@ def turning(pair_v: FloatArray, rate_hz: float) -> float:
     Parameters
     ----------
     pair_v
-        I and Q in volts, shape (2, n_samples).
+        I and Q in volts, shape (2, n_samples), lost samples left out.
     rate_hz
         Samples per second.
     """
-    known = pair_v[:, np.isfinite(pair_v).all(axis=0)]
-    if known.shape[1] < 8:
+    if pair_v.shape[1] < 8:
         return 0.0
     # offsets are no rotation
-    signal = known - known.mean(axis=1, keepdims=True)
+    signal = pair_v - pair_v.mean(axis=1, keepdims=True)
     # of I + jQ: a complex signal has its two directions at plus and minus f
     spectrum = np.abs(np.fft.fft((signal[0] + 1j * signal[1]) * np.hanning(signal.shape[1]))) ** 2
     frequency = np.fft.fftfreq(signal.shape[1], 1.0 / rate_hz)
@@ -162,17 +161,15 @@ def turning(pair_v: FloatArray, rate_hz: float) -> float:
 
 def is_same_signal(pair_v: FloatArray) -> bool:
     """Return whether two channels, shape (2, n_samples), carry the same signal, be it with the other sign."""
-    known = pair_v[:, np.isfinite(pair_v).all(axis=0)]
-    if known.shape[1] < 8 or (known.std(axis=1) == 0.0).any():
+    if pair_v.shape[1] < 8 or (pair_v.std(axis=1) == 0.0).any():
         return False
-    return bool(abs(float(np.asarray(np.corrcoef(known))[0, 1])) >= SAME)
+    return bool(abs(float(np.asarray(np.corrcoef(pair_v))[0, 1])) >= SAME)
 
 
 def turns(pair_v: FloatArray) -> float | None:
     """Return by how many turns the phase of a pair, shape (2, n_samples), went on; None where it is no ellipse."""
-    known = pair_v[:, np.isfinite(pair_v).all(axis=0)]
     try:
-        x, y = fit_ellipse(known).apply(known)
+        x, y = fit_ellipse(pair_v).apply(pair_v)
     except ProcessingError:
         return None
     phase = np.unwrap(np.arctan2(y, x))

@@ -209,6 +209,14 @@ def flattened(value: object, place: str = "", *, every: bool = False) -> Iterato
         yield place, list(value) if isinstance(value, tuple) else value
 
 
+def differing(before: object, after: object) -> Iterator[tuple[str, Any, Any]]:
+    """Yield the dotted keys that tables give different values, with both; None where one has no such key."""
+    old, new = dict(flattened(before)), dict(flattened(after))
+    for key in dict.fromkeys((*old, *new)):
+        if old.get(key) != new.get(key):
+            yield key, old.get(key), new.get(key)
+
+
 def key_text(key: str) -> str:
     """Return a key, quoted where TOML wants quotes, cut where it is long."""
     return _short(key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else json.dumps(key, ensure_ascii=False))

@@ -107,11 +107,8 @@ def checked(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: floa
                 reason = f"only {100.0 * known:.0f} % of the motion can be followed: the echo is lost too often"
                 channels[k] = replace(channel, verdict="rejected", reason=reason)
             good &= channels[k].verdict != "rejected"
-    motion = replace(
-        motion,
-        corrected=replace(motion.corrected, channels=tuple(channels), valid=valid),
-        paths=replace(motion.paths, valid=valid),
-    )
+    corrected = replace(motion.corrected, channels=tuple(channels), valid=valid)
+    motion = replace(motion, corrected=corrected, paths=replace(motion.paths, valid=valid))
     return _divided(motion, conditioned, wavelength_m) if alone else motion
 
 
@@ -252,9 +249,5 @@ def _divided(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: flo
 
 def known_where(track: Track, known: BoolArray) -> Track:
     """Return a track with places where `known`, shape (n_samples,), says so alone."""
-    return replace(
-        track,
-        position_m=np.where(known, track.position_m, np.nan),
-        u_position_m=np.where(known, track.u_position_m, np.nan),
-        valid=track.valid & known,
-    )
+    position_m, u_position_m = (np.where(known, rows, np.nan) for rows in (track.position_m, track.u_position_m))
+    return replace(track, position_m=position_m, u_position_m=u_position_m, valid=track.valid & known)

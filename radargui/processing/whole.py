@@ -61,16 +61,10 @@ class Whole:
 
     def corrected(self, corrected: CorrectedIQ, channels: tuple[ChannelQuality, ...]) -> CorrectedIQ:
         """Return corrected IQ of all samples and receivers, with the quality of all."""
-        return replace(
-            corrected,
-            time_s=self._recording.time_s(),
-            i=self._all(corrected.i),
-            q=self._sign * self._all(corrected.q),
-            u_phase_rad=self._all(corrected.u_phase_rad),
-            valid=self._all(corrected.valid),
-            channels=channels,
-            steps=self.steps(corrected.steps),
-        )
+        rows = {name: self._all(getattr(corrected, name)) for name in ("i", "q", "u_phase_rad", "valid")}
+        rows["q"] = self._sign * rows["q"]
+        time_s, steps = self._recording.time_s(), self.steps(corrected.steps)
+        return replace(corrected, time_s=time_s, channels=channels, steps=steps, **rows)
 
     def steps(self, found: Sequence[object]) -> tuple[object, ...]:
         """Return what the correction found on its way in samples of the recording, one a receiver; none where none."""

@@ -12,7 +12,7 @@ from radargui.files.run_file import opened_run, read_gaps, read_run_setup
 from radargui.files.stored_results import StoredResult, read_stored_results
 from radargui.model.errors import RadarGuiError
 from radargui.model.setup import Setup, dump_setup
-from radargui.model.setup_error import flattened
+from radargui.model.setup_error import differing
 from radargui.report.run_facts import RunFacts
 from radargui.session.info import versions
 from radargui.session.session import Session
@@ -195,8 +195,6 @@ def _processing(one: StoredResult, setup: Setup) -> Processing:
 
 
 def setting_changes(before: Setup, after: Setup) -> Iterator[str]:
-    """Give what differs between two setups, as `key: before -> after`."""
-    old, new = (dict(flattened(setup.model_dump(mode="json", by_alias=True))) for setup in (before, after))
-    for key in dict.fromkeys((*old, *new)):
-        if old.get(key) != new.get(key):
-            yield f"{key}: {old.get(key)} -> {new.get(key)}"
+    """Return what differs between two setups, as `key: before -> after`."""
+    old, new = (setup.model_dump(mode="json", by_alias=True) for setup in (before, after))
+    return (f"{key}: {one} -> {other}" for key, one, other in differing(old, new))

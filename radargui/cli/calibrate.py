@@ -65,24 +65,14 @@ def calibrate_antennas(options: Calibrate) -> int:
 def show(calibration: Calibration) -> None:
     """Print the values, the residuals and the verdict."""
     u = np.sqrt(np.diag(calibration.covariance))
+    before, after = zip(calibration.before, calibration.u_before, strict=True), zip(calibration.values, u, strict=True)
     rows = [
-        (name, quantity(before, u_before), quantity(value, own))
-        for name, before, u_before, value, own in zip(
-            calibration.names, calibration.before, calibration.u_before, calibration.values, u, strict=True
-        )
+        (name, quantity(*old), quantity(*new)) for name, old, new in zip(calibration.names, before, after, strict=True)
     ]
     show_table(("value", "setup", "found"), rows)
-    show_table(
-        ("residual", "receiver", "before / mm", "now / mm", "left out / mm"),
-        [
-            (
-                one.file,
-                str(one.receiver),
-                *(plain(1e3 * x, 3) for x in (one.rms_before_m, one.rms_m, one.left_out_rms_m)),
-            )
-            for one in calibration.residuals
-        ],
-    )
+    residuals = [(one, (one.rms_before_m, one.rms_m, one.left_out_rms_m)) for one in calibration.residuals]
+    left = [(one.file, str(one.receiver), *(plain(1e3 * rms, 3) for rms in all_m)) for one, all_m in residuals]
+    show_table(("residual", "receiver", "before / mm", "now / mm", "left out / mm"), left)
     typer.echo(f"{calibration.verdict}: {calibration.reason}. {'; '.join(calibration.notes)}.")
 
 

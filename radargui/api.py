@@ -149,7 +149,9 @@ class Result:
     def to_pandas(self) -> pandas.DataFrame:
         """Return one row a sample with the columns of track.csv; needs pandas."""
         columns = columns_of(self.details)
-        return _view("pandas").DataFrame({name: columns[name].values for name in self._names()})
+        return _view("pandas").DataFrame(
+            {name: columns[name].values for name in track_header(self.details.recording.n_receivers)}
+        )
 
     def to_xarray(self) -> xarray.Dataset:
         """Return path lengths and position over the coordinates time_s, receiver and axis; needs xarray."""
@@ -163,9 +165,6 @@ class Result:
         coordinates = {"time_s": self.time_s, "receiver": receivers, "axis": list("xyz")}
         attributes = {"status": self.status, "correction": self.correction or ""}
         return _view("xarray").Dataset(data, coordinates, attributes)
-
-    def _names(self) -> tuple[str, ...]:
-        return track_header(self.details.recording.n_receivers)
 
     def _rows(self, name: str) -> FloatArray:
         return self._of(*(name.format(number + 1) for number in range(self.details.recording.n_receivers)))

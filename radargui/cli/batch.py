@@ -48,10 +48,15 @@ def run_batch(options: Batch) -> int:
             outcomes = run_local(tasks, options.workers)
         else:
             outcomes = run_on_cluster(tasks, options.scheduler)
-        with BatchProgress(len(found.runs)) as progress, closing(outcomes):
+        columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+        with Bar(*columns, description="runs", total=len(found.runs)) as bar, closing(outcomes):
             for outcome in outcomes:
                 states[outcome.state] += 1
-                progress.ended(outcome)
+                if outcome.error is not None:
+                    fail(outcome.error, str(outcome.run))
+                elif outcome.state == "done":
+                    bar.say(f"{outcome.run}: {_figures(outcome)}")
+                bar.advance(bar.shown)
     except KeyboardInterrupt:
         left = len(found.runs) - states["done"] - states["skipped"]
         fail(RadarGuiError(f"interrupted with {left} runs left.", remedy="The same command goes on from there."))
@@ -78,28 +83,6 @@ def _tasks(options: Batch, wanted: dict[str, str], found: FoundRuns) -> list[Bat
         raise UsageError(f"The tables of several runs would go to {twice[0]}", remedy=remedy)
     to = [TablesTo(folder, write_tables, tables_are_current) for folder in folders]
     return [replace(task, tables=tables) for task, tables in zip(tasks, to, strict=True)]
-
-
-class BatchProgress(Bar):
-    """A line for each run that ends; on a terminal also a bar with the remaining time.
-
-    Parameters
-    ----------
-    n_runs
-        How many there are.
-    """
-
-    def __init__(self, n_runs: int) -> None:
-        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-        super().__init__(*columns, description="runs", total=n_runs)
-
-    def ended(self, outcome: BatchOutcome) -> None:
-        """Print the outcome of a run."""
-        if outcome.error is not None:
-            fail(outcome.error, str(outcome.run))
-        elif outcome.state == "done":
-            self.say(f"{outcome.run}: {_figures(outcome)}")
-        self.advance(self.shown)
 
 
 def _figures(outcome: BatchOutcome) -> str:
@@ -167,13 +150,12 @@ def _show(compared: list[Comparison]) -> None:
 
 def _row(one: Comparison) -> tuple[str, ...]:
     e, g = _figure(one, "e"), _figure(one, "g_m_s2")
+    of_e, of_g = ((quantity(x.before, x.u_before), quantity(x.after, x.u_after)) for x in (e, g))
     return (
         f"{one.run.parent.name}/{one.run.stem}",
-        quantity(e.before, e.u_before),
-        quantity(e.after, e.u_after),
+        *of_e,
         alone(e.difference, e.u_difference, signed=True),
-        quantity(g.before, g.u_before),
-        quantity(g.after, g.u_after),
+        *of_g,
         *(str(side.summary.get("status", UNKNOWN)).replace("_", " ") for side in (one.before, one.after)),
     )
 

@@ -14,8 +14,7 @@ from radargui.cli.bar import progress_bar, show_table
 from radargui.experiment.batch.task import find_runs
 from radargui.experiment.calibrating import CalibrationOrder, calibrate_files
 from radargui.files.calibration_file import write_calibration
-from radargui.files.formats import RUN, format_of, own_setup_of
-from radargui.files.reading import read_recording
+from radargui.files.formats import own_setup_of
 from radargui.model.calibrated_setup import calibrated
 from radargui.model.calibration import Calibration
 from radargui.model.errors import ProcessingError, UsageError
@@ -66,24 +65,14 @@ def calibrate_antennas(options: Calibrate) -> int:
 def show(calibration: Calibration) -> None:
     """Print the values, the residuals and the verdict."""
     u = np.sqrt(np.diag(calibration.covariance))
+    before, after = zip(calibration.before, calibration.u_before, strict=True), zip(calibration.values, u, strict=True)
     rows = [
-        (name, quantity(before, u_before), quantity(value, own))
-        for name, before, u_before, value, own in zip(
-            calibration.names, calibration.before, calibration.u_before, calibration.values, u, strict=True
-        )
+        (name, quantity(*old), quantity(*new)) for name, old, new in zip(calibration.names, before, after, strict=True)
     ]
     show_table(("value", "setup", "found"), rows)
-    show_table(
-        ("residual", "receiver", "before / mm", "now / mm", "left out / mm"),
-        [
-            (
-                one.file,
-                str(one.receiver),
-                *(plain(1e3 * x, 3) for x in (one.rms_before_m, one.rms_m, one.left_out_rms_m)),
-            )
-            for one in calibration.residuals
-        ],
-    )
+    residuals = [(one, (one.rms_before_m, one.rms_m, one.left_out_rms_m)) for one in calibration.residuals]
+    left = [(one.file, str(one.receiver), *(plain(1e3 * rms, 3) for rms in all_m)) for one, all_m in residuals]
+    show_table(("residual", "receiver", "before / mm", "now / mm", "left out / mm"), left)
     typer.echo(f"{calibration.verdict}: {calibration.reason}. {'; '.join(calibration.notes)}.")
 
 
@@ -106,11 +95,10 @@ def _files(paths: Sequence[Path], known: Sequence[str]) -> list[tuple[Path, str]
 
 
 def _setup_of(files: Sequence[Path]) -> Setup:
-    for file in files:
-        setup = own_setup_of(file)
-        if setup is not None:
-            return setup
-    raise UsageError("no setup: give --setup FILE, or runs that bring theirs")
+    setup = next(filter(None, map(own_setup_of, files)), None)
+    if setup is None:
+        raise UsageError("no setup: give --setup FILE, or runs that bring theirs")
+    return setup
 
 
 def _check(run: Path, setup_file: Path | None) -> int:
@@ -124,9 +112,7 @@ def _check(run: Path, setup_file: Path | None) -> int:
         place = {"release_position_m": brought.tracer.release_position_m}
         setup = setup.model_copy(update={"tracer": setup.tracer.model_copy(update=place)})
     with progress_bar("Checking") as progress:
-        result = process(
-            read_for_processing(files[0]) if format_of(files[0]) is RUN else read_recording(files[0]), setup, progress
-        )
+        result = process(read_for_processing(files[0]), setup, progress)
     check = check_calibration(result)
     if check is None:
         raise ProcessingError(

@@ -24,7 +24,7 @@ def one_line(text: str) -> str:
     return " ".join(text.split())
 
 
-FAILED, WRONG_USAGE = 1, 2
+FAILED, WRONG_USAGE, INTERRUPTED = 1, 2, 130
 _log = logging.getLogger(__name__)
 
 
@@ -34,7 +34,7 @@ def guarded(app: typer.Typer, arguments: list[str] | None = None) -> int:
     start_log()
     try:
         with on_ending(interrupt):
-            # in this mode the library returns the status that the command returned, and 130 after an interrupt
+            # in this mode the library returns the status that the command returned, or that of an interrupt
             status = app(args=arguments, prog_name="radargui", standalone_mode=False)
     except RadarGuiError as error:
         return fail(error)
@@ -43,17 +43,18 @@ def guarded(app: typer.Typer, arguments: list[str] | None = None) -> int:
         command = context.command_path if context else "radargui"
         return _fail_line(f"{error.format_message().rstrip('.')}. See {command} --help.", error.exit_code)
     except (typer.Abort, KeyboardInterrupt):
-        return _interrupted()
+        status = INTERRUPTED
     except Exception as error:  # noqa: BLE001  the last door: whatever it is, the operator gets a line, the log the rest
         return fail_unexpected(error)
-    return _interrupted() if status == 130 else int(status or 0)
+    return _fail_line("interrupted", FAILED) if status == INTERRUPTED else int(status or 0)
 
 
 def fail(error: RadarGuiError, what: str = "") -> int:
     """Print an error in one line, log it, and return its exit status."""
     _log.error("%s", error, exc_info=error)
     text = str(error)
-    return _fail_line(f"{what}: {text}" if what and what not in text else text, status_of(error))
+    status = WRONG_USAGE if isinstance(error, UsageError | SetupError) else FAILED
+    return _fail_line(f"{what}: {text}" if what and what not in text else text, status)
 
 
 def fail_unexpected(error: Exception, what: str = "") -> int:
@@ -61,15 +62,6 @@ def fail_unexpected(error: Exception, what: str = "") -> int:
     _log.error("Unexpected error %s", what, exc_info=error)
     text = f"{fault_of(error, what or 'The program')} The details are in {log_path()}"
     return _fail_line(text, FAILED)
-
-
-def status_of(error: RadarGuiError) -> int:
-    """Return the exit status of an error."""
-    return WRONG_USAGE if isinstance(error, UsageError | SetupError) else FAILED
-
-
-def _interrupted() -> int:
-    return _fail_line("interrupted", FAILED)
 
 
 def _fail_line(text: str, status: int) -> int:

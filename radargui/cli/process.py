@@ -1,7 +1,7 @@
 """The commands process and import: recordings of any format as results, or as a new session."""
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import typer
@@ -12,11 +12,9 @@ from radargui.cli.console import FAILED, fail, fail_unexpected, one_line
 from radargui.cli.setup_choice import COMMAND_LINE, positive, processing_changes
 from radargui.experiment.importing import ImportOrder, common_setup, guess_of, import_recordings, remember_map
 from radargui.files.formats import format_of, own_setup_of
-from radargui.files.raw_file import RawLayout, parse_raw_layout
+from radargui.files.raw_file import parse_raw_layout
 from radargui.files.reading import ChannelMap, parse_channel_map
-from radargui.files.run_layout import SUFFIX
 from radargui.model.errors import RadarGuiError, SetupError, UsageError
-from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN, quantity
 from radargui.model.setup import Setup, changed, read_setup
@@ -26,33 +24,8 @@ from radargui.report.tables import write_tables
 from radargui.session.info import default_data_folder
 from radargui.session.transfer import ImportInput
 
-
-@dataclass(frozen=True, slots=True)
-class Input:
-    """One input: what it is called, what it is read from, where its results go.
-
-    Attributes
-    ----------
-    name
-        Of the result folder.
-    source
-        What it is read from; the first of its files may bring its own setup.
-    folder
-        Where the tables go.
-    """
-
-    name: str
-    source: ImportInput
-    folder: Path
-
-    def read(self) -> Recording:
-        """Return the recording."""
-        source = self.source
-        is_plain = source.channel_map is None and source.rate_hz is None and source.raw is None
-        if is_plain and source.files[0].suffix.lower() == SUFFIX:
-            # of an hour only the part with the motion is read
-            return read_for_processing(source.files[0])
-        return source.read()
+Input = tuple[ImportInput, Path]
+"""What is read, and the folder that its tables go to, which has its name."""
 
 
 def process_files(options: Process) -> int:
@@ -67,44 +40,41 @@ def process_files(options: Process) -> int:
     SetupError
         The setup or an option instead of it is not allowed.
     """
-    raw, channels = layout_and_map(options)
-    inputs = _inputs(options, raw, channels)
+    inputs = _inputs(options)
     _refuse_collisions(inputs, force=options.force)
-    setups = [_setup_of(one, options, raw) for one in inputs]
+    setups = [_setup_of(source, options) for source, _ in inputs]
     rows, status = [], 0
-    for one, setup in zip(inputs, setups, strict=True):
+    for (source, folder), setup in zip(inputs, setups, strict=True):
         try:
-            rows.append(_row(one, _process(one, setup)))
+            rows.append(_row(folder, _process(source, folder, setup)))
         except RadarGuiError as error:
-            status = max(status, fail(error, one.name))
+            status = max(status, fail(error, folder.name))
         except Exception as error:  # noqa: BLE001  one input must not take the others with it
-            status = max(status, fail_unexpected(error, one.name))
+            status = max(status, fail_unexpected(error, folder.name))
     if rows:
         show_table(("input", "status", "bounces", "e ± u_e", "results"), rows)
     return status
 
 
-def _process(one: Input, setup: Setup | RadarGuiError) -> RunResult:
+def _process(source: ImportInput, folder: Path, setup: Setup | RadarGuiError) -> RunResult:
     if isinstance(setup, RadarGuiError):
         raise setup
-    with progress_bar(one.name) as report_progress:
-        result = process(one.read(), setup, report_progress)
-        write_tables(result, one.folder)
+    # of an hour only the part with the motion is read
+    is_plain = source.channel_map is None and source.rate_hz is None and source.raw is None
+    with progress_bar(folder.name) as report_progress:
+        recording = read_for_processing(source.files[0]) if is_plain else source.read()
+        result = process(recording, setup, report_progress)
+        write_tables(result, folder)
     for text in ((result.reason,) if result.status != "ok" else ()) + result.warnings:
-        typer.echo(f"{one.name}: {one_line(text)}", err=True)
+        typer.echo(f"{folder.name}: {one_line(text)}", err=True)
     return result
 
 
-def layout_and_map(options: Process | Import) -> tuple[RawLayout | None, ChannelMap | None]:
-    """Return what the options say of a plain binary file and of the channels, checked; None where they say nothing."""
-    """Return how plain binary is laid out and which columns are which channel, as the command line says."""
+def sources_of(options: Process | Import) -> list[ImportInput]:
+    """Return the inputs of a command: one from several files, or one from each; raises UsageError where none is."""
     positive("--rate-hz", options.rate_hz)
     raw = None if options.raw is None else parse_raw_layout(options.raw)
-    return raw, None if options.channels is None else parse_channel_map(options.channels, numbered=raw is not None)
-
-
-def sources_of(options: Process | Import, raw: RawLayout | None, channels: ChannelMap | None) -> list[ImportInput]:
-    """Return the inputs of a command: one from several files, or one from each; raises UsageError where none is."""
+    channels = None if options.channels is None else parse_channel_map(options.channels, numbered=raw is not None)
     if channels is not None and channels.has_paths:
         if options.files:
             raise UsageError("--channels names files of its own: give no FILE with it")
@@ -115,8 +85,9 @@ def sources_of(options: Process | Import, raw: RawLayout | None, channels: Chann
     return [ImportInput((file,), channels, options.rate_hz, raw) for file in options.files]
 
 
-def _inputs(options: Process, raw: RawLayout | None, channels: ChannelMap | None) -> list[Input]:
-    sources, name = sources_of(options, raw, channels), options.name
+def _inputs(options: Process) -> list[Input]:
+    sources, name = sources_of(options), options.name
+    channels = sources[0].channel_map
     if channels is not None and channels.has_paths and name is None:
         raise UsageError("--channels with paths forms one input: it needs --name NAME")
     if name is not None and len(sources) > 1:
@@ -127,22 +98,22 @@ def _inputs(options: Process, raw: RawLayout | None, channels: ChannelMap | None
 def _input(options: Process, name: str, source: ImportInput) -> Input:
     if Path(name).name != name or name in ("", ".", "..") or any(sign in name for sign in '\\:*?"<>|'):
         raise UsageError(f"{name!r} cannot be the name of a folder", remedy="Give another with --name.")
-    return Input(name, replace(source, name=name), (options.output or source.files[0].parent) / name)
+    return replace(source, name=name), (options.output or source.files[0].parent) / name
 
 
 def _refuse_collisions(inputs: list[Input], *, force: bool) -> None:
     # a system that takes upper and lower case for the same would write one over the other
-    count = Counter(one.name.casefold() for one in inputs)
-    equal = [str(one.source.files[0]) for one in inputs if count[one.name.casefold()] > 1]
+    count = Counter(folder.name.casefold() for _, folder in inputs)
+    equal = [str(source.files[0]) for source, folder in inputs if count[folder.name.casefold()] > 1]
     if equal:
         raise UsageError(f"Inputs of equal name: {', '.join(equal)}", remedy="Process them one by one, with --name.")
-    there = [str(one.folder) for one in inputs if one.folder.exists()]
+    there = [str(folder) for _, folder in inputs if folder.exists()]
     if there and not force:
         raise UsageError(f"Results are there already: {', '.join(there)}", remedy="Give --force to write over them.")
 
 
-def _setup_of(one: Input, options: Process, raw: RawLayout | None) -> Setup | RadarGuiError:
-    """Return the setup of an input, or why the input cannot be read.
+def _setup_of(source: ImportInput, options: Process) -> Setup | RadarGuiError:
+    """Return the setup of an input by its first file, or why that cannot be read.
 
     Raises
     ------
@@ -151,10 +122,10 @@ def _setup_of(one: Input, options: Process, raw: RawLayout | None) -> Setup | Ra
     SetupError
         It is not valid.
     """
-    file = one.source.files[0]
+    file = source.files[0]
     try:
-        format_of(file, raw)
-        setup = read_setup(options.setup) if options.setup else None if raw else own_setup_of(file)
+        format_of(file, source.raw)
+        setup = read_setup(options.setup) if options.setup else None if source.raw else own_setup_of(file)
     except RadarGuiError as error:
         if isinstance(error, SetupError | UsageError):
             raise
@@ -164,11 +135,11 @@ def _setup_of(one: Input, options: Process, raw: RawLayout | None) -> Setup | Ra
     return changed(setup, processing_changes(options.correction, options.geometry), COMMAND_LINE)
 
 
-def _row(one: Input, result: RunResult) -> tuple[str, ...]:
+def _row(folder: Path, result: RunResult) -> tuple[str, ...]:
     bounces = result.bounces.impacts
     first = next((bounce for bounce in bounces if bounce.valid), None)
     e = quantity(first.e, first.u_stated) if first else UNKNOWN
-    return (one.name, result.status.replace("_", " "), str(len(bounces)), e, str(one.folder))
+    return (folder.name, result.status.replace("_", " "), str(len(bounces)), e, str(folder))
 
 
 def import_files(options: Import) -> int:
@@ -183,8 +154,7 @@ def import_files(options: Import) -> int:
     SessionError
         The session cannot be made.
     """
-    raw, chosen = layout_and_map(options)
-    status, inputs = _imports(options, raw, chosen)
+    status, inputs = _imports(options)
     if not inputs:
         return status
     setup = read_setup(options.setup) if options.setup else common_setup([one.files[0] for one in inputs])
@@ -206,25 +176,25 @@ def import_files(options: Import) -> int:
     return status
 
 
-def _imports(options: Import, raw: RawLayout | None, chosen: ChannelMap | None) -> tuple[int, list[ImportInput]]:
-    sources = sources_of(options, raw, chosen)
-    if chosen is not None and chosen.has_paths:
-        return 0, sources
+def _imports(options: Import) -> tuple[int, list[ImportInput]]:
     status, inputs = 0, []
-    for one in sources:
+    for one in sources_of(options):
         try:
-            inputs.append(replace(one, channel_map=_map_of(one.files[0], chosen, raw)))
+            inputs.append(replace(one, channel_map=_map_of(one)))
         except RadarGuiError as error:
             status = fail(error, one.label) and FAILED
     return status, inputs
 
 
-def _map_of(file: Path, chosen: ChannelMap | None, raw: RawLayout | None) -> ChannelMap | None:
-    """Return the map of a file: chosen and from now on remembered, else remembered or guessed, which is said."""
+def _map_of(source: ImportInput) -> ChannelMap | None:
+    """Return the map of an input: chosen and from now on remembered, else remembered or guessed, which is said."""
+    file, chosen = source.files[0], source.channel_map
     if chosen is not None:
-        remember_map(file, chosen, raw)
+        # one that names its files is for these alone
+        if not chosen.has_paths:
+            remember_map(file, chosen, source.raw)
         return chosen
-    guess = guess_of(file, raw)
+    guess = guess_of(file, source.raw)
     if guess is None:
         return None
     if guess.channel_map is not None and guess.basis != "names":

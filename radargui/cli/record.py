@@ -16,7 +16,7 @@ from radargui.files.run_card import origin_attributes, summarise
 from radargui.model.calibrated_setup import too_old
 from radargui.model.drop import figure_in, gravity_words, restitution_words
 from radargui.model.errors import RadarGuiError, SourceError, UsageError
-from radargui.model.rounding import UNKNOWN, plain
+from radargui.model.rounding import plain
 from radargui.model.setup import Setup, changed
 from radargui.processing.calibration_check import check_calibration
 from radargui.session.info import About, Calibration, SessionInfo, about_setup_file, default_data_folder
@@ -149,19 +149,20 @@ def _goes_on(options: Record, setup: Setup) -> bool:
 
 def _row(run: RecordedRun) -> tuple[str, ...]:
     name = run.path.stem if run.path else f"run {run.number}"
-    if run.result is None:
+    if run.result:
+        status = run.result.status.replace("_", " ")
+    elif run.path:
+        status = f"set aside: {run.set_aside}" if run.set_aside else "not processed"
+    else:
         status = "not recorded"
-        if run.path:
-            status = f"set aside: {run.set_aside}" if run.set_aside else "not processed"
-        return (name, UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN, status)
-    summary = summarise(run.result)
+    summary = summarise(run.result) if run.result else None
     return (
         name,
         plain(figure_in(summary, "drop_height_m"), 4, "m"),
         plain(figure_in(summary, "impact_speed_m_s"), 4, "m/s"),
         restitution_words(summary),
         gravity_words(summary, "m/s²"),
-        run.result.status.replace("_", " "),
+        status,
     )
 
 

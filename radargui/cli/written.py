@@ -35,10 +35,9 @@ def report_sessions(options: Report) -> int:
     for folder in options.sessions:
         try:
             session = Session.open(folder, write=False)
-            output = options.output
-            below = output
-            if output and len(options.sessions) > 1:
-                below = output / session.path.resolve().name
+            below = options.output
+            if below and len(options.sessions) > 1:
+                below /= session.path.resolve().name
                 # of two with one name none shall be lost
                 while any(report.pdf.parent == below for report in reports):
                     below = below.with_name(f"{below.name}-2")

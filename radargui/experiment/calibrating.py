@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from radargui.files.access import Progress
-from radargui.files.formats import RUN, format_of, own_setup_of
-from radargui.files.reading import read_recording
+from radargui.files.formats import own_setup_of
 from radargui.model.calibration import Calibration
 from radargui.model.errors import FileError, ProcessingError
 from radargui.model.setup import Setup
@@ -94,7 +93,7 @@ def _read(path: Path, trajectory: Trajectory | None, setup: Setup) -> KnownRecor
     from radargui.calibration.rough_fit import KnownRecording
 
     brought = own_setup_of(path)
-    recording = read_for_processing(path) if format_of(path) is RUN else read_recording(path)
+    recording = read_for_processing(path)
     if recording.n_receivers != setup.n_receivers:
         raise ProcessingError(
             f"{path} has {recording.n_receivers} IQ pairs, the setup {setup.n_receivers} receivers",

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from radargui.model.drop import figure_in
 from radargui.model.errors import ProcessingError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup, changed
-from radargui.model.setup_error import flattened
+from radargui.model.setup_error import differing
 from radargui.report.decimation import EMPTY, Curve, envelope
 
 FIGURES = (
@@ -177,13 +178,10 @@ def compare_with(
 def changed_settings(before: Setup, after: Setup) -> tuple[ChangedSetting, ...]:
     """Return the keys that two setups give different values, in the order of the setup file."""
     # of a calibration its file is named, not each covariance
-    left_out = {"calibration": {"content"}}
-    old, new = (
-        dict(flattened(one.model_dump(by_alias=True, exclude_none=True, mode="json", exclude=left_out)))
-        for one in (before, after)
+    dump = partial(
+        Setup.model_dump, by_alias=True, exclude_none=True, mode="json", exclude={"calibration": {"content"}}
     )
-    keys = [*old, *(key for key in new if key not in old)]
-    return tuple(ChangedSetting(key, old.get(key), new.get(key)) for key in keys if old.get(key) != new.get(key))
+    return tuple(ChangedSetting(*one) for one in differing(dump(before), dump(after)))
 
 
 def _side(of: StoredResult | RunResult) -> Side:

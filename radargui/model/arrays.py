@@ -90,6 +90,7 @@ def lowest_and_highest(values: Samples, size: int, first_index: int = 0) -> tupl
     offset = first_index % size
     # bins of the absolute index: a picture that scrolls does not flicker
     edges = np.maximum(np.arange(0, offset + count, size) - offset, 0)
+    # fmin and fmax: one lost sample must not hide its whole bin
     lowest: Any = np.fmin.reduceat(values, edges, axis=-1)
     highest: Any = np.fmax.reduceat(values, edges, axis=-1)
     return lowest, highest

@@ -95,6 +95,7 @@ def uncertain_inputs(setup: Setup) -> tuple[UncertainInput, ...]:
     add("floor", setup.floor, "u_tilt_deg")
     add("daq", setup.daq, "u_clock_ppm")
     keys, directions = _of_calibration(setup)
+    # a place that was found has its distance in the covariance already
     if any(key.startswith("transmitter.position_m") for key in keys):
         keys = (*keys, "transmitter.distance_m")
     return (*(one for one in out if one.key not in keys), *directions)
@@ -112,9 +113,11 @@ def _of_calibration(setup: Setup) -> tuple[tuple[str, ...], list[UncertainInput]
         return (), []
     keys = tuple(setup_key(content.names[n]) for n in used)
     covariance = np.array(content.covariance)[np.ix_(used, used)]
+    # a value that is exact has no u to divide by
     u = np.sqrt(np.diag(covariance)).clip(np.finfo(float).tiny)
     # of the correlations: degrees and metres have no common size
     values, vectors = np.linalg.eigh(covariance / np.outer(u, u))
+    # rounding leaves eigenvalues a little below 0
     return keys, [
         UncertainInput(
             f"calibration[{n}]", "calibration.file", 1.0, False, tuple(zip(keys, direction.tolist(), strict=True))

@@ -5,7 +5,6 @@ import re
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -14,29 +13,27 @@ from radargui.model.calibration import Calibration
 from radargui.model.calibration_file import CalibrationContent, content_of
 from radargui.model.rounding import alone, plain as number, quantity
 from radargui.model.setup import Setup, plain, validate_setup, with_calibration
+from radargui.model.setup_error import flattened
 
 AGREES = 0.1
 """Times its u: a value of the setup that differs by less was rounded; it makes u larger by half a percent at most."""
 CORRELATED = 0.5
 """From here a correlation is worth a line in the report."""
-_AXES, _TABLES = "xyz", ("receiver.", "transmitter.", "tracer.")
+_AXES = "xyz"
+_KEY = re.compile(rf"(receiver|transmitter|tracer)\.(?:(\d+)\.)?(\w+)(?:\.([{_AXES}]))?")
+"""Of a value in the setup: table, number, name and axis."""
 
 
 def setup_key(name: str) -> str:
     """Return the key as in `model.assumed`: `receiver.1.tilt_deg` is receiver[1].tilt_deg, `.x` is [1]."""
     key = re.sub(r"^receiver\.(\d+)\.", r"receiver[\1].", name)
-    return f"{key[:-2]}[{_AXES.index(key[-1]) + 1}]" if re.search(r"_m\.[xyz]$", key) else key
+    return re.sub(r"(?<=_m)\.([xyz])$", lambda axis: f"[{_AXES.index(axis[1]) + 1}]", key)
 
 
 def value_at(setup: Setup, name: str) -> float | None:
     """Return what a setup says at a key of a calibration; None where it says nothing there."""
-    at: Any = setup.model_dump(by_alias=True)
-    try:
-        for part in name.split("."):
-            at = at[_AXES.index(part)] if part in _AXES else at[int(part) - 1] if part.isdecimal() else at[part]
-    except (KeyError, IndexError, TypeError):
-        return None
-    return float(at) if isinstance(at, (int, float)) else None
+    value = dict(flattened(setup.model_dump(by_alias=True), every=True)).get(setup_key(name))
+    return float(value) if isinstance(value, (int, float)) else None
 
 
 def agreeing(setup: Setup) -> list[int]:
@@ -136,16 +133,17 @@ def calibrated(setup: Setup, calibration: Calibration, file: Path) -> Setup:
         document["transmitter"].pop("distance_m", None)
         document["transmitter"]["position_m"] = list(setup.transmitter.place_m)
     for name, value, own_u in zip(calibration.names, calibration.values.tolist(), u.tolist(), strict=True):
-        place, _, key = name.removesuffix(".x").removesuffix(".y").removesuffix(".z").rpartition(".")
-        head, _, index = place.partition(".")
-        if not name.startswith(_TABLES):
+        if not (found := _KEY.fullmatch(name)):
             continue
+        head, index, key, axis = found.groups()
         table = document[head][int(index) - 1] if index else document.setdefault(head, {})
-        if name[-2:] in (".x", ".y", ".z"):
+        if axis:
+            # a release that is the default stands nowhere in the document
             table[key] = list(table.get(key) or getattr(getattr(setup, head), key))
-            table[key][_AXES.index(name[-1])] = _rounded(value, own_u)
+            table[key][_AXES.index(axis)] = _rounded(value, own_u)
             key = "release_m" if head == "tracer" else "distance_m"
-            own_u = max(own_u, table.get(f"u_{key}") or 0.0) if name[-1] != "x" else own_u
+            # one u for three coordinates: the largest
+            own_u = max(own_u, table.get(f"u_{key}") or 0.0) if axis != "x" else own_u
         else:
             table[key] = _rounded(value, own_u)
         table[f"u_{key}"] = float(f"{own_u:.3g}")
@@ -199,14 +197,9 @@ def change(name: str, old: tuple[float, float], new: tuple[float, float]) -> Cha
     """Return how a value with its u, NaN where not known, differs from another."""
     unit, scale = unit_of(name)
     difference, u = new[0] - old[0], math.hypot(old[1], new[1])
-    in_u = difference / u if u > 0.0 else math.nan
-    return Change(
-        name, unit, _written(old, scale), _written(new, scale), alone(difference, new[1], scale, signed=True), in_u
-    )
-
-
-def _written(value: tuple[float, float], scale: float) -> str:
-    return quantity(value[0], value[1], scale=scale)
+    told_old, told_new = (quantity(*own, scale=scale) for own in (old, new))
+    told = alone(difference, new[1], scale, signed=True)
+    return Change(name, unit, told_old, told_new, told, difference / u if u > 0.0 else math.nan)
 
 
 def correlations(

@@ -1,8 +1,16 @@
 """A calibration: what the tracer said about the antennas, with the covariance of it all."""
 
+import math
 from dataclasses import dataclass, field
+from typing import Annotated
+
+from pydantic import WrapValidator
 
 from radargui.model.arrays import FloatArray
+from radargui.model.section import Real
+
+Known = Annotated[Real, WrapValidator(lambda value, check: math.nan if value is None else check(value))]
+"""A number that may be unknown: NaN here, null in a file, for JSON has no NaN."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,9 +33,9 @@ class Residual:
 
     file: str
     receiver: int
-    rms_m: float
-    rms_before_m: float
-    left_out_rms_m: float
+    rms_m: Known
+    rms_before_m: Known
+    left_out_rms_m: Known
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,16 +1,14 @@
 """How a calibration is written: as JSON in a file of its own, and as a setup refers to it and carries it along."""
 
 import json
-import math
-from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
+from pydantic_core import to_jsonable_python
 
-from radargui.model.calibration import Calibration, Origin, Residual
+from radargui.model.calibration import Calibration, Known, Origin, Residual
 from radargui.model.errors import FileError
 from radargui.model.section import ExactWhole, Real, Section, Text
 from radargui.model.setup_error import describe
@@ -46,6 +44,7 @@ class CalibrationContent(Section):
 
     @model_validator(mode="after")
     def _fits_together(self) -> "CalibrationContent":
+        # as objects: rows of different lengths make one axis, and are refused below
         n, covariance = len(self.names), np.array(self.covariance, dtype=object)
         if n != len(self.values) or len(set(self.names)) != n or covariance.shape != ((n, n) if n else (0,)):
             raise ValueError(f"covariance, allowed: {n} rows and columns, and a value, for {n} different names")
@@ -53,6 +52,7 @@ class CalibrationContent(Section):
             return self
         matrix = np.array(self.covariance)
         u = np.sqrt(np.abs(np.diag(matrix)))
+        # judged as correlations: squares of degrees and of metres have no common size
         whole = matrix / np.outer(u, u).clip(np.finfo(float).tiny)
         if (np.diag(matrix) < 0.0).any() or not np.allclose(whole, whole.T, atol=1e-6, rtol=0.0):
             raise ValueError("covariance, allowed: a symmetric matrix with squares of uncertainties on its diagonal")
@@ -80,27 +80,15 @@ class CalibrationReference(Section):
     content: CalibrationContent | None = None
 
 
-class _StoredResidual(BaseModel):
-    """A number that is not known is null: JSON has no NaN."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-    file: str
-    receiver: int
-    rms_m: float | None
-    rms_before_m: float | None
-    left_out_rms_m: float | None
-
-
 class _StoredCalibration(CalibrationContent):
     schema_version: Annotated[Literal[1], ExactWhole, Field(alias="schema")]
     version: Text
     files: dict[str, str]
     known: tuple[str, ...]
     before: tuple[Real, ...]
-    u_before: tuple[Real | None, ...]
+    u_before: tuple[Known, ...]
     undetermined: tuple[str, ...]
-    residuals: tuple[_StoredResidual, ...]
+    residuals: tuple[Residual, ...]
     notes: tuple[str, ...] = ()
 
     @model_validator(mode="after")
@@ -119,22 +107,19 @@ def content_of(calibration: Calibration) -> CalibrationContent:
         Its values do not fit together.
     """
     try:
-        return CalibrationContent.model_validate(_content(calibration))
+        return CalibrationContent.model_validate(
+            {
+                "made_at": calibration.origin.made_at,
+                "operator": calibration.origin.operator,
+                "verdict": calibration.verdict,
+                "reason": calibration.reason,
+                "names": calibration.names,
+                "values": calibration.values.tolist(),
+                "covariance": calibration.covariance.tolist(),
+            }
+        )
     except ValidationError as error:
         raise FileError(f"the calibration cannot be used: {describe(error, CalibrationContent)}.") from None
-
-
-def _content(calibration: Calibration) -> dict[str, Any]:
-    origin = calibration.origin
-    return {
-        "made_at": origin.made_at,
-        "operator": origin.operator,
-        "verdict": calibration.verdict,
-        "reason": calibration.reason,
-        "names": calibration.names,
-        "values": calibration.values.tolist(),
-        "covariance": calibration.covariance.tolist(),
-    }
 
 
 def calibration_text(calibration: Calibration) -> str:
@@ -145,31 +130,23 @@ def calibration_text(calibration: Calibration) -> str:
     FileError
         Its values do not fit together, or are no numbers.
     """
-    content_of(calibration)
     origin = calibration.origin
     whole = {
         "schema": SCHEMA,
-        **_content(calibration),
+        **content_of(calibration).model_dump(),
         "version": origin.version,
         "files": origin.files,
         "known": origin.known,
         "before": calibration.before.tolist(),
-        "u_before": [_null(u) for u in calibration.u_before.tolist()],
+        "u_before": to_jsonable_python(calibration.u_before.tolist(), inf_nan_mode="null"),
         "undetermined": calibration.undetermined,
-        "residuals": [
-            {key: _null(value) if isinstance(value, float) else value for key, value in asdict(one).items()}
-            for one in calibration.residuals
-        ],
+        "residuals": to_jsonable_python(calibration.residuals, inf_nan_mode="null"),
         "notes": calibration.notes,
     }
     try:
         return json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     except ValueError:
         raise FileError("the calibration cannot be written: a value before it is no number.") from None
-
-
-def _null(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def parse_calibration(text: str, name: str) -> Calibration:
@@ -195,22 +172,15 @@ def parse_calibration(text: str, name: str) -> Calibration:
     except ValidationError as error:
         raise FileError(f"{name} is damaged: {describe(error, _StoredCalibration)}.") from None
 
-    def known(values: Sequence[float | None]) -> list[float]:
-        return [math.nan if value is None else value for value in values]
-
-    residuals = (
-        Residual(one.file, one.receiver, *known((one.rms_m, one.rms_before_m, one.left_out_rms_m)))
-        for one in stored.residuals
-    )
     n = len(stored.names)
     return Calibration(
         stored.names,
         np.array(stored.before, dtype=np.float64),
         np.array(stored.values, dtype=np.float64),
-        np.array(known(stored.u_before)),
+        np.array(stored.u_before, dtype=np.float64),
         np.array(stored.covariance, dtype=np.float64).reshape(n, n),
         stored.undetermined,
-        tuple(residuals),
+        stored.residuals,
         stored.verdict,
         stored.reason,
         Origin(stored.made_at, stored.operator, stored.version, stored.files, stored.known),

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Literal
 
 from radargui.model.rounding import quantity
 
 RunKind = Literal["measured", "simulated", "replay", "unknown"]
-_FIGURES = (
-    *("e", "u_e", "u_e_combined", "g_m_s2", "u_g_m_s2", "u_g_combined_m_s2"),
-    *("drop_height_m", "impact_speed_m_s"),
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +38,7 @@ class RunOrigin:
 
     def is_same_drop(self, other: RunOrigin) -> bool:
         """Return whether both hold the same samples, or the same place of the same file."""
+        # of a replay that ended elsewhere the checksums differ: the place tells
         place = (self.file, self.first_sample)
         same_place = self.file != "" and self.first_sample is not None and place == (other.file, other.first_sample)
         return same_place or (self.samples != "" and self.samples == other.samples)
@@ -74,6 +71,9 @@ class Drop:
     drop_height_m: float | None = None
     impact_speed_m_s: float | None = None
     from_rest: bool = True
+
+
+_FIGURES = [one.name for one in fields(Drop) if one.default is None]
 
 
 def drop_of(name: str, origin: RunOrigin, summary: Mapping[str, object] | None) -> Drop:

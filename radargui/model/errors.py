@@ -93,6 +93,7 @@ def fault_of(error: BaseException, what: str) -> FaultError:
         What failed, for people: "Reading the source".
     """
     frames = traceback.extract_tb(error.__traceback__)
+    # the last place in this program: what a library says below it helps nobody here
     ours = [frame for frame in frames if "radargui" in frame.filename] or frames
     place = ""
     if ours:

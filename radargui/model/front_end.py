@@ -42,17 +42,10 @@ class FrontEnd:
 
         Rounds of which each changes a fifth less than the one before would still change it by four times that.
         """
-        return replace(
-            self,
-            u_gain_ratio=float(
-                np.linalg.norm(
-                    [self.u_gain_ratio, 5.0 * (self.gain_ratio - before.gain_ratio), self.gain_ratio * u_log_gain]
-                )
-            ),
-            u_quadrature_error_deg=float(
-                np.hypot(self.u_quadrature_error_deg, 5.0 * (self.quadrature_error_deg - before.quadrature_error_deg))
-            ),
-        )
+        gain, angle = self.gain_ratio - before.gain_ratio, self.quadrature_error_deg - before.quadrature_error_deg
+        u_gain_ratio = np.linalg.norm([self.u_gain_ratio, 5.0 * gain, self.gain_ratio * u_log_gain])
+        u_angle = np.hypot(self.u_quadrature_error_deg, 5.0 * angle)
+        return replace(self, u_gain_ratio=float(u_gain_ratio), u_quadrature_error_deg=float(u_angle))
 
     def less(self, first: FrontEnd) -> FrontEnd:
         """Return what is left of these constants where others are taken off first: the inverse of `after`."""

@@ -111,6 +111,7 @@ class Bounces:
     def widened(self, factor: float) -> Bounces:
         """Return them with the uncertainties of every e and of g times a factor."""
         fall = self.free_fall
+        # not the combined ones: the budget makes them later, from these
         return replace(
             self,
             impacts=tuple(replace(one, u_e=factor * one.u_e) for one in self.impacts),
@@ -312,6 +313,7 @@ class Deferred(Generic[_T]):
         return made
 
     def __set__(self, result: Any, value: _T | Callable[[], _T] | None) -> None:
+        # where a field is left out the dataclass gives its default: the descriptor itself
         result.__dict__[self._name] = None if value is self else value
 
 

@@ -5,7 +5,7 @@ from decimal import ROUND_HALF_EVEN, Context, Decimal
 
 UNKNOWN = "–"
 _SIGNIFICANT = 2
-_WIDE = Context(prec=1000, rounding=ROUND_HALF_EVEN)
+_SHOWN, _WIDE = (Context(prec=digits, rounding=ROUND_HALF_EVEN) for digits in (_SIGNIFICANT, 1000))
 
 
 def quantity(value: float | None, u: float | None, unit: str = "", scale: float = 1.0) -> str:
@@ -27,12 +27,10 @@ def quantity(value: float | None, u: float | None, unit: str = "", scale: float 
     tail = f" {unit}" if unit else ""
     if u is None or not math.isfinite(u) or u <= 0.0:
         return plain(value, scale=scale) + tail
-    last = _last_place(u * scale)
-    shown_u = _at(u * scale, last)
-    shown = _at(value * scale, last)
-    if tail:
-        return f"({shown} ± {shown_u}){tail}"
-    return f"{shown} ± {shown_u}"
+    # rounded before its last place is told, for that may add a digit: 0.0996 shows 0.10, not 0.100
+    last = _SHOWN.create_decimal(repr(float(u * scale))).adjusted() - _SIGNIFICANT + 1
+    both = f"{_at(value * scale, last)} ± {_at(u * scale, last)}"
+    return f"({both}){tail}" if tail else both
 
 
 def concise(value: float | None, u: float | None, unit: str = "") -> str:
@@ -68,23 +66,12 @@ def plain(value: float | None, digits: int = 4, unit: str = "", scale: float = 1
     if not 1e-5 <= abs(scaled) < 1e6:
         return f"{scaled:.{digits - 1}e}{tail}"
     exponent = math.floor(math.log10(abs(scaled)))
-    rounded = Decimal(repr(scaled)).quantize(Decimal(1).scaleb(exponent - digits + 1), context=_WIDE)
-    return f"{rounded:f}{tail}"
-
-
-def _last_place(u: float) -> int:
-    """Return the exponent of ten of the last digit shown; 0.0996 shows 0.10, not 0.100."""
-    exact = Decimal(repr(float(u)))
-    last = exact.adjusted() - _SIGNIFICANT + 1
-    # rounding up may add a digit: 0.0996 is 0.10
-    if exact.quantize(Decimal(1).scaleb(last), context=_WIDE).adjusted() > exact.adjusted():
-        last += 1
-    return last
+    return _at(scaled, exponent - digits + 1) + tail
 
 
 def _at(value: float, last: int) -> str:
-    step = Decimal(1).scaleb(last)
+    """Return a number with its last digit at an exponent of ten."""
     # the shortest decimal of the number: a binary rest must not decide how a 5 is rounded
-    rounded = Decimal(repr(float(value))).quantize(step, context=_WIDE)
-    text = f"{rounded:f}"
-    return text[1:] if rounded == 0 and text.startswith("-") else text
+    rounded = Decimal(repr(float(value))).quantize(Decimal(1).scaleb(last), context=_WIDE)
+    # what rounds to nothing has no sign
+    return f"{abs(rounded) if rounded == 0 else rounded:f}"

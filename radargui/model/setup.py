@@ -54,8 +54,8 @@ class Setup(Section):
     processing: Processing = Processing()
 
     @model_validator(mode="after")
-    def _channels_match_receivers(self) -> Setup:
-        channels = self.daq.channels
+    def _acquisition_fits(self) -> Setup:
+        daq, channels = self.daq, self.daq.channels
         if channels is not None and len(channels) != 2 * len(self.receiver):
             wanted = ", ".join(iq_names(len(self.receiver)))
             raise ValueError(
@@ -64,11 +64,6 @@ class Setup(Section):
             )
         if channels is not None and len(set(channels)) != len(channels):
             raise ValueError(f"daq.channels = {list(channels)}: allowed are different channels, one is named twice")
-        return self
-
-    @model_validator(mode="after")
-    def _start_has_a_source(self) -> Setup:
-        daq = self.daq
         if daq.start != "now" and daq.start_source is None:
             example = "PFI0" if daq.start == "digital" else "APFI0 or I1"
             raise ValueError(f'daq.start = "{daq.start}", allowed: with daq.start_source, for example {example}')
@@ -160,7 +155,9 @@ def parse_setup(text: str, name: str = "setup") -> Setup:
     try:
         document = load_toml(text)
     except ValueError as error:
-        raise _not_toml(name, str(error)) from None
+        text = " ".join(str(error).split())
+        remedy = "Correct that place or start from a shipped setup."
+        raise SetupError(f"{name} is not TOML: {text}.", remedy=remedy) from None
     return validate_setup(document, name)
 
 
@@ -178,11 +175,6 @@ def validate_setup(document: dict[str, Any], name: str = "setup") -> Setup:
         raise SetupError(f"{name}: {describe(error, Setup)}") from None
 
 
-def _not_toml(name: str, fault: str) -> SetupError:
-    text = " ".join(fault.split())
-    return SetupError(f"{name} is not TOML: {text}.", remedy="Correct that place or start from a shipped setup.")
-
-
 def read_setup(path: str | Path) -> Setup:
     """Return the setup in a file.
 
@@ -195,6 +187,7 @@ def read_setup(path: str | Path) -> Setup:
     try:
         if path.stat().st_size > MAXIMUM_BYTES:
             raise SetupError(f"{path} is larger than a setup file can be", remedy="Give the TOML file of a setup.")
+        # editors of Windows put a mark before the text
         text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise SetupError(f"{path}: {error.strerror or error}", remedy="Check the path of the setup file.") from None
@@ -254,6 +247,7 @@ def plain(setup: Setup) -> dict[str, Any]:
     whole = setup.model_dump(by_alias=True, exclude_none=True, mode="json")
     given = setup.model_dump(by_alias=True, exclude_none=True, exclude_defaults=True, mode="json")
     explicit = setup.model_dump(by_alias=True, exclude_none=True, exclude_unset=True, mode="json")
+    # what was written is known, also where it is the default: that is more than a default says
     return {
         key: whole[key] if key in ("schema", "receiver") else {**explicit.get(key, {}), **given.get(key, {})}
         for key in whole
@@ -270,6 +264,7 @@ def _update(target: Any, source: dict[str, Any]) -> None:
             _update(old, value)
         elif isinstance(value, list) and value and isinstance(value[0], dict):
             _update_tables(target, key, value)
+        # left alone where equal: comments and the way a number is written stay
         elif old is None or old != value:
             target[key] = value
 
@@ -306,6 +301,7 @@ def write_setup(setup: Setup, path: Path, like: Path | None = None) -> None:
         with partial.open("w", encoding="utf-8", newline="\n") as file:
             file.write(text)
             file.flush()
+            # a crash between the two steps must leave one of the files whole
             os.fsync(file.fileno())
         partial.replace(path)
     except OSError as error:

@@ -20,6 +20,8 @@ _NAMES = {
     "string": ("a text", "texts"),
 }
 _OTHER = ("a value of another kind", "values of another kind")
+_UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
+"""Of a model and of a dataclass."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +150,7 @@ def _weight(fault: Mapping[str, Any]) -> int:
     """Return the rank of a fault: another schema explains all others, a mistyped key explains a missing one."""
     if fault["loc"] == ("schema",):
         return 0
-    return 1 if fault["type"] == "extra_forbidden" else 2
+    return 1 if fault["type"] in _UNKNOWN_KEY else 2
 
 
 def _line(fault: Mapping[str, Any], model: type[BaseModel]) -> str:
@@ -159,7 +161,7 @@ def _line(fault: Mapping[str, Any], model: type[BaseModel]) -> str:
         allowed += f", each headed [[{key}]]"
     if kind == "missing":
         return f"{_header(fault['loc'], place)} is missing, allowed: {allowed}"
-    if kind == "extra_forbidden":
+    if kind in _UNKNOWN_KEY:
         return f"{key} = {value_text(value)}: unknown key{_hint(fault['loc'], model)}"
     if kind == "value_error":
         text = str(fault["ctx"]["error"])
@@ -205,6 +207,14 @@ def flattened(value: object, place: str = "", *, every: bool = False) -> Iterato
             yield from flattened(below, f"{place}[{number}]", every=every)
     else:
         yield place, list(value) if isinstance(value, tuple) else value
+
+
+def differing(before: object, after: object) -> Iterator[tuple[str, Any, Any]]:
+    """Yield the dotted keys that tables give different values, with both; None where one has no such key."""
+    old, new = dict(flattened(before)), dict(flattened(after))
+    for key in dict.fromkeys((*old, *new)):
+        if old.get(key) != new.get(key):
+            yield key, old.get(key), new.get(key)
 
 
 def key_text(key: str) -> str:

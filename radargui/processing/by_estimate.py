@@ -56,12 +56,11 @@ NO_SINGLE_BODY = (
 def measure_by_estimate(
     conditioned: Conditioned,
     setup: Setup,
-    method: str,
     progress: Callable[[float], None],
-    on_preliminary: Callable[[MeasuredMotion], None] | None = None,
-    prior: FrontEndPrior | None = None,
+    on_preliminary: Callable[[MeasuredMotion], None],
+    prior: FrontEndPrior | None,
 ) -> MeasuredMotion:
-    """Return corrected IQ, path lengths and track by the joint or the adaptive estimate.
+    """Return corrected IQ, path lengths and track by the joint or the adaptive estimate, as the setup wants.
 
     Where the joint estimate does not fit the signal the adaptive one stands, and a warning says so. Fewer receivers
     than it needs are no fault of the run: only who named the joint correction in the setup is warned.
@@ -71,9 +70,7 @@ def measure_by_estimate(
     conditioned
         Signals, motion, rest, noise.
     setup
-        Geometry, release position, floor.
-    method
-        adaptive or joint.
+        Correction, geometry, release position, floor.
     progress
         Called with the share done, 0 to 1; what it raises ends the work.
     on_preliminary
@@ -87,37 +84,33 @@ def measure_by_estimate(
     ProcessingError
         Neither estimate can be made.
     """
-    why = ""
-    if method == "joint" and conditioned.n_receivers < LEAST_RECEIVERS:
-        method = "adaptive"
-        why = "it needs three receivers" if "correction" in setup.processing.model_fields_set else ""
+    method = setup.processing.correction
     if conditioned.n_receivers < LEAST_RECEIVERS:
+        asked = method == "joint" and "correction" in setup.processing.model_fields_set
         alone = measure_in_band(conditioned, setup.radar.wavelength_m, lambda own: _by_circles(own, setup))
-        return _with_reason(alone, why)
+        return _with_reason(alone, "it needs three receivers" if asked else "")
     rounds = adaptive_rounds(conditioned, setup)
     # always: it starts the joint estimate, and stands where that does not
     estimate = estimate_adaptive(rounds)
     adaptive = _motion_of(estimate, conditioned, setup)
     # a long search in a signal without an echo ends in a misfit: said at once instead
-    if method == "joint" and _is_hopeless(estimate, adaptive):
+    if method != "joint" or _is_hopeless(estimate, adaptive):
         return adaptive
-    if method == "joint":
-        if on_preliminary is not None:
-            # the operator has a result soon, and the joint one replaces it
-            on_preliminary(adaptive)
-        try:
-            joint, why, tried = _try_joint_with(prior, conditioned.phase_sign, setup, rounds, progress)
-        except NoSingleBodyError as error:
-            wrong = (error.misfit > LIMITS.most_misfit) & (estimate.chi_square > LIMITS.most_misfit)
-            if wrong.any():
-                return _without(adaptive, wrong)
-            joint, why, tried = None, error.message.rstrip(".").replace("Its", "its", 1), None
-        if joint is not None:
-            motion = _motion_of(joint, conditioned, setup)
-            if motion.track is not None and _is_unknown(motion.track, joint.onset_s, setup.radar.wavelength_m):
-                return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool))
-            return _with_prior(motion, tried, why)
-    return _with_reason(adaptive, why)
+    # the operator has a result soon, and the joint one replaces it
+    on_preliminary(adaptive)
+    try:
+        joint, why, tried = _try_joint_with(prior, setup, rounds, progress)
+    except NoSingleBodyError as error:
+        wrong = (error.misfit > LIMITS.most_misfit) & (estimate.chi_square > LIMITS.most_misfit)
+        if wrong.any():
+            return _without(adaptive, wrong)
+        joint, why, tried = None, error.message.rstrip(".").replace("Its", "its", 1), None
+    if joint is None:
+        return _with_reason(adaptive, why)
+    motion = _motion_of(joint, conditioned, setup)
+    if motion.track is not None and _is_unknown(motion.track, joint.onset_s, setup.radar.wavelength_m):
+        return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool))
+    return _with_prior(motion, tried, why)
 
 
 def _by_circles(conditioned: Conditioned, setup: Setup) -> MeasuredMotion:
@@ -289,18 +282,14 @@ def _located(estimate: MotionEstimate, paths: PathLengths, setup: Setup) -> tupl
 
 
 def _try_joint_with(
-    prior: FrontEndPrior | None,
-    phase_sign: int,
-    setup: Setup,
-    rounds: AdaptiveRounds,
-    progress: Callable[[float], None],
+    prior: FrontEndPrior | None, setup: Setup, rounds: AdaptiveRounds, progress: Callable[[float], None]
 ) -> tuple[JointEstimate | None, str, FrontEndPrior | None]:
     """Return the joint estimate, why it does not stand or why its prior was not used, and the prior with its use."""
     joint, why = _try_joint(setup, rounds, progress)
     if prior is None:
         return joint, why, None
     # kept as they are wired; the estimate sees the sign already applied
-    known = tuple(as_wired(front_end, phase_sign) for front_end in prior.front_ends)
+    known = tuple(as_wired(front_end, setup.radar.phase_sign) for front_end in prior.front_ends)
     unused = replace(prior, used=False)
     if joint is not None:
         why = disagreement(joint.constants, known)

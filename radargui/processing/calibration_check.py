@@ -48,6 +48,7 @@ def check_calibration(result: RunResult) -> CalibrationCheck | None:
         return None
     span = fall.last_time_s - fall.first_time_s
     share = (track.time_s[during] - fall.first_time_s) / span
+    # over shares of the span T: the coefficient of their square is a T^2 / 2 itself
     drift = np.polyfit(share, track.position_m[:2, during].T, 2)[0]
     variance = float(np.mean(track.u_position_m[:2, during] ** 2))
     for one in changes_of_track(paths, result.bounces, result.setup, result.segment):
@@ -60,6 +61,7 @@ def check_calibration(result: RunResult) -> CalibrationCheck | None:
     expected, u_expected = (
         (site.expected_m_s2, site.u_expected_m_s2) if site else (NOMINAL_GRAVITY_M_S2, U_NOMINAL_M_S2)
     )
+    # independent: the site's g knows nothing of the antennas
     g_holds = abs(fall.g_m_s2 - expected) <= COVERAGE * math.hypot(u_g, u_expected)
     holds = g_holds and size <= COVERAGE_2D * u_drift
     figures = f"g {in_brackets(fall.g_m_s2, u_g)} m/s², drift {in_brackets(size, u_drift, 1e3)} mm"

@@ -91,6 +91,7 @@ def checked(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: floa
     for k, (channel, echo, doppler) in enumerate(zip(channels, conditioned.echoes, conditioned.doppler, strict=True)):
         phase, good = motion.paths.phase_rad[k], valid[k]
         if alone:
+            # first: samples beside a jump are wrong for sure, and must not speak against the others
             _drop_jumps(phase, good, rate_hz)
         if channel.verdict == "rejected":
             pass
@@ -106,11 +107,8 @@ def checked(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: floa
                 reason = f"only {100.0 * known:.0f} % of the motion can be followed: the echo is lost too often"
                 channels[k] = replace(channel, verdict="rejected", reason=reason)
             good &= channels[k].verdict != "rejected"
-    motion = replace(
-        motion,
-        corrected=replace(motion.corrected, channels=tuple(channels), valid=valid),
-        paths=replace(motion.paths, valid=valid),
-    )
+    corrected = replace(motion.corrected, channels=tuple(channels), valid=valid)
+    motion = replace(motion, corrected=corrected, paths=replace(motion.paths, valid=valid))
     return _divided(motion, conditioned, wavelength_m) if alone else motion
 
 
@@ -137,6 +135,7 @@ def lay_down(phase_rad: FloatArray, valid: BoolArray, piece: IntArray, rest: sli
         for row, known in zip(out, valid & inside, strict=True):
             if not known.any():
                 continue
+            # only the first piece reaches back to the rest: the others have no common zero with it
             at_rest = row[rest][known[rest]] if number == 0 else row[:0]
             zero = at_rest.mean() if at_rest.size else row[np.argmax(known)]
             np.subtract(row, zero, out=row, where=inside)
@@ -157,6 +156,7 @@ def _drop_jumps(phase_rad: FloatArray, valid: BoolArray, rate_hz: float) -> None
         valid[max(place - reach, 0) : place + reach + 1] = False
     blocks = phase_rad[: count * size].reshape(count, size)
     blocks = blocks - blocks.mean(axis=1, keepdims=True)
+    # less its line: steady motion is no scatter
     residual = blocks - (blocks @ along)[:, None] / (along @ along) * along
     valid[: count * size] &= ~np.repeat(np.sqrt((residual**2).mean(axis=1)) > MOST_SCATTER_RAD, size)
 
@@ -208,6 +208,7 @@ def _is_another(channel: ChannelQuality, front_end: FrontEnd) -> bool:
     gain = abs(float(np.log(channel.gain_ratio / front_end.gain_ratio)))
     angle = abs(float(np.radians(channel.quadrature_error_deg - front_end.quadrature_error_deg)))
     u_gain, u_angle = front_end.u_gain_ratio / front_end.gain_ratio, np.radians(front_end.u_quadrature_error_deg)
+    # an image is half of what leaves it
     return bool(np.hypot(gain, angle) > 2.0 * MOST_IMAGE and (gain > SURE_U * u_gain or angle > SURE_U * u_angle))
 
 
@@ -241,15 +242,12 @@ def _divided(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: flo
     return replace(
         motion,
         paths=replace(paths, phase_rad=phase, change_m=phase * per_rad, piece=piece),
-        track=None if motion.track is None else _known_until(motion.track, piece == 0),
+        track=None if motion.track is None else known_where(motion.track, piece == 0),
         warnings=(*motion.warnings, *told),
     )
 
 
-def _known_until(track: Track, known: BoolArray) -> Track:
-    return replace(
-        track,
-        position_m=np.where(known, track.position_m, np.nan),
-        u_position_m=np.where(known, track.u_position_m, np.nan),
-        valid=track.valid & known,
-    )
+def known_where(track: Track, known: BoolArray) -> Track:
+    """Return a track with places where `known`, shape (n_samples,), says so alone."""
+    position_m, u_position_m = (np.where(known, rows, np.nan) for rows in (track.position_m, track.u_position_m))
+    return replace(track, position_m=position_m, u_position_m=u_position_m, valid=track.valid & known)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -100,7 +101,7 @@ def _in_band(conditioned: Conditioned, wavelength_m: float) -> MeasuredMotion:
 
 def _quality(conditioned: Conditioned, number: int, echo: Echo, iq: FloatArray) -> ChannelQuality:
     """Return the quality of a receiver's echo in the motion; `iq`: on the unit circle, shape (2, n_samples)."""
-    moving, front_end = slice(conditioned.segment.first, conditioned.segment.last), echo.front_end
+    moving = slice(conditioned.segment.first, conditioned.segment.last)
     known = echo.leads[moving]
     return assess(
         str(number + 1),
@@ -109,10 +110,7 @@ def _quality(conditioned: Conditioned, number: int, echo: Echo, iq: FloatArray) 
         valid=known,
         noise=float(np.median(echo.u_phase_rad[moving][known])) if known.any() else 1.0,
         fraction_clipped=float(conditioned.unusable_share[number]),
-        gain_ratio=front_end.gain_ratio,
-        quadrature_error_deg=front_end.quadrature_error_deg,
-        u_gain_ratio=front_end.u_gain_ratio,
-        u_quadrature_error_deg=front_end.u_quadrature_error_deg,
+        **asdict(echo.front_end),
     )
 
 

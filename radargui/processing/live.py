@@ -206,7 +206,10 @@ class LiveProcessor:
         late = self._columns(BEFORE_MOTION_S)
         rest = self._past.part(0, max(self._past.count - late, 0))
         # at rest hum is all that oscillates; in motion it could be a slow Doppler
-        self._hum = self._hum_of(rest)
+        self._hum = None
+        if rest.count > 1:
+            self._hum_from_s, whole = float(self._time_s(rest)[0]), (slice(0, rest.count),)
+            self._hum = find_hum(rest.volts, self._samples.rate_hz, whole, white_noise_v(rest.volts))
         quiet = self._without_hum(rest.part(-self._columns(REST_S), None))
         is_known = quiet.shape[1] > 1
         for follower, pair in zip(self._filters, _pairs(quiet), strict=True):
@@ -287,13 +290,6 @@ class LiveProcessor:
             return means.volts
         # hum keeps its phase over the seconds of a drop: the mains is that steady
         return np.asarray(means.volts - self._hum.at(self._time_s(means) - self._hum_from_s))
-
-    def _hum_of(self, rest: Means) -> Hum | None:
-        """Return the pick-up in a rest, on the time axis that begins with it."""
-        if rest.count < 2:
-            return None
-        self._hum_from_s = float(self._time_s(rest)[0])
-        return find_hum(rest.volts, self._samples.rate_hz, (slice(0, rest.count),), white_noise_v(rest.volts))
 
     def _time_s(self, means: Means) -> FloatArray:
         return np.asarray(means.index / self._digitisation.sample_rate_hz)

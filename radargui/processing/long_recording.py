@@ -2,13 +2,16 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from operator import attrgetter
 from pathlib import Path
 
 from radargui.conditioning.long_motion import find_long_motion
+from radargui.files.reading import read_recording
 from radargui.files.run_file import RunStream, read_run, run_stream
+from radargui.files.run_layout import SUFFIX
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import FileError
-from radargui.model.recording import Excerpt, Gap, Recording
+from radargui.model.recording import Excerpt, Gap, Recording, absolute_index
 
 LONG_SAMPLES = 1 << 22
 """A recording with more samples a channel (126 s at 33.3 kS/s) is long."""
@@ -19,13 +22,15 @@ _PIECE = 1 << 18
 
 
 def read_for_processing(path: Path) -> Recording:
-    """Return the recording in a run file; of a long one the stretch around its longest motion.
+    """Return the recording in a file of any format; of a long run the stretch around its longest motion.
 
     Raises
     ------
     FileError
-        Unreadable, damaged, or no run file.
+        Unreadable, damaged, or of no known format.
     """
+    if path.suffix.lower() != SUFFIX:
+        return read_recording(path)
     with run_stream(path) as stream:
         facts = stream.facts
         # of a drop of seconds the rest around it is wanted too: noise, hum and zero come from it
@@ -79,16 +84,9 @@ def _stretch(pieces: Iterable[FloatArray], count: int, rate_hz: float) -> tuple[
 
 def _placed(part: Recording, gaps: Sequence[Gap], first: int, count: int, reason: str) -> Recording:
     """Return a part that begins at stored sample `first` with its gaps and its place in the whole."""
-    inside: list[Gap] = []
-    before = 0
-    for gap in sorted(gaps, key=lambda gap: gap.first_index):
-        # gaps count lost samples as well, the file stores none of them
-        stored = gap.first_index - before - sum(one.count for one in inside)
-        if stored <= first:
-            before += gap.count
-        elif stored < first + part.n_samples:
-            inside.append(gap)
-    first_index = first + before
+    # gaps count lost samples as well, the file stores none of them
+    first_index, last_index = (int(absolute_index(n, 1, gaps)[0]) for n in (first, first + part.n_samples - 1))
+    inside = sorted((gap for gap in gaps if first_index < gap.first_index < last_index), key=attrgetter("first_index"))
     return replace(
         part,
         gaps=tuple(replace(gap, first_index=gap.first_index - first_index) for gap in inside),

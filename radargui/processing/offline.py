@@ -18,7 +18,7 @@ from radargui.model.gravity import drag_of_sphere_1_m
 from radargui.model.recording import Recording
 from radargui.model.result import Bounces, CorrectedIQ, PathLengths, Quality, RunResult, Segment, Track
 from radargui.model.setup import Setup
-from radargui.processing.continuity import checked, is_alone, lay_down
+from radargui.processing.continuity import checked, is_alone, known_where, lay_down
 from radargui.processing.locate import LEAST_RECEIVERS, locate_body
 from radargui.processing.long_recording import shortened
 from radargui.processing.measured_motion import MeasuredMotion, nothing_measured
@@ -92,12 +92,12 @@ def process(
             return RunResult(recording, setup, "no_motion", conditioned.reason, warnings=tuple(warnings))
         report(0.1)
         # a dead or doubled channel is no receiver: its neighbours must not be corrected together with it
-        part = Part.sound(setup, conditioned)
-        motion = _measure_part(recording, part, report, on_preliminary, front_ends, warnings)
+        part = Part(setup, conditioned, conditioned.faults)
+        motion = _measure(recording, part, report, on_preliminary, front_ends, warnings)
         # one at a time may reject another: without a bad receiver its neighbours are judged anew
         while faults := _left_out(part, motion):
             part = part.without(faults)
-            motion = _measure_part(recording, part, report, on_preliminary, front_ends, warnings)
+            motion = _measure(recording, part, report, on_preliminary, front_ends, warnings)
         report(0.9)
         return _result(recording, part, motion, warnings)
 
@@ -116,7 +116,7 @@ def steps_of(result: RunResult) -> tuple[object, ...]:
     conditioned = condition(result.recording, result.setup)
     if isinstance(conditioned, NoMotion):
         return ()
-    part = Part.sound(result.setup, conditioned)
+    part = Part(result.setup, conditioned, conditioned.faults)
     whole = Whole(result.recording, part.conditioned, part.receivers)
     return whole.steps(correct(part.conditioned, corrected.method).steps)
 
@@ -152,7 +152,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         after_gap = conditioned.samples.start > 0
         warnings.append(NO_REST_AFTER_GAP if after_gap else NO_REST)
         if after_gap:
-            track = _unknown(track)
+            track = known_where(track, np.zeros_like(track.valid))
     bounces, budget, corrected = Bounces(), None, motion.corrected
     if track is not None and not rejected:
         # the joint estimate knows the speeds at an impact from all samples; a track has them from its flights
@@ -164,7 +164,8 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
                 changes = changes_of_track(motion.paths, bounces, setup, segment)
             track, bounces, budget = with_budget(track, bounces, changes, segment, setup)
         else:
-            bounces = _unsupported(bounces)
+            # where the sphere was at the start is assumed, not known: no e, and no g
+            bounces = Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts))
         warnings += disagreements(bounces)
         corrected = replace(corrected, decisions=(*corrected.decisions, *found_tilt(bounces)))
     warnings += [
@@ -203,7 +204,7 @@ def _left_out(part: Part, motion: MeasuredMotion) -> dict[int, str]:
     return faults if len(part.receivers) - len(faults) >= LEAST_RECEIVERS else {}
 
 
-def _measure_part(
+def _measure(
     recording: Recording,
     part: Part,
     report: Progress,
@@ -211,41 +212,30 @@ def _measure_part(
     front_ends: FrontEndPrior | None,
     warnings: list[str],
 ) -> MeasuredMotion:
+    """Measure the motion by the chosen correction; where an estimate cannot be made the published procedure stands."""
+    conditioned, setup = part.conditioned, part.setup
+    method = setup.processing.correction
     if not part.receivers:
-        return nothing_measured(part.conditioned, part.setup.processing.correction)
+        return nothing_measured(conditioned, method)
     if part.is_too_small:
         # the run is rejected: of the others only their quality is told, and in a moment
-        return measure_by_receiver(part.conditioned, part.setup, "ellipse", report)
+        return measure_by_receiver(conditioned, setup, "ellipse", report)
+
+    def progress(done: float) -> None:
+        report(0.1 + 0.8 * done)
 
     def preliminary(motion: MeasuredMotion) -> None:
         if on_preliminary is not None:
             on_preliminary(replace(_result(recording, part, motion, warnings), preliminary=True))
 
-    return _measure(
-        part.conditioned,
-        part.setup,
-        lambda done: report(0.1 + 0.8 * done),
-        None if on_preliminary is None else preliminary,
-        None if front_ends is None else part.prior(front_ends),
-    )
-
-
-def _measure(
-    conditioned: Conditioned,
-    setup: Setup,
-    progress: Progress,
-    on_preliminary: Callable[[MeasuredMotion], None] | None,
-    front_ends: FrontEndPrior | None,
-) -> MeasuredMotion:
-    """Measure the motion by the chosen correction; where an estimate cannot be made the published procedure stands."""
-    method = setup.processing.correction
     if method not in ESTIMATES:
         return measure_by_receiver(conditioned, setup, method, progress)
     # only who asks for an estimate pays for loading it
     from radargui.processing.by_estimate import measure_by_estimate
 
+    prior = None if front_ends is None else part.prior(front_ends)
     try:
-        return measure_by_estimate(conditioned, setup, method, progress, on_preliminary, front_ends)
+        return measure_by_estimate(conditioned, setup, progress, preliminary, prior)
     except ProcessingError as error:
         # it needs no model of the motion but fringes
         motion = measure_by_receiver(conditioned, setup, "published", progress)
@@ -292,16 +282,6 @@ def _warnings_before(recording: Recording, setup: Setup) -> list[str]:
     if edited := edited_since(setup):
         warnings.append(edited)
     return warnings
-
-
-def _unknown(track: Track) -> Track:
-    nowhere = np.full_like(track.position_m, np.nan)
-    return replace(track, position_m=nowhere, u_position_m=nowhere, valid=np.zeros_like(track.valid))
-
-
-def _unsupported(bounces: Bounces) -> Bounces:
-    """Return the impacts as not valid and no g: where the sphere was at the start is assumed, not known."""
-    return Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts), None)
 
 
 def measure_by_receiver(

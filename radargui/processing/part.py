@@ -28,11 +28,6 @@ class Part:
     whole: Conditioned
     faults: tuple[str, ...]
 
-    @staticmethod
-    def sound(setup: Setup, conditioned: Conditioned) -> Part:
-        """Return the receivers in which conditioning found no fault."""
-        return Part(setup, conditioned, conditioned.faults)
-
     @property
     def receivers(self) -> tuple[int, ...]:
         """Numbers of the receivers, from 0."""

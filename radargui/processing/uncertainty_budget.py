@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import combinations_with_replacement
 
 import numpy as np
 
 from radargui.geometry.bistatic import solve_gradient
-from radargui.geometry.path_length import (
-    Antennas,
-    distance,
-    locate_plane,
-    path_gradient,
-    path_lengths,
-    place_antennas,
-    t_matrix,
-)
+from radargui.geometry.path_length import locate_plane, path_gradient, path_lengths, place_antennas, t_matrix
 from radargui.geometry.scattering import scattering_delay_m, supposed_delays_m
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import (
@@ -58,15 +51,18 @@ def with_budget(
     setup
         Says which uncertainties were assumed.
     """
-    thin: dict[str, tuple[FloatArray, FloatArray]] = {}
-    e_squares: dict[str, FloatArray] = {}
-    g_squares: dict[str, float] = {}
+    by_share: dict[str, list[InputChange]] = {}
     for one in changes:
-        before = thin[one.share][1] if one.share in thin else 0.0
-        thin[one.share] = one.time_s, before + one.moved_m**2
-        e_squares[one.share] = e_squares.get(one.share, np.zeros(one.e.shape)) + one.e**2
-        g_squares[one.share] = g_squares.get(one.share, 0.0) + one.g_m_s2**2
-    squares = {share: _laid_out(track.time_s, *told) for share, told in thin.items()}
+        by_share.setdefault(one.share, []).append(one)
+    # inputs are uncertain independently: squares of what they change add (JCGM 100, 5.1.2)
+    moved = {share: np.sum([one.moved_m**2 for one in of], axis=0) for share, of in by_share.items()}
+    # on straight lines between the instants of the changes, held before and after
+    squares = {
+        share: np.stack([np.interp(track.time_s, by_share[share][0].time_s, own) for own in square])
+        for share, square in moved.items()
+    }
+    e_squares = {share: np.sum([one.e**2 for one in of], axis=0) for share, of in by_share.items()}
+    g_squares = {share: sum(one.g_m_s2**2 for one in of) for share, of in by_share.items()}
     combined = np.sqrt(track.u_position_m**2 + sum(squares.values()))
     u_e = np.array([one.u_e for one in bounces.impacts])
     u_e = np.sqrt(u_e**2 + sum(e_squares.values()))
@@ -91,16 +87,6 @@ def with_budget(
         assumed_uncertainties(setup),
     )
     return replace(track, u_combined_m=combined), replace(bounces, impacts=impacts), budget
-
-
-def _laid_out(time_s: FloatArray, thin_s: FloatArray, thin: FloatArray) -> FloatArray:
-    """Return values (3, m) at instants (m,) on straight lines at instants (n,), held before and after, (3, n)."""
-    first, last = np.searchsorted(time_s, thin_s[[0, -1]])
-    out = np.empty((thin.shape[0], time_s.size))
-    out[:, :first], out[:, last:] = thin[:, :1], thin[:, -1:]
-    for row, own in zip(out, thin, strict=True):
-        row[first:last] = np.interp(time_s[first:last], thin_s, own)
-    return out
 
 
 def _line(statistical: float, shares: dict[str, float]) -> BudgetLine:
@@ -137,99 +123,84 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     known = np.asarray(np.isfinite(position).all(axis=0))
     base = Track(_thinned(paths.time_s, part, size), position, np.full_like(position, np.nan), known, geometry)
     inner = Segment(0, base.time_s.size, 0, 0)
-    shifts = _Shifts.of(base.position_m, change_m, setup)
-    keys: list[tuple[str, Share]] = []
-    found: list[FloatArray] = []
-
-    def add(key: str, share: Share, shift_m: FloatArray) -> None:
-        keys.append((key, share))
-        found.append(shift_m)
-
+    shifts = _Shifts(base.position_m, change_m, setup)
+    found: list[tuple[str, Share, FloatArray]] = []
     told = setup.transmitter.polarization_deg is not None
     for one in uncertain_inputs(setup):
+        # clock and floor move no place, only what is read from places: `floor_and_clock`
         if one.u == 0.0 or one.key in (CLOCK, TILT):
             continue
         other = one.moved(setup)
         if one.key == "tracer.diameter_m" or one.key.endswith("polarization_deg"):
             if told:
                 change_m = scattering_delay_m(base.position_m, setup) - scattering_delay_m(base.position_m, other)
-                add(one.key, "sphere", shifts.by_paths(change_m))
+                found.append((one.key, "sphere", shifts.by_paths(change_m)))
             continue
-        add(one.key, "calibration", shifts.by_setup(other))
+        found.append((one.key, "calibration", shifts.by_setup(other)))
     if not told:
-        for delay_m in smooth_in_place(base.position_m, lambda place_m: supposed_delays_m(place_m, setup)):
-            add("sphere", "sphere", shifts.by_paths(-delay_m) / np.sqrt(SUPPOSED))
+        delays_m = smooth_in_place(base.position_m, lambda place_m: supposed_delays_m(place_m, setup))
+        # none of them is likelier: their mean square counts
+        found += [("sphere", "sphere", shifts.by_paths(-delay_m) / np.sqrt(SUPPOSED)) for delay_m in delays_m]
     if not found:
         return ()
     given = "normal" in setup.floor.model_fields_set
-    moved = np.stack(found)
+    moved = np.stack([shift_m for _, _, shift_m in found])
     e, g = respond(base, inner, bounces, moved, given, setup.floor.u_tilt_deg)
     moved = moved if known.all() else np.nan_to_num(moved)
-    changes = [InputChange(*key, base.time_s, *own) for key, *own in zip(keys, moved, e, g.tolist(), strict=True)]
+    changes = [
+        InputChange(key, share, base.time_s, *own)
+        for (key, share, _), *own in zip(found, moved, e, g.tolist(), strict=True)
+    ]
     return (*changes, *floor_and_clock(base, inner, bounces, setup))
 
 
-@dataclass(frozen=True, slots=True)
 class _Shifts:
     """How places move with paths and with the setup, to first order: one Newton step, of a shift far below them.
 
-    Attributes
+    Parameters
     ----------
-    setup, antennas
-        That the places were found with.
-    at_release_m
-        Path lengths at the release, shape (n_receivers, 1).
     position_m, change_m
         Places and their changes of path, shapes (3, n) and (n_receivers, n).
-    by_path
-        Move of a place by each path, shape (n_receivers, 3, n).
+    setup
+        That the places were found with.
     """
 
-    setup: Setup
-    antennas: Antennas
-    at_release_m: FloatArray
-    position_m: FloatArray
-    change_m: FloatArray
-    by_path: FloatArray
-
-    @staticmethod
-    def of(position_m: FloatArray, change_m: FloatArray, setup: Setup) -> _Shifts:
+    def __init__(self, position_m: FloatArray, change_m: FloatArray, setup: Setup) -> None:
+        self._position_m, self._change_m, self._setup = position_m, change_m, setup
         antennas = place_antennas(setup)
-        at_release = path_lengths(np.array(setup.tracer.release_position_m)[:, None], antennas)
+        self._since_release_m = self._ways(setup)
+        # moves of a place by each path, shape (n_receivers, 3, n), shared by all inputs: each is a change of some paths
         if setup.processing.geometry == "plane":
-            columns = -np.linalg.pinv(t_matrix(antennas))
-            by_path = np.broadcast_to(columns.T[:, :, None], (*columns.T.shape, 1))
+            # p = p_release - T^-1 dL (Rech & Huang 2019, eq. 3)
+            self._by_path = -np.linalg.pinv(t_matrix(antennas)).T[:, :, None]
         else:
-            # shared by all inputs: each is a change of some paths
             gradient, units = path_gradient(position_m, antennas), np.eye(antennas.n_receivers)
-            by_path = np.stack([solve_gradient(gradient, unit[:, None]) for unit in units])
-        return _Shifts(setup, antennas, at_release, position_m, change_m, by_path)
+            self._by_path = np.stack([solve_gradient(gradient, unit[:, None]) for unit in units])
+
+    def _ways(self, setup: Setup) -> FloatArray:
+        """Return how much longer the paths of a setup are than at its release, shape (n_receivers, n)."""
+        antennas, release = place_antennas(setup), np.array(setup.tracer.release_position_m)[:, None]
+        return path_lengths(self._position_m, antennas) - path_lengths(release, antennas)
 
     def by_paths(self, longer_m: FloatArray) -> FloatArray:
         """Return the moves by paths that are longer, shape (n_receivers, n) or (n_receivers, 1)."""
-        out = np.zeros(self.position_m.shape)
-        for column, longer in zip(self.by_path, longer_m, strict=True):
+        out = np.zeros(self._position_m.shape)
+        for column, longer in zip(self._by_path, longer_m, strict=True):
             if longer.any():
                 out += column * longer
         return out
 
     def by_setup(self, other: Setup) -> FloatArray:
         """Return the moves where the same phases are located with another setup."""
-        antennas, release = place_antennas(other), np.array(other.tracer.release_position_m)
-        ratio = other.radar.wavelength_m / self.setup.radar.wavelength_m
-        if self.setup.processing.geometry == "plane":
-            return locate_plane(ratio * self.change_m, antennas, release) - self.position_m
-        constant = path_lengths(release[:, None], antennas) - self.at_release_m
+        ratio = other.radar.wavelength_m / self._setup.radar.wavelength_m
+        if self._setup.processing.geometry == "plane":
+            release = np.array(other.tracer.release_position_m)
+            return locate_plane(ratio * self._change_m, place_antennas(other), release) - self._position_m
+        # what was measured less what the other setup gives there
+        longer = self._since_release_m - self._ways(other)
         if ratio != 1.0:
-            return self.by_paths(constant + (ratio - 1.0) * self.change_m)
-        place = self.position_m
-        longer = np.repeat(constant, place.shape[1], axis=1)
-        for row, there, here in zip(longer, antennas.receivers_m, self.antennas.receivers_m, strict=True):
-            if (there != here).any():
-                row -= distance(place - there[:, None]) - distance(place - here[:, None])
-        if (antennas.transmitter_m != self.antennas.transmitter_m).any():
-            there, here = antennas.transmitter_m, self.antennas.transmitter_m
-            longer -= distance(place - there[:, None]) - distance(place - here[:, None])
+            # the phase was measured: its path counts in wavelengths
+            longer = longer + (ratio - 1.0) * self._change_m
         return self.by_paths(longer)
 
 
@@ -256,9 +227,7 @@ def smooth_in_place(position_m: FloatArray, field: Callable[[FloatArray], FloatA
 def _cubic(place: FloatArray) -> FloatArray:
     """Return the twenty products of up to three coordinates of places (3, n), shape (20, n)."""
     x = np.concatenate([np.ones((1, place.shape[1])), place])
-    return np.stack(
-        [x[a] * x[b] * x[c] for a in range(4) for b in range(a, 4) for c in range(b, 4)],
-    )
+    return np.stack([x[a] * x[b] * x[c] for a, b, c in combinations_with_replacement(range(4), 3)])
 
 
 def _thinned(values: FloatArray, part: slice, size: int) -> FloatArray:

@@ -61,16 +61,10 @@ class Whole:
 
     def corrected(self, corrected: CorrectedIQ, channels: tuple[ChannelQuality, ...]) -> CorrectedIQ:
         """Return corrected IQ of all samples and receivers, with the quality of all."""
-        return replace(
-            corrected,
-            time_s=self._recording.time_s(),
-            i=self._all(corrected.i),
-            q=self._sign * self._all(corrected.q),
-            u_phase_rad=self._all(corrected.u_phase_rad),
-            valid=self._all(corrected.valid),
-            channels=channels,
-            steps=self.steps(corrected.steps),
-        )
+        rows = {name: self._all(getattr(corrected, name)) for name in ("i", "q", "u_phase_rad", "valid")}
+        rows["q"] = self._sign * rows["q"]
+        time_s, steps = self._recording.time_s(), self.steps(corrected.steps)
+        return replace(corrected, time_s=time_s, channels=channels, steps=steps, **rows)
 
     def steps(self, found: Sequence[object]) -> tuple[object, ...]:
         """Return what the correction found on its way in samples of the recording, one a receiver; none where none."""
@@ -91,14 +85,9 @@ class Whole:
 
     def track(self, track: Track) -> Track:
         """Return the track of all samples."""
-        return replace(
-            track,
-            time_s=self._recording.time_s(),
-            position_m=self._spread(track.position_m),
-            u_position_m=self._spread(track.u_position_m),
-            valid=self._spread(track.valid),
-            u_combined_m=None if track.u_combined_m is None else self._spread(track.u_combined_m),
-        )
+        rows = {name: getattr(track, name) for name in ("position_m", "u_position_m", "valid", "u_combined_m")}
+        spread = {name: self._spread(own) for name, own in rows.items() if own is not None}
+        return replace(track, time_s=self._recording.time_s(), **spread)
 
     def _steps(self, step: object) -> object:
         if isinstance(step, PublishedSteps):

@@ -1,5 +1,6 @@
 """What a page is drawn on: the canvas, and panels with axes, curves and names on it."""
 
+import io
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -94,10 +95,8 @@ class Canvas(Artist):
             if one.line.dashes:
                 gc.set_dashes(0.0, one.line.dashes)
             if one.clip is not None:
-                left, top, width, height = one.clip
-                gc.set_clip_rectangle(
-                    Bbox.from_bounds(left * scale, high - (top + height) * scale, width * scale, height * scale)
-                )
+                left, top, width, height = (mm * scale for mm in one.clip)
+                gc.set_clip_rectangle(Bbox.from_bounds(left, high - top - height, width, height))
             # a tenth of a point is not seen, and is written in half of the room
             places = np.round(np.column_stack([one.places[:, 0] * scale, high - one.places[:, 1] * scale]), 1)
             renderer.draw_path(gc, Path(places, one.codes), IdentityTransform(), gc.get_rgb() if one.filled else None)
@@ -109,16 +108,6 @@ class Canvas(Artist):
             _draw_word(renderer, gc, word.x * scale, y, word)
             gc.restore()
         self.stale = False
-
-
-class _Recorder:
-    """Takes what is written to a page of a PDF."""
-
-    def __init__(self) -> None:
-        self.content = b""
-
-    def write(self, data: bytes) -> None:
-        self.content += data
 
 
 _TINY_KERN = re.compile(rb"(?<!\\)\)\s+-?[01]\.\d+\s+\(")
@@ -136,12 +125,12 @@ def _draw_word(renderer: Any, gc: Any, x: float, y: float, word: _Written) -> No
     known = _recorded.setdefault(file, {})
     key = word.text, word.size, word.bold
     if key not in known:
-        page, file.currentstream = file.currentstream, _Recorder()
+        page, file.currentstream = file.currentstream, io.BytesIO()
         try:
             renderer.draw_text(gc, 0.0, 0.0, word.text, _font(word.size, word.bold), 0.0)
         finally:
             recorder, file.currentstream = file.currentstream, page
-        known[key] = _TINY_KERN.sub(b"", recorder.content)
+        known[key] = _TINY_KERN.sub(b"", recorder.getvalue())
     file.output(Op.gsave, 1, 0, 0, 1, round(x, 2), round(y, 2), Op.concat_matrix)
     file.write(known[key])
     file.output(Op.grestore)

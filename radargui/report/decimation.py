@@ -55,21 +55,13 @@ def envelope(x: FloatArray, y: FloatArray, breaks: Sequence[int] = (), columns: 
         At most about 2 `columns` points; the curve itself where it is shorter than that.
     """
     size = max(1, -(-len(y) // columns))
-    edges = [0, *sorted({place for place in breaks if 0 < place < len(y)}), len(y)]
-    xs: list[FloatArray] = []
-    ys: list[FloatArray] = []
-    for first, last in pairwise(edges):
-        if xs:
-            xs.append(x[first : first + 1])
-            ys.append(np.array([np.nan]))
-        keep = extremes(y[first:last], size) + first
-        xs.append(x[keep])
-        ys.append(y[keep])
-    return Curve(np.concatenate(xs), np.concatenate(ys)) if xs else EMPTY
+    inside = sorted({place for place in breaks if 0 < place < len(y)})
+    pieces = pairwise([0, *inside, len(y)])
+    keep = np.concatenate([extremes(y[first:last], size) + first for first, last in pieces])
+    at = np.searchsorted(keep, inside)
+    return Curve(np.insert(x[keep], at, x[np.array(inside, np.intp)]), np.insert(y[keep], at, np.nan))
 
 
 def every(count: int, points: int) -> IntArray:
     """Return about `points` indices spread evenly over `count` samples, ends included."""
-    if count <= points:
-        return np.arange(count, dtype=np.intp)
-    return np.unique(np.linspace(0, count - 1, points).round().astype(np.intp))
+    return np.unique(np.linspace(0, count - 1, min(count, points)).round().astype(np.intp))

@@ -1,12 +1,12 @@
 """The first pages of a report, of one session or several: what was found, the runs, the comparison, how it was done."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 
 from radargui.model.drop import gravity_words, restitution_words
 from radargui.model.rounding import UNKNOWN, alone, plain, quantity
-from radargui.model.uncertainty_budget import BudgetLine, variance_shares
+from radargui.model.uncertainty_budget import SHARES, BudgetLine, variance_shares
 from radargui.report.document import Chapter, Content, Drawing, Facts, Grid, Note
 from radargui.report.facts import ReportFacts, SessionFacts
 from radargui.report.provenance import RunProvenance
@@ -31,9 +31,7 @@ def front_chapters(facts: ReportFacts) -> list[Chapter]:
     for found, one in zip(facts.findings.sessions, facts.sessions, strict=True):
         of = f" of {found.name}" if len(facts.sessions) > 1 else ""
         chapters.append(Chapter(f"Setup and provenance{of}", tuple(_provenance(one))))
-    methods_blocks = (Note(methods(facts)), Note(bibtex(facts)))
-    chapters.append(Chapter("Methods and citation", methods_blocks))
-    return chapters
+    return [*chapters, Chapter("Methods and citation", (Note(methods(facts)), Note(bibtex(facts))))]
 
 
 def _title(facts: ReportFacts) -> str:
@@ -129,13 +127,11 @@ def _marks(one: SessionFindings, session: SessionFacts) -> Iterator[str]:
 def _budget(one: SessionFindings, named: str) -> Grid:
     def row(name: str, line: BudgetLine) -> dict[str, str]:
         shares = variance_shares(line)
-
-        def part(key: str) -> str:
+        cells = {"of": name}
+        for key in SHARES:
             share = f" ({100.0 * shares[key]:.0f} %)" if key in shares and getattr(line, key) is not None else ""
-            return f"{plain(getattr(line, key), 2)}{share}"
-
-        own = {"of": name, "standard error": part("statistical"), "calibration": part("calibration")}
-        return {**own, "sphere": part("sphere"), "combined": plain(line.combined, 2)}
+            cells["standard error" if key == "statistical" else key] = f"{plain(getattr(line, key), 2)}{share}"
+        return {**cells, "combined": plain(line.combined, 2)}
 
     rows = row("e of the first impact", one.e_budget), row("g / (m/s²)", one.g_budget_m_s2)
     return Grid.of(rows, f"Standard uncertainty of the mean, with shares of its square{named}")
@@ -243,8 +239,8 @@ def _provenance(session: SessionFacts) -> Iterator[Content]:
         "Sample": info.sample,
         "Target": info.target,
         "Notes": info.notes,
-        "Calibration": ", ".join(filter(None, (found.calibration_origin, found.calibration_made_at))),
-        "Imported with" if imported else "Recorded with": _versions(found.recorded_with),
+        "Calibration": ", ".join(filter(None, (info.calibration.origin, info.calibration.made_at))),
+        "Imported with" if imported else "Recorded with": _versions(info.versions),
         "Reported with": f"{_versions(found.reported_with)}; {found.reported_at}",
         "Assumed u": ", ".join(f"{key} {plain(u, 2)}" for key, u in found.assumed.items()),
     }
@@ -264,8 +260,8 @@ def _noted(entry: JournalEntry) -> str:
     return f"{Path(entry.run).stem}: {entry.text}" if entry.run and entry.index is None else entry.text
 
 
-def _versions(of: object) -> str:
-    return ", ".join(f"{name} {text}" for name, text in dict(of).items()) if isinstance(of, dict) else str(of)
+def _versions(of: Mapping[str, str]) -> str:
+    return ", ".join(f"{name} {text}" for name, text in of.items())
 
 
 def _file_row(run: RunProvenance) -> dict[str, str]:

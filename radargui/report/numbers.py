@@ -1,7 +1,7 @@
 """The report for programs: JSON (report.schema.json says what each key is), CSV, LaTeX tables, BibTeX."""
 
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 
 from radargui import __version__
@@ -11,13 +11,15 @@ from radargui.model.recording import Gap
 from radargui.model.result import Bounce
 from radargui.processing.locate import LEAST_RECEIVERS
 from radargui.report.facts import ReportFacts, SessionFacts
+from radargui.report.provenance import Provenance
 from radargui.report.publication import bibtex, latex_tables, methods
 from radargui.report.run_facts import RunFacts
 from radargui.report.tables import csv_bytes, free_fall_document, json_bytes
-from radargui.restitution.findings import SampleFindings, SessionFindings
+from radargui.restitution.findings import SessionFindings
 from radargui.restitution.series import Series
 from radargui.restitution.speed_models import preferred
-from radargui.restitution.statistics import OUTLIER_RULE, Statistics
+from radargui.restitution.statistics import OUTLIER_RULE, Consistency, Statistics
+from radargui.session.info import SessionInfo
 
 FILES = ("report.csv", "report.json", "report-series.csv", "report.tex", "report.bib")
 IMPACT_HEADER = (
@@ -27,16 +29,7 @@ IMPACT_HEADER = (
 )
 SERIES_HEADER = (
     *("session", "quantity", "n", "mean", "standard_error", "standard_deviation", "u_combined", "interval_low"),
-    *(
-        "interval_high",
-        "expanded",
-        "weighted_mean",
-        "u_weighted_mean",
-        "chi2",
-        "degrees_of_freedom",
-        "p",
-        "birge_ratio",
-    ),
+    *("interval_high", "expanded", *(one.name for one in fields(Consistency))),
 )
 
 
@@ -93,7 +86,9 @@ def report_document(facts: ReportFacts) -> dict[str, object]:
         "bibtex": bibtex(facts),
         **(sessions[0] if len(sessions) == 1 else {"sessions": sessions}),
         "speed_model": findings.model,
-        "samples": [_sample_document(one) for one in findings.samples],
+        "samples": [
+            {**asdict(one), "preferred": [fit.model for fit in preferred(one.fits)]} for one in findings.samples
+        ],
         "sessions_compared": findings.sessions_compared,
         "samples_compared": findings.samples_compared,
         "cautions": findings.cautions,
@@ -122,7 +117,22 @@ def _session_document(found: SessionFindings, one: SessionFacts) -> dict[str, ob
         "g_budget_m_s2": found.g_budget_m_s2,
         "site": found.site and {**asdict(found.site), "verdict": found.site.verdict},
         "runs": [_run_document(run) for run in one.runs],
-        "provenance": one.provenance,
+        "provenance": one.provenance and _provenance_document(info, one.provenance),
+    }
+
+
+def _provenance_document(info: SessionInfo, found: Provenance) -> dict[str, object]:
+    return {
+        "session": info.name,
+        **{key: getattr(info, key) for key in ("created_at", "operator", "sample", "target", "notes")},
+        "recorded_with": info.versions,
+        "reported_with": found.reported_with,
+        "reported_at": found.reported_at,
+        "setup_name": info.setup_name,
+        "calibration_origin": info.calibration.origin,
+        "calibration_made_at": info.calibration.made_at,
+        "assumed": found.assumed,
+        "runs": found.runs,
     }
 
 
@@ -133,10 +143,6 @@ def _statistics(series: Series) -> dict[str, Statistics]:
         "drop_height_m": series.drop_height_m,
         "impact_speed_m_s": series.impact_speed_m_s,
     }
-
-
-def _sample_document(one: SampleFindings) -> dict[str, object]:
-    return {**asdict(one), "preferred": [fit.model for fit in preferred(one.fits)]}
 
 
 def _run_document(run: RunFacts) -> dict[str, object]:
@@ -170,12 +176,11 @@ def _run_document(run: RunFacts) -> dict[str, object]:
 
 
 def _fall_document(run: RunFacts) -> dict[str, object] | None:
-    fall = run.bounces.free_fall
-    own = free_fall_document(fall, run.site_check)
-    if fall is None or own is None:
+    if (fall := run.bounces.free_fall) is None:
         return None
     ends = {"first": fall.first_time_s, "last": fall.last_time_s}
-    return {**{f"{end}_time_from_zero_s": time_s - run.zero_s for end, time_s in ends.items()}, **own}
+    since_zero = {f"{end}_time_from_zero_s": time_s - run.zero_s for end, time_s in ends.items()}
+    return since_zero | free_fall_document(fall, run.site_check)
 
 
 def _gap_document(run: RunFacts, gap: Gap) -> dict[str, object]:

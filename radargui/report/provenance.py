@@ -12,7 +12,7 @@ from radargui.files.run_file import opened_run, read_gaps, read_run_setup
 from radargui.files.stored_results import StoredResult, read_stored_results
 from radargui.model.errors import RadarGuiError
 from radargui.model.setup import Setup, dump_setup
-from radargui.model.setup_error import flattened
+from radargui.model.setup_error import differing
 from radargui.report.run_facts import RunFacts
 from radargui.session.info import versions
 from radargui.session.session import Session
@@ -99,32 +99,16 @@ class Provenance:
 
     Attributes
     ----------
-    session, created_at, operator, sample, target, notes
-        Of its record.
-    recorded_with, reported_with
-        Program and libraries with their versions.
-    reported_at
-        ISO 8601.
-    setup_name, calibration_origin, calibration_made_at
-        Of the settings and the antennas' calibration in them.
+    reported_with, reported_at
+        Program and libraries with their versions, and when, ISO 8601; what they were recorded with is in its record.
     assumed
         Uncertainties that the setup does not give, by key, and the values taken.
     runs
         Every run file, set aside or not.
     """
 
-    session: str
-    created_at: str
-    operator: str
-    sample: str
-    target: str
-    notes: str
-    recorded_with: Mapping[str, str]
     reported_with: Mapping[str, str]
     reported_at: str
-    setup_name: str
-    calibration_origin: str
-    calibration_made_at: str
     assumed: Mapping[str, float]
     runs: tuple[RunProvenance, ...]
 
@@ -141,21 +125,10 @@ def provenance_of(session: Session, runs: Mapping[str, RunFacts], reported_at: s
     reported_at
         Date and time of the report.
     """
-    info = session.info
     budgets = [run.uncertainty_budget for run in runs.values() if run.uncertainty_budget]
     return Provenance(
-        info.name,
-        info.created_at,
-        info.operator,
-        info.sample,
-        info.target,
-        info.notes,
-        info.versions,
         versions(),
         reported_at,
-        info.setup_name,
-        info.calibration.origin,
-        info.calibration.made_at,
         {key: u for budget in budgets for key, u in budget.assumed.items()},
         tuple(
             _run(path, session, runs.get(path.stem, RunFacts(path.stem)))
@@ -222,8 +195,6 @@ def _processing(one: StoredResult, setup: Setup) -> Processing:
 
 
 def setting_changes(before: Setup, after: Setup) -> Iterator[str]:
-    """Give what differs between two setups, as `key: before -> after`."""
-    old, new = (dict(flattened(setup.model_dump(mode="json", by_alias=True))) for setup in (before, after))
-    for key in dict.fromkeys((*old, *new)):
-        if old.get(key) != new.get(key):
-            yield f"{key}: {old.get(key)} -> {new.get(key)}"
+    """Return what differs between two setups, as `key: before -> after`."""
+    old, new = (setup.model_dump(mode="json", by_alias=True) for setup in (before, after))
+    return (f"{key}: {one} -> {other}" for key, one, other in differing(old, new))

@@ -132,11 +132,9 @@ def escaped(text: str) -> str:
 
 def latex_tables(facts: ReportFacts) -> str:
     """Return the tables of a report, one below the other."""
-    found = facts.findings
+    found, needs = facts.findings, r"\usepackage{booktabs, longtable}"
     tables = [
-        "% Tables of RadarGUI "
-        + __version__
-        + r": \usepackage{booktabs, longtable}. In parentheses: standard uncertainty.",
+        f"% Tables of RadarGUI {__version__}: {needs}. In parentheses: standard uncertainty.",
         _table(
             "Coefficient of restitution of the first impact",
             ("session", "fell on", "$n$", "$h$ / mm", "$v$ / (m/s)", "$e$", "$s$", "$s/\\sqrt{n}$", "$g$ / (m/s$^2$)"),

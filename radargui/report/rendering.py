@@ -127,7 +127,7 @@ class PdfFile:
 
     def _write_outline(self) -> None:
         """Write one bookmark a title (PDF 32000-1, 12.3.3), and the catalog once more, with them in it."""
-        file = self._file
+        file, name = self._file, backend.Name
         first_of = dict(reversed(self._bookmarks))
         titles = list(dict.fromkeys(title for title, _ in self._bookmarks))
         outline = file.reserveObject("outline")
@@ -135,12 +135,12 @@ class PdfFile:
         for number, (title, item) in enumerate(zip(titles, items, strict=True)):
             near = {"Prev": items[number - 1]} if number else {}
             near |= {"Next": items[number + 1]} if number + 1 < len(items) else {}
-            target = [first_of[title], backend.Name("Fit")]
-            file.writeObject(item, {"Title": _utf16(title), "Parent": outline, "Dest": target, **near})
-        found = {"Type": backend.Name("Outlines"), "First": items[0], "Last": items[-1], "Count": len(items)}
+            shown, target = b"\xfe\xff" + title.encode("utf-16-be", errors="replace"), [first_of[title], name("Fit")]
+            file.writeObject(item, {"Title": shown, "Parent": outline, "Dest": target, **near})
+        found = {"Type": name("Outlines"), "First": items[0], "Last": items[-1], "Count": len(items)}
         file.writeObject(outline, found)
-        catalog = {"Type": backend.Name("Catalog"), "Pages": file.pagesObject, "Outlines": outline}
-        view = {"PageMode": backend.Name("UseOutlines"), "ViewerPreferences": {"DisplayDocTitle": True}}
+        catalog = {"Type": name("Catalog"), "Pages": file.pagesObject, "Outlines": outline}
+        view = {"PageMode": name("UseOutlines"), "ViewerPreferences": {"DisplayDocTitle": True}}
         file.writeObject(file.rootObject, {**catalog, **view})
 
 
@@ -150,19 +150,12 @@ def _one_line(text: str, size: float) -> str:
     return f"{first} …" if more else first
 
 
-def _utf16(text: str) -> bytes:
-    return b"\xfe\xff" + text.encode("utf-16-be", errors="replace")
-
-
 def section_html(chapter: Chapter, name: str) -> str:
     """Return a chapter for the HTML file, with its figures in it."""
     blocks = chapter.blocks if chapter.screen is None else chapter.screen
     pictures = [{"title": one.title, "uri": _inline(page := one.draw("a4"), body(page))} for one in chapter.pictures]
-    return (
-        templates()
-        .get_template("section.html")
-        .render(name=name, section=chapter, blocks=blocks, pictures=pictures, picture_of=picture_of)
-    )
+    template = templates().get_template("section.html")
+    return template.render(name=name, section=chapter, blocks=blocks, pictures=pictures, picture_of=picture_of)
 
 
 _LABELS_MM = 12.0
@@ -193,13 +186,10 @@ def write_html(path: Path, title: str, sections: Iterable[tuple[str, str, str]])
     """
     script = (resources.files("radargui.report") / "templates" / "sort.js").read_text(encoding="utf-8")
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
-    parts = list(sections)
+    parts, begin = list(sections), templates().get_template("begin.html")
+    names = [(name, title) for name, title, _ in parts]
     with path.open("w", encoding="utf-8", errors="replace", newline="\n") as file:
-        file.write(
-            templates()
-            .get_template("begin.html")
-            .render(title=title, names=[(name, title) for name, title, _ in parts], version=__version__, digest=digest)
-        )
+        file.write(begin.render(title=title, names=names, version=__version__, digest=digest))
         file.writelines(content for _, _, content in parts)
         file.write(f"<script>{script}</script>\n</body>\n</html>\n")
 

@@ -20,7 +20,6 @@ from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.setup import Setup
 from radargui.model.workers import begin_worker
 from radargui.report import sheet
-from radargui.report.canvas import Canvas
 from radargui.report.curves import RunCurves
 from radargui.report.document import Chapter
 from radargui.report.facts import ReportFacts, SessionFacts, report_facts
@@ -29,7 +28,7 @@ from radargui.report.numbers import FILES, write_numbers
 from radargui.report.provenance import provenance_of
 from radargui.report.rendering import PdfFile, section_html, write_html
 from radargui.report.run_facts import ResultOf, RunFacts, study
-from radargui.report.run_figures import correction, fall, iq_rows, phase
+from radargui.report.run_figures import RunDrawing
 from radargui.report.run_section import run_page, run_section
 from radargui.report.series_figures import draw_falls, draw_speeds
 from radargui.report.sheet import Area, Paper
@@ -94,24 +93,19 @@ class _Writer:
 
     def __init__(self, pdf: PdfFile) -> None:
         self._pdf = pdf
-        self._front: list[tuple[str, str, str]] = []
-        self._runs: list[tuple[str, str, str]] = []
+        self.sections: list[tuple[str, str, str]] = []
 
-    def put_run(self, chapter: Chapter) -> None:
+    def put(self, chapter: Chapter, kind: str = "run") -> None:
         self._pdf.put(chapter)
-        name = f"run-{len(self._runs) + 1}"
-        self._runs.append((name, chapter.title, section_html(chapter, name)))
+        name = f"{kind}-{len(self.sections) + 1}"
+        self.sections.append((name, chapter.title, section_html(chapter, name)))
 
     def put_front(self, facts: ReportFacts) -> None:
+        runs, self.sections = self.sections, []
         with self._pdf.in_front():
-            for number, chapter in enumerate(front_chapters(facts), 1):
-                self._pdf.put(chapter)
-                name = f"part-{number}"
-                self._front.append((name, chapter.title, section_html(chapter, name)))
-
-    @property
-    def sections(self) -> list[tuple[str, str, str]]:
-        return [*self._front, *self._runs]
+            for chapter in front_chapters(facts):
+                self.put(chapter, "part")
+        self.sections += runs
 
 
 @contextmanager
@@ -170,7 +164,7 @@ def write_report(
     with _writing(report, layout, f"RadarGUI report: {session.info.name}{mark}", session.info.operator) as writer:
         for run in studied(paths, session.setup, result_of, detailed=layout.details, ahead=ahead):
             named = replace(run, label=labels[run.name])
-            writer.put_run(run_section(named, session.setup) if layout.details else run_page(named))
+            writer.put(run_section(named, session.setup) if layout.details else run_page(named))
             # figures are drawn: of hundreds of runs only the numbers stay
             kept.append(replace(named, curves=None))
             progress(_RUNS_SHARE * len(kept) / len(paths))
@@ -346,13 +340,13 @@ def write_figures(
 def _of_run(name: str, curves: RunCurves) -> Iterator[_Named]:
     for one in curves.receivers:
         own = f"{name}-receiver-{one.name}"
-        yield f"{own}-iq", 0.6, _on_canvas(partial(iq_rows, curves=curves, receivers=(one,)))
+        yield f"{own}-iq", 0.6, _of(curves, RunDrawing.iq_rows, receivers=(one,))
         if one.steps or one.circles:
-            yield f"{own}-correction", 0.7, _on_canvas(partial(correction, curves=curves, receivers=(one,)))
+            yield f"{own}-correction", 0.7, _of(curves, RunDrawing.correction, receivers=(one,))
     if any(one.phase.largest for one in curves.receivers):
-        yield f"{name}-phase", 0.7, _on_canvas(partial(phase, curves=curves))
+        yield f"{name}-phase", 0.7, _of(curves, RunDrawing.phase)
     if curves.track is not None:
-        yield f"{name}-fall", 0.8, _on_canvas(partial(fall, curves=curves, track=curves.track))
+        yield f"{name}-fall", 0.8, _of(curves, RunDrawing.fall, track=curves.track)
 
 
 def _of_session(session: Session, runs: list[RunFacts]) -> Iterator[_Named]:
@@ -362,8 +356,8 @@ def _of_session(session: Session, runs: list[RunFacts]) -> Iterator[_Named]:
         yield "falls", 0.9, partial(draw_falls, runs=runs)
 
 
-def _on_canvas(draw: Callable[[Canvas, Area], None]) -> Draw:
-    return lambda figure, area: draw(Canvas(figure), area)
+def _of(curves: RunCurves, part: Callable[..., None], **what: object) -> Draw:
+    return lambda figure, area: part(RunDrawing(figure, curves), area, **what)
 
 
 def _write(folder: Path, named: _Named, width_mm: float) -> str:

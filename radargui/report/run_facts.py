@@ -11,12 +11,11 @@ import numpy as np
 from radargui.files.access import Progress
 from radargui.files.run_card import read_origin, read_run_card, summarise
 from radargui.files.stored_results import read_findings, read_first_fall
-from radargui.model.arrays import FloatArray
 from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in
 from radargui.model.errors import CancelledError, RadarGuiError, fault_of
 from radargui.model.plugins import load_plugin, plugins
-from radargui.model.recording import Gap, Recording
-from radargui.model.result import Bounces, ChannelQuality, FreeFall, RunResult
+from radargui.model.recording import Gap
+from radargui.model.result import Bounces, ChannelQuality, RunResult
 from radargui.model.rounding import UNKNOWN
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
@@ -155,19 +154,20 @@ def study(
     except CancelledError:
         raise
     except RadarGuiError as error:
-        return RunFacts(path.stem, failure=str(error), source=_source_of(path))
+        return _failed(path, error)
     except Exception as error:
         # one run must not cost the report of the others
         _logger.exception("The report of %s failed", path.name)
-        return RunFacts(path.stem, failure=str(fault_of(error, "The report of this run")), source=_source_of(path))
+        return _failed(path, fault_of(error, "The report of this run"))
 
 
-def _source_of(path: Path) -> RunOrigin:
-    """Return where a run comes from that went wrong: a simulated one is not measured for that."""
+def _failed(path: Path, error: RadarGuiError) -> RunFacts:
+    """Return a run that went wrong, with where it comes from: a simulated one is not measured for that."""
     try:
-        return read_run_card(path).origin
+        source = read_run_card(path).origin
     except RadarGuiError:
-        return RunOrigin("unknown")
+        source = RunOrigin("unknown")
+    return RunFacts(path.stem, failure=str(error), source=source)
 
 
 def take_facts(result: RunResult, name: str, columns: int = COLUMNS) -> RunFacts:
@@ -176,14 +176,15 @@ def take_facts(result: RunResult, name: str, columns: int = COLUMNS) -> RunFacts
     drawn = curves.track if curves else None
     falls = (drawn.fallen, drawn.since_vertex) if drawn and drawn.fallen and drawn.since_vertex else None
     recording, corrected, track = result.recording, result.corrected, result.track
+    n_lost, rate_hz = sum(gap.count for gap in recording.gaps), recording.digitisation.sample_rate_hz
     return RunFacts(
         name=name,
         status=result.status,
         reason=result.reason,
         figures=summarise(result),
         started_at=recording.started_at,
-        duration_s=_duration_s(recording),
-        rate_hz=recording.digitisation.sample_rate_hz,
+        duration_s=(recording.n_samples + n_lost) / rate_hz,
+        rate_hz=rate_hz,
         n_samples=recording.n_samples,
         device=recording.digitisation.device,
         gaps=recording.gaps_of_whole(),
@@ -215,17 +216,17 @@ def glance(path: Path, normal: tuple[float, float, float] | None = None) -> RunF
         Of the floor by the setup, where the way fallen is wanted too.
     """
     try:
-        source = read_run_card(path).origin
-    except RadarGuiError as error:
-        return RunFacts(path.stem, failure=str(error), source=RunOrigin("unknown"))
-    try:
-        found = read_findings(path)
+        source, found = read_run_card(path).origin, read_findings(path)
         fall = read_first_fall(path) if normal is not None and found is not None else None
     except RadarGuiError as error:
-        return RunFacts(path.stem, failure=str(error), source=source)
+        return _failed(path, error)
     if found is None:
         return RunFacts(path.stem, failure="not processed yet", source=source)
     summary = found.summary
+    falls: FallCurves | None = None
+    if fall is not None:
+        time_s, place_m, fitted = fall
+        falls = fall_curves(time_s, np.asarray(found.bounces.normal or normal) @ place_m, fitted, COMPACT)[1:]
     return RunFacts(
         path.stem,
         status=str(summary.get("status")),
@@ -235,18 +236,8 @@ def glance(path: Path, normal: tuple[float, float, float] | None = None) -> RunF
         from_rest=summary.get("from_rest") is not False,
         bounces=found.bounces,
         uncertainty_budget=found.uncertainty_budget,
-        falls=None if fall is None else _falls(*fall, found.bounces.normal or normal),
+        falls=falls,
     )
-
-
-def _falls(time_s: FloatArray, place_m: FloatArray, fall: FreeFall, normal: Sequence[float] | None) -> FallCurves:
-    _, fallen, since_vertex = fall_curves(time_s, np.asarray(normal) @ place_m, fall, COMPACT)
-    return fallen, since_vertex
-
-
-def _duration_s(recording: Recording) -> float:
-    lost = sum(gap.count for gap in recording.gaps)
-    return (recording.n_samples + lost) / recording.digitisation.sample_rate_hz
 
 
 AddedFigure = Callable[[RunResult], "Callable[[Paper], Figure] | None"]

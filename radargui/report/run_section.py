@@ -1,5 +1,6 @@
 """What a report says of one run, in words and tables; then figures."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from math import isfinite
@@ -29,17 +30,13 @@ def run_page(run: RunFacts) -> Chapter:
     # matplotlib is loaded only where a report is made: the window shows the same words without it
     from radargui.report.run_figures import run_figures, run_on_screen
 
-    rows = {
-        "Result": " – ".join(part for part in (run.said, run.reason) if part),
-        "Recorded": "; ".join(
-            filter(None, (run.started_at, run.origin or run.device or run.source.file, _samples(run)))
-        ),
-        "Correction, geometry": f"{run.correction or UNKNOWN}, {run.geometry or UNKNOWN}",
-        "Decided": " ".join(run.decisions),
-        **_fall_rows(run, "First fall" if run.from_rest else "Flight before the first impact seen"),
-    }
+    recorded = filter(None, (run.started_at, run.origin or run.device or run.source.file, _samples(run)))
+    result, *others = _result_rows(run)
+    rows = dict((result, ("Recorded", "; ".join(recorded)), *others))
     shown = replace(run, bounces=replace(run.bounces, impacts=run.bounces.impacts[:_MOST_IMPACTS]))
-    notes = [*run.warnings, *_more_impacts(run), *(f"{gap} samples were lost." for gap in _lost(run))]
+    more, lost = len(run.bounces.impacts) - _MOST_IMPACTS, sum(gap.count for gap in run.gaps)
+    notes = [*run.warnings, *([f"{more} more impacts are in report.csv."] if more > 0 else [])]
+    notes += [f"{lost} samples were lost."] if lost else []
     blocks: list[Content] = [
         Facts(tuple((name, _cut(value)) for name, value in rows.items() if value)),
         *(replace(block, title="") for block in _impacts(shown) if isinstance(block, Grid)),
@@ -54,15 +51,6 @@ def run_page(run: RunFacts) -> Chapter:
 def _cut(text: str) -> str:
     line = " ".join(text.split())
     return line if len(line) <= _MOST_LETTERS else f"{line[: _MOST_LETTERS - 1]}…"
-
-
-def _more_impacts(run: RunFacts) -> list[str]:
-    more = len(run.bounces.impacts) - _MOST_IMPACTS
-    return [f"{more} more impacts are in report.csv."] if more > 0 else []
-
-
-def _lost(run: RunFacts) -> list[int]:
-    return [sum(gap.count for gap in run.gaps)] if run.gaps else []
 
 
 def _title(run: RunFacts) -> str:
@@ -81,10 +69,7 @@ def _words(run: RunFacts) -> tuple[Content, ...]:
         "Samples": _samples(run),
         "Imported from": run.origin,
         "Device": run.device or ("" if run.origin else UNKNOWN),
-        "Result": " – ".join(part for part in (run.said, run.reason) if part),
-        "Correction, geometry": f"{run.correction or UNKNOWN}, {run.geometry or UNKNOWN}",
-        "Decided": " ".join(run.decisions),
-        **_fall_rows(run, "First fall" if run.from_rest else "Flight before the first impact seen"),
+        **dict(_result_rows(run)),
     }
     blocks: list[Content] = [Facts.of(rows)]
     blocks += [Note(text, warning=True) for text in run.warnings]
@@ -93,19 +78,22 @@ def _words(run: RunFacts) -> tuple[Content, ...]:
     return *blocks, *_impacts(run), *_quality(run), *_gaps(run), *_calibration(run)
 
 
-def _fall_rows(run: RunFacts, name: str) -> dict[str, str]:
-    fall = run.bounces.free_fall
+def _result_rows(run: RunFacts) -> Iterator[tuple[str, str]]:
+    """Yield what came out of it: the result first, the first fall last."""
+    yield "Result", " – ".join(part for part in (run.said, run.reason) if part)
+    yield "Correction, geometry", f"{run.correction or UNKNOWN}, {run.geometry or UNKNOWN}"
+    yield "Decided", " ".join(run.decisions)
+    fall, name = run.bounces.free_fall, "First fall" if run.from_rest else "Flight before the first impact seen"
     if fall is None:
-        return {name: "none that can be fitted"}
+        yield name, "none that can be fitted"
+        return
     span = f"{fall.first_time_s - run.zero_s:.4f} s to {fall.last_time_s - run.zero_s:.4f} s after {run.since}"
     release = f"from a height of {plain(fall.release_height_m, 5, 'mm', 1e3)}, fitted {span}"
     drop = f"{plain(fall.drop_height_m, 5, 'mm', 1e3)} " if isfinite(fall.drop_height_m) else ""
-    return {
-        name: f"{drop}{release}",
-        "g (statistical u)": quantity(fall.g_m_s2, fall.u_g_m_s2, "m/s²"),
-        "g against the site": run.site_check.compared if run.site_check else "",
-        "Residual of the fit": f"{plain(fall.residual_rms_m, 3, 'mm', 1e3)} rms",
-    }
+    yield name, f"{drop}{release}"
+    yield "g (statistical u)", quantity(fall.g_m_s2, fall.u_g_m_s2, "m/s²")
+    yield "g against the site", run.site_check.compared if run.site_check else ""
+    yield "Residual of the fit", f"{plain(fall.residual_rms_m, 3, 'mm', 1e3)} rms"
 
 
 def _impacts(run: RunFacts) -> list[Content]:

@@ -53,10 +53,8 @@ def setup_blocks(setup: Setup, *, recorded: bool = True, simulated: bool = False
         "Rate": f"{rate}, skew {plain(daq.channel_skew_s, 3, 'µs', 1e6)}" if recorded else "",
         "Processing": f"correction {setup.processing.correction}, geometry {setup.processing.geometry}",
     }
-    blocks: list[Content] = [Facts.of(rows, "Setup"), _receivers(setup), *_calibration(setup)]
-    if setup.n_receivers >= LEAST_RECEIVERS:
-        blocks += _matrix(setup)
-    return blocks
+    matrix = _matrix(setup) if setup.n_receivers >= LEAST_RECEIVERS else []
+    return [Facts.of(rows, "Setup"), _receivers(setup), *_calibration(setup), *matrix]
 
 
 def _transmitter(transmitter: Transmitter) -> str:

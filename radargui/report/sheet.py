@@ -24,15 +24,15 @@ GAP_COLOUR = "#f2c14e"
 RECEIVER_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
 """Of Okabe and Ito: distinguished by colour-blind readers and in grey."""
 
-_SYSTEM_FONTS = ("Microsoft YaHei", "Yu Gothic", "Malgun Gothic", "PingFang SC")
-_FREE_FONTS = ("Noto Sans CJK SC", "Noto Sans CJK JP")
+_FONTS = ("Microsoft YaHei", "Yu Gothic", "Malgun Gothic", "PingFang SC", "Noto Sans CJK SC", "Noto Sans CJK JP")
+"""Of Windows and macOS, then free ones."""
 
 
 @lru_cache(maxsize=1)
 def fonts() -> tuple[str, ...]:
     """Return the font that comes with matplotlib, and what the system has for scripts it lacks."""
     there = set(get_font_names())
-    return ("DejaVu Sans", *(name for name in (*_SYSTEM_FONTS, *_FREE_FONTS) if name in there))
+    return ("DejaVu Sans", *(name for name in _FONTS if name in there))
 
 
 def page_style() -> AbstractContextManager[None]:
@@ -101,9 +101,6 @@ def largest(curves: Sequence[Curve]) -> float:
     return max((curve.largest for curve in curves), default=0.0)
 
 
-_MM_PER_POINT = 25.4 / 72.0
-
-
 @lru_cache(maxsize=2)
 def _font_path(bold: bool) -> str:
     return str(findfont(FontProperties(family=fonts()[0], weight="bold" if bold else "normal")))
@@ -121,7 +118,7 @@ def _advance(character: str, bold: bool) -> float:
 
 def width_mm(text: str, size: float, *, bold: bool = False) -> float:
     """Return the width of a line of text in a font size in points."""
-    return sum(_advance(character, bold) for character in text) * size * _MM_PER_POINT
+    return sum(_advance(character, bold) for character in text) * size * (MM_PER_INCH / 72.0)
 
 
 def wrapped(text: str, size: float, room_mm: float) -> list[str]:

@@ -47,7 +47,9 @@ def write_tables(result: RunResult, folder: Path) -> None:
         The folder cannot be written.
     """
     write_whole(folder / "track.csv", _track(result))
-    write_whole(folder / "bounces.csv", [_bounces(result)])
+    has_track = result.status != "no_motion" and result.recording.n_receivers >= 3
+    impacts = map(asdict, result.bounces.impacts if has_track else ())
+    write_whole(folder / "bounces.csv", [csv_bytes(BOUNCE_HEADER, impacts)])
     write_whole(folder / "result.json", [json_bytes(result_document(result))])
 
 
@@ -76,15 +78,15 @@ def result_document(result: RunResult) -> dict[str, object]:
         "channel_skew_s": skew.delay_s,
         "channel_skew_from": skew.known_from,
         "channels": quality and quality.channels,
-        "free_fall": free_fall_document(result.bounces.free_fall, site_check(result)),
+        "free_fall": result.bounces.free_fall and free_fall_document(result.bounces.free_fall, site_check(result)),
         "uncertainty_budget": result.uncertainty_budget,
         "warnings": result.warnings,
     }
 
 
-def free_fall_document(fall: FreeFall | None, check: SiteCheck | None) -> dict[str, object] | None:
+def free_fall_document(fall: FreeFall, check: SiteCheck | None) -> dict[str, object]:
     """Return what is written of the first fall: the acceleration as measured, and its check against the site's g."""
-    return None if fall is None else {**asdict(fall), "site": check}
+    return {**asdict(fall), "site": check}
 
 
 def _track(result: RunResult) -> Iterator[bytes]:
@@ -165,11 +167,6 @@ def _valid(result: RunResult) -> BoolArray:
         if result.paths is not None and result.recording.n_receivers < 3:
             return np.asarray(result.paths.valid.all(axis=0))
     return np.zeros(result.recording.n_samples, dtype=np.bool_)
-
-
-def _bounces(result: RunResult) -> bytes:
-    has_track = result.status != "no_motion" and result.recording.n_receivers >= 3
-    return csv_bytes(BOUNCE_HEADER, map(asdict, result.bounces.impacts if has_track else ()))
 
 
 def csv_bytes(header: Sequence[str], rows: Iterable[Mapping[str, object]]) -> bytes:

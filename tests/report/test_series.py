@@ -30,7 +30,7 @@ def runs() -> list[RunFacts]:
 
 def facts(**about: str) -> ReportFacts:
     info = SessionInfo(name="s", created_at="2026-11-20T15:04:05+00:00", setup=default_setup(), **about)
-    empty = Provenance(*([""] * 6), {}, {}, *([""] * 4), {}, ())
+    empty = Provenance({}, "", {}, ())
     return report_facts([SessionFacts(info, tuple(runs()), empty)], "now")
 
 

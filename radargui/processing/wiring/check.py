@@ -140,6 +140,7 @@ def check_wiring(samples: WiringSamples, setup: Setup) -> WiringReport:
     # exchanging I and Q turns the phase round, as inverting Q does
     order = [channel for pair in pairs for channel in ((pair.q, pair.i) if pair in exchanged else (pair.i, pair.q))]
     inputs = tuple(setup.physical_channels[channel] for channel in order)
+    # proposed only where the place of every channel is known
     is_new = bool((clear | dead).all()) and inputs != setup.physical_channels
     sign: Literal[-1, 1] = -1 if setup.radar.phase_sign > 0 else 1
     return WiringReport(tuple(findings), channels=inputs if is_new else None, phase_sign=sign if flip else None)
@@ -164,7 +165,8 @@ def _pair(
     first, second = (int(channel) for channel in np.flatnonzero(owner == receiver))
     # a channel that stands at the place of an I stays an I
     i, q = (second, first) if first % 2 and not second % 2 else (first, second)
-    pair_v = np.asarray(samples.away[[i, q]])
+    pair_v = samples.away[[i, q]]
+    pair_v = pair_v[:, np.isfinite(pair_v).all(axis=0)]
     # moving away lengthens every L: with the setup's sign the phase must rise
     ratio, same = turning(pair_v, samples.rate_hz) * setup.radar.phase_sign, is_same_signal(pair_v)
     known = not dead[[i, q]].any() and abs(ratio) >= CLEAR_TURN and not same

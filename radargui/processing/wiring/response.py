@@ -19,7 +19,7 @@ CLEAR_TURN = 0.3
 """Least difference between the power that turns one way and the other, relative to their sum."""
 SAME = 0.98
 """Correlation from which two channels carry the same signal."""
-_FLOOR, _ROUNDS = 1e-3, 50
+_FLOOR = 1e-3
 _SLOWEST_HZ, _FASTEST_HZ = 0.5, 200.0
 
 
@@ -127,8 +127,8 @@ def _contrast(waves_v: FloatArray, alive: BoolArray) -> FloatArray:
     """Return log answers without the means of channels and of waves, shape (n_receivers, n_channels)."""
     scale = waves_v.max(initial=0.0) or 1.0
     score = np.log(np.maximum(waves_v / scale, _FLOOR))
-    for _ in range(_ROUNDS if alive.any() else 0):
-        # gain of the channel, then vigour of the wave, in turn until both are gone (a median polish by means)
+    if alive.any():
+        # gain of the channel, then vigour of the wave: the vigours then add up to nothing, and one round is enough
         score -= score.mean(axis=0)
         score -= score[:, alive].mean(axis=1, keepdims=True)
     return score
@@ -143,15 +143,14 @@ def turning(pair_v: FloatArray, rate_hz: float) -> float:
     Parameters
     ----------
     pair_v
-        I and Q in volts, shape (2, n_samples).
+        I and Q in volts, shape (2, n_samples), lost samples left out.
     rate_hz
         Samples per second.
     """
-    known = pair_v[:, np.isfinite(pair_v).all(axis=0)]
-    if known.shape[1] < 8:
+    if pair_v.shape[1] < 8:
         return 0.0
     # offsets are no rotation
-    signal = known - known.mean(axis=1, keepdims=True)
+    signal = pair_v - pair_v.mean(axis=1, keepdims=True)
     # of I + jQ: a complex signal has its two directions at plus and minus f
     spectrum = np.abs(np.fft.fft((signal[0] + 1j * signal[1]) * np.hanning(signal.shape[1]))) ** 2
     frequency = np.fft.fftfreq(signal.shape[1], 1.0 / rate_hz)
@@ -162,17 +161,15 @@ def turning(pair_v: FloatArray, rate_hz: float) -> float:
 
 def is_same_signal(pair_v: FloatArray) -> bool:
     """Return whether two channels, shape (2, n_samples), carry the same signal, be it with the other sign."""
-    known = pair_v[:, np.isfinite(pair_v).all(axis=0)]
-    if known.shape[1] < 8 or (known.std(axis=1) == 0.0).any():
+    if pair_v.shape[1] < 8 or (pair_v.std(axis=1) == 0.0).any():
         return False
-    return bool(abs(float(np.asarray(np.corrcoef(known))[0, 1])) >= SAME)
+    return bool(abs(float(np.asarray(np.corrcoef(pair_v))[0, 1])) >= SAME)
 
 
 def turns(pair_v: FloatArray) -> float | None:
     """Return by how many turns the phase of a pair, shape (2, n_samples), went on; None where it is no ellipse."""
-    known = pair_v[:, np.isfinite(pair_v).all(axis=0)]
     try:
-        x, y = fit_ellipse(known).apply(known)
+        x, y = fit_ellipse(pair_v).apply(pair_v)
     except ProcessingError:
         return None
     phase = np.unwrap(np.arctan2(y, x))

@@ -25,7 +25,14 @@ TIPS: dict[str, dict[str, str]] = resource_table("window/tips")
 Edge = Literal["bright-text", "link-visited", "link"]
 """Of a strip: an alarm, something to look at, something that is being done."""
 _Box = TypeVar("_Box", bound=QtWidgets.QBoxLayout)
-_Page = TypeVar("_Page", bound=QtWidgets.QWidget)
+_Widget = TypeVar("_Widget", bound=QtWidgets.QWidget)
+
+
+def having(widget: _Widget, **properties: Any) -> _Widget:
+    """Return a widget with properties as Qt calls them: PySide takes them so where it makes one, its types know few."""
+    for name, value in properties.items():
+        getattr(widget, f"set{name[:1].upper()}{name[1:]}")(value)
+    return widget
 
 
 def fill(box: _Box, *parts: Part, margins: Margins = (0, 0, 0, 0), spacing: int = 2) -> _Box:
@@ -49,7 +56,7 @@ def fill(box: _Box, *parts: Part, margins: Margins = (0, 0, 0, 0), spacing: int 
     return box
 
 
-def put_page(tabs: QtWidgets.QTabWidget, place: int, page: _Page) -> _Page:
+def put_page(tabs: QtWidgets.QTabWidget, place: int, page: _Widget) -> _Widget:
     """Put a page where an empty one was, and return it."""
     shown, words = tabs.currentIndex(), tabs.tabText(place)
     with QSignalBlocker(tabs):
@@ -71,12 +78,9 @@ def button(
     words: str, does: Callable[..., Any] | SignalInstance, tip: str = "", *, default: bool = False
 ) -> QtWidgets.QPushButton:
     """Return a button; in a dialog Enter presses the one that is the `default`."""
-    made = QtWidgets.QPushButton(words)
-    made.setToolTip(tip or TIPS["buttons"].get(words, ""))
-    made.setAutoDefault(default)
-    made.setDefault(default)
+    made = QtWidgets.QPushButton(words, autoDefault=default, default=default)
     made.clicked.connect(does)
-    return made
+    return having(made, toolTip=tip or TIPS["buttons"].get(words, ""))
 
 
 def fit_screen(dialog: QtWidgets.QWidget, width: int, height: int) -> None:
@@ -106,6 +110,13 @@ class Dialog(QtWidgets.QDialog):
         self.activateWindow()
 
 
+def labelled(words: str, field: QtWidgets.QWidget) -> QtWidgets.QLabel:
+    """Return the label of a field, which leads to it."""
+    label = QtWidgets.QLabel(words)
+    label.setBuddy(field)
+    return label
+
+
 class Group(QtWidgets.QGroupBox):
     """A titled group of labelled fields."""
 
@@ -120,12 +131,7 @@ class Group(QtWidgets.QGroupBox):
     def row(self, words: str, field: QtWidgets.QWidget, tip: str = "", fault: QtWidgets.QWidget | None = None) -> None:
         """Add a field; `words` names it with its unit, and what is wrong with it stands beneath."""
         tip = tip or TIPS["fields"].get(words, "")
-        label = QtWidgets.QLabel(words)
-        label.setBuddy(field)
-        label.setToolTip(tip)
-        field.setToolTip(tip)
-        field.setAccessibleName(words)
-        self.rows.addRow(label, field)
+        self.rows.addRow(having(labelled(words, field), toolTip=tip), having(field, toolTip=tip, accessibleName=words))
         if fault is not None:
             self.rows.addRow(fault)
 
@@ -181,9 +187,7 @@ class PlainLabel(QtWidgets.QLabel):
     """Words that wrap and are never taken for markup."""
 
     def __init__(self, text: str = "", *, selectable: bool = True) -> None:
-        super().__init__(text)
-        self.setTextFormat(Qt.TextFormat.PlainText)
-        self.setWordWrap(True)
+        super().__init__(text, textFormat=Qt.TextFormat.PlainText, wordWrap=True)
         self.setSizePolicy(QtWidgets.QSizePolicy.Policy.Preferred, QtWidgets.QSizePolicy.Policy.Minimum)
         if selectable:
             self.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -193,8 +197,7 @@ class OneLine(QtWidgets.QLabel):
     """Words on one line of the room there is; where they are longer an ellipsis says so, and the tip has them all."""
 
     def __init__(self, text: str = "") -> None:
-        super().__init__()
-        self.setTextFormat(Qt.TextFormat.PlainText)
+        super().__init__(textFormat=Qt.TextFormat.PlainText)
         self.setSizePolicy(QtWidgets.QSizePolicy.Policy.Ignored, QtWidgets.QSizePolicy.Policy.Fixed)
         self.setText(text)
 

@@ -8,17 +8,11 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import (
-    QHBoxLayout,
-    QLabel,
-    QPlainTextEdit,
-    QTabWidget,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPlainTextEdit, QTabWidget, QVBoxLayout, QWidget
 
+from radargui.gui.background import OneAtATime
 from radargui.gui.control.run_control import RunControl
-from radargui.gui.layout import Choice, OneLine, button, fill, put_page
+from radargui.gui.layout import Choice, OneLine, button, fill, having, put_page
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.runs.run_list_panel import RunListPanel
@@ -91,8 +85,7 @@ class SpeedView(QWidget):
         super().__init__()
         self._facts: ReportFacts | None = None
         models = ((name, one.title) for name, one in MODELS.items())
-        self.model = Choice(((_BEST, "best described (AICc)"), *models))
-        self.model.setAccessibleName("Model")
+        self.model = having(Choice(((_BEST, "best described (AICc)"), *models)), accessibleName="Model")
         self.model.setToolTip("Model of e against the impact speed: what is drawn over the points, as in the report")
         self.model.currentIndexChanged.connect(self._draw)
         self.words = OneLine()
@@ -228,11 +221,10 @@ class SeriesPanel(QWidget):
         self.facts: ReportFacts | None = None
         self.rows = RowModel(COLUMNS, lambda _row: TIP)
         self.table = RowTable(self.rows, "series", many=True)
-        self.words = QPlainTextEdit(readOnly=True)
-        self.words.setPlaceholderText("What the series found is said here once runs have results.")
+        empty = "What the series found is said here once runs have results."
+        self.words = QPlainTextEdit(readOnly=True, placeholderText=empty)
         self._theme, self._stale = theme, set[str]()
-        self.pages = QTabWidget()
-        self.pages.setDocumentMode(True)
+        self.pages = QTabWidget(documentMode=True)
         drawn = {"e against speed": QWidget(), "Falls": QWidget()}
         for title, page in {"Statistics": self.table, **drawn, "In words": self.words}.items():
             self.pages.addTab(page, title)
@@ -277,7 +269,6 @@ class SeriesPanel(QWidget):
         n_runs = sum(len(one.runs) for one in facts.sessions) if facts else 0
         named = ", ".join(one.name for one in found)
         self._title.setText(f"{named}: {kind}{n_runs} runs" if found else "No session")
-        self._title.setToolTip(self._title.text())
         self._stale = {"speeds", "falls"}
         self._draw()
         self.words.setPlainText("\n\n".join(_said(facts)) if facts and n_runs else "")
@@ -305,7 +296,7 @@ class SeriesController(QObject):
         super().__init__(services.parent)
         self._control, self._panel, self._glances, self._services = control, panel, glances, services
         self._others: tuple[Path, ...] = ()
-        self._is_reading = self._is_outdated = False
+        self._reads = OneAtATime(services.jobs, "the series", self.refresh)
         panel.seen.connect(self.refresh)
         panel.alone.clicked.connect(lambda: self.compare(()))
         for changed in (runs.model.rowsInserted, runs.model.dataChanged, runs.model.modelReset):
@@ -318,8 +309,7 @@ class SeriesController(QObject):
 
     def refresh(self) -> None:
         """Read what has changed, where the panel is seen; what comes meanwhile is read afterwards."""
-        self._is_outdated = self._is_reading
-        if self._is_reading or not self._panel.isVisible():
+        if not self._panel.isVisible():
             return
         own, glances = self._control.session, self._glances
         others = [path for path in self._others if own is None or path != own.path]
@@ -328,16 +318,8 @@ class SeriesController(QObject):
             sessions = [*([own] if own else []), *(Session.open(path, write=False) for path in others)]
             return report_facts([glances.session_facts(one) for one in sessions], "") if sessions else None
 
-        self._is_reading = True
-        self._services.jobs.start("the series", work, self._read, self._failed)
-
-    def _read(self, facts: ReportFacts | None) -> None:
-        self._is_reading = False
-        if self._is_outdated:
-            self.refresh()
-        else:
-            self._panel.show_facts(facts)
+        self._reads.start(work, self._panel.show_facts, self._failed)
 
     def _failed(self, error: BaseException) -> None:
-        self._is_reading, self._others = False, ()
+        self._others = ()
         self._services.board.post_error(error)

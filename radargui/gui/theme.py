@@ -105,8 +105,8 @@ class Theme(QObject):
             dark = self._system_dark if scheme == Qt.ColorScheme.Unknown else scheme == Qt.ColorScheme.Dark
         self.colours = DARK if dark else LIGHT
         self.application.setPalette(palette(self.colours))
-        for kind in EDGED:
-            self.application.setPalette(edged_palette(self.colours), kind)  # type: ignore[arg-type] # the stub wants bytes, PySide a text
+        for kind in _TABLE["edged"]:
+            self.application.setPalette(edged_palette(self.colours), kind)
         for widget in self.application.allWidgets():
             if sheet := widget.styleSheet():
                 # Qt looks the colours `palette(...)` of a sheet up only when it reads the sheet
@@ -116,24 +116,13 @@ class Theme(QObject):
 
 def palette(colours: Colours) -> QPalette:
     """Return the widget palette of a look."""
-    made, off = QPalette(QColor(colours.raised), QColor(colours.window)), QPalette.ColorGroup.Disabled
-    for name, role in _TABLE["palette"].items():
-        made.setColor(QPalette.ColorRole[name], QColor(colours.role(role)))
-    for name, role in _TABLE["disabled"].items():
-        made.setColor(off, QPalette.ColorRole[name], QColor(colours.role(role)))
+    made, groups = QPalette(QColor(colours.raised), QColor(colours.window)), QPalette.ColorGroup
+    for group, table in ((groups.All, "palette"), (groups.Disabled, "disabled")):
+        for name, role in _TABLE[table].items():
+            made.setColor(group, QPalette.ColorRole[name], QColor(colours.role(role)))
     return made
 
 
-EDGED = (
-    "QLineEdit",
-    "QAbstractSpinBox",
-    "QComboBox",
-    "QCheckBox",
-    "QRadioButton",
-    "QPushButton",
-    "QToolButton",
-    "QPlainTextEdit",
-)
 _OUTLINE = 140
 """Fusion draws an outline in the colour of the window, so many hundredths as dark: on a dark one that is not seen."""
 

@@ -57,8 +57,7 @@ class Feed:
     """
 
     def __init__(self, acquisition: Acquisition, setup: Setup) -> None:
-        self.acquisition = acquisition
-        self.setup = setup
+        self.acquisition, self.setup = acquisition, setup
         digitisation = acquisition.digitisation
         self.n_receivers = digitisation.n_receivers if digitisation else setup.n_receivers
         self.rate_hz = digitisation.sample_rate_hz if digitisation else setup.daq.rate_hz
@@ -120,31 +119,21 @@ class RunRequest:
         return self.kind == "simulated" and self.n_runs > 1 and self.setup.simulation.scene in _FALLING
 
 
-class Backlog:
-    """Counts what was recorded since Record was asked for; results come in the order of the runs."""
+class Backlog(list[Path]):
+    """What was recorded since Record was asked for and has no result yet; results come in the order of the runs."""
 
-    def __init__(self) -> None:
-        self._waiting: dict[Path, RecordedRun] = {}
-        self.last_recorded: Path | None = None
-
-    def __len__(self) -> int:
-        return len(self._waiting)
+    last_recorded: Path | None = None
 
     @property
     def computed(self) -> Path | None:
         """The run whose result is computed now; None where none waits."""
-        return next(iter(self._waiting), None)
+        return next(iter(self), None)
 
     def take(self, run: RecordedRun) -> None:
         """Take a run that is on the disk; one that was set aside gets no result."""
         if run.path is not None and not run.set_aside:
-            self._waiting[run.path] = run
+            self.append(run.path)
             self.last_recorded = run.path
-
-    def drop(self, run: RecordedRun) -> None:
-        """Take the outcome of a run."""
-        if run.path is not None:
-            self._waiting.pop(run.path, None)
 
 
 def card_of(run: RecordedRun) -> RunCard:
@@ -226,19 +215,14 @@ class WorkerState:
     """Written by the worker, asked by the window; one for each worker, so that a late one writes to its own."""
 
     def __init__(self) -> None:
+        # for what is read and then put in its place; to read alone takes one step of Python, which nothing parts
         self._lock = threading.Lock()
-        self._reached = Reached()
-
-    @property
-    def reached(self) -> Reached:
-        """All that is known at one instant."""
-        with self._lock:
-            return self._reached
+        self.reached = Reached()
 
     def put(self, **changes: Any) -> None:
         """Take new values of `Reached`."""
         with self._lock:
-            self._reached = replace(self._reached, **changes)
+            self.reached = replace(self.reached, **changes)
 
     @property
     def stops(self) -> bool:
@@ -248,7 +232,7 @@ class WorkerState:
     def ask(self, what: Asked) -> None:
         """Ask the worker to end; what was asked before and goes further stays."""
         with self._lock:
-            self._reached = replace(self._reached, asked=max(what, self._reached.asked))
+            self.reached = replace(self.reached, asked=max(what, self.reached.asked))
 
     def end_soon(self, worker: threading.Thread) -> None:
         """Ask whatever runs to end until the worker is gone; a device may take its time to stop: not for the window."""

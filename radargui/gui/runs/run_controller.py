@@ -197,9 +197,9 @@ class RunController(QObject):
                 view.add(one)
 
         def work(task: Task) -> None:
-            self._jobs.report(add, overlaid(result, result, own, SCREEN_COLUMNS))
+            self._jobs.post(add, overlaid(result, result, own, SCREEN_COLUMNS))
             for one in compute_methods(path, result, methods, SCREEN_COLUMNS, task.report):
-                self._jobs.report(add, one)
+                self._jobs.post(add, one)
 
         def ended(error: BaseException | None = None) -> None:
             view.show_busy(busy=False)
@@ -234,7 +234,7 @@ class RunController(QObject):
             if path == self._wanted:
                 self._show(path, result)
 
-        return lambda result: self._jobs.report(show, result)
+        return lambda result: self._jobs.post(show, result)
 
     def _cancelled(self, entry: RunEntry) -> None:
         self._board.post("info", f"Cancelled: {entry.name} keeps the results that it had.")

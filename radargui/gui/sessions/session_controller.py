@@ -222,9 +222,7 @@ class SessionController(QObject):
     def __post_init__(self) -> None:
         panel, services = self.panel, self.services
         super().__init__(services.parent)
-        self.browser = SessionBrowser(
-            services.theme, services.jobs, services.work, lambda: panel.data_folder, services.parent
-        )
+        self.browser = SessionBrowser(services, lambda: panel.data_folder)
         services.settings.restore_sizes(self.browser)
         self.browser.open_asked.connect(self.open)
         self.browser.setup_asked.connect(self.take_setup)

@@ -1,6 +1,6 @@
 """How panels, forms and dialogs are laid out: boxes, buttons, wrapped words, titled groups of labelled fields."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -56,14 +56,35 @@ def fill(box: _Box, *parts: Part, margins: Margins = (0, 0, 0, 0), spacing: int 
     return box
 
 
-def put_page(tabs: QtWidgets.QTabWidget, place: int, page: _Widget) -> _Widget:
-    """Put a page where an empty one was, and return it."""
-    shown, words = tabs.currentIndex(), tabs.tabText(place)
-    with QSignalBlocker(tabs):
-        tabs.removeTab(place)
-        tabs.insertTab(place, page, words)
-        tabs.setCurrentIndex(shown)
-    return page
+class Pages(QtWidgets.QTabWidget):
+    """Pages under titles; those that are not `made` at first come later: the window starts sooner without them.
+
+    Parameters
+    ----------
+    titles
+        What stands on the tab of each page, by its name.
+    """
+
+    def __init__(self, titles: Mapping[str, str], **made: QtWidgets.QWidget) -> None:
+        super().__init__(documentMode=True)
+        self._names = tuple(titles)
+        for name, title in titles.items():
+            self.addTab(made.get(name) or QtWidgets.QWidget(), title)
+
+    @property
+    def shown(self) -> str:
+        """Name of the page in front."""
+        return self._names[self.currentIndex()]
+
+    def put(self, name: str, page: _Widget) -> _Widget:
+        """Put a page where an empty one was, and return it."""
+        shown, place = self.currentIndex(), self._names.index(name)
+        title = self.tabText(place)
+        with QSignalBlocker(self):
+            self.removeTab(place)
+            self.insertTab(place, page, title)
+            self.setCurrentIndex(shown)
+        return page
 
 
 def take_out(layout: QtWidgets.QLayout, *widgets: QtWidgets.QWidget) -> None:

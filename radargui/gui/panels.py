@@ -78,9 +78,8 @@ class FocusMark(QtWidgets.QFocusFrame):
         self.setWidget(now if mine else None)  # type: ignore[arg-type]
         if now is not None and mine and now.visibleRegion().isEmpty():
             # whoever comes from outside into what was scrolled: Qt scrolls only for steps inside
-            for room in self._window.findChildren(Scroll):
-                if room.isAncestorOf(now):
-                    room.ensureWidgetVisible(now)
+            for room in (one for one in self._window.findChildren(Scroll) if one.isAncestorOf(now)):
+                room.ensureWidgetVisible(now)
 
 
 class Room(Scroll):
@@ -160,9 +159,7 @@ class Panels(QtWidgets.QMainWindow):
     def fill(self, menu: QtWidgets.QMenu) -> None:
         """Add one action a panel to a menu, which shows it in front whatever it was before."""
         for number, (name, title) in enumerate(TITLES.items(), start=1):
-            action = menu.addAction(title)
-            action.setShortcut(QKeySequence(f"Alt+{number}"))
-            action.triggered.connect(partial(self.go_to, name))
+            menu.addAction(title, QKeySequence(f"Alt+{number}"), partial(self.go_to, name))
 
     def go_to(self, name: str) -> None:
         """Show a panel in front, also one that was closed, and let the keys go to its first field."""
@@ -215,7 +212,8 @@ class Actions:
     def __init__(self, window: QtWidgets.QMainWindow) -> None:
         table = resource_table("window/actions")["actions"]
         self._calls = {name: one["calls"] for name, one in table.items() if "calls" in one}
-        self._made = {name: _action(window, **one) for name, one in table.items()}
+        told = {name: {key: said for key, said in one.items() if key != "calls"} for name, one in table.items()}
+        self._made = {name: _action(window, **one) for name, one in told.items()}
         for action in (self.start, self.record, self.stop):
             action.setIconText(f"{action.text()}\n{action.shortcut().toString()}")
             action.setAutoRepeat(False)
@@ -245,16 +243,8 @@ class Actions:
 
 
 def _action(
-    window: QtWidgets.QMainWindow,
-    words: str,
-    keys: list[str],
-    tip: str = "",
-    *,
-    checkable: bool = False,
-    in_window: bool = False,
-    calls: str = "",
+    window: QWidget, words: str, keys: list[str], tip: str = "", *, checkable: bool = False, in_window: bool = False
 ) -> QAction:
-    del calls  # once all parts of the window are there
     action = QAction(words, window, checkable=checkable)
     action.setShortcuts([QKeySequence(key) for key in keys])
     action.setToolTip(f"{tip or words.rstrip('…')} ({', '.join(keys)})")
@@ -277,12 +267,10 @@ class RunKeys(QObject):
 
     def eventFilter(self, widget: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
         """Keep a key from what has the focus."""
-        kind = event.type()
-        if kind not in (QEvent.Type.ShortcutOverride, QEvent.Type.KeyPress) or not isinstance(
-            widget, QtWidgets.QWidget
-        ):
+        if not isinstance(widget, QWidget) or not isinstance(event, QKeyEvent):
             return False
-        if not isinstance(event, QKeyEvent) or event.modifiers() != Qt.KeyboardModifier.NoModifier:
+        kind = event.type()
+        if kind == QEvent.Type.KeyRelease or event.modifiers() != Qt.KeyboardModifier.NoModifier:
             return False
         acts = event.key() in (Qt.Key.Key_Space, Qt.Key.Key_R) and not _takes_words(widget)
         if kind == QEvent.Type.ShortcutOverride:
@@ -319,11 +307,9 @@ def fill_menus(
     def add_looks(view: QtWidgets.QMenu) -> None:
         menu = view.addMenu("Theme")
         for choice in CHOICES:
-            action = menu.addAction(choice.capitalize())
-            action.setCheckable(True)
+            action = QAction(choice.capitalize(), group, checkable=True, checked=choice == theme.choice)
             action.setData(choice)
-            action.setChecked(choice == theme.choice)
-            group.addAction(action)
+            menu.addAction(action)
 
     def choose_look(action: QAction) -> None:
         theme.apply(action.data())

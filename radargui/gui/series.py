@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPlainTextEdit, QTabWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPlainTextEdit, QVBoxLayout, QWidget
 
 from radargui.gui.background import OneAtATime
 from radargui.gui.control.run_control import RunControl
-from radargui.gui.layout import Choice, OneLine, button, fill, having, put_page
+from radargui.gui.layout import Choice, OneLine, Pages, button, fill, having
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.runs.run_list_panel import RunListPanel
@@ -38,8 +38,7 @@ from radargui.session.session import Session
 _LEFT = 62
 _LONGEST_NAME, _DATE = 24, len("2026-01-31T")
 _BEST = "best"
-_PAGES = ("", "speeds", "falls", "")
-"""What draws a series, in the order of the tabs."""
+_PAGES = {"table": "Statistics", "speeds": "e against speed", "falls": "Falls", "words": "In words"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,10 +223,7 @@ class SeriesPanel(QWidget):
         empty = "What the series found is said here once runs have results."
         self.words = QPlainTextEdit(readOnly=True, placeholderText=empty)
         self._theme, self._stale = theme, set[str]()
-        self.pages = QTabWidget(documentMode=True)
-        drawn = {"e against speed": QWidget(), "Falls": QWidget()}
-        for title, page in {"Statistics": self.table, **drawn, "In words": self.words}.items():
-            self.pages.addTab(page, title)
+        self.pages = Pages(_PAGES, table=self.table, words=self.words)
         self._title = OneLine("No session")
         self.compare = button("Compare sessions…", ask_sessions)
         self.alone = button("Only this one", lambda: None)
@@ -239,12 +235,12 @@ class SeriesPanel(QWidget):
     @cached_property
     def speeds(self) -> SpeedView:
         """The page of e against speed; made when it is first looked at, for the window starts sooner without it."""
-        return put_page(self.pages, _PAGES.index("speeds"), SpeedView(self._theme))
+        return self.pages.put("speeds", SpeedView(self._theme))
 
     @cached_property
     def falls(self) -> FallsView:
         """The page of the falls; the same holds."""
-        return put_page(self.pages, _PAGES.index("falls"), FallsView(self._theme))
+        return self.pages.put("falls", FallsView(self._theme))
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         """Ask for what is new."""
@@ -252,8 +248,7 @@ class SeriesPanel(QWidget):
         self.seen.emit()
 
     def _draw(self, _index: int = 0) -> None:
-        name = _PAGES[self.pages.currentIndex()]
-        if name in self._stale:
+        if (name := self.pages.shown) in self._stale:
             self._stale.discard(name)
             view: SpeedView | FallsView = getattr(self, name)
             view.show_facts(self.facts)

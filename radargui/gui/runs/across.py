@@ -6,16 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, QRect, Qt
-from PySide6.QtGui import (
-    QAction,
-    QCloseEvent,
-    QColor,
-    QFont,
-    QFontMetricsF,
-    QKeyEvent,
-    QPainter,
-    QPaintEvent,
-)
+from PySide6.QtGui import QAction, QCloseEvent, QColor, QFont, QFontMetricsF, QKeyEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 
 from radargui.experiment.event import RecordedRun
@@ -120,25 +111,24 @@ class AcrossView(QWidget):
         colours, shown = self._theme.colours, self.situation
         painter.fillRect(self.rect(), QColor(colours.base))
         role = QColor(colours.role(ROLES.get(shown.state, "busy")))
-        text, fonts = QColor(colours.text), self.fonts()
+        fonts, centred = self.fonts(), Qt.AlignmentFlag.AlignCenter
         margin, top = int(_MARGIN * self.width()), 0
         lines = {"state": shown.state.value, "result": shown.result, "run": shown.run, "next": shown.next}
         for name, words in lines.items():
             box = QRect(margin, top, self.width() - 2 * margin, int(_SHARES[name] * self.height()))
             if name == "state":
                 painter.fillRect(QRect(0, 0, self.width(), box.height()), role)
-            painter.setPen(QColor(colours.base) if name == "state" else text)
+            painter.setPen(QColor(colours.base if name == "state" else colours.text))
             painter.setFont(fonts[name])
             if name == "next":
-                flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-                painter.drawText(box, int(flags), words)
+                painter.drawText(box, int(centred | Qt.TextFlag.TextWordWrap), words)
             else:
                 shorter = painter.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, box.width())
-                painter.drawText(box, Qt.AlignmentFlag.AlignCenter, shorter)
+                painter.drawText(box, centred, shorter)
             top += box.height()
         painter.setFont(fonts["keys"])
         painter.setPen(QColor(colours.faint))
-        painter.drawText(QRect(0, top, self.width(), self.height() - top), Qt.AlignmentFlag.AlignCenter, _KEYS)
+        painter.drawText(QRect(0, top, self.width(), self.height() - top), centred, _KEYS)
         painter.end()
 
     def event(self, event: QEvent) -> bool:
@@ -203,15 +193,13 @@ class AcrossController(QObject):
         """Return what is to be shown."""
         state = self._keeping.control.state
         entry = self._keeping.runs.model.entry_of(self._of) if self._of else None
-        result = ""
-        if entry is not None:
-            known = (entry.summary or {}).get("e") is not None
-            result = f"e = {entry.restitution()}" if known else "no e"
-        coming = state in (AppState.ARMED, AppState.RECORDING, AppState.SETTLING)
-        run = self._keeping.coming if coming else entry.called if entry is not None else ""
-        if coming and entry is not None:
-            run = f"{run}; e of {entry.called}"
-        return Situation(state, result, run, self._next(state, entry.verdict if entry and result == "no e" else ""))
+        coming = self._keeping.coming if state in (AppState.ARMED, AppState.RECORDING, AppState.SETTLING) else ""
+        if entry is None:
+            return Situation(state, "", coming, self._next(state, ""))
+        run = f"{coming}; e of {entry.called}" if coming else entry.called
+        if entry.has_e:
+            return Situation(state, f"e = {entry.restitution()}", run, self._next(state, ""))
+        return Situation(state, "no e", run, self._next(state, entry.verdict))
 
     def _next(self, state: AppState, why: str) -> str:
         control, notices = self._keeping.control, self._keeping.services.board.notices

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -39,10 +40,9 @@ _RECOVERY_AFTER_MS, _LATER_AFTER_MS = 300, 600
 class _Offer(Strip):
     """Words and two buttons; hidden where there is nothing to offer, and nothing is done without being asked for."""
 
-    accepted, tip, refusal_tip = "", "", ""
+    accepted, tip, refusal_tip, what = "", "", "", ""
     edge: Edge = "link-visited"
     after_ms = 0
-    what = ""
 
     def __init__(self, control: RunControl, panel: SessionPanel, services: Services) -> None:
         self.accept = button(self.accepted, self._accept, self.tip)
@@ -56,8 +56,8 @@ class _Offer(Strip):
         """Look for such runs, in the background; the first look at a large folder takes its time."""
         folder = self._panel.data_folder
         if folder.is_dir() and not self._busy:
-            task, find = self._services.work.quiet(), self._find
-            self._services.jobs.start(self.what, lambda: find(folder, task), self._offer, self._failed)
+            work = partial(self._find, folder, self._services.work.quiet())
+            self._services.jobs.start(self.what, work, self._offer, self._failed)
 
     @property
     def _busy(self) -> bool:
@@ -104,9 +104,9 @@ class RecoveryOffer(_Offer):
         self.setVisible(bool(self.runs))
 
     def _accept(self) -> None:
-        paths, work = [run.path for run in self.runs], self._services.work
         self.hide()
-        work.start("recovering runs", lambda task: _recovered(paths, task), self._done, cancelled=self.look)
+        work = partial(_recovered, [run.path for run in self.runs])
+        self._services.work.start("recovering runs", work, self._done, cancelled=self.look)
 
     def _done(self, outcomes: tuple[Outcome[RecoveredRun], ...]) -> None:
         board = self._services.board
@@ -156,16 +156,16 @@ class LaterOffer(_Offer):
     def _offer(self, runs: tuple[RunLine, ...]) -> None:
         self.runs = runs
         count = _counted(runs, "waits for its result", "wait for their results")
-        folders = sorted({run.path.parent.name for run in runs})
-        where = folders[-1] if len(folders) == 1 else f"{len(folders)} sessions"
+        folders = {run.path.parent.name for run in runs}
+        where = folders.pop() if len(folders) == 1 else f"{len(folders)} sessions"
         self.words.setText(f"{count}, in {where}: left for later.")
         self.setVisible(bool(runs) and not self._busy)
 
     def _accept(self) -> None:
-        paths, what = [run.path for run in self.runs], f"computing {len(self.runs)} results"
         self.hide()
-        work = self._services.work
-        work.start(what, lambda task: compute_later(paths, task.report), self._done, cancelled=self.computed.emit)
+        paths, start = [run.path for run in self.runs], self._services.work.start
+        what = f"computing {len(paths)} results"
+        start(what, lambda task: compute_later(paths, task.report), self._done, cancelled=self.computed.emit)
 
     def _done(self, outcomes: tuple[Outcome[RunResult], ...]) -> None:
         board = self._services.board

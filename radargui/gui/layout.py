@@ -26,13 +26,14 @@ Edge = Literal["bright-text", "link-visited", "link"]
 """Of a strip: an alarm, something to look at, something that is being done."""
 _Box = TypeVar("_Box", bound=QtWidgets.QBoxLayout)
 _Widget = TypeVar("_Widget", bound=QtWidgets.QWidget)
+_Any = TypeVar("_Any")
 
 
-def having(widget: _Widget, **properties: Any) -> _Widget:
+def having(what: _Any, **properties: Any) -> _Any:
     """Return a widget with properties as Qt calls them: PySide takes them so where it makes one, its types know few."""
     for name, value in properties.items():
-        getattr(widget, f"set{name[:1].upper()}{name[1:]}")(value)
-    return widget
+        getattr(what, f"set{name[:1].upper()}{name[1:]}")(value)
+    return what
 
 
 def fill(box: _Box, *parts: Part, margins: Margins = (0, 0, 0, 0), spacing: int = 2) -> _Box:
@@ -116,9 +117,7 @@ class Dialog(QtWidgets.QDialog):
         self, title: str, size: tuple[int, int], parent: QtWidgets.QWidget | None = None, name: str = ""
     ) -> None:
         super().__init__(parent)
-        self.setWindowTitle(title)
-        self.setObjectName(name)
-        fit_screen(self, *size)
+        fit_screen(having(self, windowTitle=title, objectName=name), *size)
 
     def lay_out(self, *parts: Part, margins: Margins = (9, 9, 9, 9), spacing: int = 6) -> None:
         """Put the parts one beneath the other."""
@@ -143,10 +142,8 @@ class Group(QtWidgets.QGroupBox):
 
     def __init__(self, title: str = "") -> None:
         super().__init__(title)
-        self.rows = QtWidgets.QFormLayout(self)
+        self.rows = QtWidgets.QFormLayout(self, labelAlignment=Qt.AlignmentFlag.AlignLeft, verticalSpacing=4)
         self.rows.setFieldGrowthPolicy(QtWidgets.QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        self.rows.setLabelAlignment(Qt.AlignmentFlag.AlignLeft)
-        self.rows.setVerticalSpacing(4)
         self.rows.setContentsMargins(8, 6, 8, 8)
 
     def row(self, words: str, field: QtWidgets.QWidget, tip: str = "", fault: QtWidgets.QWidget | None = None) -> None:
@@ -174,8 +171,15 @@ class Choice(QtWidgets.QComboBox):
 
     def __init__(self, items: Iterable[tuple[Any, str]] = ()) -> None:
         super().__init__()
-        for value, words in items:
-            self.addItem(words, value)
+        self.offer(items)
+
+    def offer(self, items: Iterable[tuple[Any, str]], chosen: Any = None) -> None:
+        """Let other values be chosen, `chosen` at first where it is one of them; nobody is told."""
+        with QSignalBlocker(self):
+            self.clear()
+            for value, words in items:
+                self.addItem(words, value)
+            self.setCurrentIndex(max(0, self.findData(chosen)))
 
     def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802 - Qt's name
         """Leave the wheel to the form."""
@@ -241,9 +245,7 @@ class Paragraph(PlainLabel):
 
     def __init__(self, text: str = "") -> None:
         super().__init__(text)
-        policy = self.sizePolicy()
-        policy.setHeightForWidth(True)
-        self.setSizePolicy(policy)
+        self.setSizePolicy(having(self.sizePolicy(), heightForWidth=True))
 
 
 class Answer(PlainLabel):

@@ -6,23 +6,13 @@ from operator import attrgetter
 from pathlib import Path
 
 import pyqtgraph
-from PySide6 import QtWidgets, __version__ as pyside_version
+from PySide6 import QtGui, QtWidgets, __version__ as pyside_version
 from PySide6.QtCore import QEvent, QObject, QSize, Qt, QUrl
-from PySide6.QtGui import (
-    QAction,
-    QActionGroup,
-    QDesktopServices,
-    QKeyEvent,
-    QKeySequence,
-    QPainter,
-    QPaintEvent,
-    QPalette,
-)
 from PySide6.QtWidgets import QHBoxLayout, QTextBrowser, QWidget
 
 from radargui import __version__
 from radargui.gui.control.state import AppState
-from radargui.gui.layout import Dialog, Scroll, button, fill, fit_screen
+from radargui.gui.layout import Dialog, Scroll, button, fill, fit_screen, having
 from radargui.gui.plots.plot import Plot
 from radargui.gui.settings import LAYOUT_VERSION, Settings
 from radargui.gui.theme import CHOICES, Theme
@@ -67,10 +57,10 @@ class FocusMark(QtWidgets.QFocusFrame):
         self.hide()
         application.focusChanged.connect(self._follow)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+    def paintEvent(self, _event: QtGui.QPaintEvent) -> None:  # noqa: N802 - Qt's name
         """Draw the frame; Qt lets through only its edge."""
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), self.palette().color(QPalette.ColorRole.Highlight))
+        painter = QtGui.QPainter(self)
+        painter.fillRect(self.rect(), self.palette().color(QtGui.QPalette.ColorRole.Highlight))
         painter.end()
 
     def _follow(self, _old: QtWidgets.QWidget | None, now: QtWidgets.QWidget | None) -> None:
@@ -87,9 +77,7 @@ class Room(Scroll):
 
     def __init__(self, panel: QtWidgets.QWidget) -> None:
         super().__init__(panel, across=True)
-        policy = self.sizePolicy()
-        policy.setRetainSizeWhenHidden(True)
-        self.setSizePolicy(policy)
+        self.setSizePolicy(having(self.sizePolicy(), retainSizeWhenHidden=True))
 
     def minimumSizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         """Return the size below which nothing can be read in it."""
@@ -114,9 +102,7 @@ class Panels(QtWidgets.QMainWindow):
         self.docks: dict[str, QtWidgets.QDockWidget] = {}
         self.held = dict(zip(TITLES, widgets, strict=True))
         for name, title in TITLES.items():
-            dock = QtWidgets.QDockWidget(title)
-            dock.setObjectName(name)
-            dock.setWidget(Room(self.held[name]))
+            dock = having(QtWidgets.QDockWidget(title), objectName=name, widget=Room(self.held[name]))
             dock.visibilityChanged.connect(partial(self._show_content, dock))
             if name in _FORMS:
                 dock.setMaximumWidth(_WIDEST_FORM)
@@ -159,7 +145,7 @@ class Panels(QtWidgets.QMainWindow):
     def fill(self, menu: QtWidgets.QMenu) -> None:
         """Add one action a panel to a menu, which shows it in front whatever it was before."""
         for number, (name, title) in enumerate(TITLES.items(), start=1):
-            menu.addAction(title, QKeySequence(f"Alt+{number}"), partial(self.go_to, name))
+            menu.addAction(title, QtGui.QKeySequence(f"Alt+{number}"), partial(self.go_to, name))
 
     def go_to(self, name: str) -> None:
         """Show a panel in front, also one that was closed, and let the keys go to its first field."""
@@ -168,11 +154,11 @@ class Panels(QtWidgets.QMainWindow):
         dock.raise_()
         dock.activateWindow()
         self._show_content(dock, True)
-        fields = (one for one in dock.widget().findChildren(QtWidgets.QWidget) if one.isVisible() and one.isEnabled())
-        takes_tab = Qt.FocusPolicy.TabFocus
-        first = next((one for one in fields if one.focusPolicy() & takes_tab and one.focusProxy() is None), None)
-        if first is not None:
-            first.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        for one in dock.widget().findChildren(QtWidgets.QWidget):
+            takes_tab = one.focusPolicy() & Qt.FocusPolicy.TabFocus and one.focusProxy() is None
+            if takes_tab and one.isVisible() and one.isEnabled():
+                one.setFocus(Qt.FocusReason.ShortcutFocusReason)
+                break
 
     def next_plot(self) -> None:
         """Give the keys to the next plot that is seen, so that it is zoomed and copied without a mouse."""
@@ -184,9 +170,9 @@ class Panels(QtWidgets.QMainWindow):
     def bring_up(self, name: str) -> None:
         """Show a panel in front, unless the operator closed it, or follows the series where it would stand."""
         dock, series = self.docks[name], self.docks["series"]
-        if name != "series" and series.widget().isVisible() and series in self.tabifiedDockWidgets(dock):
-            return
-        if not dock.isHidden() or self.tabifiedDockWidgets(dock):
+        beside = self.tabifiedDockWidgets(dock)
+        follows_series = name != "series" and series.widget().isVisible() and series in beside
+        if not follows_series and (beside or not dock.isHidden()):
             dock.raise_()
 
     def _show_content(self, dock: QtWidgets.QDockWidget, visible: bool) -> None:
@@ -219,7 +205,7 @@ class Actions:
             action.setAutoRepeat(False)
         self.in_space.setEnabled(False)
 
-    def __getattr__(self, name: str) -> QAction:
+    def __getattr__(self, name: str) -> QtGui.QAction:
         """Return an action by its name."""
         if name.startswith("_") or name not in self._made:
             raise AttributeError(f"no action is named {name}")
@@ -244,9 +230,9 @@ class Actions:
 
 def _action(
     window: QWidget, words: str, keys: list[str], tip: str = "", *, checkable: bool = False, in_window: bool = False
-) -> QAction:
-    action = QAction(words, window, checkable=checkable)
-    action.setShortcuts([QKeySequence(key) for key in keys])
+) -> QtGui.QAction:
+    action = QtGui.QAction(words, window, checkable=checkable)
+    action.setShortcuts([QtGui.QKeySequence(key) for key in keys])
     action.setToolTip(f"{tip or words.rstrip('…')} ({', '.join(keys)})")
     reach = Qt.ShortcutContext
     action.setShortcutContext(reach.WindowShortcut if in_window else reach.ApplicationShortcut)
@@ -267,7 +253,7 @@ class RunKeys(QObject):
 
     def eventFilter(self, widget: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
         """Keep a key from what has the focus."""
-        if not isinstance(widget, QWidget) or not isinstance(event, QKeyEvent):
+        if not isinstance(widget, QWidget) or not isinstance(event, QtGui.QKeyEvent):
             return False
         kind = event.type()
         if kind == QEvent.Type.KeyRelease or event.modifiers() != Qt.KeyboardModifier.NoModifier:
@@ -300,18 +286,18 @@ def _takes_words(widget: QtWidgets.QWidget) -> bool:
 
 def fill_menus(
     bar: QtWidgets.QMenuBar, does: Actions, panels: Panels, theme: Theme, settings: Settings
-) -> QActionGroup:
+) -> QtGui.QActionGroup:
     """Fill the bar; return the group that chooses the look, each action's data is its choice."""
-    group = QActionGroup(bar)
+    group = QtGui.QActionGroup(bar)
 
     def add_looks(view: QtWidgets.QMenu) -> None:
         menu = view.addMenu("Theme")
         for choice in CHOICES:
-            action = QAction(choice.capitalize(), group, checkable=True, checked=choice == theme.choice)
+            action = QtGui.QAction(choice.capitalize(), group, checkable=True, checked=choice == theme.choice)
             action.setData(choice)
             menu.addAction(action)
 
-    def choose_look(action: QAction) -> None:
+    def choose_look(action: QtGui.QAction) -> None:
         theme.apply(action.data())
         settings.put("theme", action.data())
 
@@ -353,9 +339,8 @@ def show_help(parent: QWidget) -> None:
     """Open the help; without a browser it is shown here."""
     page = help_page()
     url = QUrl.fromLocalFile(str(page))
-    if page.suffix == ".html" and QDesktopServices.openUrl(url):
-        return
-    HelpBrowser(url, parent).show()
+    if page.suffix != ".html" or not QtGui.QDesktopServices.openUrl(url):
+        HelpBrowser(url, parent).show()
 
 
 class HelpBrowser(Dialog):

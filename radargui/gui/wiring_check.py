@@ -174,9 +174,8 @@ class WiringCheck(Dialog):
         if self._control.state is AppState.LIVE:
             self._control.stop()
         model.replace(report.corrected(model.setup))
-        self._services.board.post(
-            "info", f"Taken into the setup: {in_words(', '.join(report.settings()))}. Save it to keep it."
-        )
+        taken = in_words(", ".join(report.settings()))
+        self._services.board.post("info", f"Taken into the setup: {taken}. Save it to keep it.")
         self.take.hide()
         self.step.setText("The proposals stand in the setup: check again, then save it.")
 

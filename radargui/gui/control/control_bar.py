@@ -18,15 +18,6 @@ _MOST_POINTS = 34.0
 _LEAST_POINTS = 11.0
 """Below these nothing is read across a room; where the words do not fit their end is told by the tool tip."""
 
-ROLES = {
-    AppState.DONE: "good",
-    AppState.RECORDING: "alarm",
-    AppState.FAILED: "alarm",
-    AppState.ARMED: "mark",
-    AppState.IDLE: "idle",
-}
-"""Colours of the states; all others are busy."""
-
 
 class StateView(QtWidgets.QWidget):
     """A word for the state and what belongs to it, in letters that stay as large as they are."""
@@ -59,7 +50,7 @@ class StateView(QtWidgets.QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         colours = self._theme.colours
-        colour = QColor(colours.role(ROLES.get(self._state, "busy")))
+        colour = QColor(colours.role(self._state.role))
         frame = self.rect().adjusted(2, 4, -2, -4)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(colours.base))

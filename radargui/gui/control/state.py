@@ -21,18 +21,35 @@ from radargui.sources.factory import SourceKind
 
 
 class AppState(Enum):
-    """The state shown in large letters; the value is the word shown."""
+    """The state shown in large letters; the value is the word shown.
 
-    IDLE = "IDLE"
-    STARTING = "STARTING"
-    LIVE = "LIVE"
-    ARMED = "ARMED"
-    RECORDING = "RECORDING"
-    SETTLING = "SETTLING"
-    PROCESSING = "PROCESSING"
-    STOPPING = "STOPPING"
-    DONE = "DONE"
-    FAILED = "FAILED"
+    Attributes
+    ----------
+    role
+        Its colour.
+    next
+        What the operator does now; armed and failed say more.
+    """
+
+    role: str
+    next: str
+
+    IDLE = "IDLE", "idle", "Press R to record, Space to look at the signal"
+    STARTING = "STARTING", "busy", "Wait: the source starts"
+    LIVE = "LIVE", "busy", "Press R to record"
+    ARMED = "ARMED", "mark", "Let the sphere drop"
+    RECORDING = "RECORDING", "alarm", "Hands off: this is being recorded"
+    SETTLING = "SETTLING", "busy", "Hands off until nothing moves"
+    PROCESSING = "PROCESSING", "busy", "The result is being computed"
+    STOPPING = "STOPPING", "busy", "Wait: what runs is being ended"
+    DONE = "DONE", "good", "Hang the sphere up again, then press R"
+    FAILED = "FAILED", "alarm", "Press R to try again"
+
+    def __new__(cls, word: str, role: str, then: str) -> "AppState":
+        """Return a state whose value is its word alone."""
+        made = object.__new__(cls)
+        made._value_, made.role, made.next = word, role, then
+        return made
 
     @property
     def running(self) -> bool:

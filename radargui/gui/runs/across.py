@@ -10,7 +10,6 @@ from PySide6.QtGui import QAction, QCloseEvent, QColor, QFont, QFontMetricsF, QK
 from PySide6.QtWidgets import QWidget
 
 from radargui.experiment.event import RecordedRun
-from radargui.gui.control.control_bar import ROLES
 from radargui.gui.control.state import AppState
 from radargui.gui.runs.run_keeping import RunKeeping
 from radargui.gui.theme import Theme
@@ -27,18 +26,6 @@ _SHARES = {"state": 0.26, "result": 0.26, "run": 0.14, "next": 0.22, "keys": 0.0
 """Of the height of the screen; what is left holds the keys."""
 _KEYS = "Space  start      R  record      F5  stop      Del  reject      F11 or Esc  back to the window"
 _MARGIN = 0.03
-
-NEXT = {
-    AppState.IDLE: "Press R to record, Space to look at the signal",
-    AppState.STARTING: "Wait: the source starts",
-    AppState.LIVE: "Press R to record",
-    AppState.RECORDING: "Hands off: this is being recorded",
-    AppState.SETTLING: "Hands off until nothing moves",
-    AppState.PROCESSING: "The result is being computed",
-    AppState.STOPPING: "Wait: what runs is being ended",
-    AppState.DONE: "Hang the sphere up again, then press R",
-}
-"""What the operator does next; armed and failed say more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +97,7 @@ class AcrossView(QWidget):
         painter = QPainter(self)
         colours, shown = self._theme.colours, self.situation
         painter.fillRect(self.rect(), QColor(colours.base))
-        role = QColor(colours.role(ROLES.get(shown.state, "busy")))
+        role = QColor(colours.role(shown.state.role))
         fonts, centred = self.fonts(), Qt.AlignmentFlag.AlignCenter
         margin, top = int(_MARGIN * self.width()), 0
         lines = {"state": shown.state.value, "result": shown.result, "run": shown.run, "next": shown.next}
@@ -203,13 +190,13 @@ class AcrossController(QObject):
 
     def _next(self, state: AppState, why: str) -> str:
         control, notices = self._keeping.control, self._keeping.services.board.notices
-        if state is AppState.FAILED:
-            return notices[0].text if notices else "Press R to try again"
-        if state is AppState.ARMED:
-            return f"Waiting for {control.waits_for}" if control.waits_for else "Let the sphere drop"
+        if state is AppState.FAILED and notices:
+            return notices[0].text
+        if state is AppState.ARMED and control.waits_for:
+            return f"Waiting for {control.waits_for}"
         if state is AppState.PROCESSING:
-            return f"{NEXT[state]}: {control.reached.progress:.0%}"
-        return f"{why[:1].upper()}{why[1:]}. {NEXT[state]}" if why and state is AppState.DONE else NEXT[state]
+            return f"{state.next}: {control.reached.progress:.0%}"
+        return f"{why[:1].upper()}{why[1:]}. {state.next}" if why and state is AppState.DONE else state.next
 
     def _take(self, recorded: RecordedRun) -> None:
         if recorded.path is not None and not recorded.set_aside:

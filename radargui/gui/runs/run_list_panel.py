@@ -3,7 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QItemSelection, QUrl, Signal
+from PySide6.QtCore import QSignalBlocker, QUrl, Signal
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QCheckBox, QSizePolicy, QToolBar, QVBoxLayout, QWidget
 
@@ -63,15 +63,13 @@ class RunListPanel(QWidget):
         self.series.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         fill(QVBoxLayout(self), (self.table, 1), self.series, row)
 
-        self._folder: Path | None = None
-        self._report_file: Path | None = None
         self._report_busy = False
-        self._fit_columns([])
-        self._refresh_buttons()
+        self.show_session(None, [])
 
     def show_session(self, folder: Path | None, entries: list[RunEntry]) -> None:
         """Show the runs of a session; its report, where it has one, is told by `show_report`."""
-        self._folder, self._report_file = folder, None
+        self._folder = folder
+        self._report_file: Path | None = None
         self.model.replace_all(entries)
         self._hide_rows()
         self._fit_columns(self.model.entries[-_MOST_FITTED:])
@@ -89,9 +87,8 @@ class RunListPanel(QWidget):
             self.table.scrollTo(self.table.model().index(shown, 0))
         if select:
             # the result of a run that was just recorded is there already: nobody needs to be asked for it
-            self.table.selectionModel().blockSignals(True)
-            self.table.selectRow(shown)
-            self.table.selectionModel().blockSignals(False)
+            with QSignalBlocker(self.table.selectionModel()):
+                self.table.selectRow(shown)
             self.table.viewport().update()
         self._refresh_buttons()
 
@@ -106,7 +103,7 @@ class RunListPanel(QWidget):
         self._report_busy, self._report_file = busy, file or self._report_file
         self._refresh_buttons()
 
-    def _chosen(self, _selected: QItemSelection, _deselected: QItemSelection) -> None:
+    def _chosen(self) -> None:
         self._refresh_buttons()
         # who selects many wants to look at none
         if len(chosen := self.table.all_chosen) == 1:

@@ -198,9 +198,8 @@ class ExportDialog(Dialog):
             return
         what, kind, force = self.what.currentData(), EXPORT_FORMATS[self.kind.currentData()], self.replace.isChecked()
         self.go.setEnabled(False)
-        self._jobs.start(
-            "looking at the folder", lambda: _planned(Path(what), kind, folder, force=force), self._accept, self._refuse
-        )
+        work = partial(_planned, Path(what), kind, folder, force=force)
+        self._jobs.start("looking at the folder", work, self._accept, self._refuse)
 
     def _accept(self, plan: ExportPlan) -> None:
         if self.isVisible():
@@ -227,6 +226,7 @@ class TransferController(QObject):
     def __post_init__(self) -> None:
         super().__init__(self.services.parent)
         self.dialog: QDialog | None = None
+        self._say = partial(self.services.board.post, "info")
 
     def ask_import(self) -> None:
         """Let the operator choose what to import."""
@@ -258,9 +258,7 @@ class TransferController(QObject):
             lambda task: import_recordings(order, task.report),
             self._brought_in,
             self._not_brought_in,
-            lambda: self.services.board.post(
-                "info", "The import was cancelled; runs that were there already are kept."
-            ),
+            lambda: self._say("The import was cancelled; runs that were there already are kept."),
         )
 
     def take_out(self, plan: ExportPlan) -> None:
@@ -269,9 +267,7 @@ class TransferController(QObject):
             "exporting samples",
             lambda task: tuple(plan.carry_out(task.report)),
             lambda runs: self._taken(plan, runs),
-            cancelled=lambda: self.services.board.post(
-                "info", f"The export was cancelled; files that were done: {plan.folder}"
-            ),
+            cancelled=lambda: self._say(f"The export was cancelled; files that were done: {plan.folder}"),
         )
 
     def _not_brought_in(self, error: BaseException) -> None:
@@ -284,7 +280,7 @@ class TransferController(QObject):
         if imported.session is None:
             return
         count = "1 run was" if len(imported.paths) == 1 else f"{len(imported.paths)} runs were"
-        self.services.board.post("info", f"{count} imported as session {imported.session.name}")
+        self._say(f"{count} imported as session {imported.session.name}")
         if not self.control.state.running:
             self.sessions.open(imported.session)
 
@@ -294,7 +290,7 @@ class TransferController(QObject):
                 self.services.board.post_error(run.error)
         files = sum(len(run.value or ()) for run in runs)
         if files:
-            self.services.board.post("info", f"{files} files written to {plan.folder}")
+            self._say(f"{files} files written to {plan.folder}")
 
     def close(self) -> None:
         """Cancel and close the dialog."""

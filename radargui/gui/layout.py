@@ -26,10 +26,10 @@ Edge = Literal["bright-text", "link-visited", "link"]
 """Of a strip: an alarm, something to look at, something that is being done."""
 _Box = TypeVar("_Box", bound=QtWidgets.QBoxLayout)
 _Widget = TypeVar("_Widget", bound=QtWidgets.QWidget)
-_Any = TypeVar("_Any")
+_Thing = TypeVar("_Thing")
 
 
-def having(what: _Any, **properties: Any) -> _Any:
+def having(what: _Thing, **properties: Any) -> _Thing:
     """Return a widget with properties as Qt calls them: PySide takes them so where it makes one, its types know few."""
     for name, value in properties.items():
         getattr(what, f"set{name[:1].upper()}{name[1:]}")(value)
@@ -118,6 +118,10 @@ class Dialog(QtWidgets.QDialog):
     ) -> None:
         super().__init__(parent)
         fit_screen(having(self, windowTitle=title, objectName=name), *size)
+
+    def fit_screen(self, width: int, height: int) -> None:
+        """Be so large, where the screen has room for it."""
+        fit_screen(self, width, height)
 
     def lay_out(self, *parts: Part, margins: Margins = (9, 9, 9, 9), spacing: int = 6) -> None:
         """Put the parts one beneath the other."""

@@ -4,6 +4,7 @@ import platform
 from functools import partial
 from operator import attrgetter
 from pathlib import Path
+from typing import Any
 
 import pyqtgraph
 from PySide6 import QtGui, QtWidgets, __version__ as pyside_version
@@ -196,10 +197,8 @@ class Actions:
     """One attribute an action, named as in `resources/window/actions.toml`, which has their words and keys."""
 
     def __init__(self, window: QtWidgets.QMainWindow) -> None:
-        table = resource_table("window/actions")["actions"]
-        self._calls = {name: one["calls"] for name, one in table.items() if "calls" in one}
-        told = {name: {key: said for key, said in one.items() if key != "calls"} for name, one in table.items()}
-        self._made = {name: _action(window, **one) for name, one in told.items()}
+        self._told = resource_table("window/actions")["actions"]
+        self._made = {name: _action(window, one) for name, one in self._told.items()}
         for action in (self.start, self.record, self.stop):
             action.setIconText(f"{action.text()}\n{action.shortcut().toString()}")
             action.setAutoRepeat(False)
@@ -213,29 +212,26 @@ class Actions:
 
     def connect_to(self, window: QtWidgets.QMainWindow) -> None:
         """Let each action call what the table says, once all parts of the window are there."""
-        for name, slot in self._calls.items():
-            getattr(self, name).triggered.connect(attrgetter(slot)(window))
+        for name, told in self._told.items():
+            if "calls" in told:
+                self._made[name].triggered.connect(attrgetter(told["calls"])(window))
 
     def enable(self, state: AppState, *, valid: bool) -> None:
         """Let be chosen what can be done in a state, with a setup that is `valid` or not."""
-        free = not state.running
-        self.start.setEnabled(free and valid)
-        self.record.setEnabled((free or state is AppState.LIVE) and valid)
-        self.stop.setEnabled(not free)
-        for action in (self.open_setup, self.undo_setup, self.new_session, self.open_session):
-            action.setEnabled(free)
-        self.save_setup.setEnabled(valid)
-        self.save_setup_as.setEnabled(valid)
+        rest = not state.running
+        now = {"at rest": rest, "at rest or live": rest or state is AppState.LIVE, "running": not rest, "right": valid}
+        for name, told in self._told.items():
+            if "needs" in told:
+                self._made[name].setEnabled(all(now[one] for one in told["needs"]))
 
 
-def _action(
-    window: QWidget, words: str, keys: list[str], tip: str = "", *, checkable: bool = False, in_window: bool = False
-) -> QtGui.QAction:
-    action = QtGui.QAction(words, window, checkable=checkable)
+def _action(window: QWidget, told: dict[str, Any]) -> QtGui.QAction:
+    words, keys = told["words"], told["keys"]
+    action = QtGui.QAction(words, window, checkable=told.get("checkable", False))
     action.setShortcuts([QtGui.QKeySequence(key) for key in keys])
-    action.setToolTip(f"{tip or words.rstrip('…')} ({', '.join(keys)})")
+    action.setToolTip(f"{told.get('tip') or words.rstrip('…')} ({', '.join(keys)})")
     reach = Qt.ShortcutContext
-    action.setShortcutContext(reach.WindowShortcut if in_window else reach.ApplicationShortcut)
+    action.setShortcutContext(reach.WindowShortcut if told.get("in_window") else reach.ApplicationShortcut)
     window.addAction(action)
     return action
 
@@ -313,25 +309,20 @@ def fill_menus(
     return group
 
 
-def facts(opengl: str, data_folder: Path, setup_file: Path | None) -> str:
-    """Return the facts as lines of text."""
-    lines = (
-        f"RadarGUI {__version__}",
-        f"Python {platform.python_version()}, PySide6 {pyside_version}, pyqtgraph {pyqtgraph.__version__}",
-        f"System: {platform.platform()}",
-        f"Track in 3D: {opengl}",
-        f"Data folder: {data_folder}",
-        f"Setup file: {setup_file or 'none'}",
-    )
-    return "\n".join(lines)
-
-
 class About(Dialog):
     """The facts, to be copied."""
 
-    def __init__(self, text: str, parent: QtWidgets.QWidget | None = None) -> None:
+    def __init__(self, opengl: str, data_folder: Path, setup_file: Path | None, parent: QWidget) -> None:
         super().__init__("About RadarGUI", (560, 220), parent)
-        view = QtWidgets.QPlainTextEdit(text, readOnly=True)
+        lines = (
+            f"RadarGUI {__version__}",
+            f"Python {platform.python_version()}, PySide6 {pyside_version}, pyqtgraph {pyqtgraph.__version__}",
+            f"System: {platform.platform()}",
+            f"Track in 3D: {opengl}",
+            f"Data folder: {data_folder}",
+            f"Setup file: {setup_file or 'none'}",
+        )
+        view = QtWidgets.QPlainTextEdit("\n".join(lines), readOnly=True)
         self.lay_out(view, fill(QtWidgets.QHBoxLayout(), 1, button("Close", self.reject, default=True)))
 
 

@@ -194,10 +194,13 @@ def session_key(sessions: Sequence[SessionFindings]) -> list[tuple[str, str, str
     names = [one.name for one in sessions]
     # of one day its time is enough
     cut = _DATE if names[0][_DATE - 1 : _DATE] == "T" and len({name[:_DATE] for name in names}) == 1 else 0
-    heights = (one.series.drop_height_m for one in sessions)
     return [
-        ("●", role_of(number), " ".join(filter(None, (name[cut:][:_LONGEST_NAME], _height(height)))))
-        for number, (name, height) in enumerate(zip(names, heights, strict=True))
+        (
+            "●",
+            role_of(number),
+            " ".join(filter(None, (one.name[cut:][:_LONGEST_NAME], _height(one.series.drop_height_m)))),
+        )
+        for number, one in enumerate(sessions)
     ]
 
 

@@ -4,14 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from operator import itemgetter
 from typing import Any, Generic, TypeVar
 
-from PySide6.QtCore import (
-    QAbstractTableModel,
-    QItemSelectionModel,
-    QModelIndex,
-    QPersistentModelIndex,
-    QSortFilterProxyModel,
-    Qt,
-)
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, QSortFilterProxyModel, Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QAbstractItemView, QApplication, QTableView
 
@@ -147,8 +140,9 @@ class RowTable(QTableView, Generic[_R]):
 
     def selectRow(self, row: int) -> None:  # noqa: N802 - Qt's name
         """Select one row and no other, whatever keys are held while a run comes in."""
-        flags = QItemSelectionModel.SelectionFlag
-        self.selectionModel().setCurrentIndex(self.model().index(row, 0), flags.ClearAndSelect | flags.Rows)
+        selection = self.selectionModel()
+        flags = selection.SelectionFlag
+        selection.setCurrentIndex(self.model().index(row, 0), flags.ClearAndSelect | flags.Rows)
 
     def choose(self, wanted: Callable[[_R], bool]) -> bool:
         """Select the first row that is wanted; return whether there is one."""

@@ -12,6 +12,8 @@ from radargui.model.resources import resource_table
 
 ThemeChoice = Literal["system", "light", "dark"]
 CHOICES: tuple[ThemeChoice, ...] = ("system", "light", "dark")
+_SCHEMES = dict(zip(CHOICES, (Qt.ColorScheme.Unknown, Qt.ColorScheme.Light, Qt.ColorScheme.Dark), strict=True))
+"""Unknown: as the system has it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,17 +94,13 @@ class Theme(QObject):
         hints = self.application.styleHints()
         with QSignalBlocker(hints):
             # the title bar follows where the system can; palettes are ours where it cannot
-            if choice == "system":
-                hints.unsetColorScheme()
-            else:
-                hints.setColorScheme(Qt.ColorScheme.Dark if choice == "dark" else Qt.ColorScheme.Light)
+            hints.setColorScheme(_SCHEMES[choice])
         self._refresh()
 
     def _refresh(self) -> None:
-        dark = self.choice == "dark"
-        if self.choice == "system":
-            scheme = self.application.styleHints().colorScheme()
-            dark = self._system_dark if scheme == Qt.ColorScheme.Unknown else scheme == Qt.ColorScheme.Dark
+        hints, schemes = self.application.styleHints(), Qt.ColorScheme
+        scheme = hints.colorScheme() if self.choice == "system" else _SCHEMES[self.choice]
+        dark = self._system_dark if scheme == schemes.Unknown else scheme == schemes.Dark
         self.colours = DARK if dark else LIGHT
         self.application.setPalette(palette(self.colours))
         for kind in _TABLE["edged"]:

@@ -11,22 +11,11 @@ from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.health import Health
 from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
-from radargui.files.run_card import RunCard, origin_attributes
+from radargui.files.run_card import RunCard, origin_attributes, read_run_card
 from radargui.gui.background import Mailbox
-from radargui.gui.control.state import (
-    AppState,
-    Asked,
-    Backlog,
-    Feed,
-    MakeSource,
-    Reached,
-    RunRequest,
-    WorkerState,
-    card_of,
-    edge_words,
-    restart_words,
-)
-from radargui.model.errors import SourceError
+from radargui.gui.control.state import AppState, Asked, Backlog, Feed, MakeSource, Reached, RunRequest, WorkerState
+from radargui.model.daq import Daq
+from radargui.model.errors import RadarGuiError, SourceError
 from radargui.model.setup import Setup
 from radargui.processing.live import LiveMemory
 from radargui.session.info import about_setup_file
@@ -369,3 +358,23 @@ class RunControl(QObject):
         if state is not self.state:
             self.state = state
             self.state_changed.emit()
+
+
+def card_of(run: RecordedRun) -> RunCard:
+    """Return what the file of a run says of it; an empty card where it cannot be read."""
+    try:
+        return RunCard() if run.path is None else read_run_card(run.path)
+    except RadarGuiError:
+        return RunCard()
+
+
+def restart_words(count: int) -> str:
+    """Return what is to be said where a device was started again, so many times."""
+    times = "once" if count == 1 else f"{count} times"
+    return f"The device failed and was started again, {times} so far. What was lost meanwhile is a gap in the run."
+
+
+def edge_words(daq: Daq) -> str:
+    """Return the edge that a run starts at: `rising edge at PFI0`."""
+    level = f" through {daq.start_level_v:g} V" if daq.start == "analog" else ""
+    return f"{daq.start_edge} edge{level} at {daq.start_source or 'the start terminal'}"

@@ -12,9 +12,6 @@ from radargui.acquisition.ring import LiveTrack, Ring
 from radargui.acquisition.run_plan import RecorderState
 from radargui.experiment.event import ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
-from radargui.files.run_card import RunCard, read_run_card
-from radargui.model.daq import Daq
-from radargui.model.errors import RadarGuiError
 from radargui.model.setup import Setup
 from radargui.sources.contract import Source
 from radargui.sources.factory import SourceKind
@@ -153,14 +150,6 @@ class Backlog(list[Path]):
             self.last_recorded = run.path
 
 
-def card_of(run: RecordedRun) -> RunCard:
-    """Return what the file of a run says of it; an empty card where it cannot be read."""
-    try:
-        return RunCard() if run.path is None else read_run_card(run.path)
-    except RadarGuiError:
-        return RunCard()
-
-
 _RECORDING = {
     RecorderState.IDLE: AppState.STARTING,
     RecorderState.ARMED: AppState.ARMED,
@@ -262,15 +251,3 @@ class WorkerState:
             if reached.live is not None:
                 reached.live.request_stop()
             worker.join(0.05)
-
-
-def restart_words(count: int) -> str:
-    """Return what is to be said where a device was started again, so many times."""
-    times = "once" if count == 1 else f"{count} times"
-    return f"The device failed and was started again, {times} so far. What was lost meanwhile is a gap in the run."
-
-
-def edge_words(daq: Daq) -> str:
-    """Return the edge that a run starts at: `rising edge at PFI0`."""
-    level = f" through {daq.start_level_v:g} V" if daq.start == "analog" else ""
-    return f"{daq.start_edge} edge{level} at {daq.start_source or 'the start terminal'}"

@@ -28,7 +28,7 @@ from radargui.gui.runs.run_panel import SCREEN_COLUMNS, RunPanel
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_model import entry_of
 from radargui.gui.track.track_panel import TrackPanel
-from radargui.model.errors import CancelledError, FileError, RadarGuiError
+from radargui.model.errors import CancelledError, FileError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.offline import STOPPED
@@ -290,11 +290,8 @@ class RunController(QObject):
 
 
 def _entry(path: Path) -> RunEntry:
-    try:
-        agreement, health = notes_of_file(path)
-        return replace(entry_of(path), agreement=agreement, health=health)
-    except RadarGuiError as error:
-        return RunEntry(path, problem=str(error))
+    agreement, health = notes_of_file(path)
+    return replace(entry_of(path), agreement=agreement, health=health)
 
 
 def _is_being_computed(result: RunResult) -> bool:

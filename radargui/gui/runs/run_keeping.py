@@ -105,7 +105,8 @@ class RunKeeping(QObject):
     def coming(self) -> str:
         """What the run is called that is armed or recorded: `drop 3 (3 of 10)`."""
         control, model = self.control, self.runs.model
-        coming = f"replay {model.n_replays + 1}" if control.kind == "replay" else f"drop {model.n_drops + 1}"
+        n_replays = sum(one.label.startswith("R") for one in model.entries)
+        coming = f"replay {n_replays + 1}" if control.kind == "replay" else f"drop {model.n_drops + 1}"
         return coming + (f" ({control.run_number} of {control.n_runs})" if control.n_runs > 1 else "")
 
     @property
@@ -171,8 +172,7 @@ class RunKeeping(QObject):
 
     def _wanted(self, otherwise: str) -> list[RunEntry]:
         """Return the chosen runs, else the last one; none: it is said that there is none."""
-        last = self.runs.model.last_kept
-        entries = self.runs.table.all_chosen or ([last] if last else [])
+        entries = self.runs.table.all_chosen or [one for one in self.runs.model.entries if not one.rejected][-1:]
         if not entries:
             self.services.board.post("warning", otherwise)
         return entries
@@ -215,13 +215,11 @@ class RunKeeping(QObject):
         self._say(recorded)
 
     def _say(self, recorded: RecordedRun) -> None:
-        entry = self.runs.model.entry_of(recorded.path)
-        if entry is None:
-            return
-        self._of_result = recorded.path
-        preliminary = ", preliminary" if recorded.result is not None and recorded.result.preliminary else ""
-        said = f"e = {entry.restitution()}{preliminary}" if entry.has_e else f"no e, {entry.verdict}"
-        self.last_result = f"{entry.called}: {said}"
+        if (entry := self.runs.model.entry_of(recorded.path)) is not None:
+            self._of_result = recorded.path
+            preliminary = ", preliminary" if recorded.result is not None and recorded.result.preliminary else ""
+            said = f"e = {entry.restitution()}{preliminary}" if entry.has_e else f"no e, {entry.verdict}"
+            self.last_result = f"{entry.called}: {said}"
 
 
 def _named(entries: Sequence[RunEntry]) -> str:

@@ -196,11 +196,6 @@ class RunModel(RowModel[RunEntry]):
         return sum(entry.label.isdecimal() for entry in self.entries)
 
     @property
-    def n_replays(self) -> int:
-        """How many replays there are."""
-        return sum(entry.label.startswith("R") for entry in self.entries)
-
-    @property
     def simulated(self) -> bool:
         """Whether there are runs, and all of them are simulated."""
         return bool(self.entries) and all(one.origin and one.origin.kind == "simulated" for one in self.entries)
@@ -221,11 +216,6 @@ class RunModel(RowModel[RunEntry]):
     def n_rejected(self) -> int:
         """How many runs do not count."""
         return sum(bool(entry.rejected) for entry in self.entries)
-
-    @property
-    def last_kept(self) -> RunEntry | None:
-        """The last run that counts."""
-        return next((entry for entry in reversed(self.entries) if not entry.rejected), None)
 
     def entry_of(self, path: Path | None) -> RunEntry | None:
         """Return the entry of a file; None where there is no such file."""

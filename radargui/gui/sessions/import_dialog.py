@@ -14,19 +14,7 @@ from radargui.files.raw_file import first_seconds
 from radargui.files.reading import LARGEST
 from radargui.files.signals import ChannelInfo
 from radargui.gui.background import Then, Work
-from radargui.gui.layout import (
-    Choice,
-    Dialog,
-    FaultText,
-    FormScroll,
-    Group,
-    PlainLabel,
-    button,
-    fill,
-    fit_screen,
-    having,
-    side_by_side,
-)
+from radargui.gui.layout import Choice, Dialog, FaultText, FormScroll, Group, PlainLabel, button, fill, side_by_side
 from radargui.gui.services import Services
 from radargui.gui.sessions.raw_form import PREVIEW_S, PREVIEW_SAMPLES, RawForm
 from radargui.gui.setup.session_panel import SessionPanel
@@ -122,8 +110,8 @@ class ImportDialog(Dialog):
         self._chosen: tuple[str, ...] = ()
         self._other: tuple[Setup, Path] | None = None
         self._named = PlainLabel("none")
-        words = "The files together are one run: each holds some of its channels"
-        self.together = having(QtWidgets.QCheckBox(words), enabled=False)
+        self.together = QtWidgets.QCheckBox("The files together are one run: each holds some of its channels")
+        self.together.setEnabled(False)
         self.together.toggled.connect(lambda _on: self._renew_look())
         self.binary = QtWidgets.QCheckBox("Plain binary: its layout is told beside")
         self.raw = RawForm(services.theme)
@@ -133,7 +121,8 @@ class ImportDialog(Dialog):
         self.rate = QtWidgets.QDoubleSpinBox(maximum=_FASTEST_HZ, decimals=3)
         self.setup = QtWidgets.QComboBox()
         self.setup.currentIndexChanged.connect(lambda _index: self._show_fault())
-        self.process = having(QtWidgets.QCheckBox("Process the runs"), checked=True)
+        self.process = QtWidgets.QCheckBox("Process the runs")
+        self.process.setChecked(True)
         self.files_fault, self.setup_fault = FaultText(), FaultText()
         self.go = button("Import as a session", self._order, default=True)
         self.mapping.changed.connect(self._show_fault)
@@ -169,7 +158,7 @@ class ImportDialog(Dialog):
         shown = self.binary.isChecked()
         if shown != self._beside.isVisibleTo(self):
             self._beside.setVisible(shown)
-            fit_screen(self, _SIZE[0] * (2 if shown else 1), _SIZE[1])
+            self.fit_screen(_SIZE[0] * (2 if shown else 1), _SIZE[1])
         self._renew_look()
 
     def _choose(self) -> None:

@@ -266,10 +266,8 @@ class _Row(QWidget):
         """Show how far it is."""
         share = self._task.share
         if share is not None:
-            self._bar.setRange(0, _STEPS)
-            self._bar.setValue(round(_STEPS * min(max(share, 0.0), 1.0)))
+            having(self._bar, maximum=_STEPS, value=round(_STEPS * min(max(share, 0.0), 1.0)))
 
     def _cancelled(self) -> None:
-        self._cancel.setEnabled(False)
-        self._cancel.setText("Cancelling …")
+        having(self._cancel, enabled=False, text="Cancelling …")
         self._task.cancel()

@@ -125,6 +125,7 @@ class SpeedView(QWidget):
             self.plot.band("fit").show_band(speed, e - COVERED * u, e + COVERED * u)
             self.plot.fast_line("fit", MODELS[fit.model].title, dashed=True).setData(speed, e)
         for number, (speed, e, u) in enumerate(groups):
+            # one line for all bars, which not-a-number breaks: a hundred items would take their time to draw
             x = np.repeat(speed, 3)
             bars = np.stack([e - COVERED * u, e + COVERED * u, np.full_like(e, np.nan)], axis=1).ravel()
             name = found[number].name
@@ -175,6 +176,7 @@ class FallsView(QWidget):
                     name = facts.findings.sessions[number].name
                     plot.fast_line(role_of(number), name).setData(np.concatenate(x), scale * np.concatenate(y))
         t = np.linspace(0.0, end, 100)
+        # g t²/2 in mm, from the vertex, where the sphere would be at rest
         self.fallen.fast_line("fit", "g t²/2", dashed=True).setData(t, 500.0 * g * t**2)
         self.key.show_entries(("╌", "fit", f"g t²/2, g = {g:.5g} m/s²"), *session_key(facts.findings.sessions))
         self.key.setToolTip(_plain(session_key(facts.findings.sessions)))

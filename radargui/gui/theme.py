@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QPalette
 from PySide6.QtWidgets import QApplication
 
+from radargui.gui.layout import having
 from radargui.model.resources import resource_table
 
 ThemeChoice = Literal["system", "light", "dark"]
@@ -135,7 +136,4 @@ def edged_palette(colours: Colours) -> QPalette:
 
 def scaled_font(base: QFont, factor: float, *, bold: bool = False) -> QFont:
     """Return `base` made larger or smaller by a factor."""
-    font = QFont(base)
-    font.setPointSizeF(base.pointSizeF() * factor)
-    font.setBold(bold)
-    return font
+    return having(QFont(base), pointSizeF=base.pointSizeF() * factor, bold=bold)

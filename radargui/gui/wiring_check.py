@@ -9,7 +9,7 @@ from radargui.acquisition.ring import Ring
 from radargui.experiment.wiring import GuideState, WiringGuide
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Feed
-from radargui.gui.layout import Dialog, PlainLabel, Scroll, button, fill, take_out, ticking
+from radargui.gui.layout import Dialog, PlainLabel, Scroll, button, fill, having, take_out, ticking
 from radargui.gui.services import Services
 from radargui.gui.setup.hardware_panel import HardwarePanel
 from radargui.gui.setup.setup_model import SetupModel
@@ -82,13 +82,14 @@ class WiringCheck(Dialog):
 
     def show_waiting(self, words: str = "Waiting for the samples …") -> None:
         """Say that nothing is to be done now."""
-        self._show(words, can_begin=False)
+        self._show(words)
+        self.begin.setEnabled(False)
 
     def show_step(self, state: GuideState) -> None:
         """Show what the operator does, and for how long."""
         if state.step is not None:
             when = "Now" if state.measuring else "Get ready"
-            self._show(f"{when}   {state.left_s:.0f} s", state.step.instruction, state=state, can_begin=False)
+            self._show(f"{when}   {state.left_s:.0f} s", state.step.instruction, state=state)
 
     def show_report(self, report: WiringReport) -> None:
         """Show what was found."""
@@ -104,13 +105,7 @@ class WiringCheck(Dialog):
         self.begin.setText("Check again")
 
     def _show(
-        self,
-        title: str,
-        words: str = "",
-        *,
-        state: GuideState | None = None,
-        report: WiringReport | None = None,
-        can_begin: bool = True,
+        self, title: str, words: str = "", *, state: GuideState | None = None, report: WiringReport | None = None
     ) -> None:
         """Show a title and words, with how far the guide is, or with what was found."""
         self._report, self._measuring = report, state is not None and state.measuring
@@ -128,12 +123,11 @@ class WiringCheck(Dialog):
         self.step.setFont(scaled_font(self.font(), _LARGE if state else _MEDIUM))
         self.step.setVisible(bool(words))
         if state is not None:
-            self.progress.setRange(0, state.total)
-            self.progress.setValue(state.number - (not state.measuring))
+            having(self.progress, maximum=state.total, value=state.number - (not state.measuring))
         self.progress.setVisible(state is not None)
         self._area.setVisible(state is None)
         self.take.setVisible(report is not None and report.corrects)
-        self.begin.setEnabled(can_begin)
+        self.begin.setEnabled(state is None)
         self._colour()
 
     def _colour(self) -> None:

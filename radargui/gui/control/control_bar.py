@@ -37,9 +37,7 @@ class StateView(QtWidgets.QWidget):
         """Show a state and what belongs to it."""
         if (state, detail) != (self._state, self._detail):
             self._state, self._detail = state, detail
-            self.setAccessibleName(self.text)
-            self.setToolTip(self.text)
-            self.update()
+            having(self, accessibleName=self.text, toolTip=self.text).update()
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         """Return a size that fits most states."""

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QWidget
 
 from radargui.experiment.event import RecordedRun
 from radargui.gui.control.state import AppState
+from radargui.gui.layout import having
 from radargui.gui.runs.run_keeping import RunKeeping
 from radargui.gui.theme import Theme
 
@@ -81,9 +82,7 @@ class AcrossView(QWidget):
         """Return the font of each line: as large as its longest words allow on this screen."""
         made = {}
         for name, widest in _WIDEST.items():
-            font = QFont(self.font())
-            font.setBold(name in ("state", "result"))
-            font.setPixelSize(100)
+            font = having(QFont(self.font()), bold=name in ("state", "result"), pixelSize=100)
             metrics = QFontMetricsF(font)
             lines = 2 if name == "next" else 1
             width = (1.0 - 2.0 * _MARGIN) * self.width() / metrics.horizontalAdvance(widest)

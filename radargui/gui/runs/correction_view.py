@@ -208,8 +208,7 @@ class MethodsView(QtWidgets.QWidget):
         self._since = "time [s]"
         self.boxes: dict[str, QtWidgets.QCheckBox] = {}
         for method, words in words_of("processing.correction").choices.items():
-            box = self.boxes[method] = QtWidgets.QCheckBox(method)
-            box.setToolTip(words)
+            box = self.boxes[method] = having(QtWidgets.QCheckBox(method), toolTip=words)
             box.toggled.connect(lambda _on: self._show_buttons())
         self.compute = button("Compute", self._ask)
         self.quantity = having(Choice(), accessibleName="Quantity")
@@ -238,8 +237,7 @@ class MethodsView(QtWidgets.QWidget):
         quality = result.quality
         self._own = quality.method if quality else ""
         for method, box in self.boxes.items():
-            box.setChecked(method == self._own)
-            box.setEnabled(bool(self._own) and method != self._own)
+            having(box, checked=method == self._own, enabled=bool(self._own) and method != self._own)
         self._since = f"time after {result.zero[1]} [s]"
         said = f"Tick what is to be laid over {self._own}." if self._own else "Nothing was corrected."
         self.words.setText(said)

@@ -183,7 +183,7 @@ class RunController(QObject):
         if (entry := self._asked) is None:
             return
         self._wanted = path = entry.path
-        self._run.loading(entry.name)
+        self._run.say(entry.name)
         self._work.start(
             f"processing {entry.name} again",
             lambda task: process_run(path, setup, progress=task.report, on_preliminary=self._publisher(path)),
@@ -224,7 +224,7 @@ class RunController(QObject):
         if path in self._kept:
             self._show(path, self._kept[path])
             return
-        self._run.loading(entry.name)
+        self._run.say(entry.name)
         self._reading = task = self._work.quiet()
         self._jobs.start(
             "reading the run",
@@ -285,7 +285,7 @@ class RunController(QObject):
             del self._kept[oldest]
 
     def _not_shown(self, name: str, error: BaseException) -> None:
-        self._run.failed(name, "cannot be shown")
+        self._run.say(name, "cannot be shown")
         self._board.post_error(error)
 
 

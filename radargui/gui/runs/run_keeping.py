@@ -15,6 +15,7 @@ from radargui.gui.control.control_bar import HealthLine, StateView
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState
 from radargui.gui.control.waiting import StoppingStrip
+from radargui.gui.layout import having
 from radargui.gui.notices import NoticeStrip
 from radargui.gui.panels import Actions
 from radargui.gui.runs.run_controller import RunController
@@ -162,12 +163,9 @@ class RunKeeping(QObject):
 
     def ask_words(self, title: str, question: str, choices: Sequence[str]) -> str:
         """Let the operator type, or choose; empty: not said, nothing happens."""
-        ask = QInputDialog(self.services.parent)
-        ask.setWindowTitle(title)
-        ask.setLabelText(question)
+        ask = having(QInputDialog(self.services.parent), windowTitle=title, labelText=question)
         if choices:
-            ask.setComboBoxItems(list(choices))
-            ask.setComboBoxEditable(True)
+            having(ask, comboBoxItems=list(choices), comboBoxEditable=True)
         return ask.textValue().strip() if ask.exec() else ""
 
     def _wanted(self, otherwise: str) -> list[RunEntry]:

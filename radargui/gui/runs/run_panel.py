@@ -87,19 +87,15 @@ class RunPanel(QWidget):
             if name in vars(self):
                 vars(self)[name].clear()
 
-    def loading(self, name: str) -> None:
-        """Say that a run is being read and processed."""
-        self._title.setText(f"{name}: reading and processing …")
+    def say(self, name: str, words: str = "reading and processing …") -> None:
+        """Say what becomes of a run that is not shown yet."""
+        self._title.setText(f"{name}: {words}")
 
     def show_overview(self, overview: Overview, *, in_front: bool) -> None:
         """Show all samples at a glance; of a long run, whose processing takes its time, `in_front`."""
         self.samples.show_overview(overview)
         if in_front and overview.n_samples > LONG_S * overview.sample_rate_hz:
             self.tabs.setCurrentWidget(self.samples)
-
-    def failed(self, name: str, why: str) -> None:
-        """Say why a run cannot be shown."""
-        self._title.setText(f"{name}: {why}")
 
     def show_result(self, result: RunResult, name: str, notes: Iterable[str] = ()) -> None:
         """Show what a run gave; `notes`: how it was recorded, one line each."""

@@ -15,7 +15,7 @@ from radargui.files.access import Outcome, Progress, each_run
 from radargui.gui.background import Task
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import Asked, Details
-from radargui.gui.layout import Edge, Strip, button, ticking
+from radargui.gui.layout import Edge, Strip, button, having, ticking
 from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.services import Services
@@ -291,8 +291,7 @@ class SessionController(QObject):
 
     def ask_where(self, name: str) -> Literal["new", "add", ""]:
         """Ask the operator where the next runs go; empty: nowhere, do not record."""
-        box = QMessageBox(self.services.parent)
-        box.setWindowTitle("RadarGUI")
+        box = having(QMessageBox(self.services.parent), windowTitle="RadarGUI")
         box.setText(f"{name} was opened for review. Where shall the next runs go?")
         new = box.addButton("New session", QMessageBox.ButtonRole.AcceptRole)
         add = box.addButton(f"Add to {name}", QMessageBox.ButtonRole.AcceptRole)

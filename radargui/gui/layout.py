@@ -105,9 +105,9 @@ def button(
     return having(made, toolTip=tip or TIPS["buttons"].get(words, ""))
 
 
-def fit_screen(dialog: QtWidgets.QWidget, width: int, height: int) -> None:
-    """Give a dialog a size at first, no larger than the screen has room for."""
-    dialog.resize(QSize(width, height).boundedTo(dialog.screen().availableSize() - _FRAME))
+def fit_screen(window: QtWidgets.QWidget, width: int, height: int) -> None:
+    """Give a window a size at first, no larger than the screen has room for."""
+    window.resize(QSize(width, height).boundedTo(window.screen().availableSize() - _FRAME))
 
 
 class Dialog(QtWidgets.QDialog):
@@ -117,7 +117,7 @@ class Dialog(QtWidgets.QDialog):
         self, title: str, size: tuple[int, int], parent: QtWidgets.QWidget | None = None, name: str = ""
     ) -> None:
         super().__init__(parent)
-        fit_screen(having(self, windowTitle=title, objectName=name), *size)
+        having(self, windowTitle=title, objectName=name).fit_screen(*size)
 
     def fit_screen(self, width: int, height: int) -> None:
         """Be so large, where the screen has room for it."""

@@ -43,6 +43,7 @@ class _Offer(Strip):
     accepted, tip, refusal_tip, what = "", "", "", ""
     edge: Edge = "link-visited"
     after_ms = 0
+    only_at_rest = False
 
     def __init__(self, control: RunControl, panel: SessionPanel, services: Services) -> None:
         self.accept = button(self.accepted, self._accept, self.tip)
@@ -55,13 +56,9 @@ class _Offer(Strip):
     def look(self) -> None:
         """Look for such runs, in the background; the first look at a large folder takes its time."""
         folder = self._panel.data_folder
-        if folder.is_dir() and not self._busy:
+        if folder.is_dir() and not (self.only_at_rest and self._control.state.running):
             work = partial(self._find, folder, self._services.work.quiet())
             self._services.jobs.start(self.what, work, self._offer, self._failed)
-
-    @property
-    def _busy(self) -> bool:
-        return False
 
     def _find(self, folder: Path, task: Task) -> tuple[RunLine, ...]:
         raise NotImplementedError
@@ -131,15 +128,12 @@ class LaterOffer(_Offer):
     refusal_tip = "Offered again at the next start; radargui batch computes them too"
     edge = "link"
     after_ms = _LATER_AFTER_MS
+    only_at_rest = True
     what = "looking for runs to compute"
 
     def __init__(self, control: RunControl, panel: SessionPanel, services: Services) -> None:
         super().__init__(control, panel, services)
         control.state_changed.connect(self._look_again)
-
-    @property
-    def _busy(self) -> bool:
-        return self._control.state.running
 
     def _find(self, folder: Path, task: Task) -> tuple[RunLine, ...]:
         with Catalogue(folder) as catalogue:
@@ -148,7 +142,7 @@ class LaterOffer(_Offer):
 
     def _look_again(self) -> None:
         """Take the offer back while runs are recorded; afterwards look again where some were left."""
-        if self._busy:
+        if self._control.state.running:
             self.hide()
         elif self._control.reached.asked is Asked.LEAVE:
             self.look()
@@ -159,7 +153,7 @@ class LaterOffer(_Offer):
         folders = {run.path.parent.name for run in runs}
         where = folders.pop() if len(folders) == 1 else f"{len(folders)} sessions"
         self.words.setText(f"{count}, in {where}: left for later.")
-        self.setVisible(bool(runs) and not self._busy)
+        self.setVisible(bool(runs) and not self._control.state.running)
 
     def _accept(self) -> None:
         self.hide()

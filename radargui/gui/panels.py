@@ -118,18 +118,19 @@ class Panels(QtWidgets.QMainWindow):
             self.removeDockWidget(dock)
         self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, docks["hardware"])
         across, down = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
-        self.splitDockWidget(docks["hardware"], docks["scopes"], across)
-        self.splitDockWidget(docks["scopes"], docks["runs"], down)
-        self.splitDockWidget(docks["scopes"], docks["track"], across)
+        for first, second, way in (
+            ("hardware", "scopes", across),
+            ("scopes", "runs", down),
+            ("scopes", "track", across),
+        ):
+            self.splitDockWidget(docks[first], docks[second], way)
         narrow = self.width() < _NARROW
         if narrow:
             self.tabifyDockWidget(docks["scopes"], docks["planes"])
         else:
             self.splitDockWidget(docks["runs"], docks["planes"], across)
-        self.tabifyDockWidget(docks["hardware"], docks["antennas"])
-        self.tabifyDockWidget(docks["antennas"], docks["session"])
-        self.tabifyDockWidget(docks["scopes"], docks["run"])
-        self.tabifyDockWidget(docks["run"], docks["series"])
+        for front, behind in (("hardware", "antennas"), ("antennas", "session"), ("scopes", "run"), ("run", "series")):
+            self.tabifyDockWidget(docks[front], docks[behind])
         for dock in docks.values():
             dock.show()
         for name in ("hardware", "scopes"):

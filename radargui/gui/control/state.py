@@ -221,7 +221,7 @@ class WorkerState:
     """Written by the worker, asked by the window; one for each worker, so that a late one writes to its own."""
 
     def __init__(self) -> None:
-        # for what is read and then put in its place; to read alone takes one step of Python, which nothing parts
+        # two threads change what stands here, each after it has read it; to read alone is one step and needs no lock
         self._lock = threading.Lock()
         self.reached = Reached()
 

@@ -118,12 +118,9 @@ class Panels(QtWidgets.QMainWindow):
             self.removeDockWidget(dock)
         self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, docks["hardware"])
         across, down = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
-        for first, second, way in (
-            ("hardware", "scopes", across),
-            ("scopes", "runs", down),
-            ("scopes", "track", across),
-        ):
-            self.splitDockWidget(docks[first], docks[second], way)
+        self.splitDockWidget(docks["hardware"], docks["scopes"], across)
+        self.splitDockWidget(docks["scopes"], docks["runs"], down)
+        self.splitDockWidget(docks["scopes"], docks["track"], across)
         narrow = self.width() < _NARROW
         if narrow:
             self.tabifyDockWidget(docks["scopes"], docks["planes"])

@@ -1,17 +1,18 @@
 """Work off the window's thread and the way back to it; long work with a bar and a button that cancels it."""
 
-import queue
 import sys
 import threading
 import weakref
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any, Protocol
 
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout, QWidget
 
-from radargui.gui.layout import button, fill, take_out, ticking
+from radargui.gui.layout import button, fill, having, take_out, ticking
 from radargui.model.errors import CancelledError
 
 Work = Callable[[], Any]
@@ -38,14 +39,7 @@ class Start(Protocol):
         """Run `work`, then what follows it."""
 
 
-def at_once(
-    _what: str,
-    work: Work,
-    then: Then = lambda _result: None,
-    _otherwise: Otherwise = None,
-    _wanted: Wanted = lambda: True,
-    /,
-) -> None:
+def at_once(_what: str, work: Work, then: Then = lambda _result: None, *_otherwise: object) -> None:
     """Run `work` here and now, as `Jobs.start` does it in the background: for a panel without a window around it."""
     then(work())
 
@@ -60,30 +54,26 @@ class Mailbox(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._owner = threading.get_ident()
-        self._calls: queue.SimpleQueue[tuple[Callable[..., None], tuple[Any, ...]]] = queue.SimpleQueue()
-        self._timer = ticking(self, LOOK_MS, self.deliver)
-        self._timer.start()
-
-    @property
-    def at_home(self) -> bool:
-        """Whether this is the thread that calls are made in."""
-        return threading.get_ident() == self._owner
+        self._calls: deque[Callable[[], None]] = deque()
+        ticking(self, LOOK_MS, self.deliver).start()
 
     def post(self, call: Callable[..., None], *arguments: Any) -> None:
         """Let a call be made soon; from any thread."""
-        self._calls.put((call, arguments))
+        self._calls.append(partial(call, *arguments))
+
+    def now_or_soon(self, call: Callable[..., None], *arguments: Any) -> None:
+        """Make a call at once where this is the thread that calls are made in, else let it be made soon."""
+        call(*arguments) if threading.get_ident() == self._owner else self.post(call, *arguments)
 
     def deliver(self) -> None:
         """Make the calls that wait now."""
-        for _ in range(self._calls.qsize()):
-            try:
-                call, arguments = self._calls.get_nowait()
-            except queue.Empty:
-                return
-            call(*arguments)
+        for _ in range(len(self._calls)):
+            # a call that lets the window's events run, as a question does, has others delivered meanwhile
+            if self._calls:
+                self._calls.popleft()()
 
 
-class Jobs(QObject):
+class Jobs(Mailbox):
     """Runs functions on threads of their own; the callbacks come in the window's thread, which has its turn soon.
 
     Threads that have ended their work wait for the next: on a busy computer a new one takes 10 ms until it runs, and so
@@ -101,7 +91,6 @@ class Jobs(QObject):
         self.show_error = show_error
         self._pool = ThreadPoolExecutor(_MOST_AT_ONCE)
         self._running: dict[object, str] = {}
-        self._mailbox = Mailbox(self)
 
     @property
     def running(self) -> tuple[str, ...]:
@@ -128,7 +117,12 @@ class Jobs(QObject):
                 value: Any = work()
             except Exception as error:  # noqa: BLE001 - led to the operator by `otherwise`
                 callback, value = otherwise or self.show_error, error
-            self._mailbox.post(self._deliver, ticket, lambda: callback(value) if wanted() else None)
+            self.post(ended, callback, value)
+
+        def ended(callback: Then, value: Any) -> None:
+            del self._running[ticket]
+            if wanted():
+                callback(value)
 
         self._running[ticket] = what
         self._pool.submit(run)
@@ -138,13 +132,36 @@ class Jobs(QObject):
         self._pool.shutdown(wait=False)
         self._pool = ThreadPoolExecutor(_MOST_AT_ONCE)
 
-    def report(self, call: Then, value: Any) -> None:
-        """Let `call(value)` be made in the window's thread, ahead of the end of the work that reports it."""
-        self._mailbox.post(call, value)
 
-    def _deliver(self, ticket: object, answer: Callable[[], None]) -> None:
-        self._running.pop(ticket, None)
-        answer()
+class OneAtATime:
+    """Reads in the background what may change meanwhile: one reading at a time, the next where it was asked for since.
+
+    Parameters
+    ----------
+    again
+        Asks anew, with what holds by then.
+    """
+
+    def __init__(self, jobs: Jobs, what: str, again: Callable[[], None]) -> None:
+        self._jobs, self._what, self._again = jobs, what, again
+        self.busy = self._is_outdated = False
+
+    def start(self, work: Work, then: Then, otherwise: Callable[[BaseException], None]) -> None:
+        """Run `work` as `Jobs.start` does, or note that what is being read is out of date."""
+        self._is_outdated = self.busy
+        if self.busy:
+            return
+        self.busy = True
+
+        def ended(value: Any) -> None:
+            self.busy = False
+            self._again() if self._is_outdated else then(value)
+
+        def failed(error: BaseException) -> None:
+            self.busy = False
+            otherwise(error)
+
+        self._jobs.start(self._what, work, ended, failed)
 
 
 _LOOK_MS = 100
@@ -238,24 +255,19 @@ class _Row(QWidget):
     def __init__(self, what: str, task: Task) -> None:
         super().__init__()
         self._task = task
-        self._bar = QProgressBar()
-        self._bar.setRange(0, 0)
-        self._bar.setMaximumWidth(320)
-        self._cancel = button("Cancel", self._cancelled)
-        self._cancel.setAccessibleName(f"Cancel: {what}")
+        # without a range it says only that something is done
+        self._bar = having(QProgressBar(minimum=0, maximum=0), maximumWidth=320)
+        self._cancel = having(button("Cancel", self._cancelled), accessibleName=f"Cancel: {what}")
         words = QLabel(f"{what[:1].upper()}{what[1:]} …")
         fill(QHBoxLayout(self), words, (self._bar, 1), self._cancel, 1, margins=(8, 2, 4, 2), spacing=6)
-        timer = ticking(self, _LOOK_MS, self._look)
-        timer.start()
+        ticking(self, _LOOK_MS, self._look).start()
 
     def _look(self) -> None:
         """Show how far it is."""
         share = self._task.share
         if share is not None:
-            self._bar.setRange(0, _STEPS)
-            self._bar.setValue(round(_STEPS * min(max(share, 0.0), 1.0)))
+            having(self._bar, maximum=_STEPS, value=round(_STEPS * min(max(share, 0.0), 1.0)))
 
     def _cancelled(self) -> None:
-        self._cancel.setEnabled(False)
-        self._cancel.setText("Cancelling …")
+        having(self._cancel, enabled=False, text="Cancelling …")
         self._task.cancel()

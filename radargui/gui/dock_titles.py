@@ -4,7 +4,7 @@ from PySide6.QtCore import QObject, QPoint, QRectF, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter, QPen, QPixmap
 from PySide6.QtWidgets import QAbstractButton, QDockWidget, QMainWindow, QMenu, QTabBar, QWidget
 
-from radargui.gui.layout import follow, ticking
+from radargui.gui.layout import follow, having, ticking
 from radargui.gui.theme import Theme
 
 _BUTTONS = {"float": "Let the panel stand by itself, or put it back", "close": "Close the panel; View brings it back"}
@@ -71,8 +71,7 @@ class DockTitles(QObject):
             for name, tip in _BUTTONS.items():
                 button = dock.findChild(QAbstractButton, f"qt_dockwidget_{name}button")
                 if button is not None:
-                    button.setIcon(icons[name])
-                    button.setToolTip(tip)
+                    having(button, icon=icons[name], toolTip=tip)
 
 
 def _icon(name: str, colour: str) -> QIcon:

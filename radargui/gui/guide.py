@@ -164,10 +164,9 @@ class EmptyPlots(QObject):
         super().__init__(parent)
         self._control = control
         self._words: dict[str, tuple[str, str]] = resource_table("window/guide")["empty"]
-        self._panels = {name: panel for name, panel in panels.items() if name in self._words}
+        self._panels = {name: panels[name] for name in self._words}
         self.labels: dict[str, QLabel] = {}
-        timer = ticking(self, _LOOK_MS, self.refresh)
-        timer.start()
+        ticking(self, _LOOK_MS, self.refresh).start()
 
     def refresh(self) -> None:
         """Say what to do, or take it away."""
@@ -217,10 +216,8 @@ def _best(plots: list[Plot]) -> Plot:
 
 
 def _label(plot: Plot) -> QLabel:
-    made = QLabel(plot)
-    made.setWordWrap(True)
+    made = QLabel(plot, wordWrap=True, alignment=Qt.AlignmentFlag.AlignCenter)
     made.setStyleSheet("background: palette(base);")
-    made.setAlignment(Qt.AlignmentFlag.AlignCenter)
     made.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
     made.show()
     return made

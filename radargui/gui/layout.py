@@ -1,6 +1,6 @@
 """How panels, forms and dialogs are laid out: boxes, buttons, wrapped words, titled groups of labelled fields."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -25,7 +25,15 @@ TIPS: dict[str, dict[str, str]] = resource_table("window/tips")
 Edge = Literal["bright-text", "link-visited", "link"]
 """Of a strip: an alarm, something to look at, something that is being done."""
 _Box = TypeVar("_Box", bound=QtWidgets.QBoxLayout)
-_Page = TypeVar("_Page", bound=QtWidgets.QWidget)
+_Widget = TypeVar("_Widget", bound=QtWidgets.QWidget)
+_Thing = TypeVar("_Thing")
+
+
+def having(what: _Thing, **properties: Any) -> _Thing:
+    """Return a widget with properties as Qt calls them: PySide takes them so where it makes one, its types know few."""
+    for name, value in properties.items():
+        getattr(what, f"set{name[:1].upper()}{name[1:]}")(value)
+    return what
 
 
 def fill(box: _Box, *parts: Part, margins: Margins = (0, 0, 0, 0), spacing: int = 2) -> _Box:
@@ -49,14 +57,35 @@ def fill(box: _Box, *parts: Part, margins: Margins = (0, 0, 0, 0), spacing: int 
     return box
 
 
-def put_page(tabs: QtWidgets.QTabWidget, place: int, page: _Page) -> _Page:
-    """Put a page where an empty one was, and return it."""
-    shown, words = tabs.currentIndex(), tabs.tabText(place)
-    with QSignalBlocker(tabs):
-        tabs.removeTab(place)
-        tabs.insertTab(place, page, words)
-        tabs.setCurrentIndex(shown)
-    return page
+class Pages(QtWidgets.QTabWidget):
+    """Pages under titles; those that are not `made` at first come later: the window starts sooner without them.
+
+    Parameters
+    ----------
+    titles
+        What stands on the tab of each page, by its name.
+    """
+
+    def __init__(self, titles: Mapping[str, str], **made: QtWidgets.QWidget) -> None:
+        super().__init__(documentMode=True)
+        self._names = tuple(titles)
+        for name, title in titles.items():
+            self.addTab(made.get(name) or QtWidgets.QWidget(), title)
+
+    @property
+    def shown(self) -> str:
+        """Name of the page in front."""
+        return self._names[self.currentIndex()]
+
+    def put(self, name: str, page: _Widget) -> _Widget:
+        """Put a page where an empty one was, and return it."""
+        shown, place = self.currentIndex(), self._names.index(name)
+        title = self.tabText(place)
+        with QSignalBlocker(self):
+            self.removeTab(place)
+            self.insertTab(place, page, title)
+            self.setCurrentIndex(shown)
+        return page
 
 
 def take_out(layout: QtWidgets.QLayout, *widgets: QtWidgets.QWidget) -> None:
@@ -71,17 +100,14 @@ def button(
     words: str, does: Callable[..., Any] | SignalInstance, tip: str = "", *, default: bool = False
 ) -> QtWidgets.QPushButton:
     """Return a button; in a dialog Enter presses the one that is the `default`."""
-    made = QtWidgets.QPushButton(words)
-    made.setToolTip(tip or TIPS["buttons"].get(words, ""))
-    made.setAutoDefault(default)
-    made.setDefault(default)
+    made = QtWidgets.QPushButton(words, autoDefault=default, default=default)
     made.clicked.connect(does)
-    return made
+    return having(made, toolTip=tip or TIPS["buttons"].get(words, ""))
 
 
-def fit_screen(dialog: QtWidgets.QWidget, width: int, height: int) -> None:
-    """Give a dialog a size at first, no larger than the screen has room for."""
-    dialog.resize(QSize(width, height).boundedTo(dialog.screen().availableSize() - _FRAME))
+def fit_screen(window: QtWidgets.QWidget, width: int, height: int) -> None:
+    """Give a window a size at first, no larger than the screen has room for."""
+    window.resize(QSize(width, height).boundedTo(window.screen().availableSize() - _FRAME))
 
 
 class Dialog(QtWidgets.QDialog):
@@ -91,9 +117,11 @@ class Dialog(QtWidgets.QDialog):
         self, title: str, size: tuple[int, int], parent: QtWidgets.QWidget | None = None, name: str = ""
     ) -> None:
         super().__init__(parent)
-        self.setWindowTitle(title)
-        self.setObjectName(name)
-        fit_screen(self, *size)
+        having(self, windowTitle=title, objectName=name).fit_screen(*size)
+
+    def fit_screen(self, width: int, height: int) -> None:
+        """Be so large, where the screen has room for it."""
+        fit_screen(self, width, height)
 
     def lay_out(self, *parts: Part, margins: Margins = (9, 9, 9, 9), spacing: int = 6) -> None:
         """Put the parts one beneath the other."""
@@ -106,26 +134,26 @@ class Dialog(QtWidgets.QDialog):
         self.activateWindow()
 
 
+def labelled(words: str, field: QtWidgets.QWidget) -> QtWidgets.QLabel:
+    """Return the label of a field, which leads to it."""
+    label = QtWidgets.QLabel(words)
+    label.setBuddy(field)
+    return label
+
+
 class Group(QtWidgets.QGroupBox):
     """A titled group of labelled fields."""
 
     def __init__(self, title: str = "") -> None:
         super().__init__(title)
-        self.rows = QtWidgets.QFormLayout(self)
+        self.rows = QtWidgets.QFormLayout(self, labelAlignment=Qt.AlignmentFlag.AlignLeft, verticalSpacing=4)
         self.rows.setFieldGrowthPolicy(QtWidgets.QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        self.rows.setLabelAlignment(Qt.AlignmentFlag.AlignLeft)
-        self.rows.setVerticalSpacing(4)
         self.rows.setContentsMargins(8, 6, 8, 8)
 
     def row(self, words: str, field: QtWidgets.QWidget, tip: str = "", fault: QtWidgets.QWidget | None = None) -> None:
         """Add a field; `words` names it with its unit, and what is wrong with it stands beneath."""
         tip = tip or TIPS["fields"].get(words, "")
-        label = QtWidgets.QLabel(words)
-        label.setBuddy(field)
-        label.setToolTip(tip)
-        field.setToolTip(tip)
-        field.setAccessibleName(words)
-        self.rows.addRow(label, field)
+        self.rows.addRow(having(labelled(words, field), toolTip=tip), having(field, toolTip=tip, accessibleName=words))
         if fault is not None:
             self.rows.addRow(fault)
 
@@ -147,8 +175,15 @@ class Choice(QtWidgets.QComboBox):
 
     def __init__(self, items: Iterable[tuple[Any, str]] = ()) -> None:
         super().__init__()
-        for value, words in items:
-            self.addItem(words, value)
+        self.offer(items)
+
+    def offer(self, items: Iterable[tuple[Any, str]], chosen: Any = None) -> None:
+        """Let other values be chosen, `chosen` at first where it is one of them; nobody is told."""
+        with QSignalBlocker(self):
+            self.clear()
+            for value, words in items:
+                self.addItem(words, value)
+            self.setCurrentIndex(max(0, self.findData(chosen)))
 
     def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802 - Qt's name
         """Leave the wheel to the form."""
@@ -181,9 +216,7 @@ class PlainLabel(QtWidgets.QLabel):
     """Words that wrap and are never taken for markup."""
 
     def __init__(self, text: str = "", *, selectable: bool = True) -> None:
-        super().__init__(text)
-        self.setTextFormat(Qt.TextFormat.PlainText)
-        self.setWordWrap(True)
+        super().__init__(text, textFormat=Qt.TextFormat.PlainText, wordWrap=True)
         self.setSizePolicy(QtWidgets.QSizePolicy.Policy.Preferred, QtWidgets.QSizePolicy.Policy.Minimum)
         if selectable:
             self.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -193,8 +226,7 @@ class OneLine(QtWidgets.QLabel):
     """Words on one line of the room there is; where they are longer an ellipsis says so, and the tip has them all."""
 
     def __init__(self, text: str = "") -> None:
-        super().__init__()
-        self.setTextFormat(Qt.TextFormat.PlainText)
+        super().__init__(textFormat=Qt.TextFormat.PlainText)
         self.setSizePolicy(QtWidgets.QSizePolicy.Policy.Ignored, QtWidgets.QSizePolicy.Policy.Fixed)
         self.setText(text)
 
@@ -217,9 +249,7 @@ class Paragraph(PlainLabel):
 
     def __init__(self, text: str = "") -> None:
         super().__init__(text)
-        policy = self.sizePolicy()
-        policy.setHeightForWidth(True)
-        self.setSizePolicy(policy)
+        self.setSizePolicy(having(self.sizePolicy(), heightForWidth=True))
 
 
 class Answer(PlainLabel):

@@ -7,9 +7,9 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtGui import QFontDatabase, QGuiApplication, QTextCursor
-from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QLineEdit, QPlainTextEdit
+from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLineEdit, QPlainTextEdit
 
-from radargui.gui.layout import Choice, Dialog, PlainLabel, button, fill, ticking
+from radargui.gui.layout import Choice, Dialog, PlainLabel, button, fill, having, labelled, ticking
 from radargui.gui.services import Services
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.model.resources import LOG_FORMAT, log_path
@@ -71,28 +71,21 @@ class LogWindow(Dialog):
         self.keeper = LogKeeper()
         logging.getLogger().addHandler(self.keeper)
         self._shown = 0
-        self.level = Choice(_LEVELS)
-        self.level.setToolTip("Which entries are shown; all stand in the file")
+        self.level = having(Choice(_LEVELS), toolTip="Which entries are shown; all stand in the file")
         self.level.currentIndexChanged.connect(self.show_anew)
-        self.words = QLineEdit(placeholderText="find …")
+        self.words = having(QLineEdit(placeholderText="find …"), accessibleName="Find in the log")
         self.words.setToolTip("Words to be found in the entries; Enter goes to the next place")
-        self.words.setAccessibleName("Find in the log")
         self.words.returnPressed.connect(self.find_next)
-        self.follows = QCheckBox("Follow")
-        self.follows.setChecked(True)
-        self.follows.setToolTip("Stay at the newest entry")
+        self.follows = having(QCheckBox("Follow"), checked=True, toolTip="Stay at the newest entry")
         self.said = PlainLabel()
-        self.view = QPlainTextEdit(readOnly=True)
-        self.view.setMaximumBlockCount(MOST_ENTRIES)
-        self.view.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
+        mode = QPlainTextEdit.LineWrapMode.NoWrap
+        self.view = QPlainTextEdit(readOnly=True, maximumBlockCount=MOST_ENTRIES, lineWrapMode=mode)
         self.view.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
         self.view.setToolTip(f"What the log file gets since the program was started; older entries: {log_path()}")
         nexts = button("Next", self.find_next, "Go to the next place that has these words")
-        label = QLabel("Show")
-        label.setBuddy(self.level)
-        top = fill(QHBoxLayout(), label, self.level, (self.words, 1), nexts, self.follows, spacing=6)
-        copies = button("Copy for a bug report", self.copy_report)
-        ends = fill(QHBoxLayout(), copies, 1, button("Close", self.reject), spacing=6)
+        above = (labelled("Show", self.level), self.level, (self.words, 1), nexts, self.follows)
+        below = (button("Copy for a bug report", self.copy_report), 1, button("Close", self.reject))
+        top, ends = (fill(QHBoxLayout(), *parts, spacing=6) for parts in (above, below))
         self.lay_out(top, (self.view, 1), self.said, ends)
         self._timer = ticking(self, _LOOK_MS, self.refresh)
         self.finished.connect(lambda _result: self._timer.stop())

@@ -20,7 +20,7 @@ from radargui.gui.layout import fill
 from radargui.gui.log_window import LogWindow
 from radargui.gui.notices import NoticeBoard, NoticeStrip
 from radargui.gui.opengl_probe import OpenGLProbe
-from radargui.gui.panels import About, Actions, FocusMark, Panels, RunKeys, facts, fill_menus, show_help
+from radargui.gui.panels import About, Actions, FocusMark, Panels, RunKeys, fill_menus, show_help
 from radargui.gui.runs.across import AcrossController, AcrossView
 from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_keeping import RunKeeping
@@ -320,7 +320,7 @@ class MainWindow(QMainWindow):
     def tell_about(self) -> None:
         """Show the facts about the program."""
         opengl, folder = self.opengl_answer or "not tested", self.session_panel.data_folder
-        About(facts(opengl, folder, self.setup_model.path), self).exec()
+        About(opengl, folder, self.setup_model.path, self).exec()
 
     def _write_title(self) -> None:
         path, session = self.setup_model.path, self.control.session

@@ -71,11 +71,7 @@ class NoticeBoard(QObject):
 
     def post(self, level: Level, text: str, details: str = "", *, topic: str = "") -> None:
         """Show a message; those of one topic are shown as one, with their number."""
-        notice = Notice(level, text, 1, details, topic)
-        if self._mailbox.at_home:
-            self._receive(notice)
-        else:
-            self._mailbox.post(self._receive, notice)
+        self._mailbox.now_or_soon(self._receive, Notice(level, text, 1, details, topic))
 
     def post_once(self, level: Level, text: str) -> None:
         """Show a message that comes repeatedly, without counting."""
@@ -141,10 +137,7 @@ class Hooks:
         self._old_of_qt = qInstallMessageHandler(self._of_qt)
 
     def _of_main(self, kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
-        if issubclass(kind, KeyboardInterrupt):
-            self._old[0](kind, error, trace)
-            return
-        self._board.post_error(error)
+        self._old[0](kind, error, trace) if issubclass(kind, KeyboardInterrupt) else self._board.post_error(error)
 
     def _of_thread(self, arguments: threading.ExceptHookArgs) -> None:
         if arguments.exc_value is not None and not issubclass(arguments.exc_type, SystemExit):

@@ -4,25 +4,16 @@ import platform
 from functools import partial
 from operator import attrgetter
 from pathlib import Path
+from typing import Any
 
 import pyqtgraph
-from PySide6 import QtWidgets, __version__ as pyside_version
+from PySide6 import QtGui, QtWidgets, __version__ as pyside_version
 from PySide6.QtCore import QEvent, QObject, QSize, Qt, QUrl
-from PySide6.QtGui import (
-    QAction,
-    QActionGroup,
-    QDesktopServices,
-    QKeyEvent,
-    QKeySequence,
-    QPainter,
-    QPaintEvent,
-    QPalette,
-)
 from PySide6.QtWidgets import QHBoxLayout, QTextBrowser, QWidget
 
 from radargui import __version__
 from radargui.gui.control.state import AppState
-from radargui.gui.layout import Dialog, Scroll, button, fill, fit_screen
+from radargui.gui.layout import Dialog, Scroll, button, fill, fit_screen, having
 from radargui.gui.plots.plot import Plot
 from radargui.gui.settings import LAYOUT_VERSION, Settings
 from radargui.gui.theme import CHOICES, Theme
@@ -67,10 +58,10 @@ class FocusMark(QtWidgets.QFocusFrame):
         self.hide()
         application.focusChanged.connect(self._follow)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+    def paintEvent(self, _event: QtGui.QPaintEvent) -> None:  # noqa: N802 - Qt's name
         """Draw the frame; Qt lets through only its edge."""
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), self.palette().color(QPalette.ColorRole.Highlight))
+        painter = QtGui.QPainter(self)
+        painter.fillRect(self.rect(), self.palette().color(QtGui.QPalette.ColorRole.Highlight))
         painter.end()
 
     def _follow(self, _old: QtWidgets.QWidget | None, now: QtWidgets.QWidget | None) -> None:
@@ -78,9 +69,8 @@ class FocusMark(QtWidgets.QFocusFrame):
         self.setWidget(now if mine else None)  # type: ignore[arg-type]
         if now is not None and mine and now.visibleRegion().isEmpty():
             # whoever comes from outside into what was scrolled: Qt scrolls only for steps inside
-            for room in self._window.findChildren(Scroll):
-                if room.isAncestorOf(now):
-                    room.ensureWidgetVisible(now)
+            for room in (one for one in self._window.findChildren(Scroll) if one.isAncestorOf(now)):
+                room.ensureWidgetVisible(now)
 
 
 class Room(Scroll):
@@ -88,9 +78,7 @@ class Room(Scroll):
 
     def __init__(self, panel: QtWidgets.QWidget) -> None:
         super().__init__(panel, across=True)
-        policy = self.sizePolicy()
-        policy.setRetainSizeWhenHidden(True)
-        self.setSizePolicy(policy)
+        self.setSizePolicy(having(self.sizePolicy(), retainSizeWhenHidden=True))
 
     def minimumSizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         """Return the size below which nothing can be read in it."""
@@ -115,9 +103,7 @@ class Panels(QtWidgets.QMainWindow):
         self.docks: dict[str, QtWidgets.QDockWidget] = {}
         self.held = dict(zip(TITLES, widgets, strict=True))
         for name, title in TITLES.items():
-            dock = QtWidgets.QDockWidget(title)
-            dock.setObjectName(name)
-            dock.setWidget(Room(self.held[name]))
+            dock = having(QtWidgets.QDockWidget(title), objectName=name, widget=Room(self.held[name]))
             dock.visibilityChanged.connect(partial(self._show_content, dock))
             if name in _FORMS:
                 dock.setMaximumWidth(_WIDEST_FORM)
@@ -140,10 +126,8 @@ class Panels(QtWidgets.QMainWindow):
             self.tabifyDockWidget(docks["scopes"], docks["planes"])
         else:
             self.splitDockWidget(docks["runs"], docks["planes"], across)
-        self.tabifyDockWidget(docks["hardware"], docks["antennas"])
-        self.tabifyDockWidget(docks["antennas"], docks["session"])
-        self.tabifyDockWidget(docks["scopes"], docks["run"])
-        self.tabifyDockWidget(docks["run"], docks["series"])
+        for front, behind in (("hardware", "antennas"), ("antennas", "session"), ("scopes", "run"), ("run", "series")):
+            self.tabifyDockWidget(docks[front], docks[behind])
         for dock in docks.values():
             dock.show()
         for name in ("hardware", "scopes"):
@@ -160,9 +144,7 @@ class Panels(QtWidgets.QMainWindow):
     def fill(self, menu: QtWidgets.QMenu) -> None:
         """Add one action a panel to a menu, which shows it in front whatever it was before."""
         for number, (name, title) in enumerate(TITLES.items(), start=1):
-            action = menu.addAction(title)
-            action.setShortcut(QKeySequence(f"Alt+{number}"))
-            action.triggered.connect(partial(self.go_to, name))
+            menu.addAction(title, QtGui.QKeySequence(f"Alt+{number}"), partial(self.go_to, name))
 
     def go_to(self, name: str) -> None:
         """Show a panel in front, also one that was closed, and let the keys go to its first field."""
@@ -171,11 +153,11 @@ class Panels(QtWidgets.QMainWindow):
         dock.raise_()
         dock.activateWindow()
         self._show_content(dock, True)
-        fields = (one for one in dock.widget().findChildren(QtWidgets.QWidget) if one.isVisible() and one.isEnabled())
-        takes_tab = Qt.FocusPolicy.TabFocus
-        first = next((one for one in fields if one.focusPolicy() & takes_tab and one.focusProxy() is None), None)
-        if first is not None:
-            first.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        for one in dock.widget().findChildren(QtWidgets.QWidget):
+            takes_tab = one.focusPolicy() & Qt.FocusPolicy.TabFocus and one.focusProxy() is None
+            if takes_tab and one.isVisible() and one.isEnabled():
+                one.setFocus(Qt.FocusReason.ShortcutFocusReason)
+                break
 
     def next_plot(self) -> None:
         """Give the keys to the next plot that is seen, so that it is zoomed and copied without a mouse."""
@@ -187,9 +169,9 @@ class Panels(QtWidgets.QMainWindow):
     def bring_up(self, name: str) -> None:
         """Show a panel in front, unless the operator closed it, or follows the series where it would stand."""
         dock, series = self.docks[name], self.docks["series"]
-        if name != "series" and series.widget().isVisible() and series in self.tabifiedDockWidgets(dock):
-            return
-        if not dock.isHidden() or self.tabifiedDockWidgets(dock):
+        beside = self.tabifiedDockWidgets(dock)
+        follows_series = name != "series" and series.widget().isVisible() and series in beside
+        if not follows_series and (beside or not dock.isHidden()):
             dock.raise_()
 
     def _show_content(self, dock: QtWidgets.QDockWidget, visible: bool) -> None:
@@ -213,15 +195,14 @@ class Actions:
     """One attribute an action, named as in `resources/window/actions.toml`, which has their words and keys."""
 
     def __init__(self, window: QtWidgets.QMainWindow) -> None:
-        table = resource_table("window/actions")["actions"]
-        self._calls = {name: one["calls"] for name, one in table.items() if "calls" in one}
-        self._made = {name: _action(window, **one) for name, one in table.items()}
+        self._told = resource_table("window/actions")["actions"]
+        self._made = {name: _action(window, one) for name, one in self._told.items()}
         for action in (self.start, self.record, self.stop):
             action.setIconText(f"{action.text()}\n{action.shortcut().toString()}")
             action.setAutoRepeat(False)
         self.in_space.setEnabled(False)
 
-    def __getattr__(self, name: str) -> QAction:
+    def __getattr__(self, name: str) -> QtGui.QAction:
         """Return an action by its name."""
         if name.startswith("_") or name not in self._made:
             raise AttributeError(f"no action is named {name}")
@@ -229,37 +210,26 @@ class Actions:
 
     def connect_to(self, window: QtWidgets.QMainWindow) -> None:
         """Let each action call what the table says, once all parts of the window are there."""
-        for name, slot in self._calls.items():
-            getattr(self, name).triggered.connect(attrgetter(slot)(window))
+        for name, told in self._told.items():
+            if "calls" in told:
+                self._made[name].triggered.connect(attrgetter(told["calls"])(window))
 
     def enable(self, state: AppState, *, valid: bool) -> None:
         """Let be chosen what can be done in a state, with a setup that is `valid` or not."""
-        free = not state.running
-        self.start.setEnabled(free and valid)
-        self.record.setEnabled((free or state is AppState.LIVE) and valid)
-        self.stop.setEnabled(not free)
-        for action in (self.open_setup, self.undo_setup, self.new_session, self.open_session):
-            action.setEnabled(free)
-        self.save_setup.setEnabled(valid)
-        self.save_setup_as.setEnabled(valid)
+        rest = not state.running
+        now = {"at rest": rest, "at rest or live": rest or state is AppState.LIVE, "running": not rest, "right": valid}
+        for name, told in self._told.items():
+            if "needs" in told:
+                self._made[name].setEnabled(all(now[one] for one in told["needs"]))
 
 
-def _action(
-    window: QtWidgets.QMainWindow,
-    words: str,
-    keys: list[str],
-    tip: str = "",
-    *,
-    checkable: bool = False,
-    in_window: bool = False,
-    calls: str = "",
-) -> QAction:
-    del calls  # once all parts of the window are there
-    action = QAction(words, window, checkable=checkable)
-    action.setShortcuts([QKeySequence(key) for key in keys])
-    action.setToolTip(f"{tip or words.rstrip('…')} ({', '.join(keys)})")
+def _action(window: QWidget, told: dict[str, Any]) -> QtGui.QAction:
+    words, keys = told["words"], told["keys"]
+    action = QtGui.QAction(words, window, checkable=told.get("checkable", False))
+    action.setShortcuts([QtGui.QKeySequence(key) for key in keys])
+    action.setToolTip(f"{told.get('tip') or words.rstrip('…')} ({', '.join(keys)})")
     reach = Qt.ShortcutContext
-    action.setShortcutContext(reach.WindowShortcut if in_window else reach.ApplicationShortcut)
+    action.setShortcutContext(reach.WindowShortcut if told.get("in_window") else reach.ApplicationShortcut)
     window.addAction(action)
     return action
 
@@ -277,12 +247,10 @@ class RunKeys(QObject):
 
     def eventFilter(self, widget: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
         """Keep a key from what has the focus."""
-        kind = event.type()
-        if kind not in (QEvent.Type.ShortcutOverride, QEvent.Type.KeyPress) or not isinstance(
-            widget, QtWidgets.QWidget
-        ):
+        if not isinstance(widget, QWidget) or not isinstance(event, QtGui.QKeyEvent):
             return False
-        if not isinstance(event, QKeyEvent) or event.modifiers() != Qt.KeyboardModifier.NoModifier:
+        kind = event.type()
+        if kind == QEvent.Type.KeyRelease or event.modifiers() != Qt.KeyboardModifier.NoModifier:
             return False
         acts = event.key() in (Qt.Key.Key_Space, Qt.Key.Key_R) and not _takes_words(widget)
         if kind == QEvent.Type.ShortcutOverride:
@@ -312,20 +280,18 @@ def _takes_words(widget: QtWidgets.QWidget) -> bool:
 
 def fill_menus(
     bar: QtWidgets.QMenuBar, does: Actions, panels: Panels, theme: Theme, settings: Settings
-) -> QActionGroup:
+) -> QtGui.QActionGroup:
     """Fill the bar; return the group that chooses the look, each action's data is its choice."""
-    group = QActionGroup(bar)
+    group = QtGui.QActionGroup(bar)
 
     def add_looks(view: QtWidgets.QMenu) -> None:
         menu = view.addMenu("Theme")
         for choice in CHOICES:
-            action = menu.addAction(choice.capitalize())
-            action.setCheckable(True)
+            action = QtGui.QAction(choice.capitalize(), group, checkable=True, checked=choice == theme.choice)
             action.setData(choice)
-            action.setChecked(choice == theme.choice)
-            group.addAction(action)
+            menu.addAction(action)
 
-    def choose_look(action: QAction) -> None:
+    def choose_look(action: QtGui.QAction) -> None:
         theme.apply(action.data())
         settings.put("theme", action.data())
 
@@ -341,25 +307,20 @@ def fill_menus(
     return group
 
 
-def facts(opengl: str, data_folder: Path, setup_file: Path | None) -> str:
-    """Return the facts as lines of text."""
-    lines = (
-        f"RadarGUI {__version__}",
-        f"Python {platform.python_version()}, PySide6 {pyside_version}, pyqtgraph {pyqtgraph.__version__}",
-        f"System: {platform.platform()}",
-        f"Track in 3D: {opengl}",
-        f"Data folder: {data_folder}",
-        f"Setup file: {setup_file or 'none'}",
-    )
-    return "\n".join(lines)
-
-
 class About(Dialog):
     """The facts, to be copied."""
 
-    def __init__(self, text: str, parent: QtWidgets.QWidget | None = None) -> None:
+    def __init__(self, opengl: str, data_folder: Path, setup_file: Path | None, parent: QWidget) -> None:
         super().__init__("About RadarGUI", (560, 220), parent)
-        view = QtWidgets.QPlainTextEdit(text, readOnly=True)
+        lines = (
+            f"RadarGUI {__version__}",
+            f"Python {platform.python_version()}, PySide6 {pyside_version}, pyqtgraph {pyqtgraph.__version__}",
+            f"System: {platform.platform()}",
+            f"Track in 3D: {opengl}",
+            f"Data folder: {data_folder}",
+            f"Setup file: {setup_file or 'none'}",
+        )
+        view = QtWidgets.QPlainTextEdit("\n".join(lines), readOnly=True)
         self.lay_out(view, fill(QtWidgets.QHBoxLayout(), 1, button("Close", self.reject, default=True)))
 
 
@@ -367,9 +328,8 @@ def show_help(parent: QWidget) -> None:
     """Open the help; without a browser it is shown here."""
     page = help_page()
     url = QUrl.fromLocalFile(str(page))
-    if page.suffix == ".html" and QDesktopServices.openUrl(url):
-        return
-    HelpBrowser(url, parent).show()
+    if page.suffix != ".html" or not QtGui.QDesktopServices.openUrl(url):
+        HelpBrowser(url, parent).show()
 
 
 class HelpBrowser(Dialog):

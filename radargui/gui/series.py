@@ -8,17 +8,11 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import (
-    QHBoxLayout,
-    QLabel,
-    QPlainTextEdit,
-    QTabWidget,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPlainTextEdit, QVBoxLayout, QWidget
 
+from radargui.gui.background import OneAtATime
 from radargui.gui.control.run_control import RunControl
-from radargui.gui.layout import Choice, OneLine, button, fill, put_page
+from radargui.gui.layout import Choice, OneLine, Pages, button, fill, having
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.runs.run_list_panel import RunListPanel
@@ -44,8 +38,7 @@ from radargui.session.session import Session
 _LEFT = 62
 _LONGEST_NAME, _DATE = 24, len("2026-01-31T")
 _BEST = "best"
-_PAGES = ("", "speeds", "falls", "")
-"""What draws a series, in the order of the tabs."""
+_PAGES = {"table": "Statistics", "speeds": "e against speed", "falls": "Falls", "words": "In words"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,8 +84,7 @@ class SpeedView(QWidget):
         super().__init__()
         self._facts: ReportFacts | None = None
         models = ((name, one.title) for name, one in MODELS.items())
-        self.model = Choice(((_BEST, "best described (AICc)"), *models))
-        self.model.setAccessibleName("Model")
+        self.model = having(Choice(((_BEST, "best described (AICc)"), *models)), accessibleName="Model")
         self.model.setToolTip("Model of e against the impact speed: what is drawn over the points, as in the report")
         self.model.currentIndexChanged.connect(self._draw)
         self.words = OneLine()
@@ -133,6 +125,7 @@ class SpeedView(QWidget):
             self.plot.band("fit").show_band(speed, e - COVERED * u, e + COVERED * u)
             self.plot.fast_line("fit", MODELS[fit.model].title, dashed=True).setData(speed, e)
         for number, (speed, e, u) in enumerate(groups):
+            # one line for all bars, which not-a-number breaks: a hundred items would take their time to draw
             x = np.repeat(speed, 3)
             bars = np.stack([e - COVERED * u, e + COVERED * u, np.full_like(e, np.nan)], axis=1).ravel()
             name = found[number].name
@@ -183,6 +176,7 @@ class FallsView(QWidget):
                     name = facts.findings.sessions[number].name
                     plot.fast_line(role_of(number), name).setData(np.concatenate(x), scale * np.concatenate(y))
         t = np.linspace(0.0, end, 100)
+        # g t²/2 in mm, from the vertex, where the sphere would be at rest
         self.fallen.fast_line("fit", "g t²/2", dashed=True).setData(t, 500.0 * g * t**2)
         self.key.show_entries(("╌", "fit", f"g t²/2, g = {g:.5g} m/s²"), *session_key(facts.findings.sessions))
         self.key.setToolTip(_plain(session_key(facts.findings.sessions)))
@@ -202,10 +196,13 @@ def session_key(sessions: Sequence[SessionFindings]) -> list[tuple[str, str, str
     names = [one.name for one in sessions]
     # of one day its time is enough
     cut = _DATE if names[0][_DATE - 1 : _DATE] == "T" and len({name[:_DATE] for name in names}) == 1 else 0
-    heights = (one.series.drop_height_m for one in sessions)
     return [
-        ("●", role_of(number), " ".join(filter(None, (name[cut:][:_LONGEST_NAME], _height(height)))))
-        for number, (name, height) in enumerate(zip(names, heights, strict=True))
+        (
+            "●",
+            role_of(number),
+            " ".join(filter(None, (one.name[cut:][:_LONGEST_NAME], _height(one.series.drop_height_m)))),
+        )
+        for number, one in enumerate(sessions)
     ]
 
 
@@ -228,14 +225,10 @@ class SeriesPanel(QWidget):
         self.facts: ReportFacts | None = None
         self.rows = RowModel(COLUMNS, lambda _row: TIP)
         self.table = RowTable(self.rows, "series", many=True)
-        self.words = QPlainTextEdit(readOnly=True)
-        self.words.setPlaceholderText("What the series found is said here once runs have results.")
+        empty = "What the series found is said here once runs have results."
+        self.words = QPlainTextEdit(readOnly=True, placeholderText=empty)
         self._theme, self._stale = theme, set[str]()
-        self.pages = QTabWidget()
-        self.pages.setDocumentMode(True)
-        drawn = {"e against speed": QWidget(), "Falls": QWidget()}
-        for title, page in {"Statistics": self.table, **drawn, "In words": self.words}.items():
-            self.pages.addTab(page, title)
+        self.pages = Pages(_PAGES, table=self.table, words=self.words)
         self._title = OneLine("No session")
         self.compare = button("Compare sessions…", ask_sessions)
         self.alone = button("Only this one", lambda: None)
@@ -247,12 +240,12 @@ class SeriesPanel(QWidget):
     @cached_property
     def speeds(self) -> SpeedView:
         """The page of e against speed; made when it is first looked at, for the window starts sooner without it."""
-        return put_page(self.pages, _PAGES.index("speeds"), SpeedView(self._theme))
+        return self.pages.put("speeds", SpeedView(self._theme))
 
     @cached_property
     def falls(self) -> FallsView:
         """The page of the falls; the same holds."""
-        return put_page(self.pages, _PAGES.index("falls"), FallsView(self._theme))
+        return self.pages.put("falls", FallsView(self._theme))
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         """Ask for what is new."""
@@ -260,8 +253,7 @@ class SeriesPanel(QWidget):
         self.seen.emit()
 
     def _draw(self, _index: int = 0) -> None:
-        name = _PAGES[self.pages.currentIndex()]
-        if name in self._stale:
+        if (name := self.pages.shown) in self._stale:
             self._stale.discard(name)
             view: SpeedView | FallsView = getattr(self, name)
             view.show_facts(self.facts)
@@ -277,7 +269,6 @@ class SeriesPanel(QWidget):
         n_runs = sum(len(one.runs) for one in facts.sessions) if facts else 0
         named = ", ".join(one.name for one in found)
         self._title.setText(f"{named}: {kind}{n_runs} runs" if found else "No session")
-        self._title.setToolTip(self._title.text())
         self._stale = {"speeds", "falls"}
         self._draw()
         self.words.setPlainText("\n\n".join(_said(facts)) if facts and n_runs else "")
@@ -305,7 +296,7 @@ class SeriesController(QObject):
         super().__init__(services.parent)
         self._control, self._panel, self._glances, self._services = control, panel, glances, services
         self._others: tuple[Path, ...] = ()
-        self._is_reading = self._is_outdated = False
+        self._reads = OneAtATime(services.jobs, "the series", self.refresh)
         panel.seen.connect(self.refresh)
         panel.alone.clicked.connect(lambda: self.compare(()))
         for changed in (runs.model.rowsInserted, runs.model.dataChanged, runs.model.modelReset):
@@ -318,8 +309,7 @@ class SeriesController(QObject):
 
     def refresh(self) -> None:
         """Read what has changed, where the panel is seen; what comes meanwhile is read afterwards."""
-        self._is_outdated = self._is_reading
-        if self._is_reading or not self._panel.isVisible():
+        if not self._panel.isVisible():
             return
         own, glances = self._control.session, self._glances
         others = [path for path in self._others if own is None or path != own.path]
@@ -328,16 +318,8 @@ class SeriesController(QObject):
             sessions = [*([own] if own else []), *(Session.open(path, write=False) for path in others)]
             return report_facts([glances.session_facts(one) for one in sessions], "") if sessions else None
 
-        self._is_reading = True
-        self._services.jobs.start("the series", work, self._read, self._failed)
-
-    def _read(self, facts: ReportFacts | None) -> None:
-        self._is_reading = False
-        if self._is_outdated:
-            self.refresh()
-        else:
-            self._panel.show_facts(facts)
+        self._reads.start(work, self._panel.show_facts, self._failed)
 
     def _failed(self, error: BaseException) -> None:
-        self._is_reading, self._others = False, ()
+        self._others = ()
         self._services.board.post_error(error)

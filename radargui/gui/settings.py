@@ -27,21 +27,17 @@ class Settings:
         self.set_aside: Path | None = None
         self._store = self._open(path)
         if self._store.status() == QSettings.Status.FormatError:
-            self._put_aside(Path(self._store.fileName()))
+            damaged = Path(self._store.fileName())
+            aside = damaged.with_name(f"{damaged.name}.corrupt-{int(time.time())}")
+            with contextlib.suppress(OSError):
+                damaged.replace(aside)
+                self.set_aside = aside
             self._store = self._open(path)
 
     @staticmethod
     def _open(path: Path | None) -> QSettings:
-        ini = QSettings.Format.IniFormat
-        if path is not None:
-            return QSettings(str(path), ini)
-        return QSettings(ini, QSettings.Scope.UserScope, "RadarGUI", "RadarGUI")
-
-    def _put_aside(self, path: Path) -> None:
-        aside = path.with_name(f"{path.name}.corrupt-{int(time.time())}")
-        with contextlib.suppress(OSError):
-            path.replace(aside)
-            self.set_aside = aside
+        ini, scope = QSettings.Format.IniFormat, QSettings.Scope.UserScope
+        return QSettings(str(path), ini) if path is not None else QSettings(ini, scope, "RadarGUI", "RadarGUI")
 
     def text(self, key: str, default: str = "") -> str:
         """Return a text."""
@@ -92,8 +88,7 @@ class Settings:
     def restore_sizes(self, root: QWidget) -> None:
         """Set dialogs, splitters and columns as they were kept."""
         for table in root.findChildren(RowTable):
-            if not (state := self.blob(_columns(table))).isEmpty():
-                table.columns_chosen = table.horizontalHeader().restoreState(state)
+            table.columns_chosen |= table.horizontalHeader().restoreState(self.blob(_columns(table)))
         for splitter in root.findChildren(QSplitter):
             splitter.restoreState(self.blob(f"sizes/{splitter.objectName()}"))
         if isinstance(root, QDialog):

@@ -4,18 +4,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from operator import itemgetter
 from typing import Any, Generic, TypeVar
 
-from PySide6.QtCore import (
-    QAbstractTableModel,
-    QItemSelectionModel,
-    QModelIndex,
-    QPersistentModelIndex,
-    QSortFilterProxyModel,
-    Qt,
-)
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, QSortFilterProxyModel, Qt
 from PySide6.QtGui import QKeySequence
-from PySide6.QtWidgets import QAbstractItemView, QApplication, QHeaderView, QTableView
+from PySide6.QtWidgets import QAbstractItemView, QApplication, QTableView
 
-from radargui.gui.layout import TIPS
+from radargui.gui.layout import TIPS, having
 from radargui.model.rounding import UNKNOWN
 
 Index = QModelIndex | QPersistentModelIndex
@@ -109,30 +102,20 @@ class RowTable(QTableView, Generic[_R]):
     """
 
     def __init__(self, model: RowModel[_R], name: str, *, many: bool = False) -> None:
-        super().__init__()
+        super().__init__(showGrid=False, wordWrap=False)
         self.rows = model
         # else what listens to the rows keeps them, and they keep it
         model.setParent(self)
         self._sorted = _Sorted(self)
         self._sorted.setSourceModel(model)
-        self.setObjectName(name)
-        self.columns_chosen = False
-        self._fitting = False
-        self.setModel(self._sorted)
+        self.columns_chosen = self._fitting = False
+        having(self, objectName=name, model=self._sorted, alternatingRowColors=True, tabKeyNavigation=False)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         mode = QAbstractItemView.SelectionMode
         self.setSelectionMode(mode.ExtendedSelection if many else mode.SingleSelection)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.setAlternatingRowColors(True)
-        self.setShowGrid(False)
-        self.setWordWrap(False)
-        self.setTabKeyNavigation(False)
-        self.verticalHeader().hide()
-        self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
-        header = self.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
-        header.setStretchLastSection(True)
-        header.setHighlightSections(False)
+        having(self.verticalHeader(), visible=False, defaultSectionSize=self.fontMetrics().height() + 8)
+        header = having(self.horizontalHeader(), stretchLastSection=True, highlightSections=False)
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         header.sectionResized.connect(self._resized)
         header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
@@ -157,8 +140,9 @@ class RowTable(QTableView, Generic[_R]):
 
     def selectRow(self, row: int) -> None:  # noqa: N802 - Qt's name
         """Select one row and no other, whatever keys are held while a run comes in."""
-        flags = QItemSelectionModel.SelectionFlag
-        self.selectionModel().setCurrentIndex(self.model().index(row, 0), flags.ClearAndSelect | flags.Rows)
+        selection = self.selectionModel()
+        flags = selection.SelectionFlag
+        selection.setCurrentIndex(self.model().index(row, 0), flags.ClearAndSelect | flags.Rows)
 
     def choose(self, wanted: Callable[[_R], bool]) -> bool:
         """Select the first row that is wanted; return whether there is one."""

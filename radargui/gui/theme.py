@@ -8,10 +8,13 @@ from PySide6.QtCore import QObject, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QPalette
 from PySide6.QtWidgets import QApplication
 
+from radargui.gui.layout import having
 from radargui.model.resources import resource_table
 
 ThemeChoice = Literal["system", "light", "dark"]
 CHOICES: tuple[ThemeChoice, ...] = ("system", "light", "dark")
+_SCHEMES = dict(zip(CHOICES, (Qt.ColorScheme.Unknown, Qt.ColorScheme.Light, Qt.ColorScheme.Dark), strict=True))
+"""Unknown: as the system has it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,21 +95,17 @@ class Theme(QObject):
         hints = self.application.styleHints()
         with QSignalBlocker(hints):
             # the title bar follows where the system can; palettes are ours where it cannot
-            if choice == "system":
-                hints.unsetColorScheme()
-            else:
-                hints.setColorScheme(Qt.ColorScheme.Dark if choice == "dark" else Qt.ColorScheme.Light)
+            hints.setColorScheme(_SCHEMES[choice])
         self._refresh()
 
     def _refresh(self) -> None:
-        dark = self.choice == "dark"
-        if self.choice == "system":
-            scheme = self.application.styleHints().colorScheme()
-            dark = self._system_dark if scheme == Qt.ColorScheme.Unknown else scheme == Qt.ColorScheme.Dark
+        hints, schemes = self.application.styleHints(), Qt.ColorScheme
+        scheme = hints.colorScheme() if self.choice == "system" else _SCHEMES[self.choice]
+        dark = self._system_dark if scheme == schemes.Unknown else scheme == schemes.Dark
         self.colours = DARK if dark else LIGHT
         self.application.setPalette(palette(self.colours))
-        for kind in EDGED:
-            self.application.setPalette(edged_palette(self.colours), kind)  # type: ignore[arg-type] # the stub wants bytes, PySide a text
+        for kind in _TABLE["edged"]:
+            self.application.setPalette(edged_palette(self.colours), kind)
         for widget in self.application.allWidgets():
             if sheet := widget.styleSheet():
                 # Qt looks the colours `palette(...)` of a sheet up only when it reads the sheet
@@ -116,24 +115,13 @@ class Theme(QObject):
 
 def palette(colours: Colours) -> QPalette:
     """Return the widget palette of a look."""
-    made, off = QPalette(QColor(colours.raised), QColor(colours.window)), QPalette.ColorGroup.Disabled
-    for name, role in _TABLE["palette"].items():
-        made.setColor(QPalette.ColorRole[name], QColor(colours.role(role)))
-    for name, role in _TABLE["disabled"].items():
-        made.setColor(off, QPalette.ColorRole[name], QColor(colours.role(role)))
+    made, groups = QPalette(QColor(colours.raised), QColor(colours.window)), QPalette.ColorGroup
+    for group, table in ((groups.All, "palette"), (groups.Disabled, "disabled")):
+        for name, role in _TABLE[table].items():
+            made.setColor(group, QPalette.ColorRole[name], QColor(colours.role(role)))
     return made
 
 
-EDGED = (
-    "QLineEdit",
-    "QAbstractSpinBox",
-    "QComboBox",
-    "QCheckBox",
-    "QRadioButton",
-    "QPushButton",
-    "QToolButton",
-    "QPlainTextEdit",
-)
 _OUTLINE = 140
 """Fusion draws an outline in the colour of the window, so many hundredths as dark: on a dark one that is not seen."""
 
@@ -148,7 +136,4 @@ def edged_palette(colours: Colours) -> QPalette:
 
 def scaled_font(base: QFont, factor: float, *, bold: bool = False) -> QFont:
     """Return `base` made larger or smaller by a factor."""
-    font = QFont(base)
-    font.setPointSizeF(base.pointSizeF() * factor)
-    font.setBold(bold)
-    return font
+    return having(QFont(base), pointSizeF=base.pointSizeF() * factor, bold=bold)

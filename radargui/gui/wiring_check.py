@@ -5,10 +5,11 @@ from collections.abc import Callable
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout, QWidget
 
+from radargui.acquisition.ring import Ring
 from radargui.experiment.wiring import GuideState, WiringGuide
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Feed
-from radargui.gui.layout import Dialog, PlainLabel, Scroll, button, fill, take_out, ticking
+from radargui.gui.layout import Dialog, PlainLabel, Scroll, button, fill, having, take_out, ticking
 from radargui.gui.services import Services
 from radargui.gui.setup.hardware_panel import HardwarePanel
 from radargui.gui.setup.setup_model import SetupModel
@@ -27,6 +28,7 @@ _TITLE, _LARGE, _MEDIUM = 3.0, 4.0, 1.5
 
 
 LOOK_MS = 40
+"""How often the guide looks at the samples: a step begins within a frame or two of what is said."""
 
 
 def simulated_operator(setup: Setup) -> Source:
@@ -34,9 +36,6 @@ def simulated_operator(setup: Setup) -> Source:
     from radargui.sources.simulated.model import WiringScene
 
     return WiringScene(setup)
-
-
-"""How often the guide looks at the samples: a step begins within a frame or two of what is said."""
 
 
 class WiringCheck(Dialog):
@@ -54,13 +53,12 @@ class WiringCheck(Dialog):
         super().__init__("Wiring check", (900, 560), services.parent)
         self._control, self._setup_model, self._hardware, self._services = control, setup_model, hardware, services
         self._guide: WiringGuide | None = None
-        self._feed: Feed | None = None
+        self._ring: Ring | None = None
         self._wanted = self._own_view = self._measuring = False
         self._report: WiringReport | None = None
         self.scene: Callable[[Setup], Source] = simulated_operator
         self.findings: list[QLabel] = []
         self.when = PlainLabel(selectable=False)
-        self.when.setFont(scaled_font(self.font(), _TITLE, bold=True))
         self.step = PlainLabel(_WELCOME, selectable=False)
         self.step.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
         self.progress = QProgressBar(textVisible=False)
@@ -84,83 +82,63 @@ class WiringCheck(Dialog):
 
     def show_waiting(self, words: str = "Waiting for the samples …") -> None:
         """Say that nothing is to be done now."""
-        self._clear()
-        self._show(words, "")
+        self._show(words)
         self.begin.setEnabled(False)
 
     def show_step(self, state: GuideState) -> None:
         """Show what the operator does, and for how long."""
-        if state.step is None:
-            return
-        when = "Now" if state.measuring else "Get ready"
-        self._show(f"{when}   {state.left_s:.0f} s", state.step.instruction, large=True, measuring=state.measuring)
-        self.progress.setVisible(True)
-        self.progress.setRange(0, state.total)
-        self.progress.setValue(state.number - (not state.measuring))
-        self._area.setVisible(False)
-        self.begin.setEnabled(False)
+        if state.step is not None:
+            when = "Now" if state.measuring else "Get ready"
+            self._show(f"{when}   {state.left_s:.0f} s", state.step.instruction, state=state)
 
     def show_report(self, report: WiringReport) -> None:
         """Show what was found."""
-        self._clear()
         wrong = sum(finding.kind != "good" for finding in report.findings)
         title = "The wiring is right." if report.is_good else f"{wrong} finding{'s'[: wrong > 1]}"
         proposed = f"Proposed: {in_words('; '.join(report.settings()))}" if report.corrects else ""
-        self._show(title, proposed)
-        for finding in report.findings:
-            line = PlainLabel(f"{'✓' if finding.kind == 'good' else '✗'}  {finding}")
-            line.setFont(scaled_font(line.font(), _MEDIUM))
-            self._lines.addWidget(line)
-            self.findings.append(line)
-        self._report = report
-        self._offer_repeat()
-        self.take.setVisible(report.corrects)
-        self._colour()
+        self._show(title, proposed, report=report)
+        self.begin.setText("Check again")
 
     def show_failure(self, words: str) -> None:
         """Say why there is nothing to show."""
-        self._clear()
         self._show("Not checked", words)
-        self._offer_repeat()
-
-    def show_taken(self) -> None:
-        """Say that the proposals stand in the setup."""
-        self.take.setVisible(False)
-        self.step.setText("The proposals stand in the setup: check again, then save it.")
-
-    def _offer_repeat(self) -> None:
-        self.begin.setEnabled(True)
         self.begin.setText("Check again")
 
-    def _show(self, title: str, words: str, *, large: bool = False, measuring: bool = False) -> None:
+    def _show(
+        self, title: str, words: str = "", *, state: GuideState | None = None, report: WiringReport | None = None
+    ) -> None:
+        """Show a title and words, with how far the guide is, or with what was found."""
+        self._report, self._measuring = report, state is not None and state.measuring
+        take_out(self._lines, *self.findings)
+        self.findings = [
+            PlainLabel(f"{'✓' if finding.kind == 'good' else '✗'}  {finding}")
+            for finding in (report.findings if report is not None else ())
+        ]
+        for line in self.findings:
+            line.setFont(scaled_font(line.font(), _MEDIUM))
+            self._lines.addWidget(line)
         self.when.setText(title)
         self.step.setText(words)
-        self.when.setFont(scaled_font(self.font(), _LARGE if large else _TITLE, bold=True))
-        self.step.setFont(scaled_font(self.font(), _LARGE if large else _MEDIUM))
+        self.when.setFont(scaled_font(self.font(), _LARGE if state else _TITLE, bold=True))
+        self.step.setFont(scaled_font(self.font(), _LARGE if state else _MEDIUM))
         self.step.setVisible(bool(words))
-        self._measuring = measuring
-        self.progress.setVisible(False)
-        self._area.setVisible(True)
-        self.take.setVisible(False)
+        if state is not None:
+            having(self.progress, maximum=state.total, value=state.number - (not state.measuring))
+        self.progress.setVisible(state is not None)
+        self._area.setVisible(state is None)
+        self.take.setVisible(report is not None and report.corrects)
+        self.begin.setEnabled(state is None)
         self._colour()
 
-    def _clear(self) -> None:
-        self._report = None
-        take_out(self._lines, *self.findings)
-        self.findings.clear()
-
     def _colour(self) -> None:
-        colours = self._services.theme.colours
-        good = self._report is not None and self._report.is_good
-        bad = self._report is not None and not good
-        colour = colours.alarm if bad else colours.good if good or self._measuring else colours.text
+        colours, report = self._services.theme.colours, self._report
+        plain = colours.good if self._measuring else colours.text
+        colour = plain if report is None else colours.good if report.is_good else colours.alarm
         style = f"color: {colour};"
         if self.when.styleSheet() != style:
             self.when.setStyleSheet(style)
-        if self._report is not None:
-            for line, finding in zip(self.findings, self._report.findings, strict=True):
-                colour = colours.good if finding.kind == "good" else colours.alarm
-                line.setStyleSheet(f"color: {colour};")
+        for line, finding in zip(self.findings, report.findings if report is not None else (), strict=True):
+            line.setStyleSheet(f"color: {colours.good if finding.kind == 'good' else colours.alarm};")
 
     def check(self) -> None:
         """Begin the check: with the live view that runs, or with one of its own."""
@@ -190,15 +168,15 @@ class WiringCheck(Dialog):
         if self._control.state is AppState.LIVE:
             self._control.stop()
         model.replace(report.corrected(model.setup))
-        self._services.board.post(
-            "info", f"Taken into the setup: {in_words(', '.join(report.settings()))}. Save it to keep it."
-        )
-        self.show_taken()
+        taken = in_words(", ".join(report.settings()))
+        self._services.board.post("info", f"Taken into the setup: {taken}. Save it to keep it.")
+        self.take.hide()
+        self.step.setText("The proposals stand in the setup: check again, then save it.")
 
     def end(self) -> None:
         """End the check; a live view of its own ends with it."""
         self._wanted = False
-        self._guide = self._feed = None
+        self._guide = self._ring = None
         self._timer.stop()
         if self._own_view and self._control.state.running:
             self._control.stop()
@@ -214,7 +192,7 @@ class WiringCheck(Dialog):
         if feed is None or not self._wanted or feed.ring is None or feed.acquisition.digitisation is None:
             return
         self._wanted = False
-        self._feed = feed
+        self._ring = feed.ring
         # a view of its own is followed from its first sample
         first = 0 if self._own_view else feed.ring.latest
         self._guide = WiringGuide(feed.setup, feed.acquisition.digitisation, first_index=first)
@@ -237,10 +215,10 @@ class WiringCheck(Dialog):
             QTimer.singleShot(0, self, self._start_view)
 
     def _look(self) -> None:
-        guide, feed = self._guide, self._feed
-        if guide is None or feed is None or feed.ring is None:
+        guide, ring = self._guide, self._ring
+        if guide is None or ring is None:
             return
-        state: GuideState = guide.poll(feed.ring)
+        state: GuideState = guide.poll(ring)
         if not guide.is_done:
             self.show_step(state)
             return

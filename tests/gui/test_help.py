@@ -18,7 +18,7 @@ from radargui.model import resources
 def opened(monkeypatch: pytest.MonkeyPatch) -> list[QUrl]:
     """What the browser was asked for; it is there and says so."""
     asked: list[QUrl] = []
-    monkeypatch.setattr("radargui.gui.panels.QDesktopServices.openUrl", lambda url: asked.append(url) is None)
+    monkeypatch.setattr("PySide6.QtGui.QDesktopServices.openUrl", lambda url: asked.append(url) is None)
     return asked
 
 

@@ -7,7 +7,7 @@ from PySide6.QtGui import QAction, QColor, QFont, QFontMetrics, QFontMetricsF, Q
 from radargui.acquisition.health import Health
 from radargui.acquisition.run_plan import AcquisitionState
 from radargui.gui.control.state import AppState
-from radargui.gui.layout import ALARM, TIPS, OneLine, Scroll, fill
+from radargui.gui.layout import ALARM, TIPS, OneLine, Scroll, fill, having, labelled
 from radargui.gui.theme import Theme, scaled_font
 from radargui.model.rounding import UNKNOWN
 
@@ -18,24 +18,13 @@ _MOST_POINTS = 34.0
 _LEAST_POINTS = 11.0
 """Below these nothing is read across a room; where the words do not fit their end is told by the tool tip."""
 
-ROLES = {
-    AppState.DONE: "good",
-    AppState.RECORDING: "alarm",
-    AppState.FAILED: "alarm",
-    AppState.ARMED: "mark",
-    AppState.IDLE: "idle",
-}
-"""Colours of the states; all others are busy."""
-
 
 class StateView(QtWidgets.QWidget):
     """A word for the state and what belongs to it, in letters that stay as large as they are."""
 
     def __init__(self, theme: Theme) -> None:
         super().__init__()
-        self._theme = theme
-        self._state = AppState.IDLE
-        self._detail = ""
+        self._theme, self._state, self._detail = theme, AppState.IDLE, ""
         self.setSizePolicy(QtWidgets.QSizePolicy.Policy.Expanding, QtWidgets.QSizePolicy.Policy.Fixed)
         self.setMinimumSize(160, 58)
 
@@ -48,9 +37,7 @@ class StateView(QtWidgets.QWidget):
         """Show a state and what belongs to it."""
         if (state, detail) != (self._state, self._detail):
             self._state, self._detail = state, detail
-            self.setAccessibleName(self.text)
-            self.setToolTip(self.text)
-            self.update()
+            having(self, accessibleName=self.text, toolTip=self.text).update()
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         """Return a size that fits most states."""
@@ -61,7 +48,7 @@ class StateView(QtWidgets.QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         colours = self._theme.colours
-        colour = QColor(colours.role(ROLES.get(self._state, "busy")))
+        colour = QColor(colours.role(self._state.role))
         frame = self.rect().adjusted(2, 4, -2, -4)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(colours.base))
@@ -117,13 +104,10 @@ class ControlBar(QtWidgets.QWidget):
 
     def __init__(self, theme: Theme, start: QAction, record: QAction, stop: QAction) -> None:
         super().__init__()
-        self.runs = QtWidgets.QSpinBox(minimum=1, maximum=MOST_RUNS)
-        self.runs.setObjectName("runs")
-        self.runs.setAccessibleName("Number of runs to record")
+        count = QtWidgets.QSpinBox(minimum=1, maximum=MOST_RUNS)
+        self.runs = having(count, objectName="runs", accessibleName="Number of runs to record")
         self.runs.setToolTip("How many runs Record takes, one after the other without a hand")
-        label = QtWidgets.QLabel("Runs")
-        label.setBuddy(self.runs)
-        column = fill(QtWidgets.QVBoxLayout(), 1, label, self.runs, 1, spacing=1)
+        column = fill(QtWidgets.QVBoxLayout(), 1, labelled("Runs", self.runs), self.runs, 1, spacing=1)
         self.state = StateView(theme)
         buttons = (_button(action) for action in (start, record, stop))
         fill(QtWidgets.QHBoxLayout(self), *buttons, column, (self.state, 1), margins=(6, 2, 6, 2), spacing=6)
@@ -134,11 +118,9 @@ class MessagePlace(Scroll):
 
     def __init__(self, before: QtWidgets.QWidget, *parts: QtWidgets.QWidget) -> None:
         super().__init__(QtWidgets.QWidget())
-        self._before = before
-        self._parts = parts
-        self._quiet = QtWidgets.QLabel("No messages")
+        self._before, self._parts = before, parts
+        self._quiet = having(QtWidgets.QLabel("No messages"), enabled=False)
         self._quiet.setContentsMargins(8, 4, 8, 4)
-        self._quiet.setEnabled(False)
         fill(QtWidgets.QVBoxLayout(self.content), *parts, self._quiet, 1, spacing=1)
         # two messages of one line, with the room around their words; one where the screen is low
         lines = 2 if self.screen().availableSize().height() >= _LOW_SCREEN else 1
@@ -158,13 +140,10 @@ class MessagePlace(Scroll):
 
 
 def _button(action: QAction) -> QtWidgets.QToolButton:
-    button = QtWidgets.QToolButton()
-    button.setDefaultAction(action)
-    button.setFont(scaled_font(button.font(), 1.25, bold=True))
-    button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-    button.setMinimumSize(QSize(92, 50))
+    button = QtWidgets.QToolButton(toolButtonStyle=Qt.ToolButtonStyle.ToolButtonTextOnly)
     button.setSizePolicy(QtWidgets.QSizePolicy.Policy.Fixed, QtWidgets.QSizePolicy.Policy.Preferred)
-    return button
+    font = scaled_font(button.font(), 1.25, bold=True)
+    return having(button, defaultAction=action, font=font, minimumSize=QSize(92, 50))
 
 
 _LAG_ALARM_S = 0.5
@@ -182,13 +161,13 @@ class HealthLine(QtWidgets.QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.labels = {name: QtWidgets.QLabel() for name in TIPS["health"]}
-        for name, label in self.labels.items():
-            label.setToolTip(TIPS["health"][name])
-            label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        selectable = Qt.TextInteractionFlag.TextSelectableByMouse
+        self.labels = {
+            name: having(QtWidgets.QLabel(textInteractionFlags=selectable), toolTip=tip)
+            for name, tip in TIPS["health"].items()
+        }
         # never makes the window wider
-        self.run = OneLine()
-        self.run.setToolTip("How the last run was recorded")
+        self.run = having(OneLine(), toolTip="How the last run was recorded")
         fill(QtWidgets.QHBoxLayout(self), *self.labels.values(), (self.run, 1), margins=(6, 0, 6, 0), spacing=18)
         self.show_health(None)
 
@@ -214,31 +193,24 @@ def figures(health: Health | None) -> dict[str, tuple[str, bool]]:
     if health is None:
         words = ("Rate –", "Lost 0", "Backlog 0", "Queue –", "Disk –", "Live lag –")
         return {name: (text, False) for name, text in zip(TIPS["health"], words, strict=True)}
-    promised = health.sample_rate_hz
+    promised, free, left, lag = health.sample_rate_hz, health.disk_free_bytes, health.disk_left_s, health.live_lag_s
     # the rate means something only while samples come in, and after a first second
     counts = health.state is AcquisitionState.RUNNING and health.samples_read > (promised or 0.0)
     real = health.read_rate_hz if counts else None
     rate_hz = promised if real is None else real
     slow = promised is not None and real is not None and abs(real - promised) > _RATE_TOLERANCE * promised
     lost = health.samples_lost + health.samples_not_written
-    full = health.writer_queue_samples / max(1, health.writer_queue_capacity_samples)
-    free, left = health.disk_free_bytes, health.disk_left_s
-    lag = health.live_lag_s
+    capacity = health.writer_queue_capacity_samples
+    full = health.writer_queue_samples / max(1, capacity)
     skipped = f", {health.live_skipped_samples} skipped" if health.live_skipped_samples else ""
+    rate = UNKNOWN if rate_hz is None else f"{rate_hz / 1e3:.2f} kS/s per channel"
+    disk = UNKNOWN if free is None else f"{free / 1e9:.1f} GB free"
+    late = UNKNOWN if lag is None else f"{1e3 * lag:.0f} ms{skipped}"
     return {
-        "rate": (f"Rate {UNKNOWN if rate_hz is None else f'{rate_hz / 1e3:.2f} kS/s per channel'}", slow),
+        "rate": (f"Rate {rate}", slow),
         "lost": (f"Lost {lost} in {health.gaps} gaps" if lost else "Lost 0", lost > 0),
         "backlog": (f"Backlog {health.backlog_samples}", False),
-        "queue": (
-            f"Queue {full:.0%}" if health.writer_queue_capacity_samples else f"Queue {UNKNOWN}",
-            full > _QUEUE_ALARM,
-        ),
-        "disk": (
-            f"Disk {free / 1e9:.1f} GB free" if free is not None else f"Disk {UNKNOWN}",
-            left is not None and left < _DISK_ALARM_S,
-        ),
-        "lag": (
-            f"Live lag {1e3 * lag:.0f} ms{skipped}" if lag is not None else f"Live lag {UNKNOWN}",
-            lag is not None and lag > _LAG_ALARM_S,
-        ),
+        "queue": (f"Queue {full:.0%}" if capacity else f"Queue {UNKNOWN}", full > _QUEUE_ALARM),
+        "disk": (f"Disk {disk}", left is not None and left < _DISK_ALARM_S),
+        "lag": (f"Live lag {late}", lag is not None and lag > _LAG_ALARM_S),
     }

@@ -11,22 +11,11 @@ from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.health import Health
 from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
-from radargui.files.run_card import RunCard, origin_attributes
+from radargui.files.run_card import RunCard, origin_attributes, read_run_card
 from radargui.gui.background import Mailbox
-from radargui.gui.control.state import (
-    AppState,
-    Asked,
-    Backlog,
-    Feed,
-    MakeSource,
-    Reached,
-    RunRequest,
-    WorkerState,
-    card_of,
-    edge_words,
-    restart_words,
-)
-from radargui.model.errors import SourceError
+from radargui.gui.control.state import AppState, Asked, Backlog, Feed, MakeSource, Reached, RunRequest, WorkerState
+from radargui.model.daq import Daq
+from radargui.model.errors import RadarGuiError, SourceError
 from radargui.model.setup import Setup
 from radargui.processing.live import LiveMemory
 from radargui.session.info import about_setup_file
@@ -58,28 +47,30 @@ class RunControl(QObject):
         super().__init__(parent)
         self._make = make_source
         self.state = AppState.IDLE
-        self._of_worker = WorkerState()
         self._worker: threading.Thread | None = None
         self._stopper: threading.Thread | None = None
         self._setup: Setup | None = None
-        self._pulled: Acquisition | None = None
-        self._next: RunRequest | None = None
-        self._restarts = 0
         self._memory = LiveMemory()
-        self._continuous = False
         self.session: Session | None = None
         self.feed: Feed | None = None
         self.run_number = self.n_runs = 0
-        self.backlog = Backlog()
         self.kind: SourceKind | None = None
         self.is_reviewed = False
         """Whether the session was opened and not made here: nobody has said yet that runs are to be added to it."""
-        self.waits_for = ""
-        self.kept = 0
-        """Runs recorded since Record was asked for, without those that were set aside."""
         self.had_source = False
         """Whether what failed last had a source by then: else it could not be made, a file not be read."""
         self._mailbox = Mailbox(self)
+        self._begin(None)
+
+    def _begin(self, setup: Setup | None) -> None:
+        """Forget what Record or Start was asked for before."""
+        self._setup, self._of_worker = setup, WorkerState()
+        self._pulled: Acquisition | None = None
+        self._next: RunRequest | None = None
+        self._restarts, self._continuous, self.waits_for = 0, False, ""
+        self.backlog = Backlog()
+        self.kept = 0
+        """Runs recorded since Record was asked for, without those that were set aside."""
 
     @property
     def health(self) -> Health | None:
@@ -230,9 +221,9 @@ class RunControl(QObject):
 
     def poll(self) -> None:
         """Look what changed; called by the window's timer."""
-        if not self.state.running:
+        setup, reached = self._setup, self.reached
+        if setup is None or not self.state.running:
             return
-        reached = self.reached
         acquisition = reached.acquisition
         if reached.only_processes:
             # nothing comes in any more: what is shown is not now
@@ -241,13 +232,12 @@ class RunControl(QObject):
                 self.feed_changed.emit(None)
         elif acquisition is not None and acquisition is not self._pulled and acquisition.digitisation is not None:
             self._pulled = acquisition
-            if self._setup is not None:
-                self.feed = Feed(acquisition, self._setup)
-                self.feed_changed.emit(self.feed)
+            self.feed = Feed(acquisition, setup)
+            self.feed_changed.emit(self.feed)
         if self._of_worker.stops:
             return
-        if reached.source is not None and self._setup is not None:
-            self.waits_for = edge_words(self._setup.daq) if reached.source.is_waiting else ""
+        if reached.source is not None:
+            self.waits_for = edge_words(setup.daq) if reached.source.is_waiting else ""
             if (count := reached.source.restarts) > self._restarts:
                 self._restarts = count
                 self.warned.emit(restart_words(count), "restart")
@@ -282,16 +272,8 @@ class RunControl(QObject):
         self._stopper = threading.Thread(target=state.end_soon, args=(worker,), name="gui stop", daemon=True)
         self._stopper.start()
 
-    def _begin(self, setup: Setup) -> None:
-        self._setup = setup
-        self._of_worker = WorkerState()
-        self._restarts = 0
-        self._pulled = self._next = None
-        self.waits_for, self.kept, self._continuous = "", 0, False
-        self.backlog = Backlog()
-        self._enter(AppState.STARTING)
-
     def _launch(self, work: Callable[[WorkerState], None], what: str) -> None:
+        self._enter(AppState.STARTING)
         state = self._of_worker
 
         def run() -> None:
@@ -345,7 +327,8 @@ class RunControl(QObject):
         self.run_taken.emit(run, card)
 
     def _recorded(self, recorded: RecordedRun) -> None:
-        self.backlog.drop(recorded)
+        if recorded.path is not None and recorded.path in self.backlog:
+            self.backlog.remove(recorded.path)
         self.kept += recorded.path is not None and not recorded.set_aside
         self.run_recorded.emit(recorded)
         self._of_worker.put(progress=0.0)
@@ -375,3 +358,23 @@ class RunControl(QObject):
         if state is not self.state:
             self.state = state
             self.state_changed.emit()
+
+
+def card_of(run: RecordedRun) -> RunCard:
+    """Return what the file of a run says of it; an empty card where it cannot be read."""
+    try:
+        return RunCard() if run.path is None else read_run_card(run.path)
+    except RadarGuiError:
+        return RunCard()
+
+
+def restart_words(count: int) -> str:
+    """Return what is to be said where a device was started again, so many times."""
+    times = "once" if count == 1 else f"{count} times"
+    return f"The device failed and was started again, {times} so far. What was lost meanwhile is a gap in the run."
+
+
+def edge_words(daq: Daq) -> str:
+    """Return the edge that a run starts at: `rising edge at PFI0`."""
+    level = f" through {daq.start_level_v:g} V" if daq.start == "analog" else ""
+    return f"{daq.start_edge} edge{level} at {daq.start_source or 'the start terminal'}"

@@ -12,27 +12,41 @@ from radargui.acquisition.ring import LiveTrack, Ring
 from radargui.acquisition.run_plan import RecorderState
 from radargui.experiment.event import ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
-from radargui.files.run_card import RunCard, read_run_card
-from radargui.model.daq import Daq
-from radargui.model.errors import RadarGuiError
 from radargui.model.setup import Setup
 from radargui.sources.contract import Source
 from radargui.sources.factory import SourceKind
 
 
 class AppState(Enum):
-    """The state shown in large letters; the value is the word shown."""
+    """The state shown in large letters; the value is the word shown.
 
-    IDLE = "IDLE"
-    STARTING = "STARTING"
-    LIVE = "LIVE"
-    ARMED = "ARMED"
-    RECORDING = "RECORDING"
-    SETTLING = "SETTLING"
-    PROCESSING = "PROCESSING"
-    STOPPING = "STOPPING"
-    DONE = "DONE"
-    FAILED = "FAILED"
+    Attributes
+    ----------
+    role
+        Its colour.
+    next
+        What the operator does now; armed and failed say more.
+    """
+
+    role: str
+    next: str
+
+    IDLE = "IDLE", "idle", "Press R to record, Space to look at the signal"
+    STARTING = "STARTING", "busy", "Wait: the source starts"
+    LIVE = "LIVE", "busy", "Press R to record"
+    ARMED = "ARMED", "mark", "Let the sphere drop"
+    RECORDING = "RECORDING", "alarm", "Hands off: this is being recorded"
+    SETTLING = "SETTLING", "busy", "Hands off until nothing moves"
+    PROCESSING = "PROCESSING", "busy", "The result is being computed"
+    STOPPING = "STOPPING", "busy", "Wait: what runs is being ended"
+    DONE = "DONE", "good", "Hang the sphere up again, then press R"
+    FAILED = "FAILED", "alarm", "Press R to try again"
+
+    def __new__(cls, word: str, role: str, then: str) -> "AppState":
+        """Return a state whose value is its word alone."""
+        made = object.__new__(cls)
+        made._value_, made.role, made.next = word, role, then
+        return made
 
     @property
     def running(self) -> bool:
@@ -57,8 +71,7 @@ class Feed:
     """
 
     def __init__(self, acquisition: Acquisition, setup: Setup) -> None:
-        self.acquisition = acquisition
-        self.setup = setup
+        self.acquisition, self.setup = acquisition, setup
         digitisation = acquisition.digitisation
         self.n_receivers = digitisation.n_receivers if digitisation else setup.n_receivers
         self.rate_hz = digitisation.sample_rate_hz if digitisation else setup.daq.rate_hz
@@ -120,39 +133,21 @@ class RunRequest:
         return self.kind == "simulated" and self.n_runs > 1 and self.setup.simulation.scene in _FALLING
 
 
-class Backlog:
-    """Counts what was recorded since Record was asked for; results come in the order of the runs."""
+class Backlog(list[Path]):
+    """What was recorded since Record was asked for and has no result yet; results come in the order of the runs."""
 
-    def __init__(self) -> None:
-        self._waiting: dict[Path, RecordedRun] = {}
-        self.last_recorded: Path | None = None
-
-    def __len__(self) -> int:
-        return len(self._waiting)
+    last_recorded: Path | None = None
 
     @property
     def computed(self) -> Path | None:
         """The run whose result is computed now; None where none waits."""
-        return next(iter(self._waiting), None)
+        return next(iter(self), None)
 
     def take(self, run: RecordedRun) -> None:
         """Take a run that is on the disk; one that was set aside gets no result."""
         if run.path is not None and not run.set_aside:
-            self._waiting[run.path] = run
+            self.append(run.path)
             self.last_recorded = run.path
-
-    def drop(self, run: RecordedRun) -> None:
-        """Take the outcome of a run."""
-        if run.path is not None:
-            self._waiting.pop(run.path, None)
-
-
-def card_of(run: RecordedRun) -> RunCard:
-    """Return what the file of a run says of it; an empty card where it cannot be read."""
-    try:
-        return RunCard() if run.path is None else read_run_card(run.path)
-    except RadarGuiError:
-        return RunCard()
 
 
 _RECORDING = {
@@ -226,19 +221,14 @@ class WorkerState:
     """Written by the worker, asked by the window; one for each worker, so that a late one writes to its own."""
 
     def __init__(self) -> None:
+        # two threads change what stands here, each after it has read it; to read alone is one step and needs no lock
         self._lock = threading.Lock()
-        self._reached = Reached()
-
-    @property
-    def reached(self) -> Reached:
-        """All that is known at one instant."""
-        with self._lock:
-            return self._reached
+        self.reached = Reached()
 
     def put(self, **changes: Any) -> None:
         """Take new values of `Reached`."""
         with self._lock:
-            self._reached = replace(self._reached, **changes)
+            self.reached = replace(self.reached, **changes)
 
     @property
     def stops(self) -> bool:
@@ -248,7 +238,7 @@ class WorkerState:
     def ask(self, what: Asked) -> None:
         """Ask the worker to end; what was asked before and goes further stays."""
         with self._lock:
-            self._reached = replace(self._reached, asked=max(what, self._reached.asked))
+            self.reached = replace(self.reached, asked=max(what, self.reached.asked))
 
     def end_soon(self, worker: threading.Thread) -> None:
         """Ask whatever runs to end until the worker is gone; a device may take its time to stop: not for the window."""
@@ -261,15 +251,3 @@ class WorkerState:
             if reached.live is not None:
                 reached.live.request_stop()
             worker.join(0.05)
-
-
-def restart_words(count: int) -> str:
-    """Return what is to be said where a device was started again, so many times."""
-    times = "once" if count == 1 else f"{count} times"
-    return f"The device failed and was started again, {times} so far. What was lost meanwhile is a gap in the run."
-
-
-def edge_words(daq: Daq) -> str:
-    """Return the edge that a run starts at: `rising edge at PFI0`."""
-    level = f" through {daq.start_level_v:g} V" if daq.start == "analog" else ""
-    return f"{daq.start_edge} edge{level} at {daq.start_source or 'the start terminal'}"

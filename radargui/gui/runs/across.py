@@ -6,21 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, QRect, Qt
-from PySide6.QtGui import (
-    QAction,
-    QCloseEvent,
-    QColor,
-    QFont,
-    QFontMetricsF,
-    QKeyEvent,
-    QPainter,
-    QPaintEvent,
-)
+from PySide6.QtGui import QAction, QCloseEvent, QColor, QFont, QFontMetricsF, QKeyEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 
 from radargui.experiment.event import RecordedRun
-from radargui.gui.control.control_bar import ROLES
 from radargui.gui.control.state import AppState
+from radargui.gui.layout import having
 from radargui.gui.runs.run_keeping import RunKeeping
 from radargui.gui.theme import Theme
 
@@ -36,18 +27,6 @@ _SHARES = {"state": 0.26, "result": 0.26, "run": 0.14, "next": 0.22, "keys": 0.0
 """Of the height of the screen; what is left holds the keys."""
 _KEYS = "Space  start      R  record      F5  stop      Del  reject      F11 or Esc  back to the window"
 _MARGIN = 0.03
-
-NEXT = {
-    AppState.IDLE: "Press R to record, Space to look at the signal",
-    AppState.STARTING: "Wait: the source starts",
-    AppState.LIVE: "Press R to record",
-    AppState.RECORDING: "Hands off: this is being recorded",
-    AppState.SETTLING: "Hands off until nothing moves",
-    AppState.PROCESSING: "The result is being computed",
-    AppState.STOPPING: "Wait: what runs is being ended",
-    AppState.DONE: "Hang the sphere up again, then press R",
-}
-"""What the operator does next; armed and failed say more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,9 +82,7 @@ class AcrossView(QWidget):
         """Return the font of each line: as large as its longest words allow on this screen."""
         made = {}
         for name, widest in _WIDEST.items():
-            font = QFont(self.font())
-            font.setBold(name in ("state", "result"))
-            font.setPixelSize(100)
+            font = having(QFont(self.font()), bold=name in ("state", "result"), pixelSize=100)
             metrics = QFontMetricsF(font)
             lines = 2 if name == "next" else 1
             width = (1.0 - 2.0 * _MARGIN) * self.width() / metrics.horizontalAdvance(widest)
@@ -119,26 +96,25 @@ class AcrossView(QWidget):
         painter = QPainter(self)
         colours, shown = self._theme.colours, self.situation
         painter.fillRect(self.rect(), QColor(colours.base))
-        role = QColor(colours.role(ROLES.get(shown.state, "busy")))
-        text, fonts = QColor(colours.text), self.fonts()
+        role = QColor(colours.role(shown.state.role))
+        fonts, centred = self.fonts(), Qt.AlignmentFlag.AlignCenter
         margin, top = int(_MARGIN * self.width()), 0
         lines = {"state": shown.state.value, "result": shown.result, "run": shown.run, "next": shown.next}
         for name, words in lines.items():
             box = QRect(margin, top, self.width() - 2 * margin, int(_SHARES[name] * self.height()))
             if name == "state":
                 painter.fillRect(QRect(0, 0, self.width(), box.height()), role)
-            painter.setPen(QColor(colours.base) if name == "state" else text)
+            painter.setPen(QColor(colours.base if name == "state" else colours.text))
             painter.setFont(fonts[name])
             if name == "next":
-                flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-                painter.drawText(box, int(flags), words)
+                painter.drawText(box, int(centred | Qt.TextFlag.TextWordWrap), words)
             else:
                 shorter = painter.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, box.width())
-                painter.drawText(box, Qt.AlignmentFlag.AlignCenter, shorter)
+                painter.drawText(box, centred, shorter)
             top += box.height()
         painter.setFont(fonts["keys"])
         painter.setPen(QColor(colours.faint))
-        painter.drawText(QRect(0, top, self.width(), self.height() - top), Qt.AlignmentFlag.AlignCenter, _KEYS)
+        painter.drawText(QRect(0, top, self.width(), self.height() - top), centred, _KEYS)
         painter.end()
 
     def event(self, event: QEvent) -> bool:
@@ -203,25 +179,23 @@ class AcrossController(QObject):
         """Return what is to be shown."""
         state = self._keeping.control.state
         entry = self._keeping.runs.model.entry_of(self._of) if self._of else None
-        result = ""
-        if entry is not None:
-            known = (entry.summary or {}).get("e") is not None
-            result = f"e = {entry.restitution()}" if known else "no e"
-        coming = state in (AppState.ARMED, AppState.RECORDING, AppState.SETTLING)
-        run = self._keeping.coming if coming else entry.called if entry is not None else ""
-        if coming and entry is not None:
-            run = f"{run}; e of {entry.called}"
-        return Situation(state, result, run, self._next(state, entry.verdict if entry and result == "no e" else ""))
+        coming = self._keeping.coming if state in (AppState.ARMED, AppState.RECORDING, AppState.SETTLING) else ""
+        if entry is None:
+            return Situation(state, "", coming, self._next(state, ""))
+        run = f"{coming}; e of {entry.called}" if coming else entry.called
+        if entry.has_e:
+            return Situation(state, f"e = {entry.restitution()}", run, self._next(state, ""))
+        return Situation(state, "no e", run, self._next(state, entry.verdict))
 
     def _next(self, state: AppState, why: str) -> str:
         control, notices = self._keeping.control, self._keeping.services.board.notices
-        if state is AppState.FAILED:
-            return notices[0].text if notices else "Press R to try again"
-        if state is AppState.ARMED:
-            return f"Waiting for {control.waits_for}" if control.waits_for else "Let the sphere drop"
+        if state is AppState.FAILED and notices:
+            return notices[0].text
+        if state is AppState.ARMED and control.waits_for:
+            return f"Waiting for {control.waits_for}"
         if state is AppState.PROCESSING:
-            return f"{NEXT[state]}: {control.reached.progress:.0%}"
-        return f"{why[:1].upper()}{why[1:]}. {NEXT[state]}" if why and state is AppState.DONE else NEXT[state]
+            return f"{state.next}: {control.reached.progress:.0%}"
+        return f"{why[:1].upper()}{why[1:]}. {state.next}" if why and state is AppState.DONE else state.next
 
     def _take(self, recorded: RecordedRun) -> None:
         if recorded.path is not None and not recorded.set_aside:

@@ -3,22 +3,12 @@
 import math
 from collections.abc import Callable
 
+from PySide6 import QtWidgets
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QComboBox,
-    QFrame,
-    QHBoxLayout,
-    QLabel,
-    QPlainTextEdit,
-    QSizePolicy,
-    QVBoxLayout,
-    QWidget,
-)
 
 from radargui.correction.ellipse import Ellipse
 from radargui.experiment.compare import OverlaidMethod
-from radargui.gui.layout import Choice, button, fill
+from radargui.gui.layout import Choice, button, fill, having
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.setup.words import words_of
@@ -45,7 +35,7 @@ _DOTS, _OUTLINE = 3000, 181
 """Samples in the plane and points of an ellipse: more look the same."""
 
 
-class CorrectionView(QWidget):
+class CorrectionView(QtWidgets.QWidget):
     """I and Q as recorded with what the method made of them; what it left, or the plane; corrected below.
 
     All but the plane share the time axis.
@@ -54,13 +44,13 @@ class CorrectionView(QWidget):
     def __init__(self, theme: Theme) -> None:
         super().__init__()
         self._shown: tuple[RunResult, RunCurves] | None = None
-        self.receiver = QComboBox()
-        self.receiver.setAccessibleName("Receiver")
+        self.receiver = having(QtWidgets.QComboBox(), accessibleName="Receiver")
         self.receiver.currentIndexChanged.connect(self._draw)
-        self._words = QLabel()
+        self._words = QtWidgets.QLabel()
         # never makes the panel wider than its dock
-        self._words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        top = fill(QHBoxLayout(), QLabel("Receiver"), self.receiver, (self._words, 1), margins=(6, 3, 6, 0), spacing=6)
+        self._words.setSizePolicy(QtWidgets.QSizePolicy.Policy.Ignored, QtWidgets.QSizePolicy.Policy.Preferred)
+        above = (QtWidgets.QLabel("Receiver"), self.receiver, (self._words, 1))
+        top = fill(QtWidgets.QHBoxLayout(), *above, margins=(6, 3, 6, 0), spacing=6)
         self.key = Key(theme)
         self.raw = tuple(RawPlot(theme, part) for part in "IQ")
         self.rest = Plot(theme, "", "", left_px=_LEFT)
@@ -71,15 +61,13 @@ class CorrectionView(QWidget):
         self.outline = self.plane.still_line("fit", "fit")
         self.corrected = Plot(theme, "time [s]", "I, Q / A", left_px=_LEFT)
         self._curves = tuple(self.corrected.still_line(part.lower(), part) for part in "IQ")
-        self.decided = QPlainTextEdit(readOnly=True)
-        self.decided.setFrameShape(QFrame.Shape.NoFrame)
-        self.decided.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.decided.setAccessibleName("What was found and decided")
+        self.decided = having(QtWidgets.QPlainTextEdit(readOnly=True), accessibleName="What was found and decided")
+        having(self.decided, frameShape=QtWidgets.QFrame.Shape.NoFrame, focusPolicy=Qt.FocusPolicy.NoFocus)
         self.decided.setFixedHeight(_LINES * self.fontMetrics().lineSpacing() + 8)
         over_time = (*self.raw, self.rest, self.corrected)
         parts = (*self.raw, self.rest, self.plane, self.corrected)
         shares = ((plot, 2 if plot is self.plane else 1) for plot in parts)
-        fill(QVBoxLayout(self), top, self.decided, self.key, *shares, spacing=1)
+        fill(QtWidgets.QVBoxLayout(self), top, self.decided, self.key, *shares, spacing=1)
         for plot in over_time[:-1]:
             plot.setXLink(self.corrected)
         self._clear_plots()
@@ -207,7 +195,7 @@ _COLUMNS: dict[str, Callable[[OverlaidMethod], str]] = {
 }
 
 
-class MethodsView(QWidget):
+class MethodsView(QtWidgets.QWidget):
     """Boxes to choose methods, a table of what each gave, curves above, differences below."""
 
     asked = Signal(object)
@@ -218,17 +206,15 @@ class MethodsView(QWidget):
         self._own = ""
         self._is_busy = False
         self._since = "time [s]"
-        self.boxes: dict[str, QCheckBox] = {}
+        self.boxes: dict[str, QtWidgets.QCheckBox] = {}
         for method, words in words_of("processing.correction").choices.items():
-            box = self.boxes[method] = QCheckBox(method)
-            box.setToolTip(words)
+            box = self.boxes[method] = having(QtWidgets.QCheckBox(method), toolTip=words)
             box.toggled.connect(lambda _on: self._show_buttons())
         self.compute = button("Compute", self._ask)
-        self.quantity = Choice()
-        self.quantity.setAccessibleName("Quantity")
+        self.quantity = having(Choice(), accessibleName="Quantity")
         self.quantity.currentIndexChanged.connect(self._draw)
-        self.words = QLabel()
-        self.words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self.words = QtWidgets.QLabel()
+        self.words.setSizePolicy(QtWidgets.QSizePolicy.Policy.Ignored, QtWidgets.QSizePolicy.Policy.Fixed)
         self.rows = RowModel(_COLUMNS)
         self.table = RowTable(self.rows, "methods")
         self.curves = Plot(theme, "", "z [mm]", left_px=_LEFT)
@@ -236,10 +222,11 @@ class MethodsView(QWidget):
         self.differences = Plot(theme, "time [s]", "Δz [mm]", left_px=_LEFT)
         self.curves.setXLink(self.differences)
         self.key = Key(theme)
-        chosen = fill(QHBoxLayout(), *self.boxes.values(), 1, margins=(6, 3, 6, 0), spacing=8)
-        below = fill(QHBoxLayout(), self.compute, self.quantity, (self.words, 1), margins=(6, 0, 6, 0), spacing=6)
+        chosen = fill(QtWidgets.QHBoxLayout(), *self.boxes.values(), 1, margins=(6, 3, 6, 0), spacing=8)
+        asked = (self.compute, self.quantity, (self.words, 1))
+        below = fill(QtWidgets.QHBoxLayout(), *asked, margins=(6, 0, 6, 0), spacing=6)
         plots = ((self.curves, 3), (self.differences, 2))
-        fill(QVBoxLayout(self), chosen, below, (self.table, 2), self.key, *plots, spacing=1)
+        fill(QtWidgets.QVBoxLayout(self), chosen, below, (self.table, 2), self.key, *plots, spacing=1)
         # three methods and the titles
         self.table.setMinimumHeight(5 * self.fontMetrics().height())
         self.clear()
@@ -250,8 +237,7 @@ class MethodsView(QWidget):
         quality = result.quality
         self._own = quality.method if quality else ""
         for method, box in self.boxes.items():
-            box.setChecked(method == self._own)
-            box.setEnabled(bool(self._own) and method != self._own)
+            having(box, checked=method == self._own, enabled=bool(self._own) and method != self._own)
         self._since = f"time after {result.zero[1]} [s]"
         said = f"Tick what is to be laid over {self._own}." if self._own else "Nothing was corrected."
         self.words.setText(said)
@@ -291,12 +277,7 @@ class MethodsView(QWidget):
     def _refresh(self) -> None:
         self.table.show_rows(self._all)
         names = dict.fromkeys(name for one in self._all for name in one.curves)
-        before = self.quantity.currentData()
-        with QSignalBlocker(self.quantity):
-            self.quantity.clear()
-            for name in names:
-                self.quantity.addItem(name, name)
-            self.quantity.setCurrentIndex(max(0, self.quantity.findData(before)))
+        self.quantity.offer(((name, name) for name in names), self.quantity.currentData())
         self._show_buttons()
         self._draw()
 

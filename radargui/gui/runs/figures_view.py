@@ -2,11 +2,13 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from html import escape
 
 from PySide6.QtGui import QTextOption
 from PySide6.QtWidgets import QTextBrowser
 
+from radargui.gui.background import OneAtATime
 from radargui.gui.layout import Dialog
 from radargui.gui.services import Services
 from radargui.gui.theme import Theme
@@ -26,12 +28,11 @@ class FiguresView(QTextBrowser):
     """Everything selectable."""
 
     def __init__(self, theme: Theme) -> None:
-        super().__init__()
+        super().__init__(openLinks=False)
         self._theme = theme
         self._result: RunResult | None = None
         self.notes: tuple[str, ...] = ()
         """How the run was recorded, one line each; written above the figures."""
-        self.setOpenLinks(False)
         # no word of a title is broken
         self.setWordWrapMode(QTextOption.WrapMode.WordWrap)
         theme.changed.connect(self._write)
@@ -91,9 +92,8 @@ class ReportPreview(Dialog):
         super().__init__("Preview of the report", (760, 820), services.parent, "report_preview")
         self._services, self._glances = services, glances
         self._session: Session | None = None
-        self._is_reading = self._is_outdated = False
-        self.page = QTextBrowser()
-        self.page.setOpenLinks(False)
+        self._reads = OneAtATime(services.jobs, "the preview of the report", self.refresh)
+        self.page = QTextBrowser(openLinks=False)
         self.lay_out((self.page, 1))
         services.theme.changed.connect(self.refresh)
 
@@ -106,28 +106,15 @@ class ReportPreview(Dialog):
 
     def refresh(self) -> None:
         """Read what has changed, where the page is seen."""
-        session = self._session
-        self._is_outdated = self._is_reading
-        if session is None or not self.isVisible() or self._is_reading:
-            return
-        self._is_reading, glances, alarm = True, self._glances, self._services.theme.colours.alarm
-        self._services.jobs.start(
-            "the preview of the report", lambda: _front_page(session, glances, alarm), self._read, self._failed
-        )
+        if self._session is not None and self.isVisible():
+            work = partial(_front_page, self._session, self._glances, self._services.theme.colours.alarm)
+            self._reads.start(work, self._show, lambda error: self.page.setPlainText(str(error)))
 
-    def _read(self, page: str) -> None:
-        self._is_reading = False
-        if self._is_outdated:
-            self.refresh()
-            return
+    def _show(self, page: str) -> None:
         bar = self.page.verticalScrollBar()
         place = bar.value()
         self.page.setHtml(page)
         bar.setValue(place)
-
-    def _failed(self, error: BaseException) -> None:
-        self._is_reading = False
-        self.page.setPlainText(str(error))
 
 
 def _front_page(session: Session, glances: Glances, alarm: str) -> str:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,7 @@ from radargui.gui.runs.run_panel import SCREEN_COLUMNS, RunPanel
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_model import entry_of
 from radargui.gui.track.track_panel import TrackPanel
-from radargui.model.errors import CancelledError, FileError, RadarGuiError
+from radargui.model.errors import CancelledError, FileError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.offline import STOPPED
@@ -55,12 +56,12 @@ class RunController(QObject):
         self._work, self._jobs, self._board = services.work, services.jobs, services.board
         self._window = services.parent
         self._session: Session | None = None
-        self._kept: OrderedDict[Path, RunResult] = OrderedDict()
+        self._kept: dict[Path, RunResult] = {}
         self._wanted: Path | None = None
         self._reading: Task | None = None
         self.report_preview = ReportPreview(glances, services)
-        runs.model.rowsInserted.connect(lambda *_: self.report_preview.refresh())
-        runs.model.dataChanged.connect(lambda *_: self.report_preview.refresh())
+        for changed in (runs.model.rowsInserted, runs.model.dataChanged):
+            changed.connect(lambda *_: self.report_preview.refresh())
         runs.run_chosen.connect(self._choose)
         run.methods_asked.connect(self._overlay)
 
@@ -69,29 +70,30 @@ class RunController(QObject):
         if session is not self._session:
             self._run.clear()
             self._track.clear()
-        self._session = session
+        self._session, self._wanted = session, None
         self.report_preview.show_session(session)
         self._kept.clear()
-        self._wanted = None
         if session is None:
             self._runs.show_session(None, [])
             return
         # what is being recorded comes into the list once it is on the disk
         paths = [path for path in session.run_paths(with_rejected=True) if not session.records(path)]
-        rejected = session.rejected
-        noted = session.info.notes_of
-        self._runs.show_session(
-            session.path,
-            [RunEntry(path, rejected=rejected.get(path.name), note=noted(path.name)) for path in paths],
-        )
+        rejected, noted = session.rejected, session.info.notes_of
+        known = [RunEntry(path, rejected=rejected.get(path.name), note=noted(path.name)) for path in paths]
+        self._runs.show_session(session.path, known)
+        report = session.path / REPORT_FOLDER / "report.html"
+
+        def work() -> tuple[list[RunEntry], Path | None]:
+            return [_entry(path) for path in paths], report if report.is_file() else None
+
+        def listed(found: tuple[list[RunEntry], Path | None]) -> None:
+            for entry in found[0]:
+                self._runs.put(entry)
+            if found[1] is not None:
+                self._runs.show_report(found[1])
+
         if paths:
-            report = session.path / REPORT_FOLDER / "report.html"
-            self._jobs.start(
-                "the list of runs",
-                lambda: ([_entry(path) for path in paths], report if report.is_file() else None),
-                lambda found: self._listed(*found),
-                wanted=lambda: session is self._session,
-            )
+            self._jobs.start("the list of runs", work, listed, wanted=lambda: session is self._session)
 
     def take(self, recorded: RecordedRun, card: RunCard) -> None:
         """List a run that is on the disk, whose result is still to come."""
@@ -127,28 +129,36 @@ class RunController(QObject):
             self._board.post("warning", "There is no run to report: record one, or open a session.")
             return
         self._runs.show_report(busy=True)
-        self._work.start(
-            "the report",
-            lambda task: _report_session(session, task),
-            self._reported,
-            self._report_failed,
-            self._runs.show_report,
-        )
+
+        def written(report: Report) -> None:
+            self._runs.show_report(report.html)
+            self._board.post("info", f"Report written: {report.html.parent}")
+
+        def failed(error: BaseException) -> None:
+            self._runs.show_report()
+            self._board.post_error(error)
+
+        self._work.start("the report", partial(_report_session, session), written, failed, self._runs.show_report)
 
     def preview(self) -> None:
         """Show the report's first page as it would be now, and follow the runs."""
         self.report_preview.come_up()
         self.report_preview.show_session(self._session)
 
-    def ask_export(self) -> None:
-        """Let the operator choose where the tables go."""
+    @property
+    def _asked(self) -> RunEntry | None:
+        """The run that something is asked for; where none is chosen, that is said."""
         entry = self._runs.table.chosen
         if entry is None:
             self._board.post("warning", "No run is chosen: choose one in the list of runs.")
-            return
-        name = QFileDialog.getExistingDirectory(self._window, "Export tables to", str(entry.path.parent))
-        if name:
-            self.export(Path(name))
+        return entry
+
+    def ask_export(self) -> None:
+        """Let the operator choose where the tables go."""
+        if entry := self._asked:
+            name = QFileDialog.getExistingDirectory(self._window, "Export tables to", str(entry.path.parent))
+            if name:
+                self.export(Path(name))
 
     def export(self, folder: Path) -> None:
         """Write the tables of the chosen run to a new folder in `folder`."""
@@ -170,19 +180,16 @@ class RunController(QObject):
 
     def reprocess(self, setup: Setup) -> None:
         """Process the chosen run with another setup and keep what comes out beside its samples."""
-        entry = self._runs.table.chosen
-        if entry is None:
-            self._board.post("warning", "No run is chosen: choose one in the list of runs.")
+        if (entry := self._asked) is None:
             return
-        path = entry.path
-        self._wanted = path
-        self._run.loading(entry.name)
+        self._wanted = path = entry.path
+        self._run.say(entry.name)
         self._work.start(
             f"processing {entry.name} again",
             lambda task: process_run(path, setup, progress=task.report, on_preliminary=self._publisher(path)),
             lambda result: self._reprocessed(path, result),
-            lambda error: self._not_shown(entry.name, error),
-            lambda: self._cancelled(entry),
+            partial(self._not_shown, entry.name),
+            partial(self._cancelled, entry),
         )
 
     def _overlay(self, methods: tuple[str, ...]) -> None:
@@ -197,9 +204,9 @@ class RunController(QObject):
                 view.add(one)
 
         def work(task: Task) -> None:
-            self._jobs.report(add, overlaid(result, result, own, SCREEN_COLUMNS))
+            self._jobs.post(add, overlaid(result, result, own, SCREEN_COLUMNS))
             for one in compute_methods(path, result, methods, SCREEN_COLUMNS, task.report):
-                self._jobs.report(add, one)
+                self._jobs.post(add, one)
 
         def ended(error: BaseException | None = None) -> None:
             view.show_busy(busy=False)
@@ -210,15 +217,14 @@ class RunController(QObject):
         self._work.start(f"computing {path.stem} by {', '.join(methods)}", work, lambda _done: ended(), ended, ended)
 
     def _choose(self, entry: RunEntry) -> None:
-        path = entry.path
-        self._wanted = path
+        self._wanted = path = entry.path
         if self._reading is not None:
             self._reading.cancel()
         self._glance(path)
         if path in self._kept:
             self._show(path, self._kept[path])
             return
-        self._run.loading(entry.name)
+        self._run.say(entry.name)
         self._reading = task = self._work.quiet()
         self._jobs.start(
             "reading the run",
@@ -234,7 +240,7 @@ class RunController(QObject):
             if path == self._wanted:
                 self._show(path, result)
 
-        return lambda result: self._jobs.report(show, result)
+        return lambda result: self._jobs.post(show, result)
 
     def _cancelled(self, entry: RunEntry) -> None:
         self._board.post("info", f"Cancelled: {entry.name} keeps the results that it had.")
@@ -251,7 +257,7 @@ class RunController(QObject):
         """Show all samples at a glance: that takes a moment also where processing takes long."""
         self._jobs.start(
             "the overview of the run",
-            lambda: read_overview(path),
+            partial(read_overview, path),
             lambda overview: self._run.show_overview(overview, in_front=path not in self._kept),
             # what is wrong with the file is reported by the reading of the run
             lambda _error: None,
@@ -265,44 +271,27 @@ class RunController(QObject):
     def _show(self, path: Path, result: RunResult, *, with_track: bool = True) -> None:
         self._wanted = path
         entry = self._runs.model.entry_of(path)
-        note = COMPUTING if _is_being_computed(result) else f"{STOPPED[:1].upper()}{STOPPED[1:]}."
-        note = note if result.preliminary else ""
+        stopped = f"{STOPPED[:1].upper()}{STOPPED[1:]}."
+        note = COMPUTING if _is_being_computed(result) else stopped if result.preliminary else ""
         name = entry.title if entry else path.stem
         self._run.show_result(result, name, (note, *((entry.agreement, entry.health) if entry else ())))
         if with_track:
             self._track.show_result(result, name)
 
     def _keep(self, path: Path, result: RunResult) -> None:
+        self._kept.pop(path, None)
         self._kept[path] = result
-        self._kept.move_to_end(path)
-        while len(self._kept) > _KEPT:
-            self._kept.popitem(last=False)
-
-    def _listed(self, entries: list[RunEntry], report: Path | None) -> None:
-        for entry in entries:
-            self._runs.put(entry)
-        if report is not None:
-            self._runs.show_report(report)
-
-    def _reported(self, report: Report) -> None:
-        self._runs.show_report(report.html)
-        self._board.post("info", f"Report written: {report.html.parent}")
-
-    def _report_failed(self, error: BaseException) -> None:
-        self._runs.show_report()
-        self._board.post_error(error)
+        for oldest in list(self._kept)[:-_KEPT]:
+            del self._kept[oldest]
 
     def _not_shown(self, name: str, error: BaseException) -> None:
-        self._run.failed(name, "cannot be shown")
+        self._run.say(name, "cannot be shown")
         self._board.post_error(error)
 
 
 def _entry(path: Path) -> RunEntry:
-    try:
-        agreement, health = notes_of_file(path)
-        return replace(entry_of(path), agreement=agreement, health=health)
-    except RadarGuiError as error:
-        return RunEntry(path, problem=str(error))
+    agreement, health = notes_of_file(path)
+    return replace(entry_of(path), agreement=agreement, health=health)
 
 
 def _is_being_computed(result: RunResult) -> bool:
@@ -342,8 +331,5 @@ def _is_computed(path: Path) -> bool:
 
 
 def _free_folder(parent: Path, name: str) -> Path:
-    number, folder = 1, parent / name
-    while folder.exists():
-        number += 1
-        folder = parent / f"{name}-{number}"
-    return folder
+    numbered = (parent / f"{name}-{number}" for number in count(2))
+    return next(folder for folder in chain([parent / name], numbered) if not folder.exists())

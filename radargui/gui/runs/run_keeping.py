@@ -15,6 +15,7 @@ from radargui.gui.control.control_bar import HealthLine, StateView
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState
 from radargui.gui.control.waiting import StoppingStrip
+from radargui.gui.layout import having
 from radargui.gui.notices import NoticeStrip
 from radargui.gui.panels import Actions
 from radargui.gui.runs.run_controller import RunController
@@ -105,7 +106,8 @@ class RunKeeping(QObject):
     def coming(self) -> str:
         """What the run is called that is armed or recorded: `drop 3 (3 of 10)`."""
         control, model = self.control, self.runs.model
-        coming = f"replay {model.n_replays + 1}" if control.kind == "replay" else f"drop {model.n_drops + 1}"
+        n_replays = sum(one.label.startswith("R") for one in model.entries)
+        coming = f"replay {n_replays + 1}" if control.kind == "replay" else f"drop {model.n_drops + 1}"
         return coming + (f" ({control.run_number} of {control.n_runs})" if control.n_runs > 1 else "")
 
     @property
@@ -123,8 +125,7 @@ class RunKeeping(QObject):
 
     def _forget(self) -> None:
         self.health.show_run("")
-        self.last_result = ""
-        self._of_result = None
+        self.last_result, self._of_result = "", None
 
     def toggle(self) -> None:
         """Reject the chosen runs, or the last one; take them back where all were rejected already."""
@@ -162,18 +163,14 @@ class RunKeeping(QObject):
 
     def ask_words(self, title: str, question: str, choices: Sequence[str]) -> str:
         """Let the operator type, or choose; empty: not said, nothing happens."""
-        ask = QInputDialog(self.services.parent)
-        ask.setWindowTitle(title)
-        ask.setLabelText(question)
+        ask = having(QInputDialog(self.services.parent), windowTitle=title, labelText=question)
         if choices:
-            ask.setComboBoxItems(list(choices))
-            ask.setComboBoxEditable(True)
+            having(ask, comboBoxItems=list(choices), comboBoxEditable=True)
         return ask.textValue().strip() if ask.exec() else ""
 
     def _wanted(self, otherwise: str) -> list[RunEntry]:
         """Return the chosen runs, else the last one; none: it is said that there is none."""
-        last = self.runs.model.last_kept
-        entries = self.runs.table.all_chosen or ([last] if last else [])
+        entries = self.runs.table.all_chosen or [one for one in self.runs.model.entries if not one.rejected][-1:]
         if not entries:
             self.services.board.post("warning", otherwise)
         return entries
@@ -183,28 +180,23 @@ class RunKeeping(QObject):
             for entry in entries:
                 self.control.reject(entry.path, reason, back=back)
 
-        what = "taking a run back" if back else "rejecting a run"
-        self.services.jobs.start(what, work, lambda _done: self._are_set_aside(entries, reason, back))
+        def show(_done: object) -> None:
+            for entry in entries:
+                self.runs.reject(entry.path, "" if back else reason)
+            are, them, counts = ("is", "it", "counts") if len(entries) == 1 else ("are", "them", "count")
+            words = f"{are} rejected: kept, not counted. The same key (Del) takes {them} back."
+            if not back:
+                self.sounds.play("rejected")
+            self.services.board.post("info", f"{_named(entries)} {f'{counts} again.' if back else words}")
 
-    def _are_set_aside(self, entries: Sequence[RunEntry], reason: str, back: bool) -> None:
-        for entry in entries:
-            self.runs.reject(entry.path, "" if back else reason)
-        named, are = _named(entries), "is" if len(entries) == 1 else "are"
-        if back:
-            self.services.board.post("info", f"{named} count{'s' if len(entries) == 1 else ''} again.")
-        else:
-            self._beep(twice=True)
-            one = "it" if len(entries) == 1 else "them"
-            self.services.board.post(
-                "info", f"{named} {are} rejected: kept, not counted. The same key (Del) takes {one} back."
-            )
+        self.services.jobs.start("taking a run back" if back else "rejecting a run", work, show)
 
     def _preliminary(self, recorded: RecordedRun) -> None:
         """Show what stands while the joint correction is computed; the operator can go on, and hears so."""
         self.controller.add(recorded)
         if recorded.path is not None:
             self._heard.add(recorded.path)
-        self._beep()
+        self.sounds.play("result")
         self._say(recorded)
 
     def _recorded(self, recorded: RecordedRun) -> None:
@@ -213,27 +205,19 @@ class RunKeeping(QObject):
             return
         self.health.show_run(f"{recorded.path.stem}: {recorded.health_line}" if recorded.health_line else "")
         if recorded.set_aside:
-            self._beep(twice=True)
+            self.sounds.play("rejected")
             return
         if recorded.path not in self._heard:
-            self._beep()
+            self.sounds.play("result")
         self._heard.discard(recorded.path)
         self._say(recorded)
 
     def _say(self, recorded: RecordedRun) -> None:
-        if recorded.path is None:
-            return
-        entry = self.runs.model.entry_of(recorded.path)
-        if entry is None:
-            return
-        self._of_result = recorded.path
-        known = (entry.summary or {}).get("e") is not None
-        preliminary = ", preliminary" if recorded.result is not None and recorded.result.preliminary else ""
-        said = f"e = {entry.restitution()}{preliminary}" if known else f"no e, {entry.verdict}"
-        self.last_result = f"{entry.called}: {said}"
-
-    def _beep(self, *, twice: bool = False) -> None:
-        self.sounds.play("rejected" if twice else "result")
+        if (entry := self.runs.model.entry_of(recorded.path)) is not None:
+            self._of_result = recorded.path
+            preliminary = ", preliminary" if recorded.result is not None and recorded.result.preliminary else ""
+            said = f"e = {entry.restitution()}{preliminary}" if entry.has_e else f"no e, {entry.verdict}"
+            self.last_result = f"{entry.called}: {said}"
 
 
 def _named(entries: Sequence[RunEntry]) -> str:
@@ -265,8 +249,9 @@ class Sounds(QObject):
             self._switches[name].setChecked(settings.text(key, at_first) == "on")
             self._switches[name].toggled.connect(lambda on, key=key: settings.put(key, "on" if on else "off"))
         control.state_changed.connect(self._follow)
-        control.failed.connect(self._failed)
-        control.warned.connect(self._warned)
+        control.failed.connect(lambda _error: self.play("fault"))
+        # a device that was started again left a gap in the run; other warnings can wait for the eye
+        control.warned.connect(lambda _words, topic: self.play("fault") if topic == "restart" else None)
 
     def play(self, name: str) -> None:
         """Play the pattern of `trigger`, `result`, `rejected` or `fault`."""
@@ -280,11 +265,3 @@ class Sounds(QObject):
         recorded = (AppState.RECORDING, AppState.SETTLING)
         if self._state in recorded and before not in recorded:
             self.play("trigger")
-
-    def _failed(self, _error: BaseException) -> None:
-        self.play("fault")
-
-    def _warned(self, _words: str, topic: str) -> None:
-        # a device that was started again left a gap in the run; other warnings can wait for the eye
-        if topic == "restart":
-            self.play("fault")

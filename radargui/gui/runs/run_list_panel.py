@@ -3,11 +3,11 @@
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QItemSelection, QUrl, Signal
+from PySide6.QtCore import QSignalBlocker, QUrl, Signal
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QCheckBox, QSizePolicy, QToolBar, QVBoxLayout, QWidget
 
-from radargui.gui.layout import PlainLabel, button, fill, ticking
+from radargui.gui.layout import PlainLabel, button, fill, having, ticking
 from radargui.gui.panels import Actions
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
 from radargui.gui.table import RowTable
@@ -26,10 +26,8 @@ class RunListPanel(QWidget):
     def __init__(self, does: Actions) -> None:
         super().__init__()
         self.model = RunModel()
-        self.table = RowTable(self.model, "runs", many=True)
-        self.table.setMinimumHeight(50)
         # a verdict is never cut on a narrow screen: it takes another line
-        self.table.setWordWrap(True)
+        self.table = having(RowTable(self.model, "runs", many=True), minimumHeight=50, wordWrap=True)
         # once the widths have settled: lines change them where a scroll bar comes or goes. One line a turn of the event
         # loop: a line takes milliseconds, and what is drawn live has to be drawn in between
         self._unfit: list[int] = []
@@ -56,22 +54,19 @@ class RunListPanel(QWidget):
         row = QToolBar()
         for part in (self.rejected, self.report, self.preview, self.open_report, self.open_folder, self.export):
             row.addWidget(part)
-        self.series = PlainLabel()
-        self.series.setContentsMargins(6, 0, 6, 0)
         # one line, whatever it says: two would push the buttons out of a low panel
-        self.series.setWordWrap(False)
+        self.series = having(PlainLabel(), wordWrap=False)
+        self.series.setContentsMargins(6, 0, 6, 0)
         self.series.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         fill(QVBoxLayout(self), (self.table, 1), self.series, row)
 
-        self._folder: Path | None = None
-        self._report_file: Path | None = None
         self._report_busy = False
-        self._fit_columns([])
-        self._refresh_buttons()
+        self.show_session(None, [])
 
     def show_session(self, folder: Path | None, entries: list[RunEntry]) -> None:
         """Show the runs of a session; its report, where it has one, is told by `show_report`."""
-        self._folder, self._report_file = folder, None
+        self._folder = folder
+        self._report_file: Path | None = None
         self.model.replace_all(entries)
         self._hide_rows()
         self._fit_columns(self.model.entries[-_MOST_FITTED:])
@@ -89,9 +84,8 @@ class RunListPanel(QWidget):
             self.table.scrollTo(self.table.model().index(shown, 0))
         if select:
             # the result of a run that was just recorded is there already: nobody needs to be asked for it
-            self.table.selectionModel().blockSignals(True)
-            self.table.selectRow(shown)
-            self.table.selectionModel().blockSignals(False)
+            with QSignalBlocker(self.table.selectionModel()):
+                self.table.selectRow(shown)
             self.table.viewport().update()
         self._refresh_buttons()
 
@@ -106,7 +100,7 @@ class RunListPanel(QWidget):
         self._report_busy, self._report_file = busy, file or self._report_file
         self._refresh_buttons()
 
-    def _chosen(self, _selected: QItemSelection, _deselected: QItemSelection) -> None:
+    def _chosen(self) -> None:
         self._refresh_buttons()
         # who selects many wants to look at none
         if len(chosen := self.table.all_chosen) == 1:
@@ -148,9 +142,8 @@ class RunListPanel(QWidget):
     def _refresh_buttons(self) -> None:
         series = self.model.series
         said = f"e = {series.words}" if series.e.n else series.words
-        self.series.setText(said)
+        having(self.series, text=said, visible=bool(said))
         self.series.setToolTip(f"Mean and standard error of e over the drops that count, each once. {said}")
-        self.series.setVisible(bool(said))
         self.report.setText("Making report …" if self._report_busy else "Make report")
         self.report.setEnabled(bool(self.model.entries) and not self._report_busy)
         self.open_report.setEnabled(self._report_file is not None)

@@ -119,12 +119,17 @@ class RunEntry:
             return f"set aside: {self.rejected.removeprefix('rejected ')}"
         if self.summary is None:
             return "recorded, result to come" if self.waits else "not processed"
-        if self.summary.get("status") == "no_motion":
+        says = self.summary.get
+        if says("status") == "no_motion":
             return "no motion"
-        if self.summary.get("status") == "rejected":
-            return f"rejected: {self.summary.get('reason') or 'no reason given'}"
-        verdict = str(self.summary.get("verdict") or UNKNOWN)
-        return f"preliminary, {verdict}" if self.summary.get("preliminary") else verdict
+        if says("status") == "rejected":
+            return f"rejected: {says('reason') or 'no reason given'}"
+        return f"{'preliminary, ' if says('preliminary') else ''}{says('verdict') or UNKNOWN}"
+
+    @property
+    def has_e(self) -> bool:
+        """Whether e is known."""
+        return (self.summary or {}).get("e") is not None
 
     def restitution(self) -> str:
         """Return e with its combined uncertainty."""
@@ -170,19 +175,18 @@ class RunModel(RowModel[RunEntry]):
 
     def put(self, entry: RunEntry) -> int:
         """Add an entry, or replace the one of the same file; return its row."""
-        for row, old in enumerate(self.entries):
-            if old.path == entry.path:
-                names = ("started_at", "agreement", "health", "origin")
-                known: dict[str, Any] = {name: getattr(entry, name) or getattr(old, name) for name in names}
-                rejected = old.rejected if entry.rejected is None else entry.rejected
-                note = old.note if entry.note is None else entry.note
-                self.entries[row] = replace(entry, rejected=rejected, note=note, **known)
-                self._recount()
-                return row
-        row = bisect_left([_place(one) for one in self.entries], _place(entry))
-        self.beginInsertRows(QModelIndex(), row, row)
-        self.entries.insert(row, entry)
-        self.endInsertRows()
+        row = bisect_left(self.entries, _place(entry), key=_place)
+        old = self.entry_of(entry.path)
+        if old is None:
+            self.beginInsertRows(QModelIndex(), row, row)
+            self.entries.insert(row, entry)
+            self.endInsertRows()
+        else:
+            names = ("started_at", "agreement", "health", "origin")
+            known: dict[str, Any] = {name: getattr(entry, name) or getattr(old, name) for name in names}
+            known |= {name: getattr(old, name) for name in ("rejected", "note") if getattr(entry, name) is None}
+            row = self.entries.index(old)
+            self.entries[row] = replace(entry, **known)
         self._recount()
         return row
 
@@ -190,11 +194,6 @@ class RunModel(RowModel[RunEntry]):
     def n_drops(self) -> int:
         """How many drops there are, those that the operator rejected among them, replays not."""
         return sum(entry.label.isdecimal() for entry in self.entries)
-
-    @property
-    def n_replays(self) -> int:
-        """How many replays there are."""
-        return sum(entry.label.startswith("R") for entry in self.entries)
 
     @property
     def simulated(self) -> bool:
@@ -217,11 +216,6 @@ class RunModel(RowModel[RunEntry]):
     def n_rejected(self) -> int:
         """How many runs do not count."""
         return sum(bool(entry.rejected) for entry in self.entries)
-
-    @property
-    def last_kept(self) -> RunEntry | None:
-        """The last run that counts."""
-        return next((entry for entry in reversed(self.entries) if not entry.rejected), None)
 
     def entry_of(self, path: Path | None) -> RunEntry | None:
         """Return the entry of a file; None where there is no such file."""
@@ -267,10 +261,10 @@ def entry_of_recorded(recorded: RecordedRun, path: Path, card: RunCard | None = 
 def notes_of_file(path: Path) -> tuple[str, str]:
     """Return the agreement of live and offline, and the health line, from a run's file; empty where unknown."""
     try:
-        health = read_health(path)
+        health = read_health(path) or {}
     except RadarGuiError:
         return "", ""
-    return ("", "") if health is None else (agreement_words(health), str(health.get("line", "")))
+    return agreement_words(health), str(health.get("line", ""))
 
 
 def agreement_words(health: Mapping[str, object]) -> str:

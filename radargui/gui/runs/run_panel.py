@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import QLabel, QTabWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from radargui.files.overview import Overview
 from radargui.gui.background import Start, at_once
-from radargui.gui.layout import fill, put_page, take_out
+from radargui.gui.layout import Pages, fill, take_out
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.runs.correction_view import CorrectionView, MethodsView
@@ -29,8 +29,8 @@ SCREEN_COLUMNS = 20_000
 LONG_S = 60.0
 """From here on processing takes minutes: who chose such a run sees its samples at once instead of an empty page."""
 _TURN = 2.0 * np.pi
-_PAGES = ("figures", "steps", "phase", "methods")
-"""Of a result, in the order of their tabs; that of the samples comes after them."""
+_PAGES = {"figures": "Result", "steps": "Correction", "phase": "Phase and path", "methods": "Methods"}
+"""Of a result; that of the samples comes after them."""
 
 
 class RunPanel(QWidget):
@@ -52,42 +52,31 @@ class RunPanel(QWidget):
         self.result: RunResult | None = None
         self._curves: RunCurves | None = None
         self._curves_of: RunResult | None = None
-        self._stale: set[int] = set()
+        self._stale: set[str] = set()
         self._title = QLabel("No run chosen")
         self._title.setContentsMargins(6, 3, 6, 0)
         self._theme, self._start = theme, start
-        self.figures = FiguresView(theme)
-        self.tabs = QTabWidget()
-        self.tabs.setDocumentMode(True)
-        self.samples = SamplesView(theme)
-        pages = {
-            "Result": self.figures,
-            "Correction": QWidget(),
-            "Phase and path": QWidget(),
-            "Methods": QWidget(),
-            "Samples": self.samples,
-        }
-        for words, page in pages.items():
-            self.tabs.addTab(page, words)
+        self.figures, self.samples = FiguresView(theme), SamplesView(theme)
+        self.tabs = Pages({**_PAGES, "samples": "Samples"}, figures=self.figures, samples=self.samples)
         self.tabs.currentChanged.connect(self._draw)
         fill(QVBoxLayout(self), self._title, (self.tabs, 1))
 
     @cached_property
     def steps(self) -> CorrectionView:
         """The page of the correction; made when it is first looked at, for the window starts sooner without it."""
-        return put_page(self.tabs, _PAGES.index("steps"), CorrectionView(self._theme))
+        return self.tabs.put("steps", CorrectionView(self._theme))
 
     @cached_property
     def phase(self) -> PhaseView:
         """The page of phase and path; the same holds."""
-        return put_page(self.tabs, _PAGES.index("phase"), PhaseView(self._theme))
+        return self.tabs.put("phase", PhaseView(self._theme))
 
     @cached_property
     def methods(self) -> MethodsView:
         """The page of several methods; the same holds."""
         made = MethodsView(self._theme)
         made.asked.connect(self.methods_asked)
-        return put_page(self.tabs, _PAGES.index("methods"), made)
+        return self.tabs.put("methods", made)
 
     def clear(self) -> None:
         """Forget the run that was shown."""
@@ -98,9 +87,9 @@ class RunPanel(QWidget):
             if name in vars(self):
                 vars(self)[name].clear()
 
-    def loading(self, name: str) -> None:
-        """Say that a run is being read and processed."""
-        self._title.setText(f"{name}: reading and processing …")
+    def say(self, name: str, words: str = "reading and processing …") -> None:
+        """Say what becomes of a run that is not shown yet."""
+        self._title.setText(f"{name}: {words}")
 
     def show_overview(self, overview: Overview, *, in_front: bool) -> None:
         """Show all samples at a glance; of a long run, whose processing takes its time, `in_front`."""
@@ -108,16 +97,12 @@ class RunPanel(QWidget):
         if in_front and overview.n_samples > LONG_S * overview.sample_rate_hz:
             self.tabs.setCurrentWidget(self.samples)
 
-    def failed(self, name: str, why: str) -> None:
-        """Say why a run cannot be shown."""
-        self._title.setText(f"{name}: {why}")
-
     def show_result(self, result: RunResult, name: str, notes: Iterable[str] = ()) -> None:
         """Show what a run gave; `notes`: how it was recorded, one line each."""
         self.figures.notes = tuple(filter(None, notes))
         self.result, self._curves = result, None
         self._title.setText(f"{name}, preliminary" if result.preliminary else name)
-        self._stale = set(range(len(_PAGES)))
+        self._stale = {*_PAGES}
         self._draw()
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
@@ -126,10 +111,10 @@ class RunPanel(QWidget):
         self._draw()
 
     def _draw(self, _index: int = 0) -> None:
-        page, result = self.tabs.currentIndex(), self.result
+        page, result = self.tabs.shown, self.result
         if result is None or page not in self._stale or not self.isVisible():
             return
-        view = getattr(self, _PAGES[page])
+        view = getattr(self, page)
         if isinstance(view, CorrectionView | PhaseView):
             if self._curves is None:
                 self._make_curves(result)
@@ -147,14 +132,14 @@ class RunPanel(QWidget):
         def take(curves: RunCurves | None) -> None:
             self._curves, self._curves_of = curves, None
             # without samples there is nothing to draw
-            self._stale -= set() if curves else {_PAGES.index(page) for page in ("steps", "phase")}
+            self._stale -= set() if curves else {"steps", "phase"}
             self._draw()
 
         def failed(error: BaseException) -> None:
             self._curves_of = None
             self._title.setText(f"{self._title.text()}: {error}")
 
-        work = lambda: take_curves(result, SCREEN_COLUMNS)  # noqa: E731
+        work = partial(take_curves, result, SCREEN_COLUMNS)
         self._start("the curves of the run", work, take, failed, lambda: self.result is result)
 
 
@@ -212,8 +197,7 @@ def boxes(overview: Overview, row: int) -> tuple[FloatArray, FloatArray]:
     """
     low, high = overview.lowest[row], overview.highest[row]
     bin_s = overview.bin_samples / overview.sample_rate_hz
-    starts = np.arange(low.size) * bin_s
-    time_s = np.stack([starts, starts, starts + bin_s, starts + bin_s], axis=1).ravel()
+    time_s = bin_s * np.add.outer(np.arange(low.size), (0, 0, 1, 1)).ravel()
     return time_s, np.stack([low, high, high, low], axis=1).ravel()
 
 
@@ -246,10 +230,9 @@ class PhaseView(QWidget):
                 plot.rule("gap", restart, dashed=False)
         for number, one in enumerate(curves.receivers):
             role, name = f"receivers.{number}", f"Rx {one.name}"
-            self.phase.still_line(role, f"{name} as recorded", dashed=True).setData(
-                one.phase_raw.x, one.phase_raw.y / _TURN
-            )
-            self.phase.still_line(role, name).setData(one.phase.x, one.phase.y / _TURN)
+            for curve, recorded in ((one.phase_raw, True), (one.phase, False)):
+                line = self.phase.still_line(role, f"{name} as recorded" if recorded else name, dashed=recorded)
+                line.setData(curve.x, curve.y / _TURN)
             self.path.still_line(role, name).setData(one.change.x, 1000.0 * one.change.y)
         receivers = (("▬", f"receivers.{number}", f"Rx {one.name}") for number, one in enumerate(curves.receivers))
         self._key.show_entries(*receivers, ("╌", "text", "phase as recorded"), *lost)

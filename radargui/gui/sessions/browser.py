@@ -2,19 +2,20 @@
 
 from collections.abc import Callable
 from datetime import date
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal, SignalInstance
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QLineEdit, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLineEdit, QSplitter, QVBoxLayout, QWidget
 
-from radargui.gui.background import Jobs, Task, WorkStrip
-from radargui.gui.layout import FRAMED, TIPS, Dialog, FaultText, PlainLabel, button, fill, ticking
+from radargui.gui.background import OneAtATime, Task
+from radargui.gui.layout import FRAMED, TIPS, Dialog, FaultText, PlainLabel, button, fill, having, labelled, ticking
 from radargui.gui.runs.run_model import RunEntry
+from radargui.gui.services import Services
 from radargui.gui.sessions.session_model import COLUMNS, ThumbnailView, look_at
 from radargui.gui.table import RowModel, RowTable
-from radargui.gui.theme import Theme
 from radargui.session.catalogue import Catalogue, Query, SessionSummary
 
 _WAIT_MS = 250
@@ -44,24 +45,16 @@ class SearchForm(QWidget):
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
         for name, words, example, _, row, column in _FIELDS:
-            field = QLineEdit()
-            field.setObjectName(f"search.{name}")
-            field.setPlaceholderText(example)
-            field.setClearButtonEnabled(True)
-            field.setAccessibleName(words)
-            field.setToolTip(TIPS["fields"].get(words, ""))
+            line = QLineEdit(placeholderText=example, clearButtonEnabled=True)
+            tip = TIPS["fields"].get(words, "")
+            self.fields[name] = field = having(line, objectName=f"search.{name}", accessibleName=words, toolTip=tip)
             field.textChanged.connect(self._typed)
-            self.fields[name] = field
-            label = QLabel(words)
-            label.setBuddy(field)
-            self.faults[name] = FaultText()
-            grid.addWidget(label, row, column)
+            self.faults[name] = fault = FaultText()
+            grid.addWidget(labelled(words, field), row, column)
             grid.addWidget(field, row, column + 1, 1, 3 if name == "sample" else 1)
-            grid.addWidget(self.faults[name], row + 1, column, 1, 2)
-        for column in (1, 3):
-            grid.setColumnStretch(column, 2)
-        for column in (5, 7):
-            grid.setColumnStretch(column, 1)
+            grid.addWidget(fault, row + 1, column, 1, 2)
+        for column, share in ((1, 2), (3, 2), (5, 1), (7, 1)):
+            grid.setColumnStretch(column, share)
 
     @property
     def query(self) -> Query:
@@ -108,15 +101,11 @@ class SessionBrowser(Dialog):
     series_asked = Signal(object)
     compare_asked = Signal(object)
 
-    def __init__(
-        self, theme: Theme, jobs: Jobs, work: WorkStrip, data_folder: Callable[[], Path], parent: QWidget | None = None
-    ) -> None:
-        super().__init__("Sessions", (1040, 620), parent, "sessions")
-        self._jobs, self._work = jobs, work
-        self._task = Task()
-        self._data_folder = data_folder
-        self.looking = self._look_later = False
-        self._folder_words = ""
+    def __init__(self, services: Services, data_folder: Callable[[], Path]) -> None:
+        super().__init__("Sessions", (1040, 620), services.parent, "sessions")
+        self._jobs, self._work, self._data_folder = services.jobs, services.work, data_folder
+        self._looks = OneAtATime(services.jobs, "the list of sessions", self.refresh)
+        self._task, self._folder_words = Task(), ""
         # the first look at a large folder takes its time
         self._timer = ticking(self, _SHARE_MS, self._show_share)
         self.search = SearchForm()
@@ -126,12 +115,13 @@ class SessionBrowser(Dialog):
             self.table.fit(list(COLUMNS).index(name), width)
         self.words = PlainLabel()
         self.details = PlainLabel()
-        self.thumbnails = ThumbnailView(theme)
+        self.thumbnails = ThumbnailView(services.theme)
         self.review = button("Open for review", lambda: self._ask(self.open_asked), default=True)
         self.take_setup = button("Set up as in this session", lambda: self._ask(self.setup_asked))
         self.calibrate = button("What do these drops say about the antennas?", lambda: self._ask(self.calibrate_asked))
-        self.series = button("Report as a series…", self._ask_series)
-        self.compare = button("Compare", self._ask_compare)
+        self.series = button("Report as a series…", lambda: self.series_asked.emit(self._paths))
+        self.compare = button("Compare", lambda: self.compare_asked.emit(self._paths))
+        self.compare.clicked.connect(self.hide)
         self.elsewhere = button("Open another folder…", self.elsewhere_asked)
         self._lay_out()
         self.search.changed.connect(self.refresh)
@@ -141,16 +131,17 @@ class SessionBrowser(Dialog):
 
     def refresh(self) -> None:
         """Look at the folders again, in the background."""
-        if self.looking:
-            self._look_later = True
-            return
-        self.looking, self._look_later = True, False
-        folder, query = self._data_folder(), self.search.query
-        self._task = task = self._work.quiet()
-        self._folder_words = f"Looking at {folder} …"
-        self._show_share()
-        self._timer.start()
-        self._jobs.start("the list of sessions", lambda: _find(folder, query, task), self._show_found, self._failed)
+        folder = self._data_folder()
+        if not self.looking:
+            self._task, self._folder_words = self._work.quiet(), f"Looking at {folder} …"
+            self._show_share()
+            self._timer.start()
+        self._looks.start(partial(_find, folder, self.search.query, self._task), self._show_found, self._failed)
+
+    @property
+    def looking(self) -> bool:
+        """Whether the folders are being looked at."""
+        return self._looks.busy
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         """Look for what came since it was shown last."""
@@ -158,11 +149,7 @@ class SessionBrowser(Dialog):
         self.refresh()
 
     def _show_found(self, found: tuple[SessionSummary, ...]) -> None:
-        self.looking = False
         self._timer.stop()
-        if self._look_later:
-            self.refresh()
-            return
         before = self.table.chosen
         self.model.replace_all(found)
         runs = sum(one.n_runs for one in found)
@@ -176,7 +163,6 @@ class SessionBrowser(Dialog):
         self.words.setText(self._folder_words + (f" {100 * share:.0f} %" if share else ""))
 
     def _failed(self, error: BaseException) -> None:
-        self.looking = False
         self._timer.stop()
         self.words.setText(str(error))
 
@@ -187,32 +173,30 @@ class SessionBrowser(Dialog):
         if chosen is None:
             self.details.setText("")
             return
-        path = chosen.path
         self.details.setText(f"{chosen.name}: reading …")
+
+        def show(look: tuple[tuple[RunEntry, ...], str, str]) -> None:
+            runs, calibration, busy = look
+            said = (chosen.name, chosen.problem, calibration, busy and f"for looking only: {busy}")
+            self.details.setText(" · ".join(filter(None, said)))
+            self.thumbnails.show_runs(runs)
+
         self._jobs.start(
             "looking at a session",
-            lambda: look_at(path),
-            lambda look: self._show_look(chosen, *look),
+            partial(look_at, chosen.path),
+            show,
             lambda error: self.details.setText(str(error)),
             lambda: self.table.chosen is chosen,
         )
-
-    def _show_look(self, chosen: SessionSummary, runs: tuple[RunEntry, ...], calibration: str, busy: str) -> None:
-        said = (chosen.name, chosen.problem, calibration, busy and f"for looking only: {busy}")
-        self.details.setText(" · ".join(filter(None, said)))
-        self.thumbnails.show_runs(runs)
 
     def _ask(self, signal: SignalInstance) -> None:
         chosen = self.table.chosen
         if chosen is not None and not chosen.problem:
             signal.emit(chosen.path)
 
-    def _ask_compare(self) -> None:
-        self.compare_asked.emit(tuple(one.path for one in self.table.all_chosen))
-        self.hide()
-
-    def _ask_series(self) -> None:
-        self.series_asked.emit(tuple(one.path for one in self.table.all_chosen))
+    @property
+    def _paths(self) -> tuple[Path, ...]:
+        return tuple(one.path for one in self.table.all_chosen)
 
     def _show_buttons(self) -> None:
         several = self.table.all_chosen
@@ -225,8 +209,7 @@ class SessionBrowser(Dialog):
     def _lay_out(self) -> None:
         lower = QWidget()
         fill(QVBoxLayout(lower), self.details, (self.thumbnails, 1))
-        parts = QSplitter(Qt.Orientation.Vertical)
-        parts.setObjectName("sessions.parts")
+        parts = having(QSplitter(Qt.Orientation.Vertical), objectName="sessions.parts")
         parts.addWidget(self.table)
         parts.addWidget(lower)
         parts.setSizes([360, 240])

@@ -13,23 +13,12 @@ from radargui.files.formats import SUFFIXES
 from radargui.files.raw_file import first_seconds
 from radargui.files.reading import LARGEST
 from radargui.files.signals import ChannelInfo
-from radargui.gui.background import Jobs, Then, Work
-from radargui.gui.layout import (
-    Choice,
-    Dialog,
-    FaultText,
-    FormScroll,
-    Group,
-    PlainLabel,
-    button,
-    fill,
-    fit_screen,
-    side_by_side,
-)
+from radargui.gui.background import Then, Work
+from radargui.gui.layout import Choice, Dialog, FaultText, FormScroll, Group, PlainLabel, button, fill, side_by_side
+from radargui.gui.services import Services
 from radargui.gui.sessions.raw_form import PREVIEW_S, PREVIEW_SAMPLES, RawForm
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import RadarGuiError
 from radargui.model.recording import iq_names
@@ -53,8 +42,7 @@ class MappingForm(Group):
         self._infos: tuple[ChannelInfo, ...] = ()
         self.boxes: list[QtWidgets.QComboBox] = []
         self.words, self.fault = PlainLabel("Choose files first."), FaultText()
-        self.count = QtWidgets.QSpinBox()
-        self.count.setRange(1, LARGEST)
+        self.count = QtWidgets.QSpinBox(minimum=1, maximum=LARGEST)
         self.count.setMaximumWidth(70)
         self.count.valueChanged.connect(lambda _count: self._fill(self.names))
         self.row("Receivers", side_by_side(self.count, self.words), fault=self.fault)
@@ -113,11 +101,9 @@ class ImportDialog(Dialog):
 
     ordered = Signal(object)
 
-    def __init__(
-        self, jobs: Jobs, theme: Theme, model: SetupModel, panel: SessionPanel, parent: QtWidgets.QWidget
-    ) -> None:
-        super().__init__("Import recordings", _SIZE, parent)
-        self._jobs, self._model, self._panel = jobs, model, panel
+    def __init__(self, services: Services, model: SetupModel, panel: SessionPanel) -> None:
+        super().__init__("Import recordings", _SIZE, services.parent)
+        self._jobs, self._model, self._panel = services.jobs, model, panel
         self._files: tuple[Path, ...] = ()
         self._look: FilesLook | None = None
         self._n_looks = 0
@@ -128,7 +114,7 @@ class ImportDialog(Dialog):
         self.together.setEnabled(False)
         self.together.toggled.connect(lambda _on: self._renew_look())
         self.binary = QtWidgets.QCheckBox("Plain binary: its layout is told beside")
-        self.raw = RawForm(theme)
+        self.raw = RawForm(services.theme)
         self.binary.toggled.connect(self._show_raw)
         self.raw.changed.connect(self._renew_look)
         self.mapping = MappingForm()
@@ -152,10 +138,9 @@ class ImportDialog(Dialog):
         for part in (self.setup_fault, self.process):
             how.whole(part)
         self._beside = FormScroll(self.raw)
-        self._beside.setVisible(False)
+        self._beside.hide()
         sides = fill(QtWidgets.QHBoxLayout(), (FormScroll(files, self.mapping, how), 1), (self._beside, 1), spacing=6)
-        ends = side_by_side(self.go, button("Cancel", self.reject))
-        self.lay_out((sides, 1), ends)
+        self.lay_out((sides, 1), side_by_side(self.go, button("Cancel", self.reject)))
         self._show_rate()
         self._show_setups()
 
@@ -173,7 +158,7 @@ class ImportDialog(Dialog):
         shown = self.binary.isChecked()
         if shown != self._beside.isVisibleTo(self):
             self._beside.setVisible(shown)
-            fit_screen(self, _SIZE[0] * (2 if shown else 1), _SIZE[1])
+            self.fit_screen(_SIZE[0] * (2 if shown else 1), _SIZE[1])
         self._renew_look()
 
     def _choose(self) -> None:
@@ -199,7 +184,6 @@ class ImportDialog(Dialog):
     def _renew_look(self) -> None:
         if not self._files:
             return
-        files, together = self._files, self.together.isChecked()
         if self._look is not None and self.mapping.names != self._look.names:
             self._chosen = self.mapping.names
         self._look = None
@@ -209,7 +193,7 @@ class ImportDialog(Dialog):
         if self.binary.isChecked() and raw is None:
             self._not_read()
             return
-        self._ask(lambda: look_into(files, together=together, raw=raw), self._show_look)
+        self._ask(partial(look_into, self._files, together=self.together.isChecked(), raw=raw), self._show_look)
 
     def _ask(self, work: Work, then: Then) -> None:
         """Look into the files; what was looked at before something else was chosen does not count."""
@@ -222,13 +206,13 @@ class ImportDialog(Dialog):
         if look is None or look.raw is None:
             return
         rate_hz = self.rate.value() or None
-        file, layout = look.files[0], replace(look.raw, rate_hz=rate_hz)
+        layout = replace(look.raw, rate_hz=rate_hz)
 
         def show(columns: FloatArray) -> None:
             self.raw.show_preview(columns, rate_hz)
             self._show_fault()
 
-        self._ask(lambda: first_seconds(file, layout, PREVIEW_S, PREVIEW_SAMPLES), show)
+        self._ask(partial(first_seconds, look.files[0], layout, PREVIEW_S, PREVIEW_SAMPLES), show)
 
     def _show_look(self, look: FilesLook) -> None:
         if self._chosen and look.raw is not None and {info.name for info in look.infos}.issuperset(self._chosen):

@@ -34,31 +34,28 @@ class RawForm(Group):
         self.kind = Choice((name, f"{8 * int(name[1])} bit, {_SIGNS[name[0]]} ({name})") for name in TYPES)
         self.kind.setCurrentIndex(TYPES.index("i2"))
         self.order = Choice((("le", "lowest byte first (le)"), ("be", "highest byte first (be)")))
-        self.columns, self.header, self.skip = QSpinBox(), QSpinBox(), QSpinBox()
-        self.columns.setRange(1, MOST_CHANNELS)
-        self.columns.setValue(2)
-        for box in (self.header, self.skip):
-            box.setRange(0, _LARGEST_FIELD)
-        self.scale, self.offset = QLineEdit(), QLineEdit("0")
-        self.scale.setPlaceholderText("not known: codes are taken as they are")
+        self.columns = QSpinBox(minimum=1, maximum=MOST_CHANNELS, value=2)
+        self.header, self.skip = (QSpinBox(maximum=_LARGEST_FIELD) for _ in range(2))
+        self.scale = QLineEdit(placeholderText="not known: codes are taken as they are")
+        self.offset = QLineEdit("0")
         self.words = PlainLabel()
         self.plot = Plot(theme, "time [s]")
         self.plot.setMinimumSize(280, 200)
-        self.row("Numbers", self.kind)
-        self.row("Bytes", self.order)
-        self.row("Columns", self.columns)
-        self.row("Header [bytes]", self.header)
-        self.row("Skip [samples]", self.skip)
         self.faults = {"scale": FaultText(), "offset": FaultText()}
-        self.row("Scale [V]", self.scale, fault=self.faults["scale"])
-        self.row("Offset [V]", self.offset, fault=self.faults["offset"])
+        for words, field, changed, fault in (
+            ("Numbers", self.kind, self.kind.currentIndexChanged, None),
+            ("Bytes", self.order, self.order.currentIndexChanged, None),
+            ("Columns", self.columns, self.columns.valueChanged, None),
+            ("Header [bytes]", self.header, self.header.valueChanged, None),
+            ("Skip [samples]", self.skip, self.skip.valueChanged, None),
+            ("Scale [V]", self.scale, self.scale.textChanged, self.faults["scale"]),
+            ("Offset [V]", self.offset, self.offset.textChanged, self.faults["offset"]),
+        ):
+            self.row(words, field, fault=fault)
+            changed.connect(lambda _value: self.changed.emit())
         self.whole(self.plot)
         self.whole(self.words)
-        chosen = (self.kind.currentIndexChanged, self.order.currentIndexChanged)
-        counted = (box.valueChanged for box in (self.columns, self.header, self.skip))
-        for changed in (*chosen, *counted, self.scale.textChanged, self.offset.textChanged):
-            changed.connect(lambda _value: self.changed.emit())
-        self._ranges: tuple[str, ...] = ()
+        self._ranges: list[str] = []
         self._curves: list[Any] = []
 
     def layout_told(self) -> RawLayout | None:
@@ -85,35 +82,30 @@ class RawForm(Group):
         item = self.plot.getPlotItem()
         item.setLabel("bottom", "time [s]" if rate_hz else "sample")
         time = np.arange(columns.shape[1]) / (rate_hz or 1.0)
-        ranges = []
         for place, values in enumerate(columns):
             finite = values[np.isfinite(values)]
             low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
-            ranges.append(f"{low:.4g} … {high:.4g}")
+            self._ranges.append(f"{low:.4g} … {high:.4g}")
             middle, half = 0.5 * (low + high), 0.5 * (high - low) or 1.0
-            curve = self.plot.still_line("faint")
-            self._curves.append(curve)
-            curve.setData(time, (values - middle) / half * _LANE - place)
-        self._ranges = tuple(ranges)
+            self._curves.append(self.plot.still_line("faint"))
+            self._curves[-1].setData(time, (values - middle) / half * _LANE - place)
         item.setYRange(-columns.shape[0] + 0.5, 0.5, padding=0.0)
         item.setXRange(0.0, float(time[-1]) if time.size else 1.0, padding=0.0)
         self.words.setText("Real channels are smooth; jumps all over mean another layout.")
 
     def name_columns(self, targets: Mapping[str, str]) -> None:
         """Write beside each column its number, what it is chosen as, and its lowest and highest value; colour those."""
-        for place, curve in enumerate(self._curves):
+        ticks = []
+        for place, (curve, span) in enumerate(zip(self._curves, self._ranges, strict=True)):
             target = targets.get(str(place), "")
             curve.setPen(self.plot.colour(target[0].lower() if target else "faint"))
-        ticks = [
-            (-place, " ".join(filter(None, (str(place), targets.get(str(place), ""), span))))
-            for place, span in enumerate(self._ranges)
-        ]
+            ticks.append((-place, " ".join(filter(None, (str(place), target, span)))))
         self.plot.getPlotItem().getAxis("left").setTicks([ticks])
 
     def clear_preview(self) -> None:
         """Show nothing: the layout does not fit the file."""
         self.plot.take_all_out()
         self._curves.clear()
-        self._ranges = ()
+        self._ranges.clear()
         self.name_columns({})
         self.words.setText("")

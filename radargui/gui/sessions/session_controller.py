@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -14,7 +15,7 @@ from radargui.files.access import Outcome, Progress, each_run
 from radargui.gui.background import Task
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import Asked, Details
-from radargui.gui.layout import Edge, Strip, button, ticking
+from radargui.gui.layout import Edge, Strip, button, having, ticking
 from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.services import Services
@@ -38,10 +39,10 @@ _RECOVERY_AFTER_MS, _LATER_AFTER_MS = 300, 600
 class _Offer(Strip):
     """Words and two buttons; hidden where there is nothing to offer, and nothing is done without being asked for."""
 
-    accepted, tip, refusal_tip = "", "", ""
+    accepted, tip, refusal_tip, what = "", "", "", ""
     edge: Edge = "link-visited"
     after_ms = 0
-    what = ""
+    only_at_rest = False
 
     def __init__(self, control: RunControl, panel: SessionPanel, services: Services) -> None:
         self.accept = button(self.accepted, self._accept, self.tip)
@@ -54,13 +55,9 @@ class _Offer(Strip):
     def look(self) -> None:
         """Look for such runs, in the background; the first look at a large folder takes its time."""
         folder = self._panel.data_folder
-        if folder.is_dir() and not self._busy:
-            task, find = self._services.work.quiet(), self._find
-            self._services.jobs.start(self.what, lambda: find(folder, task), self._offer, self._failed)
-
-    @property
-    def _busy(self) -> bool:
-        return False
+        if folder.is_dir() and not (self.only_at_rest and self._control.state.running):
+            work = partial(self._find, folder, self._services.work.quiet())
+            self._services.jobs.start(self.what, work, self._offer, self._failed)
 
     def _find(self, folder: Path, task: Task) -> tuple[RunLine, ...]:
         raise NotImplementedError
@@ -103,9 +100,9 @@ class RecoveryOffer(_Offer):
         self.setVisible(bool(self.runs))
 
     def _accept(self) -> None:
-        paths, work = [run.path for run in self.runs], self._services.work
         self.hide()
-        work.start("recovering runs", lambda task: _recovered(paths, task), self._done, cancelled=self.look)
+        work = partial(_recovered, [run.path for run in self.runs])
+        self._services.work.start("recovering runs", work, self._done, cancelled=self.look)
 
     def _done(self, outcomes: tuple[Outcome[RecoveredRun], ...]) -> None:
         board = self._services.board
@@ -130,15 +127,12 @@ class LaterOffer(_Offer):
     refusal_tip = "Offered again at the next start; radargui batch computes them too"
     edge = "link"
     after_ms = _LATER_AFTER_MS
+    only_at_rest = True
     what = "looking for runs to compute"
 
     def __init__(self, control: RunControl, panel: SessionPanel, services: Services) -> None:
         super().__init__(control, panel, services)
         control.state_changed.connect(self._look_again)
-
-    @property
-    def _busy(self) -> bool:
-        return self._control.state.running
 
     def _find(self, folder: Path, task: Task) -> tuple[RunLine, ...]:
         with Catalogue(folder) as catalogue:
@@ -147,7 +141,7 @@ class LaterOffer(_Offer):
 
     def _look_again(self) -> None:
         """Take the offer back while runs are recorded; afterwards look again where some were left."""
-        if self._busy:
+        if self._control.state.running:
             self.hide()
         elif self._control.reached.asked is Asked.LEAVE:
             self.look()
@@ -155,16 +149,16 @@ class LaterOffer(_Offer):
     def _offer(self, runs: tuple[RunLine, ...]) -> None:
         self.runs = runs
         count = _counted(runs, "waits for its result", "wait for their results")
-        folders = sorted({run.path.parent.name for run in runs})
-        where = folders[-1] if len(folders) == 1 else f"{len(folders)} sessions"
+        folders = {run.path.parent.name for run in runs}
+        where = folders.pop() if len(folders) == 1 else f"{len(folders)} sessions"
         self.words.setText(f"{count}, in {where}: left for later.")
-        self.setVisible(bool(runs) and not self._busy)
+        self.setVisible(bool(runs) and not self._control.state.running)
 
     def _accept(self) -> None:
-        paths, what = [run.path for run in self.runs], f"computing {len(self.runs)} results"
         self.hide()
-        work = self._services.work
-        work.start(what, lambda task: compute_later(paths, task.report), self._done, cancelled=self.computed.emit)
+        paths, start = [run.path for run in self.runs], self._services.work.start
+        what = f"computing {len(paths)} results"
+        start(what, lambda task: compute_later(paths, task.report), self._done, cancelled=self.computed.emit)
 
     def _done(self, outcomes: tuple[Outcome[RunResult], ...]) -> None:
         board = self._services.board
@@ -221,9 +215,7 @@ class SessionController(QObject):
     def __post_init__(self) -> None:
         panel, services = self.panel, self.services
         super().__init__(services.parent)
-        self.browser = SessionBrowser(
-            services.theme, services.jobs, services.work, lambda: panel.data_folder, services.parent
-        )
+        self.browser = SessionBrowser(services, lambda: panel.data_folder)
         services.settings.restore_sizes(self.browser)
         self.browser.open_asked.connect(self.open)
         self.browser.setup_asked.connect(self.take_setup)
@@ -292,8 +284,7 @@ class SessionController(QObject):
 
     def ask_where(self, name: str) -> Literal["new", "add", ""]:
         """Ask the operator where the next runs go; empty: nowhere, do not record."""
-        box = QMessageBox(self.services.parent)
-        box.setWindowTitle("RadarGUI")
+        box = having(QMessageBox(self.services.parent), windowTitle="RadarGUI")
         box.setText(f"{name} was opened for review. Where shall the next runs go?")
         new = box.addButton("New session", QMessageBox.ButtonRole.AcceptRole)
         add = box.addButton(f"Add to {name}", QMessageBox.ButtonRole.AcceptRole)

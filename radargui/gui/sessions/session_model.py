@@ -1,6 +1,6 @@
 """The sessions found as a table; what is read of one before it is opened, and its runs as thumbnails of z(t)."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from datetime import datetime
 from operator import attrgetter
@@ -33,10 +33,9 @@ def _when(found: SessionSummary) -> str:
 
 
 def _runs(found: SessionSummary) -> str:
-    more = [f"{found.n_rejected} set aside"] if found.n_rejected else []
-    more += [f"{found.n_unfinished} unfinished"] if found.n_unfinished else []
-    more += [f"{found.n_unreadable} unreadable"] if found.n_unreadable else []
-    return f"{found.n_runs} ({', '.join(more)})" if more else str(found.n_runs)
+    counts = {"set aside": found.n_rejected, "unfinished": found.n_unfinished, "unreadable": found.n_unreadable}
+    more = ", ".join(f"{count} {words}" for words, count in counts.items() if count)
+    return f"{found.n_runs} ({more})" if more else str(found.n_runs)
 
 
 def _restitution(found: SessionSummary) -> str:
@@ -62,7 +61,13 @@ def look_at(session: Path) -> tuple[tuple[RunEntry, ...], str, str]:
     """Return the runs of a session, some milliseconds each, its calibration, and who writes to it now; else empty."""
     owner, info = owner_of(session), read_info(session)
     busy = f"{owner} writes to it" if owner is not None and not owner.is_me else ""
-    return _looks(session, info.rejected), calibration_words(info.setup), busy
+    entries = [
+        replace(entry_of(path), rejected=info.rejected.get(path.name), thumbnail=_thumbnail(path))
+        for path in run_paths(session)
+    ]
+    labels = drop_labels((entry.name, entry.origin, entry.is_drop) for entry in entries)
+    labelled = tuple(replace(entry, label=labels[entry.name]) for entry in entries)
+    return labelled, calibration_words(info.setup), busy
 
 
 def entry_of(path: Path) -> RunEntry:
@@ -73,15 +78,6 @@ def entry_of(path: Path) -> RunEntry:
         return RunEntry(path, problem=str(error))
     problem = "" if card.finished else "not finished"
     return RunEntry(path, card.started_at, card.summary or None, problem, origin=card.origin)
-
-
-def _looks(session: Path, rejected: Mapping[str, str]) -> tuple[RunEntry, ...]:
-    entries = [
-        replace(entry_of(path), rejected=rejected.get(path.name), thumbnail=_thumbnail(path))
-        for path in run_paths(session)
-    ]
-    labels = drop_labels((entry.name, entry.origin, entry.is_drop) for entry in entries)
-    return tuple(replace(entry, label=labels[entry.name]) for entry in entries)
 
 
 def _thumbnail(path: Path) -> Thumbnail | None:
@@ -145,8 +141,7 @@ class _Painter(QStyledItemDelegate):
         painter.setPen(QColor(colours.text))
         painter.drawText(head, Qt.AlignmentFlag.AlignLeft, look.cells[0])
         e = look.restitution().partition(" ± ")[0]
-        e = "" if e == UNKNOWN else f"e = {e}"
-        painter.drawText(head, Qt.AlignmentFlag.AlignRight, e)
+        painter.drawText(head, Qt.AlignmentFlag.AlignRight, "" if e == UNKNOWN else f"e = {e}")
         body = box.adjusted(4, line + 4, -4, -4)
         if look.thumbnail is None:
             painter.setPen(QColor(colours.faint))
@@ -165,9 +160,7 @@ def curves(thumbnail: Thumbnail, box: QRectF) -> list[QPolygonF]:
     if not known.any():
         return []
     t, z = thumbnail.time_s, thumbnail.z_m
-    t0, t1 = float(t[known].min()), float(t[known].max())
-    z0, z1 = float(z[known].min()), float(z[known].max())
-    x = box.left() + box.width() * (t - t0) / ((t1 - t0) or 1.0)
-    y = box.bottom() - box.height() * (z - z0) / ((z1 - z0) or 1.0)
+    x = box.left() + box.width() * (t - t[known].min()) / (float(np.ptp(t[known])) or 1.0)
+    y = box.bottom() - box.height() * (z - z[known].min()) / (float(np.ptp(z[known])) or 1.0)
     pieces = np.split(np.arange(t.size), np.flatnonzero(np.diff(known.astype(int))) + 1)
     return [QPolygonF([QPointF(x[k], y[k]) for k in piece]) for piece in pieces if known[piece[0]]]

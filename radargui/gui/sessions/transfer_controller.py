@@ -1,19 +1,19 @@
 """Import, export and processing again: the dialogs, the work behind them, and what is said afterwards."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QCheckBox, QDialog, QWidget
+from PySide6.QtCore import QObject, Signal, SignalInstance
+from PySide6.QtWidgets import QCheckBox, QDialog
 
-from radargui.experiment.compare import ComparedFigure, Comparison, Side, compare_with
+from radargui.experiment.compare import Comparison, compare_with
 from radargui.experiment.importing import Imported, ImportOrder, import_recordings
 from radargui.files.access import Outcome, each_run, make_folder
 from radargui.files.formats import EXPORT_FORMATS, ExportFormat
-from radargui.gui.background import Jobs, WorkStrip
+from radargui.gui.background import WorkStrip
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.layout import Choice, Dialog, Group, PathField, PlainLabel, button, side_by_side
 from radargui.gui.runs.run_list_panel import RunListPanel
@@ -28,15 +28,17 @@ from radargui.gui.table import WordTable
 from radargui.model.errors import FileError
 from radargui.model.rounding import alone, plain, quantity
 from radargui.model.setup import Setup
+from radargui.session.session import Session
 from radargui.session.transfer import FOLDER, ExportPlan, plan_export
 
 HEADS = ("Run", "Quantity", "Stored", "New", "New − stored")
-_NAMES = {
-    "e": ("e", "", 1.0),
-    "drop_height_m": ("Drop height", "mm", 1000.0),
-    "impact_speed_m_s": ("Impact speed", "m/s", 1.0),
-    "g_m_s2": ("g", "m/s²", 1.0),
+_SHOWN = {
+    "e": ("e", 1.0),
+    "drop_height_m": ("Drop height [mm]", 1000.0),
+    "impact_speed_m_s": ("Impact speed [m/s]", 1.0),
+    "g_m_s2": ("g [m/s²]", 1.0),
 }
+"""Words and scale of each figure."""
 
 
 class ReprocessDialog(Dialog):
@@ -44,22 +46,14 @@ class ReprocessDialog(Dialog):
 
     kept = Signal(object)
 
-    def __init__(
-        self,
-        jobs: Jobs,
-        runs: Sequence[Path],
-        chosen: Path | None,
-        setup: Setup,
-        *,
-        read_only: bool = False,
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__("Process again and compare", (760, 620), parent)
-        self._read_only = read_only
+    def __init__(self, services: Services, session: Session, chosen: Path | None, setup: Setup) -> None:
+        super().__init__("Process again and compare", (760, 620), services.parent)
+        self._read_only = bool(session.read_only)
         self._other: tuple[Setup | None, dict[str, str]] = (None, {})
         self._good: tuple[Path, ...] = ()
+        runs = tuple(session.run_paths())
         one = [((chosen,), f"The chosen run, {chosen.stem}")] if chosen is not None else []
-        self.what = Choice((*one, (tuple(runs), f"All {len(runs)} runs of the session")))
+        self.what = Choice((*one, (runs, f"All {len(runs)} runs of the session")))
         self.setup = Choice(((None, "As recorded"), (setup, "Setup in the window")))
         as_set = (None, "As in the setup")
         self.correction = Choice((as_set, *words_of("processing.correction").choices.items()))
@@ -75,7 +69,7 @@ class ReprocessDialog(Dialog):
             group.row(words, choice)
             choice.currentIndexChanged.connect(lambda _index: self._forget())
         self.compare = button("Process and compare", self._compare, default=True)
-        self.work = WorkStrip(jobs)
+        self.work = WorkStrip(services.jobs)
         self.settings, self.words = PlainLabel(), PlainLabel()
         self.table = WordTable(HEADS, "comparison")
         self.keep = button("Keep the new results", self._keep)
@@ -147,14 +141,16 @@ class ReprocessDialog(Dialog):
 
 def lines_of(outcome: Outcome[Comparison]) -> Iterator[tuple[str, str, str, str, str]]:
     """Yield the lines of a run."""
-    name = outcome.run.stem
-    comparison = outcome.value
+    name, comparison = outcome.run.stem, outcome.value
     if comparison is None:
         yield name, "failed", "", "", str(outcome.error)
         return
-    yield name, "Verdict", _verdict(comparison, comparison.before), _verdict(comparison, comparison.after), ""
-    for figure in comparison.figures:
-        yield "", *_line(figure)
+    before, after = (RunEntry(outcome.run, summary=one.summary) for one in (comparison.before, comparison.after))
+    yield name, "Verdict", before.verdict, after.verdict, ""
+    for one in comparison.figures:
+        words, scale = _SHOWN[one.name]
+        difference = alone(one.difference, one.u_difference, scale, signed=True)
+        yield "", words, _value(one.before, one.u_before, scale), _value(one.after, one.u_after, scale), difference
 
 
 def settings_words(comparison: Comparison) -> str:
@@ -163,22 +159,8 @@ def settings_words(comparison: Comparison) -> str:
     return "\n".join(lines) or "The settings are the same as those of the stored results."
 
 
-def _line(figure: ComparedFigure) -> tuple[str, str, str, str]:
-    words, unit, scale = _NAMES.get(figure.name, (figure.name, figure.unit, 1.0))
-    return (
-        f"{words} [{unit}]" if unit else words,
-        _value(figure.before, figure.u_before, scale),
-        _value(figure.after, figure.u_after, scale),
-        alone(figure.difference, figure.u_difference, scale, signed=True),
-    )
-
-
 def _value(value: float | None, uncertainty: float | None, scale: float) -> str:
     return plain(value, scale=scale) if uncertainty is None else quantity(value, uncertainty)
-
-
-def _verdict(comparison: Comparison, side: Side) -> str:
-    return RunEntry(comparison.run, summary=side.summary).verdict
 
 
 def _said(value: object) -> str:
@@ -190,24 +172,23 @@ class ExportDialog(Dialog):
 
     ordered = Signal(object)
 
-    def __init__(self, jobs: Jobs, session: Path, run: Path | None, parent: QWidget | None = None) -> None:
-        super().__init__("Export samples", (520, 200), parent)
-        self._jobs = jobs
+    def __init__(self, services: Services, session: Path, run: Path | None) -> None:
+        super().__init__("Export samples", (520, 200), services.parent)
+        self._jobs = services.jobs
         one = [(run, f"The chosen run, {run.stem}")] if run is not None else []
         self.what = Choice((*one, (session, f"All runs of the session {session.name}")))
         self.kind = Choice((one.name, f"{one.title} ({', '.join(one.suffixes)})") for one in EXPORT_FORMATS.values())
         self.folder = PathField("Export to", session / FOLDER)
         self.fault = self.folder.fault
         self.replace = QCheckBox("Replace files that are there")
-        self.go = go = button("Export", self._order, default=True)
+        self.go = button("Export", self._order, default=True)
         group = Group()
         group.row("What", self.what)
         group.row("Format", self.kind)
         group.row("Folder", self.folder, fault=self.fault)
         group.whole(self.replace)
-        ends = side_by_side(go, button("Cancel", self.reject))
-        self.lay_out(group, ends)
-        self.folder.line.textChanged.connect(lambda text: go.setEnabled(bool(text.strip())))
+        self.lay_out(group, side_by_side(self.go, button("Cancel", self.reject)))
+        self.folder.line.textChanged.connect(lambda text: self.go.setEnabled(bool(text.strip())))
         for changed in (self.replace.toggled, self.kind.activated, self.what.activated):
             changed.connect(lambda _value: self.fault.say(""))
 
@@ -217,9 +198,8 @@ class ExportDialog(Dialog):
             return
         what, kind, force = self.what.currentData(), EXPORT_FORMATS[self.kind.currentData()], self.replace.isChecked()
         self.go.setEnabled(False)
-        self._jobs.start(
-            "looking at the folder", lambda: _planned(Path(what), kind, folder, force=force), self._accept, self._refuse
-        )
+        work = partial(_planned, Path(what), kind, folder, force=force)
+        self._jobs.start("looking at the folder", work, self._accept, self._refuse)
 
     def _accept(self, plan: ExportPlan) -> None:
         if self.isVisible():
@@ -246,13 +226,12 @@ class TransferController(QObject):
     def __post_init__(self) -> None:
         super().__init__(self.services.parent)
         self.dialog: QDialog | None = None
+        self._say = partial(self.services.board.post, "info")
 
     def ask_import(self) -> None:
         """Let the operator choose what to import."""
-        own = self.services
-        dialog = ImportDialog(own.jobs, own.theme, self.setup_model, self.panel, own.parent)
-        dialog.ordered.connect(self.bring_in)
-        self._show(dialog)
+        dialog = ImportDialog(self.services, self.setup_model, self.panel)
+        self._show(dialog, dialog.ordered, self.bring_in)
 
     def ask_export(self) -> None:
         """Let the operator choose what to export."""
@@ -260,22 +239,17 @@ class TransferController(QObject):
         if session is None:
             self.services.board.post("warning", "There is nothing to export: record a run, or open a session.")
             return
-        own, chosen = self.services, self.runs.table.chosen
-        dialog = ExportDialog(own.jobs, session.path, chosen.path if chosen else None, own.parent)
-        dialog.ordered.connect(self.take_out)
-        self._show(dialog)
+        dialog = ExportDialog(self.services, session.path, self._chosen)
+        self._show(dialog, dialog.ordered, self.take_out)
 
     def ask_compare(self) -> None:
         """Let the operator process runs with other settings."""
-        own, session, chosen = self.services, self.control.session, self.runs.table.chosen
-        runs = session.run_paths() if session is not None else ()
-        if session is None or not runs or self.control.state.holds_a_run:
+        session = self.control.session
+        if session is None or not session.run_paths() or self.control.state.holds_a_run:
             self.services.board.post("warning", "There is no run to process again: record one, or open a session.")
             return
-        run, setup, closed = chosen.path if chosen else None, self.setup_model.setup, bool(session.read_only)
-        dialog = ReprocessDialog(own.jobs, runs, run, setup, read_only=closed, parent=own.parent)
-        dialog.kept.connect(self.sessions.reread)
-        self._show(dialog)
+        dialog = ReprocessDialog(self.services, session, self._chosen, self.setup_model.setup)
+        self._show(dialog, dialog.kept, self.sessions.reread)
 
     def bring_in(self, order: ImportOrder) -> None:
         """Import in the background, then open the new session."""
@@ -284,9 +258,7 @@ class TransferController(QObject):
             lambda task: import_recordings(order, task.report),
             self._brought_in,
             self._not_brought_in,
-            lambda: self.services.board.post(
-                "info", "The import was cancelled; runs that were there already are kept."
-            ),
+            lambda: self._say("The import was cancelled; runs that were there already are kept."),
         )
 
     def take_out(self, plan: ExportPlan) -> None:
@@ -295,9 +267,7 @@ class TransferController(QObject):
             "exporting samples",
             lambda task: tuple(plan.carry_out(task.report)),
             lambda runs: self._taken(plan, runs),
-            cancelled=lambda: self.services.board.post(
-                "info", f"The export was cancelled; files that were done: {plan.folder}"
-            ),
+            cancelled=lambda: self._say(f"The export was cancelled; files that were done: {plan.folder}"),
         )
 
     def _not_brought_in(self, error: BaseException) -> None:
@@ -310,7 +280,7 @@ class TransferController(QObject):
         if imported.session is None:
             return
         count = "1 run was" if len(imported.paths) == 1 else f"{len(imported.paths)} runs were"
-        self.services.board.post("info", f"{count} imported as session {imported.session.name}")
+        self._say(f"{count} imported as session {imported.session.name}")
         if not self.control.state.running:
             self.sessions.open(imported.session)
 
@@ -320,7 +290,7 @@ class TransferController(QObject):
                 self.services.board.post_error(run.error)
         files = sum(len(run.value or ()) for run in runs)
         if files:
-            self.services.board.post("info", f"{files} files written to {plan.folder}")
+            self._say(f"{files} files written to {plan.folder}")
 
     def close(self) -> None:
         """Cancel and close the dialog."""
@@ -331,9 +301,15 @@ class TransferController(QObject):
                 self.dialog.deleteLater()
             self.dialog = None
 
-    def _show(self, dialog: QDialog) -> None:
+    @property
+    def _chosen(self) -> Path | None:
+        entry = self.runs.table.chosen
+        return entry.path if entry else None
+
+    def _show(self, dialog: QDialog, answered: SignalInstance, does: Callable[..., None]) -> None:
         self.close()
         self.dialog = dialog
+        answered.connect(does)
         dialog.show()
 
 

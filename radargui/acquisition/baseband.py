@@ -29,7 +29,7 @@ _BESIDE = 12
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class SpectralLine:
     """A line of a spectrum.
 
     Attributes
@@ -67,14 +67,14 @@ class Spectrum:
         """Distance of two bins."""
         return 1.0 / self.span_s
 
-    def strongest(self, receiver: int) -> Line | None:
+    def strongest(self, receiver: int) -> SpectralLine | None:
         """Return the strongest line of a receiver; None where none stands out of the noise."""
         amplitude = self.amplitude_v[receiver].copy()
         # what Hann's window leaves of the mean that was taken out
         amplitude[np.abs(self.frequency_hz) < 2.5 * self.resolution_hz] = 0.0
         return self._line(receiver, int(np.argmax(amplitude)))
 
-    def mains(self, receiver: int) -> list[Line]:
+    def mains(self, receiver: int) -> list[SpectralLine]:
         """Return the lines at 50 and 60 Hz and their multiples that stand out at plus and at minus.
 
         A pick-up is a voltage that does not rotate: half of it turns forwards, half backwards. A Doppler line is on one
@@ -90,7 +90,7 @@ class Spectrum:
                 found.append(forward)
         return found
 
-    def _beside(self, receiver: int, frequency_hz: float) -> Line | None:
+    def _beside(self, receiver: int, frequency_hz: float) -> SpectralLine | None:
         """Return the line at a frequency, within a bin or two, that stands out of the bins around it."""
         amplitude = self.amplitude_v[receiver]
         at = int(np.argmin(np.abs(self.frequency_hz - frequency_hz)))
@@ -101,7 +101,7 @@ class Spectrum:
             return None
         return self._line(receiver, at)
 
-    def _line(self, receiver: int, at: int) -> Line | None:
+    def _line(self, receiver: int, at: int) -> SpectralLine | None:
         """Return a line between its bins, exact for one line under Hann's window (Grandke 1983, eq. 5 and 8)."""
         amplitude = self.amplitude_v[receiver]
         if not 0 < at < amplitude.size - 1 or amplitude[at] < _STANDS_OUT * np.median(amplitude):
@@ -110,7 +110,7 @@ class Spectrum:
         ratio = float(amplitude[at + side] / amplitude[at])
         shift = max(0.0, (2.0 * ratio - 1.0) / (1.0 + ratio))
         height = float(amplitude[at]) * (1.0 - shift**2) / float(np.sinc(shift))
-        return Line(float(self.frequency_hz[at]) + side * shift * self.resolution_hz, height)
+        return SpectralLine(float(self.frequency_hz[at]) + side * shift * self.resolution_hz, height)
 
 
 def _low_pass(step: int) -> FloatArray:

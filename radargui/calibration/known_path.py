@@ -137,7 +137,7 @@ class Turntable(_Path):
         return Trajectory(self, words, place, duration, begin, self.zero_deg, has_zero=True, folder=folder)
 
 
-class Pendulum(_Path):
+class PendulumPath(_Path):
     """A simple pendulum of any amplitude, let go at rest, caught at a turning point.
 
     theta: sin(theta / 2) = sin(theta_0 / 2) cd(sqrt(g / l) t, m), m = sin^2(theta_0 / 2) (NIST Digital Library of
@@ -195,7 +195,7 @@ class Table(_Path):
         return Trajectory(self, words, lambda t: np.asarray(curve(np.clip(t, begin, end)).T), end, begin, folder=folder)
 
 
-AnyPath = Annotated[Stage | Turntable | Pendulum | Table, Field(discriminator="kind")]
+AnyPath = Annotated[Stage | Turntable | PendulumPath | Table, Field(discriminator="kind")]
 
 
 @dataclass(frozen=True)
@@ -316,7 +316,7 @@ def read_known(path: Path, clock: Clock | None = None) -> Trajectory:
             document = load_toml(path.read_text(encoding="utf-8-sig"))
         if clock is not None:
             document["clock"] = clock
-        adapter: TypeAdapter[Stage | Turntable | Pendulum | Table] = TypeAdapter(AnyPath)
+        adapter: TypeAdapter[Stage | Turntable | PendulumPath | Table] = TypeAdapter(AnyPath)
         return adapter.validate_python(document).trajectory(path.parent)
     except OSError as error:
         raise SetupError(f"{path}: {error.strerror or error}", remedy="Check the path of the file.") from None

@@ -21,7 +21,7 @@ STEP = 0.01
 """Step of a difference, in prior deviations."""
 
 
-class Motion(Protocol):
+class MotionModel(Protocol):
     """A motion that is known but for a few unknowns (`Falls`, `KnownMotion`)."""
 
     @property
@@ -131,7 +131,7 @@ class Local:
         return normal, self.slope - self.coupling.T @ back[:, -1], back
 
 
-def own_values(motion: Motion, own: FloatArray) -> FloatArray:
+def own_values(motion: MotionModel, own: FloatArray) -> FloatArray:
     """Return the values of a motion's own unknowns; they stand first among a recording's own, in prior deviations."""
     return np.array([one.value + one.u * float(z) for one, z in zip(motion.own, own, strict=False)])
 
@@ -195,7 +195,7 @@ class Measured:
 
 
 def motion_slopes(
-    motion: Motion, world: World, z: FloatArray, own: FloatArray, time_s: FloatArray
+    motion: MotionModel, world: World, z: FloatArray, own: FloatArray, time_s: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return the motion's series, its place's slopes by shared and own unknowns, (3, n, n_all), ties and their slopes.
 
@@ -247,7 +247,7 @@ class PathLikelihood(Likelihood):
     """
 
     measured: Measured
-    motion: Motion
+    motion: MotionModel
     wavelength_m: float
     is_plane: bool = False
     slow_m: float = 1e-3

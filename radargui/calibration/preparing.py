@@ -10,7 +10,7 @@ from scipy.ndimage import uniform_filter1d
 
 from radargui.calibration.falls import LEAST_FLIGHT_S, MOST_FLIGHTS, U_IMPACT_S, Falls
 from radargui.calibration.known_path import KnownMotion, Trajectory
-from radargui.calibration.likelihood import Measured, Motion
+from radargui.calibration.likelihood import Measured, MotionModel
 from radargui.conditioning.condition import NoMotion, condition
 from radargui.conditioning.conditioned import Conditioned
 from radargui.estimation.adaptive.estimate import estimate_adaptive
@@ -62,7 +62,7 @@ class Prepared:
 
     signals: ScaledSignals
     measured: Measured
-    motion: Motion
+    motion: MotionModel
 
 
 def _conditioned(recording: Recording, setup: Setup) -> Conditioned:

@@ -13,7 +13,7 @@ from radargui.calibration.likelihood import (
     Begun,
     Likelihood,
     Local,
-    Motion,
+    MotionModel,
     World,
     cost_of,
     local_at,
@@ -101,7 +101,7 @@ class SignalLikelihood(Likelihood):
 
     problem: JointProblem
     theta: FloatArray
-    motion: Motion
+    motion: MotionModel
 
     @property
     def start(self) -> FloatArray:

@@ -14,7 +14,7 @@ from radargui.cli.console import FAILED, fail
 from radargui.cli.setup_choice import processing_changes
 from radargui.experiment.batch.task import BatchOutcome, BatchTask, FoundRuns, TablesTo, find_runs
 from radargui.experiment.batch.workers import run_local, run_on_cluster
-from radargui.experiment.compare import ComparedFigure, Comparison, compare_stored, compare_with
+from radargui.experiment.compare import ComparedFigure, RunComparison, compare_stored, compare_with
 from radargui.files.access import Progress, each_run
 from radargui.model.drop import restitution_words
 from radargui.model.errors import RadarGuiError, UsageError
@@ -111,7 +111,7 @@ def compare_runs(options: Compare) -> int:
     status = max(map(fail, found.errors), default=0)
     runs = [one.path for one in found.runs]
 
-    def compared(run: Path, report: Progress) -> Comparison | None:
+    def compared(run: Path, report: Progress) -> RunComparison | None:
         if setup is None and not wanted:
             return compare_stored(run)
         return compare_with(run, report, setup=setup, changes=wanted, keep=options.keep)
@@ -127,7 +127,7 @@ def compare_runs(options: Compare) -> int:
     return status
 
 
-def _show(compared: list[Comparison]) -> None:
+def _show(compared: list[RunComparison]) -> None:
     if not compared:
         return
     header = ("run", "e before", "e after", "difference", "g before", "g after", "status before", "status after")
@@ -148,7 +148,7 @@ def _show(compared: list[Comparison]) -> None:
         shown = settings
 
 
-def _row(one: Comparison) -> tuple[str, ...]:
+def _row(one: RunComparison) -> tuple[str, ...]:
     e, g = _figure(one, "e"), _figure(one, "g_m_s2")
     of_e, of_g = ((quantity(x.before, x.u_before), quantity(x.after, x.u_after)) for x in (e, g))
     return (
@@ -160,7 +160,7 @@ def _row(one: Comparison) -> tuple[str, ...]:
     )
 
 
-def _figure(one: Comparison, name: str) -> ComparedFigure:
+def _figure(one: RunComparison, name: str) -> ComparedFigure:
     return next(figure for figure in one.figures if figure.name == name)
 
 

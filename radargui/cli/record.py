@@ -19,7 +19,7 @@ from radargui.model.errors import RadarGuiError, SourceError, UsageError
 from radargui.model.rounding import plain
 from radargui.model.setup import Setup, changed
 from radargui.processing.calibration_check import check_calibration
-from radargui.session.info import About, Calibration, SessionInfo, about_setup_file, default_data_folder
+from radargui.session.info import CalibrationRecord, SessionDetails, SessionInfo, about_setup_file, default_data_folder
 from radargui.session.session import Session
 from radargui.sources.contract import Source
 from radargui.sources.factory import make_source, source_kinds
@@ -103,15 +103,15 @@ def _record(experiment: Experiment, n_runs: int, rows: list[tuple[str, ...]]) ->
     return None, status
 
 
-def _about(options: Record, like: SessionInfo | None) -> About:
+def _about(options: Record, like: SessionInfo | None) -> SessionDetails:
     """Return what is known of the session: as the options say it, else as of the one that it is like."""
     operator, sample, target = (getattr(options, key) or getattr(like, key, "") for key in _LIKE)
-    about: About = {"operator": operator, "sample": sample, "target": target, "notes": options.notes}
+    about: SessionDetails = {"operator": operator, "sample": sample, "target": target, "notes": options.notes}
     if options.setup is not None:
         return {**about, **about_setup_file(options.setup)}
     if like is not None:
         return {**about, "calibration": like.calibration, "setup_name": like.setup_name}
-    return {**about, "calibration": Calibration(origin="shipped default setup")}
+    return {**about, "calibration": CalibrationRecord(origin="shipped default setup")}
 
 
 def _setup(options: Record, like: SessionInfo | None) -> Setup:

@@ -16,7 +16,7 @@ from radargui.session.session import Session
 from radargui.session.transfer import plan_export
 
 if TYPE_CHECKING:
-    from radargui.report.report import Report as WrittenReport
+    from radargui.report.report import WrittenReport
 
 
 def report_sessions(options: Report) -> int:
@@ -27,11 +27,11 @@ def report_sessions(options: Report) -> int:
     """
     # an export does not need what draws figures
     from radargui.processing.result_of_run import stored_or_computed
-    from radargui.report.report import Layout, write_report, write_series_report
+    from radargui.report.report import PageLayout, write_report, write_series_report
 
     status = 0
     reports: list[WrittenReport] = []
-    layout = Layout(options.paper, options.details, options.model)
+    layout = PageLayout(options.paper, options.details, options.model)
     for folder in options.sessions:
         try:
             session = Session.open(folder, write=False)

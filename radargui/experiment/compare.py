@@ -85,7 +85,7 @@ class ChangedSetting:
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class RunComparison:
     """Two results of one run.
 
     Attributes
@@ -122,7 +122,7 @@ class Comparison:
         return changed_settings(self.before.setup, self.after.setup)
 
 
-def compare_stored(run: Path) -> Comparison | None:
+def compare_stored(run: Path) -> RunComparison | None:
     """Return the result that is stored with a run beside the one before; None where there was none before.
 
     Raises
@@ -131,7 +131,7 @@ def compare_stored(run: Path) -> Comparison | None:
         The run cannot be read.
     """
     stored = read_stored_results(run)
-    return Comparison(run, _side(stored[-2]), _side(stored[-1])) if len(stored) > 1 else None
+    return RunComparison(run, _side(stored[-2]), _side(stored[-1])) if len(stored) > 1 else None
 
 
 def compare_with(
@@ -141,7 +141,7 @@ def compare_with(
     setup: Setup | None = None,
     changes: Mapping[str, Any] | None = None,
     keep: bool = False,
-) -> Comparison:
+) -> RunComparison:
     """Process a run with other settings and return the result beside the one that is stored; the samples stay.
 
     Parameters
@@ -172,7 +172,7 @@ def compare_with(
     stored = read_stored_results(run)
     before = _side(stored[-1] if stored and stored[-1].is_present else computed(run, own_setup(run)))
     after = process_run(run, other, progress=progress) if keep else computed(run, other, progress)
-    return Comparison(run, before, _side(after))
+    return RunComparison(run, before, _side(after))
 
 
 def changed_settings(before: Setup, after: Setup) -> tuple[ChangedSetting, ...]:

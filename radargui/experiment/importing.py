@@ -16,9 +16,9 @@ from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.recording import iq_names
 from radargui.model.result import RunResult
 from radargui.model.setup import MEASURING, Setup
-from radargui.session.info import About, about_setup_file
+from radargui.session.info import SessionDetails, about_setup_file
 from radargui.session.map_memory import MapMemory
-from radargui.session.transfer import Import, ImportedRun, ImportInput, session_facts
+from radargui.session.transfer import ImportedRun, ImportInput, SessionImport, session_facts
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,7 @@ def import_recordings(order: ImportOrder, progress: Progress = silent) -> Import
         The choice of channels is not possible.
     """
     inputs = order.inputs()
-    work = Import(order.data_folder, order.setup, now=datetime.now().astimezone(), **_about(order, inputs))
+    work = SessionImport(order.data_folder, order.setup, now=datetime.now().astimezone(), **_about(order, inputs))
     half = 0.5 if order.process else 1.0
     runs = tuple(work.carry_out(inputs, lambda share: progress(half * share)))
     imported = Imported(work.session.path if work.session else None, runs)
@@ -105,7 +105,7 @@ def import_recordings(order: ImportOrder, progress: Progress = silent) -> Import
     return replace(imported, not_processed=tuple(run.error for run in processed if run.error is not None))
 
 
-def _about(order: ImportOrder, inputs: Sequence[ImportInput]) -> About:
+def _about(order: ImportOrder, inputs: Sequence[ImportInput]) -> SessionDetails:
     """Return what is known of the session: what the operator says, else what all files say of theirs."""
     # a run file says nothing of its session: session.json beside it does
     told = [
@@ -118,7 +118,7 @@ def _about(order: ImportOrder, inputs: Sequence[ImportInput]) -> About:
         values = {facts.get(key, "") for facts in told}
         return values.pop() if len(values) == 1 else ""
 
-    about = About(
+    about = SessionDetails(
         operator=order.operator or common("operator"),
         sample=common("sample"),
         target=common("target"),

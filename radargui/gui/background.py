@@ -30,7 +30,7 @@ _MOST_AT_ONCE = 32
 """Work that is under way together; more waits for one of them. Nobody starts so much by hand."""
 
 
-class Start(Protocol):
+class StartWork(Protocol):
     """What starts work, see `Jobs.start`."""
 
     def __call__(

@@ -91,7 +91,7 @@ class ReceiverCurves:
 
 
 @dataclass(frozen=True, slots=True)
-class TrackCurves:
+class TrackFigures:
     """The track in metres against seconds, and as places.
 
     Attributes
@@ -157,7 +157,7 @@ class RunCurves:
     since: str
     unit: str
     receivers: tuple[ReceiverCurves, ...]
-    track: TrackCurves | None
+    track: TrackFigures | None
     gaps_s: tuple[tuple[float, float], ...]
     restarts_s: tuple[float, ...]
     impacts: tuple[tuple[float, str], ...]
@@ -170,7 +170,7 @@ def take_curves(result: RunResult, columns: int = COLUMNS) -> RunCurves | None:
     return _Taker(result, columns).take()
 
 
-def take_track(result: RunResult, columns: int = COLUMNS) -> TrackCurves | None:
+def take_track(result: RunResult, columns: int = COLUMNS) -> TrackFigures | None:
     """Return the track alone, with its fall; None where there is none."""
     if result.track is None or result.recording.n_samples < 2:
         return None
@@ -325,7 +325,7 @@ class _Taker:
         inside = places[(places >= self.first) & (places < self.last)]
         return Curve(self.time_s[inside], values[inside - self.first])
 
-    def track(self) -> TrackCurves | None:
+    def track(self) -> TrackFigures | None:
         track = self.result.track
         if track is None:
             return None
@@ -339,7 +339,7 @@ class _Taker:
         x, y, _ = (self._of_pieces(row) for row in position)
         ux, uy, uz = (self._of_pieces(row) for row in u)
         level = normal[2] > 1.0 - 1e-9
-        return TrackCurves(x, y, self._of_pieces(height), level, (ux, uy, uz), places, *self._fall(height))
+        return TrackFigures(x, y, self._of_pieces(height), level, (ux, uy, uz), places, *self._fall(height))
 
     def _fall(self, height_m: FloatArray) -> tuple[Curve, ...]:
         """Return parabola, residual, way fallen and residual from the vertex on; nothing where no fall was fitted."""

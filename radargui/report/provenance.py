@@ -19,7 +19,7 @@ from radargui.session.session import Session
 
 
 @dataclass(frozen=True, slots=True)
-class Processing:
+class ProcessingPass:
     """One processing of a run: when, by which version, with which correction, and what e it gave.
 
     `settings_changed` holds settings that were not those of the session, as in `RunProvenance`.
@@ -88,7 +88,7 @@ class RunProvenance:
     set_aside: str = ""
     settings_changed: tuple[str, ...] = ()
     markers: tuple[str, ...] = ()
-    processings: tuple[Processing, ...] = ()
+    processings: tuple[ProcessingPass, ...] = ()
     health: Mapping[str, object] | None = None
     problem: str = ""
 
@@ -181,10 +181,10 @@ def _sha256(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _processing(one: StoredResult, setup: Setup) -> Processing:
+def _processing(one: StoredResult, setup: Setup) -> ProcessingPass:
     correction, e = one.summary.get("correction"), one.summary.get("e")
     own = None if one.setup_toml == dump_setup(setup) else one.setup
-    return Processing(
+    return ProcessingPass(
         one.processed_at,
         one.version,
         str(correction) if correction else None,

@@ -42,7 +42,7 @@ REPORT_FILES = ("report.pdf", "report.html", *FILES)
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
+class WrittenReport:
     """Where the report is.
 
     Attributes
@@ -70,7 +70,7 @@ class Report:
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class PageLayout:
     """How a report is laid out.
 
     Attributes
@@ -109,7 +109,7 @@ class _Writer:
 
 
 @contextmanager
-def _writing(report: Report, layout: Layout, title: str, author: str) -> Iterator[_Writer]:
+def _writing(report: WrittenReport, layout: PageLayout, title: str, author: str) -> Iterator[_Writer]:
     """Hand out what writes PDF and HTML; they are put in place when all went well, else they vanish."""
     with sheet.page_style(), fresh_files((report.pdf, report.html), force=True) as (pdf, html):
         report.pdf.parent.mkdir(parents=True, exist_ok=True)
@@ -126,9 +126,9 @@ def write_report(
     progress: Progress = silent,
     *,
     now: datetime | None = None,
-    layout: Layout = Layout(),
+    layout: PageLayout = PageLayout(),
     ahead: bool = False,
-) -> Report:
+) -> WrittenReport:
     """Write what all runs of a session give with its setup.
 
     Parameters
@@ -157,7 +157,7 @@ def write_report(
     """
     folder = output or own_subfolder(session.path, REPORT_FOLDER)
     made_at = (now or datetime.now().astimezone()).isoformat(sep=" ", timespec="seconds")
-    report = Report((), *(folder / name for name in REPORT_FILES))
+    report = WrittenReport((), *(folder / name for name in REPORT_FILES))
     paths, labels, kept = session.run_paths(), labels_of(session), list[RunFacts]()
     origins = set(_origins(paths).values())
     mark = ", simulated" if {origin.kind for origin in origins} == {"simulated"} else ""
@@ -194,8 +194,8 @@ def write_series_report(
     output: Path,
     *,
     now: datetime | None = None,
-    layout: Layout = Layout(),
-) -> Report:
+    layout: PageLayout = PageLayout(),
+) -> WrittenReport:
     """Write what sessions found together; the pages of single runs are in their own reports.
 
     Parameters
@@ -216,7 +216,7 @@ def write_series_report(
     """
     made_at = (now or datetime.now().astimezone()).isoformat(sep=" ", timespec="seconds")
     facts = report_facts(sessions, made_at, layout.model)
-    report = Report(tuple(sessions), *(output / name for name in REPORT_FILES))
+    report = WrittenReport(tuple(sessions), *(output / name for name in REPORT_FILES))
     operators = ", ".join(dict.fromkeys(one.info.operator for one in sessions if one.info.operator))
     with _writing(report, layout, f"RadarGUI series: {len(sessions)} sessions", operators) as writer:
         writer.put_front(facts)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from radargui.model.arrays import FloatArray
 from radargui.report import sheet
 from radargui.report.canvas import SIZE, Canvas, Line, Panel, span_of
-from radargui.report.curves import CircleCurves, ReceiverCurves, RunCurves, StepCurves, TrackCurves
+from radargui.report.curves import CircleCurves, ReceiverCurves, RunCurves, StepCurves, TrackFigures
 from radargui.report.decimation import Curve
 from radargui.report.sheet import Area, Paper
 
@@ -143,7 +143,7 @@ class RunDrawing:
             inset.curve(receiver.whole_change, Line(colour, 0.4), factor)
         inset.frame(f"L / {unit}, whole recording")
 
-    def fall(self, area: Area, track: TrackCurves, *, detailed: bool = False, floor_m: float | None = None) -> None:
+    def fall(self, area: Area, track: TrackFigures, *, detailed: bool = False, floor_m: float | None = None) -> None:
         """Draw the height over the fitted parabola, below it what the fit leaves; in detail with impacts and floor."""
         upper = 0.6 * (area.height - _LABELS_MM)
         panel = Panel(self.canvas, area._replace(height=upper), self.curves.span_s, span_of([track.height], 1e3))
@@ -298,7 +298,7 @@ def paths_page(curves: RunCurves, paper: Paper) -> Figure:
     return figure
 
 
-def track_page(curves: RunCurves, track: TrackCurves, floor_m: float | None, paper: Paper) -> Figure:
+def track_page(curves: RunCurves, track: TrackFigures, floor_m: float | None, paper: Paper) -> Figure:
     """Return the page: height and what the fall leaves of it, sideways, uncertainties, in space and in projections.
 
     `floor_m` is the height of the centre of the sphere at contact; None where the setup does not say.

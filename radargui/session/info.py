@@ -113,7 +113,7 @@ class _Record(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore")
 
 
-class Calibration(_Record):
+class CalibrationRecord(_Record):
     """Where the antenna calibration in the setup comes from."""
 
     made_at: str = ""
@@ -148,7 +148,7 @@ class SessionInfo(_Record):
     target: str = ""
     """What it falls on, or moves in."""
     notes: str = ""
-    calibration: Calibration = Calibration()
+    calibration: CalibrationRecord = CalibrationRecord()
     setup_name: str = ""
     """Name of the setup file, without folder and suffix; empty where there was none."""
     journal: tuple[JournalEntry, ...] = ()
@@ -162,30 +162,30 @@ class SessionInfo(_Record):
         return "; ".join(entry.text for entry in self.journal if entry.run == run)
 
 
-class About(TypedDict, total=False):
+class SessionDetails(TypedDict, total=False):
     """What is known of a session when it is made, and can be told later, see `SessionInfo`; None: as it is."""
 
     operator: str | None
     sample: str | None
     target: str | None
     notes: str | None
-    calibration: Calibration | None
+    calibration: CalibrationRecord | None
     setup_name: str | None
 
 
-def about_setup_file(path: Path | None) -> About:
+def about_setup_file(path: Path | None) -> SessionDetails:
     """Return the name and the calibration of a setup file, which is when it was last changed; nothing without one."""
     if path is None:
-        return About()
+        return SessionDetails()
     try:
         changed_at = datetime.fromtimestamp(path.stat().st_mtime, UTC).astimezone().isoformat(timespec="seconds")
     except OSError:
         changed_at = ""
     origin = f"setup file {path.name}, as last changed then"
-    return About(calibration=Calibration(made_at=changed_at, origin=origin), setup_name=path.stem)
+    return SessionDetails(calibration=CalibrationRecord(made_at=changed_at, origin=origin), setup_name=path.stem)
 
 
-def copied_calibration(setup: Setup, folder: Path) -> Calibration | None:
+def copied_calibration(setup: Setup, folder: Path) -> CalibrationRecord | None:
     """Copy the calibration that a setup refers to into a session's folder; return what is said of it, None: of none.
 
     A file that is gone leaves what the setup carries along: values and covariance.
@@ -204,7 +204,7 @@ def copied_calibration(setup: Setup, folder: Path) -> Calibration | None:
         name = CALIBRATION_NAME
         write_whole(folder / name, [found])
     said = f"{source.name}: {calibration_words(setup)}"
-    return Calibration(made_at=own.content.made_at, origin=said, file=name)
+    return CalibrationRecord(made_at=own.content.made_at, origin=said, file=name)
 
 
 def write_info(info: SessionInfo, folder: Path) -> None:

@@ -32,7 +32,7 @@ _DIFFERENT = AfterValidator(_different)
 _Places = Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=2, max_length=2 * LARGEST), _DIFFERENT]
 
 
-class _Maps(BaseModel):
+class _KnownMaps(BaseModel):
     """What the file holds: by pattern of names, the places of I1, Q1, ... among them."""
 
     schema_version: Literal[1] = Field(alias="schema")
@@ -79,7 +79,7 @@ class MapMemory:
     def _read(self) -> dict[str, list[int]]:
         try:
             with self._path.open(encoding="utf-8") as file:
-                return _Maps.model_validate_json(file.read(LARGEST_CHARACTERS), strict=True).maps
+                return _KnownMaps.model_validate_json(file.read(LARGEST_CHARACTERS), strict=True).maps
         except FileNotFoundError:
             return {}
         except (OSError, ValueError) as error:

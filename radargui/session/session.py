@@ -20,8 +20,8 @@ from radargui.model.setup import Setup, dump_setup
 from radargui.session.info import (
     CALIBRATION_NAME,
     FILE_NAME,
-    About,
     JournalEntry,
+    SessionDetails,
     SessionInfo,
     copied_calibration,
     new_folder,
@@ -75,7 +75,7 @@ class Session:
 
     @classmethod
     def create(
-        cls, parent: Path, setup: Setup, *, name: str | None = None, now: datetime, **about: Unpack[About]
+        cls, parent: Path, setup: Setup, *, name: str | None = None, now: datetime, **about: Unpack[SessionDetails]
     ) -> Session:
         """Make the folder and write its record, before anything is recorded.
 
@@ -178,7 +178,7 @@ class Session:
         """The setup the session was begun with."""
         return self.info.setup
 
-    def update(self, **about: Unpack[About]) -> None:
+    def update(self, **about: Unpack[SessionDetails]) -> None:
         """Change what the record says; what is None stays.
 
         Raises
@@ -351,5 +351,5 @@ def run_paths(folder: Path) -> tuple[Path, ...]:
     return ()
 
 
-def _given(about: About) -> dict[str, object]:
+def _given(about: SessionDetails) -> dict[str, object]:
     return {key: value for key, value in about.items() if value is not None}

@@ -16,7 +16,7 @@ from radargui.files.reading import ChannelMap, read_mapped, read_recording
 from radargui.model.errors import FileError, RadarGuiError, SessionError
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
-from radargui.session.info import About, own_subfolder, read_info
+from radargui.session.info import SessionDetails, own_subfolder, read_info
 from radargui.session.session import Session, run_paths
 
 PIECE = 1 << 18
@@ -76,7 +76,7 @@ class ImportedRun:
     error: RadarGuiError | None = None
 
 
-class Import:
+class SessionImport:
     """Recordings of other programs written as the runs of a new session.
 
     The session is made with the first recording that can be read: where none can, none appears. Its runs hold the
@@ -94,7 +94,7 @@ class Import:
         As for any session.
     """
 
-    def __init__(self, parent: Path, setup: Setup, *, now: datetime, **about: Unpack[About]) -> None:
+    def __init__(self, parent: Path, setup: Setup, *, now: datetime, **about: Unpack[SessionDetails]) -> None:
         self.parent, self.setup, self.now, self._about = parent, setup, now, about
         self.session: Session | None = None
 

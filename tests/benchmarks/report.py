@@ -17,7 +17,7 @@ from radargui.model.errors import CancelledError
 from radargui.model.recording import Block
 from radargui.model.setup import changed
 from radargui.processing.result_of_run import stored_or_computed
-from radargui.report.report import Layout, write_report
+from radargui.report.report import PageLayout, write_report
 from radargui.session.session import Session
 from radargui.sources.simulated.model import simulate_recording
 
@@ -48,7 +48,7 @@ def work(folder: Path, output: Path, details: bool, pipe: object) -> None:
 
     began = time.perf_counter()
     write_report(
-        Session.open(folder, write=False), stored_or_computed, output, layout=Layout(details=details), ahead=True
+        Session.open(folder, write=False), stored_or_computed, output, layout=PageLayout(details=details), ahead=True
     )
     took_s = time.perf_counter() - began
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]

@@ -11,7 +11,7 @@ import pytest
 from radargui.calibration.falls import Falls
 from radargui.calibration.fit import LEAST, Fit, fit, unfitted
 from radargui.calibration.known_path import KnownMotion, read_known
-from radargui.calibration.likelihood import Measured, Motion, PathLikelihood, World
+from radargui.calibration.likelihood import Measured, MotionModel, PathLikelihood, World
 from radargui.calibration.shares import working
 from radargui.calibration.unknowns import antenna_unknowns, fall_unknowns, place_unknowns, setup_with
 from radargui.calibration.verdict import GAIN, fit_paths, left_out, other_orders, put_right, undecidable, untold
@@ -37,7 +37,7 @@ def made(seed: int, *, falls: bool) -> tuple[World, FloatArray, list[PathLikelih
     """Return a world, its true shifts in prior deviations, and exact paths with a little noise."""
     setup, rng = stated(), np.random.default_rng(seed)
     unknowns = antenna_unknowns(setup)
-    motions: list[Motion] = []
+    motions: list[MotionModel] = []
     if falls:
         for n, place in enumerate(PLACES):
             unknowns += place_unknowns(setup, place, f"place.{n}")

@@ -31,7 +31,7 @@ from radargui.report.facts import SessionFacts, report_facts
 from radargui.report.findings_section import front_chapters
 from radargui.report.flow import text_pages
 from radargui.report.provenance import RunProvenance, provenance_of
-from radargui.report.report import REPORT_FILES, Layout, Report, write_report
+from radargui.report.report import REPORT_FILES, PageLayout, WrittenReport, write_report
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import _impacts, run_page
 from radargui.report.sheet import Paper
@@ -70,7 +70,7 @@ def add_run(session: Session, recording: Recording) -> None:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Session, Report, list[float]]:
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Session, WrittenReport, list[float]]:
     """A session of a drop, a quiet run and a broken file, and its report."""
     session = new_session(tmp_path_factory.mktemp("data"), operator=EVIL, notes=f"=1+1\n{EVIL} $x^2$")
     add_run(session, drop_result(rate_hz=8000.0).recording)
@@ -81,7 +81,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Session, Report, lis
 
 
 def test_the_report_lies_in_the_sessions_own_folder_and_nothing_else_does(
-    made: tuple[Session, Report, list[float]],
+    made: tuple[Session, WrittenReport, list[float]],
 ) -> None:
     session, report, _ = made
     names = sorted(path.name for path in (session.path / "report").iterdir())
@@ -89,14 +89,14 @@ def test_the_report_lies_in_the_sessions_own_folder_and_nothing_else_does(
     assert report.pdf == session.path / "report" / "report.pdf"
 
 
-def test_progress_rises_to_one(made: tuple[Session, Report, list[float]]) -> None:
+def test_progress_rises_to_one(made: tuple[Session, WrittenReport, list[float]]) -> None:
     shares = made[2]
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
 
 
 def test_the_pdf_has_one_page_a_run_bookmarks_fonts_and_says_who_made_it(
-    made: tuple[Session, Report, list[float]],
+    made: tuple[Session, WrittenReport, list[float]],
 ) -> None:
     content = made[1].pdf.read_bytes()
     assert content.startswith(b"%PDF-")
@@ -111,14 +111,16 @@ def test_the_pdf_has_one_page_a_run_bookmarks_fonts_and_says_who_made_it(
     assert b"/DisplayDocTitle true" in content
 
 
-def test_the_pages_stand_in_the_order_of_the_bookmarks(made: tuple[Session, Report, list[float]]) -> None:
+def test_the_pages_stand_in_the_order_of_the_bookmarks(made: tuple[Session, WrittenReport, list[float]]) -> None:
     content = made[1].pdf.read_bytes()
     (kids,) = re.findall(rb"/Type /Pages /Kids \[([^\]]*)\]", content)
     targets = re.findall(rb"/Dest \[ (\d+) 0 R", content)
     assert re.findall(rb"(\d+) 0 R", kids) == targets
 
 
-def test_every_page_has_its_number_also_those_that_were_put_in_front(made: tuple[Session, Report, list[float]]) -> None:
+def test_every_page_has_its_number_also_those_that_were_put_in_front(
+    made: tuple[Session, WrittenReport, list[float]],
+) -> None:
     content = made[1].pdf.read_bytes()
     (kids,) = re.findall(rb"/Type /Pages /Kids \[([^\]]*)\]", content)
     pages = re.findall(rb"(\d+) 0 R", kids)
@@ -131,7 +133,7 @@ def test_every_page_has_its_number_also_those_that_were_put_in_front(made: tuple
     assert content.count(b"/BaseFont /Helvetica") == 1
 
 
-def test_the_pdf_holds_the_numbers_of_the_json(made: tuple[Session, Report, list[float]]) -> None:
+def test_the_pdf_holds_the_numbers_of_the_json(made: tuple[Session, WrittenReport, list[float]]) -> None:
     words = pdf_words(made[1].pdf)
     document = json.loads(made[1].json.read_text(encoding="utf-8"))
     e, g = (document["series"][key] for key in ("e_first_bounce", "g_m_s2"))
@@ -145,7 +147,7 @@ def test_the_pdf_holds_the_numbers_of_the_json(made: tuple[Session, Report, list
         assert quantity(impact["e"], u) in words.split("\n")
 
 
-def test_what_the_operator_wrote_is_text_on_paper_too(made: tuple[Session, Report, list[float]]) -> None:
+def test_what_the_operator_wrote_is_text_on_paper_too(made: tuple[Session, WrittenReport, list[float]]) -> None:
     words = pdf_words(made[1].pdf)
     assert EVIL in words
     assert f"{EVIL} $x^2$" in words
@@ -153,7 +155,9 @@ def test_what_the_operator_wrote_is_text_on_paper_too(made: tuple[Session, Repor
     assert "'=1+1" not in words
 
 
-def test_the_html_needs_no_other_file_and_runs_only_its_own_script(made: tuple[Session, Report, list[float]]) -> None:
+def test_the_html_needs_no_other_file_and_runs_only_its_own_script(
+    made: tuple[Session, WrittenReport, list[float]],
+) -> None:
     text = made[1].html.read_text(encoding="utf-8")
     reader = Reader()
     reader.feed(text)
@@ -170,7 +174,9 @@ def test_the_html_needs_no_other_file_and_runs_only_its_own_script(made: tuple[S
     assert "prefers-color-scheme: dark" in text
 
 
-def test_the_pictures_are_svg_without_script_or_outside_address(made: tuple[Session, Report, list[float]]) -> None:
+def test_the_pictures_are_svg_without_script_or_outside_address(
+    made: tuple[Session, WrittenReport, list[float]],
+) -> None:
     text = made[1].html.read_text(encoding="utf-8")
     pictures = re.findall(r"data:image/svg\+xml,([^\"]+)", text)
     assert len(pictures) == text.count("<img") == 4
@@ -184,7 +190,7 @@ def test_the_pictures_are_svg_without_script_or_outside_address(made: tuple[Sess
 @pytest.mark.parametrize(("paper", "size"), [("a4", (595.3, 841.9)), ("letter", (612.0, 792.0))])
 def test_every_page_has_the_paper_that_was_asked_for(tmp_path: Path, paper: Paper, size: tuple[float, float]) -> None:
     session = new_session(tmp_path / "data")
-    content = write_report(session, result_of_run, layout=Layout(paper), now=NOW).pdf.read_bytes()
+    content = write_report(session, result_of_run, layout=PageLayout(paper), now=NOW).pdf.read_bytes()
     boxes = re.findall(rb"/MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]", content)
     assert len(boxes) > 2
     for box in boxes:
@@ -206,7 +212,7 @@ def test_a_report_that_is_cancelled_leaves_the_one_before_and_no_part(tmp_path: 
     assert (tmp_path / "out" / "report.pdf").read_text(encoding="utf-8") == "the one before"
 
 
-def test_a_broken_run_says_why_and_the_others_are_there(made: tuple[Session, Report, list[float]]) -> None:
+def test_a_broken_run_says_why_and_the_others_are_there(made: tuple[Session, WrittenReport, list[float]]) -> None:
     _, report, _ = made
     runs = json.loads(report.json.read_text(encoding="utf-8"))["runs"]
     assert [run["status"] for run in runs] == ["ok", "no_motion", "failed"]
@@ -218,7 +224,7 @@ def test_a_broken_run_says_why_and_the_others_are_there(made: tuple[Session, Rep
     assert "Run 0002 (no motion)" in text
 
 
-def test_the_csv_lists_the_impacts_of_the_drop(made: tuple[Session, Report, list[float]]) -> None:
+def test_the_csv_lists_the_impacts_of_the_drop(made: tuple[Session, WrittenReport, list[float]]) -> None:
     rows = list(csv.DictReader(made[1].csv.read_text(encoding="utf-8").splitlines()))
     drop = [row for row in rows if row["run"] == "run-0001"]
     assert [row["impact"] for row in drop] == [str(k) for k in range(1, len(drop) + 1)]

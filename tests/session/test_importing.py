@@ -19,7 +19,7 @@ from radargui.files.run_file import read_run, read_run_setup
 from radargui.model.errors import FileError, SessionError
 from radargui.model.setup import parse_setup
 from radargui.session.session import Session
-from radargui.session.transfer import Import, ImportInput
+from radargui.session.transfer import ImportInput, SessionImport
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
 SCALED = {
@@ -32,12 +32,12 @@ SCALED = {
 
 
 @pytest.fixture
-def work(tmp_path: Path) -> Import:
+def work(tmp_path: Path) -> SessionImport:
     """An import with the setup of one receiver."""
-    return Import(tmp_path / "sessions", parse_setup(PLATE), now=NOW, operator="Eve", notes="from the scope")
+    return SessionImport(tmp_path / "sessions", parse_setup(PLATE), now=NOW, operator="Eve", notes="from the scope")
 
 
-def test_files_of_every_kind_become_runs_of_one_session_with_their_origin(work: Import, tmp_path: Path) -> None:
+def test_files_of_every_kind_become_runs_of_one_session_with_their_origin(work: SessionImport, tmp_path: Path) -> None:
     pair = parse_channel_map("I1=b,Q1=a")
     inputs = [
         ImportInput((write_csv(tmp_path / "a.csv", volts(2, 50)),)),
@@ -72,7 +72,7 @@ def test_an_exported_run_that_is_imported_is_the_run_again(tmp_path: Path, name:
     path = export_run(tmp_path / "run-0001.h5", EXPORT_FORMATS[name], tmp_path / "out")[0]
     setup = own_setup_of(path)
     assert setup == default_setup()
-    work = Import(tmp_path / "sessions", setup, now=NOW)
+    work = SessionImport(tmp_path / "sessions", setup, now=NOW)
     (run,) = work.carry_out([ImportInput((path,))])
     assert run.path is not None
     before, after = read_run(tmp_path / "run-0001.h5"), read_run(run.path)
@@ -81,7 +81,7 @@ def test_an_exported_run_that_is_imported_is_the_run_again(tmp_path: Path, name:
     np.testing.assert_array_equal(after.index(), before.index())
 
 
-def test_channels_of_several_files_form_one_run(work: Import, tmp_path: Path) -> None:
+def test_channels_of_several_files_form_one_run(work: SessionImport, tmp_path: Path) -> None:
     first, second = write_csv(tmp_path / "a.csv", volts(2, 50)), write_csv(tmp_path / "b.csv", volts(2, 50, seed=1))
     pair = parse_channel_map(f"I1={first}:I1,Q1={second}:Q1")
     (run,) = work.carry_out([ImportInput(pair.paths, pair)])
@@ -89,7 +89,7 @@ def test_channels_of_several_files_form_one_run(work: Import, tmp_path: Path) ->
     np.testing.assert_array_equal(read_run(run.path).raw, [volts(2, 50)[0], volts(2, 50, seed=1)[1]])
 
 
-def test_one_bad_file_is_told_and_the_others_are_imported(work: Import, tmp_path: Path) -> None:
+def test_one_bad_file_is_told_and_the_others_are_imported(work: SessionImport, tmp_path: Path) -> None:
     (tmp_path / "bad.csv").write_text("I1,Q1\n1,x\n", encoding="utf-8")
     good = write_csv(tmp_path / "good.csv", volts(2, 20))
     three = tmp_path / "three.h5"
@@ -100,20 +100,20 @@ def test_one_bad_file_is_told_and_the_others_are_imported(work: Import, tmp_path
     assert "gives 3 IQ pairs, the setup has 1 receivers" in str(runs[1].error)
 
 
-def test_no_session_appears_where_nothing_can_be_read(work: Import, tmp_path: Path) -> None:
+def test_no_session_appears_where_nothing_can_be_read(work: SessionImport, tmp_path: Path) -> None:
     (run,) = work.carry_out([ImportInput((tmp_path / "absent.csv",))])
     assert isinstance(run.error, FileError)
     assert work.session is None
     assert not (tmp_path / "sessions").exists()
 
 
-def test_a_place_that_cannot_be_written_is_told(work: Import, tmp_path: Path) -> None:
+def test_a_place_that_cannot_be_written_is_told(work: SessionImport, tmp_path: Path) -> None:
     (tmp_path / "sessions").write_text("a file", encoding="utf-8")
     with pytest.raises(SessionError):
         list(work.carry_out([ImportInput((write_csv(tmp_path / "a.csv", volts(2, 20)),))]))
 
 
-def test_times_of_a_file_become_rate_and_gaps(work: Import, tmp_path: Path) -> None:
+def test_times_of_a_file_become_rate_and_gaps(work: SessionImport, tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     index = [*range(40), *range(50, 90)]
     rows = "".join(f"{place / 250:.4f},{place},{-place}\n" for place in index)
@@ -126,7 +126,7 @@ def test_times_of_a_file_become_rate_and_gaps(work: Import, tmp_path: Path) -> N
     np.testing.assert_array_equal(after.raw, read_recording(path).raw)
 
 
-def test_an_imported_run_knows_its_file_its_program_and_its_layout(work: Import, tmp_path: Path) -> None:
+def test_an_imported_run_knows_its_file_its_program_and_its_layout(work: SessionImport, tmp_path: Path) -> None:
     mat, raw = write_mat5(tmp_path / "scope.mat", volts(2, 40)), tmp_path / "car.bin"
     content = bytearray(mat.read_bytes())
     content[:116] = b"MATLAB 5.0 MAT-file, Platform: PCWIN, Created on 2017-10-05 10:36:35 by Scope 3".ljust(116)

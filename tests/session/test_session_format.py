@@ -22,7 +22,7 @@ from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.files.run_writer import RunWriter
 from radargui.model.recording import Block, Digitisation, Gap, iq_names
-from radargui.session.info import Calibration
+from radargui.session.info import CalibrationRecord
 from radargui.session.session import Session
 from radargui.sources.simulated.model import SimulatedSource
 
@@ -34,7 +34,7 @@ WORDS = {"operator": "Änne", "sample": "10 mm steel", "target": "glass", "notes
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    calibration = Calibration(made_at="2026-11-01", origin="tape measure")
+    calibration = CalibrationRecord(made_at="2026-11-01", origin="tape measure")
     made = Session.create(tmp_path_factory.mktemp("data"), SETUP, **WORDS, calibration=calibration, now=NOW)
     experiment = Experiment(SETUP, lambda run: SimulatedSource(SETUP, run=run), made, live=False, patient=True)
     run = record_run(experiment)
@@ -80,7 +80,7 @@ def test_the_recipe_counts_lost_samples_and_shows_notes(tmp_path: Path) -> None:
 
 
 def test_all_that_was_known_is_written_before_the_first_sample(tmp_path: Path) -> None:
-    calibration = Calibration(made_at="2026-11-01", origin="tape measure")
+    calibration = CalibrationRecord(made_at="2026-11-01", origin="tape measure")
     session = Session.create(tmp_path, SETUP, **WORDS, calibration=calibration, setup_name="bench", now=NOW)
     content = json.loads((session.path / "session.json").read_text(encoding="utf-8"))
     assert {key: content[key] for key in WORDS} == WORDS

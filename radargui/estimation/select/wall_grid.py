@@ -224,7 +224,7 @@ class OverMirrors:
         n_bins = place_m.shape[1]
         thin = np.unique(np.append(np.arange(0, n_bins, _THIN), n_bins - 1))
         self._problem, self._angles = problem, theta[polarisation_places(problem.layout)]
-        self._place, self._between = place_m[:, thin], _Between.of(thin, n_bins)
+        self._place, self._between = place_m[:, thin], _Interpolated.of(thin, n_bins)
 
     def __call__(self, planes: list[MirrorPlane]) -> tuple[ComplexArray, ComplexArray] | None:
         """Return M by the images of transmitter and receivers, (n_planes, n_receivers, n_bins); None for a point."""
@@ -236,18 +236,18 @@ class OverMirrors:
 
 
 @dataclass(frozen=True)
-class _Between:
+class _Interpolated:
     """Straight lines between values at some bins."""
 
     before: IntArray
     share: FloatArray
 
     @staticmethod
-    def of(thin: IntArray, n_bins: int) -> _Between:
+    def of(thin: IntArray, n_bins: int) -> _Interpolated:
         every = np.arange(n_bins)
         before = np.clip(np.searchsorted(thin, every, side="right") - 1, 0, max(thin.size - 2, 0))
         after = np.minimum(before + 1, thin.size - 1)
-        return _Between(before, (every - thin[before]) / np.maximum(thin[after] - thin[before], 1))
+        return _Interpolated(before, (every - thin[before]) / np.maximum(thin[after] - thin[before], 1))
 
     def __call__(self, values: ComplexArray) -> ComplexArray:
         step = np.diff(values, axis=-1, append=values[..., -1:])

@@ -22,7 +22,7 @@ class LiveCurve(pg.PlotCurveItem):  # type: ignore[misc] # pyqtgraph has no type
         return QRectF(super().boundingRect() if view is None else view.viewRect())
 
 
-class Marker(pg.PlotDataItem):  # type: ignore[misc] # pyqtgraph has no types
+class Symbols(pg.PlotDataItem):  # type: ignore[misc] # pyqtgraph has no types
     """Symbols without an edge; nothing is done where there were none and are none."""
 
     def setData(self, *args: Any, **options: Any) -> None:  # noqa: N802 - pyqtgraph's name

@@ -13,7 +13,7 @@ from PySide6.QtGui import QAction, QContextMenuEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QApplication, QGraphicsItem, QMenu
 
 from radargui.gui.layout import TIPS, follow
-from radargui.gui.plots.items import Axis, Band, Dot, LiveCurve, Marker
+from radargui.gui.plots.items import Axis, Band, Dot, LiveCurve, Symbols
 from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.plots.tools import Cursors, picture_of, table_of, unit_of
 from radargui.gui.plots.view import View
@@ -31,7 +31,7 @@ _Item = TypeVar("_Item", bound=QGraphicsItem)
 _ZOOMED = "zoomed; double click: all"
 
 
-class _Drawn(NamedTuple):
+class _DrawnCurve(NamedTuple):
     """What a plot paints: in which colour, dashed or not, and what it is called in key and copied data."""
 
     item: QGraphicsItem
@@ -92,7 +92,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         self.when_empty = ""
         self._inside: pg.LabelItem | None = None
         self._inside_text = ""
-        self._pens: list[_Drawn] = []
+        self._pens: list[_DrawnCurve] = []
         item = self.getPlotItem()
         item.hideButtons()
         for name in ("right", "top"):
@@ -295,7 +295,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
 
     def marker(self, role: str, symbol: str = "o", size: int = 8, name: str = "") -> pg.PlotDataItem:
         """Add an empty set of symbols."""
-        return self._add(Marker(pen=None, symbol=symbol, symbolSize=size, symbolPen=None), role, name)
+        return self._add(Symbols(pen=None, symbol=symbol, symbolSize=size, symbolPen=None), role, name)
 
     def rule(self, role: str, position: float, *, angle: int = 90, dashed: bool = True) -> pg.InfiniteLine:
         """Add a straight line across the plot."""
@@ -365,7 +365,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
 
     def _add(self, item: _Item, role: str, name: str = "", *, dashed: bool = False, **options: Any) -> _Item:
         self.addItem(item, **options)
-        self._pens.append(_Drawn(item, role, dashed, name))
+        self._pens.append(_DrawnCurve(item, role, dashed, name))
         self._paint(item, role, dashed=dashed)
         return item
 

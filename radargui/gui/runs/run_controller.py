@@ -38,7 +38,7 @@ from radargui.session.info import REPORT_FOLDER
 from radargui.session.session import Session
 
 if TYPE_CHECKING:
-    from radargui.report.report import Report
+    from radargui.report.report import WrittenReport
 
 COMPUTING = "By the adaptive correction: the joint one is being computed …"
 _KEPT = 3
@@ -130,7 +130,7 @@ class RunController(QObject):
             return
         self._runs.show_report(busy=True)
 
-        def written(report: Report) -> None:
+        def written(report: WrittenReport) -> None:
             self._runs.show_report(report.html)
             self._board.post("info", f"Report written: {report.html.parent}")
 
@@ -309,7 +309,7 @@ def _setup_of(path: Path) -> Setup:
     return setup_of_result(path) or own_setup(path)
 
 
-def _report_session(session: Session, task: Task) -> Report:
+def _report_session(session: Session, task: Task) -> WrittenReport:
     # matplotlib is loaded only where a report is made
     from radargui.report.report import write_report
 

@@ -11,7 +11,7 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from radargui.files.overview import Overview
-from radargui.gui.background import Start, at_once
+from radargui.gui.background import StartWork, at_once
 from radargui.gui.layout import Pages, fill, take_out
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import Plot
@@ -47,7 +47,7 @@ class RunPanel(QWidget):
     methods_asked = Signal(object)
     """Names of the corrections that shall be laid over the one that is shown."""
 
-    def __init__(self, theme: Theme, start: Start = at_once) -> None:
+    def __init__(self, theme: Theme, start: StartWork = at_once) -> None:
         super().__init__()
         self.result: RunResult | None = None
         self._curves: RunCurves | None = None

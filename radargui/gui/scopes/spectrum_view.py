@@ -10,7 +10,7 @@ import pyqtgraph as pg
 from PySide6.QtCore import QRectF
 from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout
 
-from radargui.acquisition.baseband import Baseband, Line, Spectrum
+from radargui.acquisition.baseband import Baseband, SpectralLine, Spectrum
 from radargui.gui.layout import fill, take_out
 from radargui.gui.plots.per_receiver import PerReceiver
 from radargui.gui.plots.plot import LAST, NOW, Plot
@@ -80,7 +80,7 @@ class SpectrumPlot(_FrequencyPlot):
         self._speed.setPen(pg.mkPen(self.colour("line")))
         self._speed.setTextPen(pg.mkPen(self.colour("text")))
 
-    def draw(self, spectrum: Spectrum, mains: list[Line]) -> None:
+    def draw(self, spectrum: Spectrum, mains: list[SpectralLine]) -> None:
         """Draw spectra, and a mark at each line of the mains."""
         size = -(-spectrum.frequency_hz.size // _MOST_POINTS)
         edges = np.arange(0, spectrum.frequency_hz.size, size)
@@ -165,7 +165,7 @@ class SpectrumView(_OfFrequencies):
         self.words.setToolTip(self.words.text())
 
     @staticmethod
-    def _line(shown: Shown, spectrum: Spectrum, receiver: int, mains: list[Line]) -> str:
+    def _line(shown: Shown, spectrum: Spectrum, receiver: int, mains: list[SpectralLine]) -> str:
         line = spectrum.strongest(receiver)
         said = "no line above the noise"
         if line is not None:
@@ -176,7 +176,7 @@ class SpectrumView(_OfFrequencies):
         return f"Rx {receiver + 1}: {said}" + (f"; mains ▼ {hum}" if hum else "")
 
 
-def _level(line: Line) -> str:
+def _level(line: SpectralLine) -> str:
     return f"{decibels(line.amplitude_v):.1f} dB"
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from PySide6.QtCore import QObject, Signal, SignalInstance
 from PySide6.QtWidgets import QCheckBox, QDialog
 
-from radargui.experiment.compare import Comparison, compare_with
+from radargui.experiment.compare import RunComparison, compare_with
 from radargui.experiment.importing import Imported, ImportOrder, import_recordings
 from radargui.files.access import Outcome, each_run, make_folder
 from radargui.files.formats import EXPORT_FORMATS, ExportFormat
@@ -107,14 +107,14 @@ class ReprocessDialog(Dialog):
         )
         self._show_buttons()
 
-    def _show_outcomes(self, outcomes: tuple[Outcome[Comparison], ...]) -> None:
+    def _show_outcomes(self, outcomes: tuple[Outcome[RunComparison], ...]) -> None:
         self.table.show_rows(line for outcome in outcomes for line in lines_of(outcome))
         compared = [one.value for one in outcomes if one.value is not None]
         self._good = tuple(one.run for one in compared)
         self.settings.setText(settings_words(compared[0]) if compared else "")
         self._ended("Nothing is changed yet." if compared else "")
 
-    def _kept(self, outcomes: tuple[Outcome[Comparison], ...]) -> None:
+    def _kept(self, outcomes: tuple[Outcome[RunComparison], ...]) -> None:
         failed = [one for one in outcomes if one.error is not None]
         self._good = ()
         self._ended("\n".join(str(one.error) for one in failed) or "The new results are kept with the runs.")
@@ -139,7 +139,7 @@ class ReprocessDialog(Dialog):
             self.keep.setToolTip("The session is opened for looking only.")
 
 
-def lines_of(outcome: Outcome[Comparison]) -> Iterator[tuple[str, str, str, str, str]]:
+def lines_of(outcome: Outcome[RunComparison]) -> Iterator[tuple[str, str, str, str, str]]:
     """Yield the lines of a run."""
     name, comparison = outcome.run.stem, outcome.value
     if comparison is None:
@@ -153,7 +153,7 @@ def lines_of(outcome: Outcome[Comparison]) -> Iterator[tuple[str, str, str, str,
         yield "", words, _value(one.before, one.u_before, scale), _value(one.after, one.u_after, scale), difference
 
 
-def settings_words(comparison: Comparison) -> str:
+def settings_words(comparison: RunComparison) -> str:
     """Return what was set differently, a line each."""
     lines = [f"{one.key}: {_said(one.before)} → {_said(one.after)}" for one in comparison.settings]
     return "\n".join(lines) or "The settings are the same as those of the stored results."

@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontDatabase
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
-from radargui.gui.background import Start, at_once
+from radargui.gui.background import StartWork, at_once
 from radargui.gui.control.state import Feed
 from radargui.gui.layout import fill
 from radargui.gui.plots.envelope import thin
@@ -89,7 +89,7 @@ class TrackPanel(QWidget):
         Runs work away from the thread that draws, see `Jobs.start`.
     """
 
-    def __init__(self, theme: Theme, setup: Setup, start: Start = at_once) -> None:
+    def __init__(self, theme: Theme, setup: Setup, start: StartWork = at_once) -> None:
         super().__init__()
         self._theme, self._start = theme, start
         self._feed: Feed | None = None

@@ -96,7 +96,7 @@ class Antenna:
         return wave if self.coefficient == 1.0 else self.coefficient * wave
 
 
-class Waves:
+class SceneWaves:
     """Complex signal of each receiver for a tracer anywhere, before mixer and converter.
 
     Z_i = a (sum of waves of the transmitter and its images) (sum of waves of receiver i and its images): by image
@@ -245,7 +245,7 @@ def image_of(antenna: Antenna, reflector: Reflector, phase_rad: float, reference
     return replace(image, coefficient=complex(reflector.coefficient * lobes * np.exp(1j * phase_rad)))
 
 
-def make_waves(setup: Setup, antennas: Antennas) -> Waves:
+def make_waves(setup: Setup, antennas: Antennas) -> SceneWaves:
     """Return the waves of a setup, reflections included; amplitude 1 at the release.
 
     Every antenna is seen once in every reflector. What goes over two reflectors on its way to the tracer is left out,
@@ -277,7 +277,7 @@ def make_waves(setup: Setup, antennas: Antennas) -> Waves:
             images.append(image_of(antenna, reflector, draw.uniform(0.0, 2.0 * np.pi), reference))
         return (antenna, *(image for image in images if image is not None))
 
-    return Waves(
+    return SceneWaves(
         with_images(0, antennas.transmitter_m),
         tuple(with_images(number, place) for number, place in enumerate(antennas.receivers_m, start=1)),
         setup.radar.wavelength_m,

@@ -347,9 +347,9 @@ def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own:
     if setup.floor.height_m is not None:
         lowest = lowest * [1.0, 1.0, 0.0] + [0.0, 0.0, setup.floor.height_m]
     # a sphere that falls comes down on it; where another motion takes place nobody knows but the setup
-    is_told = setup.floor.height_m is not None or isinstance(motion, Falls)
+    is_stated = setup.floor.height_m is not None or isinstance(motion, Falls)
     floor = MirrorPlane(
-        lowest - FLOOR_BELOW_M * normal, normal, FLOOR, u_shift_m=U_FLOOR_M if is_told else U_FAR_FLOOR_M
+        lowest - FLOOR_BELOW_M * normal, normal, FLOOR, u_shift_m=U_FLOOR_M if is_stated else U_FAR_FLOOR_M
     )
     spline = first_motion(data, here, signals.rest_end_s, breaks)
     length_m = FALL_BIAS_M if isinstance(motion, Falls) else KNOWN_BIAS_M

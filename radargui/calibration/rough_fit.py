@@ -240,9 +240,9 @@ def _refuse_misfit(rough: Fit, recordings: Sequence[KnownRecording]) -> None:
     if least < cost(setup) - GAIN and cost(best, righted=True) < cost(setup, righted=True) - GAIN:
         alike = [also for other, also, _ in tried if also != words and other < least + GAIN]
         # in drops near the axis a swap looks like a mirror image of another one
-        told = f"; or, which they cannot tell from that, where {'; or '.join(alike)}" if alike else ""
+        ambiguous = f"; or, which they cannot tell from that, where {'; or '.join(alike)}" if alike else ""
         raise ProcessingError(
-            f"the recordings do not fit the setup, but they do where {words}{told}",
+            f"the recordings do not fit the setup, but they do where {words}{ambiguous}",
             remedy="Correct the wiring, or the order and azimuths of the receivers in the setup.",
         )
     refuse_above(MISFIT_M, rough, recordings)

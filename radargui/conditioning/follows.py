@@ -77,9 +77,9 @@ def missed_frames(
     expected = np.where(line, doppler.frequency_hz[inside], 0.0)
     within = np.maximum(settings.share * expected, settings.bins * doppler.resolution_hz)
     # a line that is broadened by a turn round or an impact says no one speed
-    told = ~doppler.clear[inside] | steady
+    is_clear = ~doppler.clear[inside] | steady
     allowed = np.where(line, within, settings.still_bins * doppler.resolution_hz)
-    off = told & held & (np.abs(turned_hz - expected) > allowed)
+    off = is_clear & held & (np.abs(turned_hz - expected) > allowed)
     missed = np.zeros(doppler.centre.size, dtype=np.bool_)
     missed[np.flatnonzero(inside)] = off
     return missed, float((off & steady).sum() / max(int((held & steady).sum()), 1))

@@ -17,7 +17,7 @@ def turning_points(x: FloatArray) -> tuple[IntArray, BoolArray]:
     return (moving[turn] + 1 + moving[turn + 1]) // 2, rising[turn]
 
 
-def standing_out(x: FloatArray, place: IntArray, least: FloatArray | float) -> IntArray:
+def prominent(x: FloatArray, place: IntArray, least: FloatArray | float) -> IntArray:
     """Return which extremes stand out of both sides by their share, in order: those of a prominence above it.
 
     Neighbours that part by less are a wiggle: the smallest ones are taken out, until no two are left that part by less.

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.correction.extremes import spline_through, standing_out, turning_points
+from radargui.correction.extremes import prominent, spline_through, turning_points
 from radargui.model.arrays import BoolArray, FloatArray, IntArray, held_beyond, order_statistics
 from radargui.model.errors import ProcessingError
 from radargui.model.result import Segment
@@ -181,7 +181,7 @@ def find_extremes(smoothed_v: FloatArray, segment: Segment) -> tuple[IntArray, I
     """
     x = smoothed_v[segment.first : segment.last]
     place, peak = turning_points(x)
-    number = standing_out(x, place, PROMINENCE * local_swing(x, place))
+    number = prominent(x, place, PROMINENCE * local_swing(x, place))
     found, peak = place[number] + segment.first, peak[number]
     return found[peak], found[~peak]
 
@@ -195,7 +195,7 @@ def local_swing(x: FloatArray, turning: IntArray) -> FloatArray:
     # every eighth sample tells it as well
     lowest, highest = order_statistics(x[::8], 0.02, 0.98)
     typical = float(highest - lowest)
-    both = turning[standing_out(x, turning, TYPICAL_PROMINENCE * typical)]
+    both = turning[prominent(x, turning, TYPICAL_PROMINENCE * typical)]
     if both.size <= LEAST_SWINGS:
         return np.full(turning.size, typical)
     swing = np.abs(np.diff(x[both]))

@@ -108,14 +108,14 @@ def import_recordings(order: ImportOrder, progress: Progress = silent) -> Import
 def _about(order: ImportOrder, inputs: Sequence[ImportInput]) -> SessionDetails:
     """Return what is known of the session: what the operator says, else what all files say of theirs."""
     # a run file says nothing of its session: session.json beside it does
-    told = [
+    stated = [
         session_facts(file.parent) if file.suffix.lower() in RUN.suffixes else session_facts_of(file)
         for one in inputs
         for file in one.files
     ]
 
     def common(key: str) -> str:
-        values = {facts.get(key, "") for facts in told}
+        values = {facts.get(key, "") for facts in stated}
         return values.pop() if len(values) == 1 else ""
 
     about = SessionDetails(

@@ -195,8 +195,8 @@ class Actions:
     """One attribute an action, named as in `resources/window/actions.toml`, which has their words and keys."""
 
     def __init__(self, window: QtWidgets.QMainWindow) -> None:
-        self._told = resource_table("window/actions")["actions"]
-        self._made = {name: _action(window, one) for name, one in self._told.items()}
+        self._entries = resource_table("window/actions")["actions"]
+        self._made = {name: _action(window, one) for name, one in self._entries.items()}
         for action in (self.start, self.record, self.stop):
             action.setIconText(f"{action.text()}\n{action.shortcut().toString()}")
             action.setAutoRepeat(False)
@@ -210,26 +210,26 @@ class Actions:
 
     def connect_to(self, window: QtWidgets.QMainWindow) -> None:
         """Let each action call what the table says, once all parts of the window are there."""
-        for name, told in self._told.items():
-            if "calls" in told:
-                self._made[name].triggered.connect(attrgetter(told["calls"])(window))
+        for name, entry in self._entries.items():
+            if "calls" in entry:
+                self._made[name].triggered.connect(attrgetter(entry["calls"])(window))
 
     def enable(self, state: AppState, *, valid: bool) -> None:
         """Let be chosen what can be done in a state, with a setup that is `valid` or not."""
         rest = not state.running
         now = {"at rest": rest, "at rest or live": rest or state is AppState.LIVE, "running": not rest, "right": valid}
-        for name, told in self._told.items():
-            if "needs" in told:
-                self._made[name].setEnabled(all(now[one] for one in told["needs"]))
+        for name, entry in self._entries.items():
+            if "needs" in entry:
+                self._made[name].setEnabled(all(now[one] for one in entry["needs"]))
 
 
-def _action(window: QWidget, told: dict[str, Any]) -> QtGui.QAction:
-    words, keys = told["words"], told["keys"]
-    action = QtGui.QAction(words, window, checkable=told.get("checkable", False))
+def _action(window: QWidget, entry: dict[str, Any]) -> QtGui.QAction:
+    words, keys = entry["words"], entry["keys"]
+    action = QtGui.QAction(words, window, checkable=entry.get("checkable", False))
     action.setShortcuts([QtGui.QKeySequence(key) for key in keys])
-    action.setToolTip(f"{told.get('tip') or words.rstrip('…')} ({', '.join(keys)})")
+    action.setToolTip(f"{entry.get('tip') or words.rstrip('…')} ({', '.join(keys)})")
     reach = Qt.ShortcutContext
-    action.setShortcutContext(reach.WindowShortcut if told.get("in_window") else reach.ApplicationShortcut)
+    action.setShortcutContext(reach.WindowShortcut if entry.get("in_window") else reach.ApplicationShortcut)
     window.addAction(action)
     return action
 

@@ -197,9 +197,9 @@ def change(name: str, old: tuple[float, float], new: tuple[float, float]) -> Cha
     """Return how a value with its u, NaN where not known, differs from another."""
     unit, scale = unit_of(name)
     difference, u = new[0] - old[0], math.hypot(old[1], new[1])
-    told_old, told_new = (quantity(*own, scale=scale) for own in (old, new))
-    told = alone(difference, new[1], scale, signed=True)
-    return Change(name, unit, told_old, told_new, told, difference / u if u > 0.0 else math.nan)
+    old_text, new_text = (quantity(*own, scale=scale) for own in (old, new))
+    difference_text = alone(difference, new[1], scale, signed=True)
+    return Change(name, unit, old_text, new_text, difference_text, difference / u if u > 0.0 else math.nan)
 
 
 def correlations(

@@ -352,7 +352,7 @@ class RunResult:
     front_end_prior
         What earlier runs of the session said about the front ends, and whether it was used; None where nothing was
         known or asked.
-    told_quality
+    reported_quality
         What `quality` says where it is known without making `corrected`.
     """
 
@@ -369,13 +369,13 @@ class RunResult:
     warnings: tuple[str, ...] = ()
     preliminary: bool = False
     front_end_prior: FrontEndPrior | None = None
-    told_quality: Quality | None = field(default=None, repr=False, compare=False)
+    reported_quality: Quality | None = field(default=None, repr=False, compare=False)
 
     @property
     def quality(self) -> Quality | None:
         """The correction used and the quality of its receivers; None where the flow ended before."""
-        if self.told_quality is not None:
-            return self.told_quality
+        if self.reported_quality is not None:
+            return self.reported_quality
         corrected = self.corrected
         return None if corrected is None else Quality(corrected.method, corrected.channels)
 

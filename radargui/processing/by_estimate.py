@@ -40,6 +40,7 @@ ENDED_EARLY = (
 _MOST_U_M = 1.5e-4
 """Uncertainty of a place, root mean square over the motion, above which it is told: drops of 30 dB without a wall that
 nobody can tell are known to 0.01 to 0.05 mm."""
+_AS_A_POINT = "; and a metal sphere counts as a point where no polarisation is given (polarization_deg)"
 _MOST_BIAS = 0.2
 """Deviation of bias maps, in amplitudes, above which they stand for what reflects: generic scenes have 0.01 to 0.07, a
 level circle over a floor and beside a wall of which the search found neither 0.5 (physical seed 6766219)."""
@@ -171,7 +172,7 @@ def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup)
             responses = setup_responses(estimate, setup)
             bounces, fit = joint_bounces(estimate, setup, responses.floor_covariance())
             changes, test = joint_changes(estimate, bounces, fit, setup, responses)
-            warnings = (test.told,) if test.told else ()
+            warnings = (test.warning,) if test.warning else ()
             estimate, bounces = estimate.widened(test.widening), bounces.widened(test.widening)
         except SolveError as error:
             why = error.message.rstrip(".")
@@ -194,9 +195,9 @@ def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup)
         warnings += (ENDED_EARLY,)
     elif isinstance(estimate, JointEstimate) and not warnings:
         solution = estimate.chosen.solution
-        told = _missing_mirrors(solution, estimate.onset_s, setup) or _unlikely_mirrors(solution)
-        told = told or _hardly_known(estimate, setup, changes)
-        warnings = (told,) if told else ()
+        warning = _missing_mirrors(solution, estimate.onset_s, setup) or _unlikely_mirrors(solution)
+        warning = warning or _hardly_known(estimate, setup, changes)
+        warnings = (warning,) if warning else ()
     paths, track = _located(estimate, paths, setup)
     motion = MeasuredMotion(corrected, paths, track, bounces, changes, warnings=warnings)
     return checked(motion, conditioned, setup.radar.wavelength_m)
@@ -217,8 +218,8 @@ def _missing_mirrors(solution: Solution, onset_s: float, setup: Setup) -> str:
     problem, theta = solution.problem, solution.state.theta
     own_maps = list(zip(problem.layout.receivers, solution.at.signals, strict=True))
     # of a metal sphere that counts as a point they take what it scatters; the budget has that
-    told = setup.transmitter.polarization_deg is not None
-    grown = told and max(float(problem.prior.sd[own.bias_i.start]) for own, _ in own_maps) > _MOST_BIAS
+    is_polarised = setup.transmitter.polarization_deg is not None
+    grown = is_polarised and max(float(problem.prior.sd[own.bias_i.start]) for own, _ in own_maps) > _MOST_BIAS
     moving = problem.bins.time_s > onset_s
     # an offset beyond the wave: the phasor may have gone round it on the other side
     beyond = any(
@@ -259,11 +260,11 @@ def _hardly_known(estimate: MotionEstimate, setup: Setup, changes: Sequence[Inpu
     square = sum(_u_moving_m(one.moved_m, one.time_s > estimate.onset_s) ** 2 for one in changes or ())
     if u_m < max(_MOST_U_M, float(np.sqrt(square))):
         return ""
-    told = setup.transmitter.polarization_deg is not None
+    is_polarised = setup.transmitter.polarization_deg is not None
     return (
         f"the position is only known to {1e3 * u_m:.1g} mm: the signals do not tell what reflects beside the motion, "
         "or it is too short for that: cover what reflects within a metre, or let it go farther"
-        f"{'' if told else '; and a metal sphere counts as a point where no polarisation is given (polarization_deg)'}"
+        f"{'' if is_polarised else _AS_A_POINT}"
     )
 
 

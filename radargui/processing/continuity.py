@@ -238,12 +238,12 @@ def _divided(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: flo
     phase = lay_down(phase, paths.valid, piece, slice(segment.rest_first, segment.rest_last))
     per_rad = wavelength_m / (2.0 * np.pi)
     lost = int(piece[-1])
-    told = (LOST.format(times="once" if lost == 1 else f"{lost} times"),) if lost else ()
+    warning = (LOST.format(times="once" if lost == 1 else f"{lost} times"),) if lost else ()
     return replace(
         motion,
         paths=replace(paths, phase_rad=phase, change_m=phase * per_rad, piece=piece),
         track=None if motion.track is None else known_where(motion.track, piece == 0),
-        warnings=(*motion.warnings, *told),
+        warnings=(*motion.warnings, *warning),
     )
 
 

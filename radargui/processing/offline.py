@@ -186,7 +186,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         uncertainty_budget=budget,
         warnings=tuple(warnings),
         front_end_prior=motion.front_end_prior,
-        told_quality=Quality(motion.corrected.method, channels),
+        reported_quality=Quality(motion.corrected.method, channels),
     )
 
 

@@ -46,17 +46,17 @@ def result_of_run(
     ProcessingError
         The samples do not fit the setup.
     """
-    told: tuple[str, ...] = ()
+    damaged: tuple[str, ...] = ()
     try:
         if (stored := _stored(path, setup)) is not None:
             return stored
     except FileError as error:
         # where more is damaged than the results, reading the samples says so below
         _log.warning("%s", error)
-        told = (DAMAGED,)
+        damaged = (DAMAGED,)
     # the prior that the stored result had, where there was one: opening a run must not change what it says
     result = process(read_for_processing(path), setup, progress, on_preliminary, read_prior(path, setup))
-    return replace(result, warnings=(*told, *result.warnings))
+    return replace(result, warnings=(*damaged, *result.warnings))
 
 
 def _stored(path: Path, setup: Setup) -> RunResult | None:

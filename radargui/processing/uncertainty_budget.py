@@ -125,19 +125,19 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     inner = Segment(0, base.time_s.size, 0, 0)
     shifts = _Shifts(base.position_m, change_m, setup)
     found: list[tuple[str, Share, FloatArray]] = []
-    told = setup.transmitter.polarization_deg is not None
+    is_polarised = setup.transmitter.polarization_deg is not None
     for one in uncertain_inputs(setup):
         # clock and floor move no place, only what is read from places: `floor_and_clock`
         if one.u == 0.0 or one.key in (CLOCK, TILT):
             continue
         other = one.moved(setup)
         if one.key == "tracer.diameter_m" or one.key.endswith("polarization_deg"):
-            if told:
+            if is_polarised:
                 change_m = scattering_delay_m(base.position_m, setup) - scattering_delay_m(base.position_m, other)
                 found.append((one.key, "sphere", shifts.by_paths(change_m)))
             continue
         found.append((one.key, "calibration", shifts.by_setup(other)))
-    if not told:
+    if not is_polarised:
         delays_m = smooth_in_place(base.position_m, lambda place_m: supposed_delays_m(place_m, setup))
         # none of them is likelier: their mean square counts
         found += [("sphere", "sphere", shifts.by_paths(-delay_m) / np.sqrt(SUPPOSED)) for delay_m in delays_m]

@@ -265,7 +265,7 @@ def _versions(of: Mapping[str, str]) -> str:
 
 
 def _file_row(run: RunProvenance) -> dict[str, str]:
-    told = [
+    notes = [
         run.problem,
         run.set_aside and f"set aside: {run.set_aside}",
         run.imported_from and f"from {run.imported_from}",
@@ -281,5 +281,5 @@ def _file_row(run: RunProvenance) -> dict[str, str]:
         "gaps": str(run.n_gaps),
         "lost": str(run.n_lost),
         "clipped": UNKNOWN if run.fraction_clipped is None else f"{100.0 * run.fraction_clipped:.3g} %",
-        "history": "; ".join(filter(None, told)) or "as recorded",
+        "history": "; ".join(filter(None, notes)) or "as recorded",
     }

@@ -73,8 +73,8 @@ def find_bounces(
         fall = None if fall is None else with_drag(fall, found.flights, drag_1_m, found.normal)
     if u_by_normal is not None:
         # the normal comes from velocities sideways, u_e from heights: independent
-        told = np.isfinite(impacts.u_e) & np.isfinite(u_by_normal)
-        impacts = impacts.widened(np.where(told, u_by_normal, 0.0), told | impacts.valid)
+        known = np.isfinite(impacts.u_e) & np.isfinite(u_by_normal)
+        impacts = impacts.widened(np.where(known, u_by_normal, 0.0), known | impacts.valid)
     bounces = Bounces(impacts.bounces(METHOD), fall, found.normal, u_found_deg)
     return cross_check(bounces, heights.time_s, heights.height_m, g_m_s2)
 

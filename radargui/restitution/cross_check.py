@@ -82,7 +82,7 @@ def found_tilt(bounces: Bounces) -> tuple[str, ...]:
     x, y, z = bounces.normal
     # the angle of the mean normal; its u holds what kicks aside could have done
     tilt = np.degrees(np.arctan2(np.hypot(x, y), z))
-    if tilt <= CHECKS.told_tilt_deg + CHECKS.coverage * bounces.u_tilt_deg:
+    if tilt <= CHECKS.least_tilt_deg + CHECKS.coverage * bounces.u_tilt_deg:
         return ()
     sentence = (
         f"The floor is tilted by {tilt:.2f} ± {bounces.u_tilt_deg:.2f} degrees, as the impacts say (the setup gives no "

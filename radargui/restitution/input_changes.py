@@ -24,7 +24,7 @@ SPHERE = "sphere"
 class FlightTest:
     """What the flights say about the estimate: a sentence for people where they bend, and what u is widened by."""
 
-    told: str = ""
+    warning: str = ""
     widening: float = 1.0
 
 
@@ -122,13 +122,13 @@ def _tested(fit: FlightFit, responses: SetupResponses, estimate: JointEstimate) 
     # two motions from the same samples: what parts them belongs to the uncertainty of both
     bend = fit.bend_over_u(estimate.time_s, estimate.u_position_m)
     apart = float(np.hypot(1.0, bend))
-    if fit.excess(each) < FLIGHTS.told_excess:
+    if fit.excess(each) < FLIGHTS.least_excess:
         return FlightTest(widening=apart)
     # a misfit that noise does not make belongs to u (Birge), whether it bends the flights or not
     value, expected = fit.misfit
     widening = max(apart, float(np.sqrt(value / (expected + each.sum()))))
     # what bends by less than u is known to: alternatives have said so
-    if bend < FLIGHTS.told_bend:
+    if bend < FLIGHTS.least_bend:
         return FlightTest(widening=widening)
     widening = max(widening, FLIGHTS.least_widening)
     return FlightTest(

@@ -31,10 +31,10 @@ class FlightSettings:
     good_misfit, slack
         A fit is good below chi-square = good_misfit n + slack, n degrees of freedom; below -slack, which rounding does
         not reach, the samples do not determine it.
-    told_excess
+    least_excess
         It is told where chi-square exceeds n, and what the setup's uncertainties explain, by so many of its standard
         deviations. Of 16 laboratory drops the 12 that were right had -1.2 to 1.2, four that were wrong 2.3 to 135.
-    told_bend
+    least_bend
         And where the motion is off its flights by this many u, root mean square. Ten laboratory drops without walls had
         0.04 to 0.44, one that is 1.2 mm off (seed 3141009) 1.2.
     least_widening
@@ -70,8 +70,8 @@ class FlightSettings:
     near_vertical_deg: float = 1.0
     good_misfit: float = 1.5
     slack: float = 20.0
-    told_excess: float = 2.0
-    told_bend: float = 1.0
+    least_excess: float = 2.0
+    least_bend: float = 1.0
     least_widening: float = 2.0
     shortest_fall_s: float = 0.050
     before_contact_s: float = 0.010
@@ -151,7 +151,7 @@ class CheckSettings:
         of them being wrong.
     least_speed_m_s
         After a slower rebound the next impact may be below what is resolved: nothing is said.
-    told_tilt_deg
+    least_tilt_deg
         A tilt that the impacts found is reported where it is beyond `coverage` uncertainties above this: less is within
         what a floor laid with a spirit level has.
     """
@@ -161,7 +161,7 @@ class CheckSettings:
     coverage: float = 3.0
     model_share: float = 0.01
     least_speed_m_s: float = 0.15
-    told_tilt_deg: float = 0.5
+    least_tilt_deg: float = 0.5
 
 
 FLIGHTS, TRACKS, CHECKS = FlightSettings(), TrackSettings(), CheckSettings()

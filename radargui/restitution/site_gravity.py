@@ -79,10 +79,10 @@ def check_against_site(
         Of the acceleration, with antennas, clock and wavelength in it; None where it is not known.
     """
     site, density = setup.site, setup.tracer.density_kg_m3
-    told = gravity_of_site(site)
-    if told is None:
+    found = gravity_of_site(site)
+    if found is None:
         return None
-    g, u_g, is_stated = told
+    g, u_g, is_stated = found
     origin = "the site's" if is_stated else f"normal gravity at {site.latitude_deg:g}°, {site.height_m:g} m"
     # buoyancy, and half the displaced air that moves with a sphere (Landau & Lifshitz, Fluid Mechanics, 11)
     share = 1.0 if density is None else share_in_air(density)

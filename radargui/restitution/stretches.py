@@ -117,8 +117,8 @@ class Stretches:
         ends = np.stack([self.first, self.first + count], axis=1).ravel()
         sums = np.add.reduceat(np.append(third, 0.0), ends)[::2]
         share = np.minimum(1.0, sums / count / THIRD_DIFFERENCE_GAIN / np.maximum(square, 1e-300))
-        told = (self.count >= LEAST_RESIDUALS) & (square > 0.0)
-        return np.where(told, share + (1.0 - share) * hidden_waves**2, 1.0)
+        known = (self.count >= LEAST_RESIDUALS) & (square > 0.0)
+        return np.where(known, share + (1.0 - share) * hidden_waves**2, 1.0)
 
 
 def _correlation_lengths(rows: FloatArray, count: IntArray) -> FloatArray:
@@ -132,8 +132,8 @@ def _correlation_lengths(rows: FloatArray, count: IntArray) -> FloatArray:
     past = (correlation <= 0.0) | (np.arange(half) >= count[:, None] // 2)
     summed = np.where(np.logical_or.accumulate(past, axis=-1), 0.0, correlation).sum(axis=-1)
     level = correlation[..., 0]
-    told = (level > 0.0) & (summed > 0.0)
-    return np.where(told, np.maximum(1.0, 2.0 * summed / np.where(told, level, 1.0) - 1.0), 1.0)
+    known = (level > 0.0) & (summed > 0.0)
+    return np.where(known, np.maximum(1.0, 2.0 * summed / np.where(known, level, 1.0) - 1.0), 1.0)
 
 
 def _transform_size(least: int) -> int:

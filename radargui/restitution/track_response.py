@@ -73,10 +73,10 @@ def respond(
     flights = find_flights(track.time_s[segment.first], track.time_s[segment.last - 1], impact_s, max(last, 0.0))
     if (change := _changed(time, height, flights)) is not None:
         sides = np.stack(change.sides(impact_s.size))
-        told, one, other = sides[:, np.isfinite([bounces.impacts[k].e for k in sides[0]])]
-        speeds = np.array([(at.speed_before_m_s, at.speed_after_m_s) for at in bounces.impacts])[told].T
+        known, one, other = sides[:, np.isfinite([bounces.impacts[k].e for k in sides[0]])]
+        speeds = np.array([(at.speed_before_m_s, at.speed_after_m_s) for at in bounces.impacts])[known].T
         along_m_s2 = NOMINAL_GRAVITY_M_S2 * float(normal[2])
-        e[:, told] = _e_changes(change.parabolas, (one, other), impact_s[told], speeds, along_m_s2)
+        e[:, known] = _e_changes(change.parabolas, (one, other), impact_s[known], speeds, along_m_s2)
     if bounces.free_fall is not None and (fall := _changed(time, height, flights[:1])) is not None:
         g = fall.parabolas.g_m_s2 / max(abs(normal[2]), 1e-9)
     return e, g

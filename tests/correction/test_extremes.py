@@ -7,7 +7,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.signal import find_peaks
 
-from radargui.correction.extremes import spline_through, standing_out, turning_points
+from radargui.correction.extremes import prominent, spline_through, turning_points
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -18,7 +18,7 @@ def test_those_stand_out_whose_prominence_is_large_enough_and_the_spline_goes_th
     x += rng.uniform(0.0, 0.2) * rng.normal(size=count)
     least = rng.uniform(0.2, 2.0)
     place, peak = turning_points(x)
-    number = standing_out(x, place, least)
+    number = prominent(x, place, least)
     assert place[number][peak[number]].tolist() == find_peaks(x, prominence=least)[0].tolist()
     assert place[number][~peak[number]].tolist() == find_peaks(-x, prominence=least)[0].tolist()
     if number.size >= 4:
@@ -32,7 +32,7 @@ def test_a_share_of_its_own_is_asked_of_each_extreme() -> None:
     place, _ = turning_points(x)
     assert place.tolist() == [1, 2, 3, 4, 5, 6, 7]
     least = np.where(place < 4, 0.5, 1.5)
-    assert place[standing_out(x, place, least)].tolist() == [1, 2, 3, 4, 7]
+    assert place[prominent(x, place, least)].tolist() == [1, 2, 3, 4, 7]
 
 
 def test_the_middle_of_a_plateau_is_its_extreme() -> None:

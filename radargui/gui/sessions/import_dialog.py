@@ -189,7 +189,7 @@ class ImportDialog(Dialog):
         self._look = None
         self.mapping.clear("Looking into the files …")
         self._n_looks += 1
-        raw = self.raw.layout_told() if self.binary.isChecked() else None
+        raw = self.raw.stated_layout() if self.binary.isChecked() else None
         if self.binary.isChecked() and raw is None:
             self._not_read()
             return

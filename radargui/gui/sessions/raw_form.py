@@ -58,7 +58,7 @@ class RawForm(Group):
         self._ranges: list[str] = []
         self._curves: list[Any] = []
 
-    def layout_told(self) -> RawLayout | None:
+    def stated_layout(self) -> RawLayout | None:
         """Return the layout that the fields tell; None where one cannot be used, which is said at that field."""
         scale, offset = self.scale.text().strip(), self.offset.text().strip()
         parts = [

@@ -21,19 +21,19 @@ def judged(misfit: tuple[float, int], bend: float) -> Any:
 
 def test_what_noise_makes_is_neither_told_nor_widened() -> None:
     test = judged((215.0, 200), 0.1)
-    assert test.told == ""
+    assert test.warning == ""
     assert test.widening == pytest.approx(np.hypot(1.0, 0.1))
 
 
 def test_a_misfit_beyond_noise_widens_by_birges_ratio_where_the_motion_keeps_to_its_flights() -> None:
     test = judged((300.0, 200), 0.1)
-    assert test.told == ""
+    assert test.warning == ""
     assert test.widening == pytest.approx(np.sqrt(1.5))
 
 
 def test_flights_that_bend_by_more_than_u_beyond_noise_are_told() -> None:
     test = judged((300.0, 200), 1.2)
-    assert "the flights bend" in test.told
+    assert "the flights bend" in test.warning
     assert test.widening == pytest.approx(2.0)
     assert judged((2000.0, 200), 1.2).widening == pytest.approx(np.sqrt(10.0))
-    assert judged((215.0, 200), 1.2).told == ""
+    assert judged((215.0, 200), 1.2).warning == ""

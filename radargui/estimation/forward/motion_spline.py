@@ -314,9 +314,8 @@ def make_spline(
         middle = first + (last - first) * (coarse[:-1] + coarse[1:]) / 2.0
         # neighbours too: a push begins before its largest residual
         close = (np.abs(middle[:, None] - sharp[None]) < settings.knot_s).any(axis=1)
-        parts = [
-            np.linspace(a, b, (settings.parts_where_sharp if fine else 1) + 1)[:-1]
-            for (a, b), fine in zip(pairwise(coarse), close, strict=True)
-        ]
-        fractions.append(np.concatenate([*parts, [1.0]]))
+        parts = np.where(close, settings.parts_where_sharp, 1)
+        within = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+        finer = np.repeat(coarse[:-1], parts) + within * np.repeat(np.diff(coarse) / parts, parts)
+        fractions.append(np.append(finer, 1.0))
     return MotionSpline(edge, tuple(fractions))

@@ -16,12 +16,13 @@ _RATE_OF_BAND = 4
 """Samples per second kept for each hertz of half the band: the filter may fall over as much as the band is wide."""
 _STEPS_OF_TAPS = 10
 """Length of the low-pass in kept samples: with Kaiser's beta of 7 it lets 0.9995 through and stops 70 dB beyond."""
-_BETA = 7.0
+_BETA = 7.0  # beta = 0.1102 (A - 8.7) with A = 72 dB (Kaiser 1974)
 MOST_POINTS = 131_072
 """Kept of each receiver: their spectra take some milliseconds (chosen by hand)."""
 _PULL_S = 0.25
 """Taken at a time: after a change of band the past is caught up in some frames, none of which waits for it."""
 _LEAST_POINTS = 64
+"""Kept samples below which nothing is shown. Chosen by hand: of fewer a spectrum is a blur, more come later."""
 _STANDS_OUT = 5.6
 """Amplitude of a line over the median of its spectrum, 15 dB: of white noise once in 10^8 bins."""
 _BESIDE = 12

@@ -19,6 +19,7 @@ from radargui.model.arrays import ComplexArray, FloatArray, IntArray
 from radargui.model.scattering import transverse_axes
 
 PLACE_STEP_M = 1e-5
+"""Of differences in one direction: fields change over centimetres, so slopes are off by 1e-3 at most."""
 EACH = 4
 """Of so many bins one is looked at, a sixth of a fringe: directions and what is scattered change over centimetres."""
 

@@ -21,6 +21,7 @@ U_ONSET_S, U_START_M_S, U_IMPACT_S, U_VELOCITY_M_S = 0.003, 0.02, 0.005, 0.3
 U_CONTACT_M = 2e-5
 """How well an impact lies on the floor's plane: roughness, and how far a sphere presses in."""
 _STEPS = 6
+"""Of a flight: off by 0.3 um after 0.25 s with a drag of 0.06 1/m (integrated to 1e-12), below `U_CONTACT_M`."""
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from radargui.model.workers import begin_worker
 Progress = Callable[[float], None]
 T = TypeVar("T")
 MOST_ROUNDS = 60
+"""After so many rounds the fits' half of the bar is half full. Chosen by hand: the larger, the slower it goes on."""
 LOOK_S = 0.1
 """How often it is looked whether somebody wants no more."""
 

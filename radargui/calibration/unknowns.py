@@ -14,6 +14,7 @@ GROUPS = ("tilt", "azimuth", "distance", "transmitter", "release", "gravity", "p
 """What `--free` may name: `transmitter` is its place, `gravity` the direction of gravity. Polarisations that are not
 named are unknowns of each recording, with the setup's prior (method 4)."""
 POLARISATION, LEAST_U_DEG = "polarization_deg", 1e-4
+"""Key in a setup; a u of 0 counts as this, for no weight may be infinite (far below what can be measured)."""
 USUAL = ("tilt", "azimuth", "distance", "release")
 U_UNSTATED = {"tilt": 3.0, "azimuth": 3.0, "distance": 0.02, "release": 0.002, "polarization": 5.0}
 """Prior deviations (degrees, m) where the setup gives none: wide, since what nobody measured is what is asked for."""

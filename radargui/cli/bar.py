@@ -11,6 +11,7 @@ from rich.progress import Progress, ProgressColumn
 from rich.table import Table
 
 PIPE_WIDTH = 200
+"""Columns of a table written to a file or pipe, which has no width. Chosen by hand: wide enough not to fold."""
 
 
 def show_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

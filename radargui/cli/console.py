@@ -25,6 +25,7 @@ def one_line(text: str) -> str:
 
 
 FAILED, WRONG_USAGE, INTERRUPTED = 1, 2, 130
+"""Exit codes: of any error, of wrong usage as in click and Unix shells, and 128 + 2 for the signal SIGINT."""
 _log = logging.getLogger(__name__)
 
 
@@ -71,6 +72,7 @@ def _fail_line(text: str, status: int) -> int:
 
 
 MAXIMUM_BYTES = 1_000_000
+"""Of the log file; then a new one is begun."""
 OLD_FILES = 3
 """Kept beside the present one: 4 MB in all. Chosen by hand."""
 

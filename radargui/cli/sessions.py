@@ -19,6 +19,7 @@ from radargui.session.catalogue import Catalogue, Query, RunLine, SessionSummary
 from radargui.session.info import default_data_folder
 
 NOTES_WIDTH = 40
+"""Characters of a session's notes in its table. Chosen by hand: a session stays one line."""
 
 
 def list_sessions(options: Sessions) -> int:

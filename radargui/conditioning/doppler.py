@@ -62,6 +62,7 @@ STEADY = 0.9
 MAINS_WITHIN_HZ = 0.3
 """Of the mains' nominal frequency, which grids keep within 0.05 Hz."""
 _HALF_LINE = 3
+"""Bins on each side that are the line's: Hann's main lobe has two; one more for a line between bins, a slow chirp."""
 _BY_FRAME = ("centre", "frequency_hz", "power", "share", "clear", "mixed", "i", "q", "moments")
 
 

@@ -12,7 +12,9 @@ from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
 
 RATE_HZ = 2000.0
+"""Of the means: a fall of 1 m ends at 300 Hz of Doppler at 10 GHz. Chosen by hand; faster, differences are noise."""
 WINDOW_S = 0.03
+"""A fall bends the phase by 0.5 rad in it at 10 GHz. By hand: shorter, noise hides it; longer, falls are missed."""
 LEAST_S = 0.045
 """A fall of 2.5 cm is faster than the least speed for so long."""
 ACCELERATION = (0.6, 1.45)
@@ -20,6 +22,7 @@ ACCELERATION = (0.6, 1.45)
 LEAST_SPEED = 0.3
 """In m/s along the fall; slower, noise hides which way the phase turns."""
 LARGEST_MISFIT_RAD = 0.4
+"""Root mean square about the parabola. Chosen by hand: less, and weak receivers see no fall; more, and noise passes."""
 
 
 class FallTest:

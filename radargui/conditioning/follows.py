@@ -37,6 +37,7 @@ class FollowSettings:
 
 ALONE = FollowSettings()
 TOGETHER = FollowSettings(most_missed=0.5, least_missed=4)
+"""Where all receivers are fitted together. Chosen by hand: single moments are bridged, a path that strays is not."""
 _PARTS = 8
 """Of a frame's middle half: a turn round falls into one of them."""
 

@@ -14,10 +14,12 @@ from radargui.model.arrays import BoolArray, FloatArray, runs_of
 PAUSE_S = 2.0
 """Two motions with at least so much rest between them are two."""
 REST_S = 2.0
+"""Rest before the motion that is taken along at the least. Chosen by hand; `REST_SHARE` may ask for more."""
 AFTER_S = 0.5
+"""Taken along after the motion, so that its end is in it. Chosen by hand."""
 PIECE_S = 5.0
 """What is looked at together; its noise is its own."""
-_FEWEST = 16
+_FEWEST = 16  # samples of a piece, as few as `find_motion` takes
 REST_SHARE = 0.2
 """Rest before the motion that is taken along, as a share of the motion: what is quiet is told from it."""
 

@@ -17,7 +17,7 @@ _CALM = 3.0
 in a thousand has 2.3 times."""
 _LEAST_OF_SPAN = 1e-6
 """Of the channel's range: a simulated signal without noise keeps finite weights, a converter of 16 bit has 4e-6."""
-_LEAST_V = 1e-12
+_LEAST_V = 1e-12  # in V: a channel that shows one value only keeps finite weights, far below any converter's step
 
 
 def white_noise_v(volts: FloatArray) -> FloatArray:

@@ -72,7 +72,7 @@ class Motion:
 
 
 SETTINGS = MotionSettings()
-_LEAST_SAMPLES = 16
+_LEAST_SAMPLES = 16  # two of the shortest windows (`window_blocks`); as many means tell a circle. Chosen by hand
 
 
 def find_motion(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -> Motion | None:

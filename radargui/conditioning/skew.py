@@ -7,7 +7,7 @@ import numpy as np
 from radargui.model.arrays import FloatArray
 from radargui.model.weighed_sums import weighed_sums
 
-DEGREE = 5
+DEGREE = 5  # of the spline: quintic, its error grows with the sixth power of the frequency
 REACH = 24
 """Samples on each side that a spline's value depends on by more than 1e-8: its influence falls by 0.43 a sample."""
 LEAST_WEIGHT = 1e-7

@@ -20,6 +20,7 @@ LEARNING_S = 0.1
 MEMORY_S = 4.0
 """Span over which the quiet level is remembered: it follows a drift, a short motion does not raise it."""
 QUIET_PERCENTILE = 20.0
+"""Of the levels remembered: motion does not raise it until it fills four fifths of them, 3.2 s. Chosen by hand."""
 CONFIRM_S = 0.004
 """Motion lasts at least this long; a spike does not."""
 

@@ -10,13 +10,16 @@ from radargui.model.errors import ProcessingError
 from radargui.model.front_end import point_of
 
 START_FRINGES = 1.5
-LEAST_ARC_RAD = 2.0 * np.pi * START_FRINGES
-LEAST_START_SAMPLES = 12
+"""Before the first ellipse (decision 11): in less, offset and amplitude are not told apart. Chosen by hand."""
+LEAST_ARC_RAD = 2.0 * np.pi * START_FRINGES  # the same as an angle
+LEAST_START_SAMPLES = 12  # an ellipse has five unknowns: twice as many, and two (chosen by hand)
 WORST_START = 0.25
 """Standard deviation of the radius about the first ellipse, in amplitudes, beyond which it is none."""
 START_ROUNDS = 3
+"""The filter goes so often over the first fringes, each time linearised anew (decision 11). Chosen by hand."""
 
 BINS_PER_FRINGE = 16
+"""It is learned once in each bin (decision 11): standstill teaches nothing. Chosen by hand; more cost more time."""
 MOST_BINS = 64
 """Of one update; more are thinned out."""
 FORGETTING = 1e-3
@@ -32,12 +35,12 @@ SETTLED_FRINGES = 8.0
 
 SPAN_M = (-0.30, 0.90)
 """Path lengths, counted from the rest, that the map covers; beyond, its ends hold."""
-KNOT_M = 0.06
-OFFSET_LENGTH_M = 0.12
-AMPLITUDE_LENGTH_M = 0.25
-OFFSET_SD = 0.10
-AMPLITUDE_SD = 0.30
-HARDWARE_SD = 0.05
+KNOT_M = 0.06  # path between knots: half of the offsets' length, so that splines can follow it
+OFFSET_LENGTH_M = 0.12  # path over which offsets stay alike. These five by hand: shorter and wider ones follow noise
+AMPLITUDE_LENGTH_M = 0.25  # the same of the amplitude, which changes more slowly
+OFFSET_SD = 0.10  # prior standard deviation, in amplitudes
+AMPLITUDE_SD = 0.30  # of ln A
+HARDWARE_SD = 0.05  # of the gain ratio, and of the quadrature error in rad
 
 
 class SmoothMap:

@@ -17,6 +17,7 @@ PROMINENCE = 0.3
 TYPICAL_PROMINENCE, LEAST_SWINGS = 0.15, 5
 """The same of the typical swing, for those between which the local swing is taken; fewer swings do not tell it."""
 LEAST_EXTREMES = 2
+"""Peaks, and as many valleys, of a channel: two of each are one and a half fringes."""
 TURN_S = 0.0008
 """Before and after an instant that is looked at for a turn of the motion: a bounce is over within it."""
 REACH_S = 0.003
@@ -288,6 +289,7 @@ def local_scale(centred_v: FloatArray, crossings: IntArray, extremes: IntArray) 
 
 
 SMOOTHING_S = 0.001
+"""Of the parabola, less of a fast Doppler. Chosen by hand: shorter, noise makes extremes; longer, bounces blur."""
 
 
 def smooth(x: FloatArray, sample_rate_hz: float, *, window_s: float = SMOOTHING_S, slope: bool = False) -> FloatArray:

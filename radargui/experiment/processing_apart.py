@@ -46,7 +46,7 @@ _STOP, _SOON = "stop", "soon"
 """Beside a job: end the one that is done now; look at one that waits meanwhile."""
 _CLOSE_S = 5.0
 """Given to a process that was asked to end; one that still computes is ended. Chosen by hand."""
-_BELOW_NORMAL_PRIORITY = 0x4000
+_BELOW_NORMAL_PRIORITY = 0x4000  # BELOW_NORMAL_PRIORITY_CLASS of the Windows API
 _LOWER_BY = 10
 """Steps of Unix niceness: half of the way down."""
 

@@ -162,7 +162,7 @@ def csv_facts(path: Path) -> ExportFacts | None:
     return facts_of_text(uncommented(lines))
 
 
-_NS = 1e9
+_NS = 1e9  # in a second
 _LARGEST_NS = 9e18
 """Just below 2^63: what is larger has no whole number of ns in 64 bits."""
 _ROWS = 1 << 14

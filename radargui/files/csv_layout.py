@@ -15,8 +15,8 @@ BLANKS = " "
 """Stands for any number of blanks between two columns."""
 _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", BLANKS: "blanks"}
 """Looked for in this order: a semicolon or tab parts columns even where numbers or names hold commas."""
-_VOLTS = {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "nV": 1e-9, "kV": 1e3, "volt": 1.0, "volts": 1.0}
-_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
+_VOLTS = {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "nV": 1e-9, "kV": 1e3, "volt": 1.0, "volts": 1.0}  # in V (SI)
+_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}  # in s (SI)
 _SECONDS |= {"sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0, "msec": 1e-3, "usec": 1e-6}
 _WITH_UNIT = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|\s*/\s*(\S+)|\s+in\s+(\S+))", re.DOTALL)
 _TIME_SUFFIX = re.compile(r"(.+)[_ ](s|ms|us|ns|sec)", re.IGNORECASE)

@@ -11,10 +11,10 @@ from radargui.model.arrays import BoolArray, FloatArray, IntArray
 ByteArray = NDArray[np.uint8]
 WordArray = NDArray[np.uint32]
 """Four characters each, zero bytes where fewer are meant."""
-_ROWS = 1 << 13
+_ROWS = 1 << 13  # written at a time, 64 kB a column: chosen by hand, fewer cost calls, more cost memory
 _LARGEST = 9.0e18
 """Just below 2^63: a larger count of last decimals has no whole number in 64 bits."""
-_HALF_LENGTH = 1 << 32
+_HALF_LENGTH = 1 << 32  # whole numbers below it fit into 32 bits
 
 
 def _words(*characters: bytes) -> WordArray:
@@ -22,8 +22,9 @@ def _words(*characters: bytes) -> WordArray:
 
 
 _MINUS, _COMMA, _NEWLINE, _COMMA_MINUS, _NAN = _words(b"-", b",", b"\n", b",-", b"nan")
-_GROUP = 1000
-_BLANK, _UNIT, _POINT = _GROUP, 2 * _GROUP, 3 * _GROUP
+_GROUP = 1000  # three digits are looked up at a time
+_BLANK, _UNIT, _POINT = _GROUP, 2 * _GROUP, 3 * _GROUP  # where the kinds of `_CHARACTERS` begin, a group each
+# a word for each group of three digits, in the order of `_BLANK`, `_UNIT`, `_POINT`
 _CHARACTERS = _words(
     *(b"%03d" % value for value in range(_GROUP)),
     # without leading zeros; then the same with 0 kept

@@ -289,6 +289,7 @@ EXPORT_FORMATS: Mapping[str, ExportFormat] = {
         ExportFormat("sigmf", "SigMF", sigmf.SIGMF_SUFFIXES[:2], sigmf.write_sigmf),
     )
 }
+"""By the name that commands know; of SigMF's suffixes the third is that of archives, which are only read."""
 
 
 def export_run(

@@ -14,18 +14,19 @@ from typing import Any
 
 import numpy as np
 
+# all numbers down to the flag of complex ones are those of MathWorks, MAT-File Format, level 5
 HEADER_BYTES = 128
-_INT8, _INT32, _UINT32, _MATRIX, _COMPRESSED = 1, 5, 6, 14, 15
-_ITEM_BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
-_CELL, _STRUCT, _CHAR = 1, 2, 4
-_NUMERIC = range(6, 16)
-_KNOWN = range(1, 18)
-_COMPLEX = 0x08
+_INT8, _INT32, _UINT32, _MATRIX, _COMPRESSED = 1, 5, 6, 14, 15  # types of elements: miINT8, ...
+_ITEM_BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}  # by type
+_CELL, _STRUCT, _CHAR = 1, 2, 4  # classes of arrays: mxCELL_CLASS, ...
+_NUMERIC = range(6, 16)  # from mxDOUBLE_CLASS to mxUINT64_CLASS
+_KNOWN = range(1, 18)  # all classes, and two that it does not name: function handles and opaque objects
+_COMPLEX = 0x08  # a flag of an array
 _DEEPEST = 32
 """Structures within structures; what people nest ends at a few, and recursion must end. Chosen by hand."""
 _RATIO = 1100
 """Deflate makes data at most about 1032 times smaller; what claims more is wrong."""
-_TAG_BYTES = 8
+_TAG_BYTES = 8  # type and length before each element, 4 bytes each
 
 
 def read_values(path: Path, only: str | None = None) -> dict[str, Any]:

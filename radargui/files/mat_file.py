@@ -35,7 +35,7 @@ _SMALL = 64
 """Values of an array that is read unasked: single numbers and dates stand in such, samples do not."""
 _LONGEST_TEXT = 256
 """Characters of a text that is read unasked: a unit or a date is shorter."""
-_DEEPEST = 16
+_DEEPEST = 16  # as below
 _MOST = 10_000
 """Groups within groups, and arrays in all, that are looked at: damaged files hold loops. Chosen by hand."""
 _WRITTEN_BY = re.compile(r"\b(?:written )?by (.+)", re.DOTALL)
@@ -264,8 +264,9 @@ LARGEST_V5_BYTES = 200_000_000
 FACTS, CODES, SCALING = "radargui", "codes", "scaling"
 """All facts as TOML text; codes (n_samples, n_channels); coefficients c_k of volts, a row a channel."""
 _FIT = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
-_USER_BLOCK = 512
+_USER_BLOCK = 512  # bytes before HDF5 begins, the fewest it allows: MATLAB's own header stands there
 _HEADER = b"MATLAB 7.3 MAT-file, written by RadarGUI".ljust(116) + b"\0" * 8 + b"\x00\x02IM"
+"""As MATLAB 7.3 writes it: 116 characters, 8 bytes for a subsystem, version 0x0200 and the order of bytes."""
 
 
 def write_mat(run: RunStream, path: Path, report: Progress) -> None:

@@ -22,6 +22,7 @@ from radargui.model.setup import Setup, load_toml, parse_setup
 
 FORMAT = "radargui-export"
 FORMAT_VERSION = 1
+"""Of the table as this version writes it."""
 LARGEST_TEXT = 2_000_000
 """Longest table that is read, in characters."""
 _MOST_COEFFICIENTS = 16

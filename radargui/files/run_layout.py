@@ -18,7 +18,9 @@ from radargui.model.recording import Digitisation
 
 FORMAT = "radargui-run"
 FORMAT_VERSION = 1
+"""Of run files as this version writes them; what a newer one wrote is refused."""
 RESULTS_VERSION = 2
+"""Of the results in them: those of another number are computed again."""
 SUFFIX = ".h5"
 
 RAW = "raw"
@@ -29,7 +31,7 @@ RESULTS = "results"
 EARLIER = "earlier_results"
 OVERVIEW = "overview"
 THUMBNAIL = "thumbnail"
-NO_TRIGGER = -1
+NO_TRIGGER = -1  # in place of a sample's index, which is never below zero
 
 CHUNK_S = 0.5
 """What a crash may cost, and how often the disk is written to."""
@@ -38,9 +40,9 @@ LARGEST_CHUNK = 1 << 18
 PIECE = 1 << 18
 """Samples of each channel that are read at a time."""
 
-REASON_BYTES = 80
+REASON_BYTES = 80  # in UTF-8, a line; rows of a table are of one length, more is cut (chosen by hand)
 GAP_TYPE = np.dtype([("first_index", "<i8"), ("count", "<i8"), ("reason", h5py.string_dtype("utf-8", REASON_BYTES))])
-MARKER_BYTES = 1000
+MARKER_BYTES = 1000  # in UTF-8, a note of an operator; the same
 MARKER_TYPE = np.dtype([("index", "<i8"), ("text", h5py.string_dtype("utf-8", MARKER_BYTES))])
 
 

@@ -7,9 +7,9 @@ import numpy as np
 from radargui.geometry.path_length import Antennas, locate_plane, path_gradient, path_lengths
 from radargui.model.arrays import FloatArray, IntArray, pieces
 
-_MAXIMUM_STEPS = 40
+_MAXIMUM_STEPS = 40  # of Newton; each doubles the digits: what needs more does not converge (chosen by hand)
 _TOLERANCE_M = 1e-8  # the next step would be its square over the distance of the antennas
-_SINGULAR = 1e-9
+_SINGULAR = 1e-9  # determinant of J, whose rows are at most 2 long: below, places are rounding (chosen by hand)
 _SIDEWAYS, _FALLING_STEPS = 0.03, 8  # a metre aside against one of path: enough where no path tells; the steps converge
 _NEIGHBOURS, _PIECE = 8, 1 << 14  # places whose J is one, and how many of these are looked at together
 _MOST_CONDITION = 1e4

@@ -14,7 +14,9 @@ from radargui.model.section import ExactWhole, Real, Section, Text
 from radargui.model.setup_error import describe
 
 SCHEMA = 1
+"""Of the file as this version writes it; what a newer one wrote is refused."""
 MAXIMUM_BYTES = 10_000_000
+"""More is no calibration and is not read into memory. Chosen by hand: correlations of hundreds of unknowns fit."""
 LEAST_EIGENVALUE = -1e-6
 """Of a matrix of correlations: below it no uncertainties can have it; rounding alone makes -1e-15."""
 

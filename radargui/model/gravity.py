@@ -13,10 +13,10 @@ U_NORMAL_GRAVITY_M_S2 = 5e-4
 """Free-air anomaly, root mean square over land: mountains and rock that the ellipsoid does not know, 50 mGal."""
 AIR_DENSITY_KG_M3 = 1.2
 """Of dry air at 20 degrees C and 1013 hPa (1.204); weather and a laboratory on a hill change it by 10 %."""
-_DRAG_COEFFICIENT = 0.45
+_DRAG_COEFFICIENT = 0.45  # of a sphere at Reynolds numbers of 300 to 2000 (`drag_of_sphere_1_m`)
 _METAL_KG_M3 = 5000.0  # between aluminium and steel
-_EQUATOR_M_S2, _K, _E2 = 9.7803253359, 1.93185265241e-3, 6.69437999013e-3
-_A_M, _FLATTENING, _M = 6378137.0, 1.0 / 298.257223563, 3.44978650684e-3
+_EQUATOR_M_S2, _K, _E2 = 9.7803253359, 1.93185265241e-3, 6.69437999013e-3  # WGS 84 (NIMA TR8350.2): gamma_e, k, e^2
+_A_M, _FLATTENING, _M = 6378137.0, 1.0 / 298.257223563, 3.44978650684e-3  # the same: a, f, m = omega^2 a^2 b / GM
 
 
 def normal_gravity_m_s2(latitude_deg: float, height_m: float) -> float:

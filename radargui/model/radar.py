@@ -9,7 +9,7 @@ from pydantic import Field, field_validator, model_validator
 
 from radargui.model.section import Coordinate, ExactWhole, Real, Section, Vector
 
-SPEED_OF_LIGHT_M_S = 299_792_458.0
+SPEED_OF_LIGHT_M_S = 299_792_458.0  # exact: it defines the metre (SI)
 
 
 class Radar(Section):

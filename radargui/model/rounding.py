@@ -4,8 +4,9 @@ import math
 from decimal import ROUND_HALF_EVEN, Context, Decimal
 
 UNKNOWN = "–"
-_SIGNIFICANT = 2
+_SIGNIFICANT = 2  # digits of an uncertainty: two at the most are of use (JCGM 100, 7.2.6)
 _SHOWN, _WIDE = (Context(prec=digits, rounding=ROUND_HALF_EVEN) for digits in (_SIGNIFICANT, 1000))
+"""All digits of two doubles fit into 1000: 309 before the point, 325 behind it."""
 
 
 def quantity(value: float | None, u: float | None, unit: str = "", scale: float = 1.0) -> str:

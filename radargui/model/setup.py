@@ -31,6 +31,7 @@ from radargui.model.setup_error import describe
 from radargui.model.simulation import Simulation
 
 SCHEMA = 1
+"""Of a setup as this version writes it."""
 MEASURING = ("radar", "transmitter", "receiver", "tracer", "floor")
 """Tables that position, e and g are computed with; the others are about acquisition and processing."""
 
@@ -116,6 +117,7 @@ class Setup(Section):
 
 
 MOST_KEY_PARTS = 32
+"""Joined by points; keys of a setup have two or three. Chosen by hand: the parser's memory grows with their square."""
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _ENDLESS_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MOST_KEY_PARTS}}}")
 
@@ -142,6 +144,7 @@ def load_toml(text: str) -> dict[str, Any]:
 
 
 MAXIMUM_BYTES = 1_000_000
+"""More is no setup and is not read into memory; setups have some kB. Chosen by hand."""
 
 
 def parse_setup(text: str, name: str = "setup") -> Setup:

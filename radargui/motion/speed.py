@@ -10,7 +10,7 @@ from radargui.model.weighed_sums import savitzky_golay
 
 WINDOW_S = 0.02
 """Of a parabola: in free flight it is exact for any length, and noise of 0.1 mm at 2 kS/s leaves 2 cm/s (by hand)."""
-_FEWEST = 5
+_FEWEST = 5  # points of a parabola, which has three unknowns: two are left against noise (chosen by hand)
 
 
 def speed_along(time_s: FloatArray, position_m: FloatArray, breaks_s: Sequence[float] = ()) -> FloatArray:

@@ -16,6 +16,7 @@ U_NOMINAL_M_S2 = 0.015
 COVERAGE_2D = 2.45
 """So many u hold 95 % of the lengths of a vector of two components (Rayleigh's distribution)."""
 LEAST_SAMPLES = 50
+"""Valid ones of the fall; a parabola has three unknowns. Chosen by hand: of fewer too little of the fall is seen."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,6 +32,7 @@ POINTS, LONGEST_S = 500, 0.002
 FIELD_POINTS, LEAST_OF_FIELD = 200, 1e-6
 """Places at which a smooth field of place is computed; share of the strongest below which no direction is visited."""
 LEAST_M = 1e-12
+"""In place of the reach of a coordinate that stays the same, so that nothing is divided by zero."""
 SUPPOSED = len(SUPPOSED_POLARIZATIONS_DEG) * len(SUPPOSED_TURNS_DEG)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from radargui.model.arrays import FloatArray
 
-UP = (0.0, 0.0, 1.0)
+UP = (0.0, 0.0, 1.0)  # the vertical, z of the setup
 
 
 @dataclass(frozen=True, slots=True)

@@ -39,7 +39,7 @@ class SpeedModel:
     start: Callable[[float], tuple[float, ...]]
 
 
-_SERIES = (1.0, -1.15344, 0.79826, -0.48358, 0.28528)
+_SERIES = (1.0, -1.15344, 0.79826, -0.48358, 0.28528)  # in x = a v^(1/5), after Ramírez et al. 1999 (`MODELS`)
 _LARGEST = 0.6
 """Of a v^(1/5), e = 0.53: by the ratio of the coefficients the first term left out reaches 0.01 of e there."""
 
@@ -75,6 +75,7 @@ MODELS: dict[ModelName, SpeedModel] = {
         lambda e: (max(1.0 - e, 0.01),),
     ),
 }
+"""By name; the sources stand in them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,10 +211,11 @@ def preferred(fits: Sequence[SpeedFit]) -> tuple[SpeedFit, ...]:
 
 
 _TOO_SMALL = f"e is too small for the series (a v^1/5 above {_LARGEST:g}, e below 0.53)"
-_FEWEST_RUNS = 3
+_FEWEST_RUNS = 3  # u is the scatter between runs, which two would tell by one difference only
 _MOST_BIAS = 0.25
 """Of the slope from errors of the speed, in its standard uncertainties."""
 _STEP, _CLOSE, _MOST_STEPS, _LARGEST_PARAMETER = 1e-6, 1e-10, 50, 30.0
+"""Of central differences (rounding: 1e-10); converged; by hand, steps and parameters that tell that it diverges."""
 
 
 def fit_speed_model(points: Sequence[ImpactPoint], name: ModelName) -> SpeedFit:

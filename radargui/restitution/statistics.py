@@ -121,7 +121,7 @@ class Statistics:
         return concise(self.mean, self.u)
 
 
-NO_VALUE = Statistics(0)
+NO_VALUE = Statistics(0)  # of no values
 
 
 def statistics_of(

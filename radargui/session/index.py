@@ -27,6 +27,7 @@ from radargui.session.info import FILE_NAME, SessionInfo, read_info
 from radargui.session.session import is_run_name
 
 DEEPEST = 8
+"""Folders below the data folder. Chosen by hand: deeper sessions are not found, no whole disk is searched."""
 Stamp = str
 
 
@@ -86,6 +87,7 @@ def _stamp(entry: os.DirEntry[str]) -> Stamp:
 
 _ANTENNAS = ("radar", "transmitter", "receiver")
 SCHEMA = 2
+"""Of the tables below: an index of another one is made anew."""
 IN_MEMORY = Path(":memory:")
 _SETTLES_NS = 2_000_000_000
 """A file of a younger date may change and keep it: disks keep dates in steps, of FAT in two seconds."""

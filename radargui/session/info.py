@@ -103,6 +103,7 @@ def versions() -> dict[str, str]:
 FILE_NAME = "session.json"
 CALIBRATION_NAME = "calibration.json"
 MAXIMUM_BYTES = 10_000_000
+"""More is no record of a session and is not read into memory. Chosen by hand."""
 SCHEMA = 1
 """Of session.json as this version writes it."""
 

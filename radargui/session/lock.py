@@ -22,7 +22,7 @@ from radargui.model.errors import SessionError
 
 FILE_NAME = "session.lock"
 _MARKER_NAME = "session.lock.held"
-_MAXIMUM_BYTES = 10_000
+_MAXIMUM_BYTES = 10_000  # read of it: its owner is told in some hundred (chosen by hand)
 _PATIENCE_S = 0.1
 """A program that only looks holds the lock for some microseconds: chosen by hand, a thousand times as long."""
 _NO_LOCKS = {errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOTSUP, errno.ENOLCK}

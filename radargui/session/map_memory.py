@@ -17,8 +17,11 @@ from radargui.model.errors import FileError
 
 FILE_NAME = "channel-maps.json"
 SCHEMA = 1
+"""Of the file as this version writes it."""
 MOST_PATTERNS = 200
+"""Remembered; the oldest are forgotten first. Chosen by hand: a laboratory names its channels in a few ways."""
 LARGEST_CHARACTERS = 5_000_000
+"""Read of the file: far more than as many patterns take, only damage is longer. Chosen by hand."""
 _log = logging.getLogger(__name__)
 
 

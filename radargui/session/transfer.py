@@ -13,13 +13,12 @@ from radargui.files.access import Outcome, Progress, each_run, refuse_existing, 
 from radargui.files.formats import ExportFormat, export_run, format_of, source_program
 from radargui.files.raw_file import RawLayout
 from radargui.files.reading import ChannelMap, read_mapped, read_recording
+from radargui.files.run_layout import PIECE
 from radargui.model.errors import FileError, RadarGuiError, SessionError
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.session.info import SessionDetails, own_subfolder, read_info
 from radargui.session.session import Session, run_paths
-
-PIECE = 1 << 18
 
 
 @dataclass(frozen=True, slots=True)

@@ -104,7 +104,7 @@ def _look_for_stop(_: float) -> None:
         raise CancelledError
 
 
-ANSWER_S = 10
+ANSWER_S = 10  # for a scheduler to answer: one that runs does at once (chosen by hand)
 WORKER_S = 30
 """Queues of clusters give workers late; who waits longer wants to know. Chosen by hand."""
 _ADDRESS = re.compile(r"(tcp|tls|wss?)://[^\s/]+:\d{1,5}")

@@ -24,7 +24,7 @@ def device_error(name: str, /, **facts: object) -> DeviceError:
 _HOSTNAME_MISMATCH = (62, 64)
 """OpenSSL: the certificate is for another name, or for another address."""
 
-_LARGEST = 1_000_000
+_LARGEST = 1_000_000  # bytes read of a certificate file: a chain of some has 10 kB (chosen by hand)
 
 
 def read_certificate(path: str) -> bytes:
@@ -111,6 +111,7 @@ def _short(error: OSError) -> str:
 
 
 CONNECT_S = 5.0
+"""For each try; a server in a laboratory answers at once. Chosen by hand: shorter, a slow network counts as none."""
 DEFAULT_PORT = 31763
 """Of NI's gRPC device server."""
 
@@ -130,6 +131,7 @@ _OPTIONS = (
     # a laboratory's device server is not behind the web proxy
     ("grpc.enable_http_proxy", 0),
 )
+"""Of gRPC; times in ms, chosen by hand so that a lost connection is told within about ten seconds."""
 
 
 def split_address(remote: str) -> tuple[str, int]:

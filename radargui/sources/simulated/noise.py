@@ -6,7 +6,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.simulation import Simulation
 from radargui.sources.simulated.seeds import Draw, generator
 
-_N_SLOW = 3
+_N_SLOW = 3  # sines of the drift (chosen by hand: one would repeat itself)
 _SLOWEST_HZ, _FASTEST_HZ = 0.03, 0.3
 """Periods of 3 to 30 s: the drift of warming electronics is slower than a fall."""
 
@@ -61,7 +61,7 @@ class WhiteNoise:
             volts += self.sigma_v * generator(self._seed, Draw.NOISE, self._run, chunk).standard_normal(volts.shape)
 
 
-_BLOCK = 256
+_BLOCK = 256  # chunks drawn at a time; another number draws other noise from a seed (chosen by hand)
 
 
 class Anchors:
@@ -114,7 +114,9 @@ class Anchors:
 
 
 LOWEST_HZ, HIGHEST_HZ = 0.1, 1000.0
+"""Band of `Flicker`: from slower than a fall to faster than its Doppler. Chosen by hand."""
 CORNERS_HZ = np.geomspace(0.01, 10_000.0, 9)
+"""A decade beyond the band on either side; nine are enough for 1/f within 3 % (see `Flicker`)."""
 
 
 class Flicker:

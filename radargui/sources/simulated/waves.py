@@ -30,7 +30,7 @@ def phasor(phase_rad: FloatArray, amplitude: FloatArray | float = 1.0) -> Comple
 
 SIDE_LOBE = 0.1
 """Field far off the axis against that on it: -20 dB. Chosen by hand."""
-_HALF_POWER = np.sqrt(0.5)
+_HALF_POWER = np.sqrt(0.5)  # as an amplitude
 
 
 @dataclass(frozen=True, slots=True)

@@ -165,7 +165,9 @@ class OneAtATime:
 
 
 _LOOK_MS = 100
+"""Chosen by hand: a bar that moves less often goes in jerks."""
 _STEPS = 1000
+"""Of a whole bar, which is 320 pixels wide at most: a step is not seen."""
 
 
 class Task:

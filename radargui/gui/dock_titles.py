@@ -10,6 +10,7 @@ from radargui.gui.theme import Theme
 _BUTTONS = {"float": "Let the panel stand by itself, or put it back", "close": "Close the panel; View brings it back"}
 _TAB_TIP = "Double click: let the panel stand by itself; right click: close it"
 _SIZE = 16
+"""Edge of the square in which the signs are drawn; their bitmap has four pixels for each unit."""
 
 
 class DockTitles(QObject):

@@ -22,6 +22,7 @@ from radargui.model.resources import resource_table
 
 _SEEN = "guide"
 _WORDS_PX = 280
+"""Of the lines that say what to do: about 45 letters of 9 points at 96 dots per inch (chosen by hand)."""
 _DONE, _NEXT, _LATER = "✓", "➔", "○"
 
 
@@ -131,8 +132,11 @@ class FirstSteps(Dialog):
 
 
 _LOOK_MS = 300
+"""Chosen by hand: later the words are seen on a plot that has data; each look asks all curves of the plots in sight."""
 _EDGE = QSize(8, 4)
+"""Pixels left free about the words, both sides together (chosen by hand)."""
 _ALIKE = 0.75
+"""Share of the largest area in sight from which a plot counts as large (chosen by hand): axes take from some."""
 _DRAWN_ALWAYS = ("line", "faint", "text")
 """Roles of what stands in a plot without data: floor, unit circle, the place of the last point."""
 

@@ -21,6 +21,7 @@ MOST_ENTRIES = 5000
 COPIED_ENTRIES = 200
 """Of a bug report: some minutes of a busy program, and no more than a page of a forum takes."""
 _LOOK_MS = 250
+"""Chosen by hand: seldom enough to write many entries at once, often enough to follow what one does."""
 _LEVELS = ((logging.DEBUG, "Everything"), (logging.WARNING, "Warnings and errors"), (logging.ERROR, "Errors only"))
 _NAME = r"[^\\/\s:;\"'<>|]+"
 _FOLDERS = re.compile(rf"(?<![\w.>…/\\])(?!//)(?:~|[A-Za-z]:)?[\\/]+(?:{_NAME}(?: {_NAME})*[\\/]+)+(?={_NAME})")

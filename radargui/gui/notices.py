@@ -22,7 +22,9 @@ from radargui.model.errors import RadarGuiError
 Level = Literal["error", "warning", "info"]
 _WORST_FIRST: tuple[Level, ...] = ("error", "warning", "info")
 _MOST = 50
+"""Kept (chosen by hand): more than anybody scrolls through; the least grave and oldest go first."""
 _EACH_SHOWN = 4
+"""Times that the same is told as it comes; then only at each doubling of the count, and when it is over."""
 _CALM_MS = 500
 """A storm is over after so long without another one (chosen by hand)."""
 _INFO_MS = 20_000

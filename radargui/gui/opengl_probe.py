@@ -7,6 +7,7 @@ from PySide6.QtCore import QObject, QProcess, QProcessEnvironment, QTimer, Signa
 from PySide6.QtGui import QGuiApplication
 
 TIME_LIMIT_S = 20.0
+"""Chosen by hand: less takes a slow start for a driver that hangs. Projections are shown until it is answered."""
 CHECK_VARIABLE = "RADARGUI_OPENGL_CHECK"
 """Set for the process that checks: a frozen program is started again and asks this before anything else."""
 FORCE_VARIABLE = "RADARGUI_NO_OPENGL"
@@ -86,6 +87,7 @@ USABLE, SOFTWARE, UNUSABLE = 40, 41, 42
 """Exit statuses: a program without a console has no standard output to answer on."""
 _SOFTWARE_NAMES = ("llvmpipe", "softpipe", "swrast", "swiftshader", "gdi generic", "basic render")
 LEAST_VERSION = (2, 1)
+"""Of OpenGL: what pyqtgraph's view in space asks for."""
 
 
 def check(arguments: list[str]) -> tuple[int, str]:

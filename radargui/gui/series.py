@@ -36,7 +36,9 @@ from radargui.restitution.statistics import Statistics
 from radargui.session.session import Session
 
 _LEFT = 62
+"""Width of the left axes in pixels (chosen by hand): in less the figures are cut, more is taken from the curves."""
 _LONGEST_NAME, _DATE = 24, len("2026-01-31T")
+"""Letters of a session in the key: at most (chosen by hand; a name by date and time has 19), and those of its date."""
 _BEST = "best"
 _PAGES = {"table": "Statistics", "speeds": "e against speed", "falls": "Falls", "words": "In words"}
 
@@ -51,6 +53,7 @@ class SeriesRow:
     scale: float = 1.0
 
 
+# title of a column, and what stands in it; 2: digits of an uncertainty (GUM, 7.2.6)
 COLUMNS: dict[str, Callable[[SeriesRow], str]] = {
     "Session": lambda row: row.session,
     "Quantity": lambda row: row.quantity,

@@ -12,6 +12,7 @@ from radargui.gui.table import RowTable
 from radargui.gui.theme import CHOICES, ThemeChoice
 
 LAYOUT_VERSION = 2
+"""Of the panels: one more where they change so that a layout kept before no longer fits; that one is then left out."""
 
 
 class Settings:

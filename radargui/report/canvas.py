@@ -145,7 +145,9 @@ SIZE = 6.0
 """Of all text in a panel, in points."""
 _FRAME = "#404040"
 _TICK_MM, _TITLE_MM = 0.8, 1.0
+"""Length of the ticks, and the base line of the title above the frame (chosen by hand)."""
 _STEPS = (1, 2, 5, 10)
+"""From tick to tick, times a power of ten; the last one is the first of the next decade."""
 Span = tuple[float, float]
 
 

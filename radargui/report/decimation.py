@@ -35,6 +35,7 @@ class Curve:
 
 
 EMPTY = Curve(np.empty(0), np.empty(0))
+"""Of no points: what stands where nothing is known."""
 
 
 def envelope(x: FloatArray, y: FloatArray, breaks: Sequence[int] = (), columns: int = COLUMNS) -> Curve:

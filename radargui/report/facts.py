@@ -89,6 +89,7 @@ class Glances:
 _WORST_SHARE, _GOOD_SHARE = 0.1, 0.01
 """Of e: an e that is known to no better than the first is not drawn; the second decide how far the axis reaches."""
 _MARGIN = 0.1
+"""Of the range of e, left free above and below (chosen by hand)."""
 COVERED = 2.0
 """Standard uncertainties that a bar reaches to either side."""
 

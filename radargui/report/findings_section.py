@@ -20,6 +20,7 @@ from radargui.restitution.statistics import OUTLIER_RULE, Statistics, probabilit
 from radargui.session.info import JournalEntry
 
 _SPEEDS_MM, _FALLS_MM = 62.0, 70.0
+"""Heights of the frames, of 253 mm that A4 has for a text page (chosen by hand)."""
 _DIGEST = 16
 """Letters of a checksum that people see; report.json has all of them."""
 

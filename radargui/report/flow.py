@@ -15,7 +15,9 @@ _LARGE, _SMALL = 8.0, 6.5
 _LEAST = {_LARGE: 6.5, _SMALL: 5.5}
 """A table that is too wide is set in a smaller size, down to this one; then its cells are broken."""
 _COLUMN_GAP_MM = 4.0
+"""Between columns of a table (chosen by hand): in less, two figures beside each other are read as one."""
 _LEAST_COLUMN_MM = 18.0
+"""About twelve letters at 8 points (chosen by hand): narrower columns would break their words."""
 _LABELS_MM = (13.0, 10.0)
 """Room that a figure needs left of its frames and beneath."""
 _FREE_MM = 20.0

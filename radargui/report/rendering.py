@@ -27,10 +27,13 @@ backend: Any = backend_pdf
 _SAFE = " /:;,=.()-+*!?@$&|{}~^_[]"
 """Signs that need no escape in an address of data between quotes."""
 _PIXELS_PER_INCH = 100
+"""Chosen by hand: a figure of 178 mm is 700 pixels wide."""
 _HEAD_SIZE = 12.0
+"""Of the title of a page, in points."""
 _SCREEN = sheet.Area(14.0, 6.0, 160.0, 0.0)
 """Where a figure lies in the picture of it that HTML shows."""
 _SCREEN_WIDTH_MM, _SCREEN_BELOW_MM = 178.0, 10.0
+"""Of that picture: 4 mm right of the figure for half of the last number; below, for numbers and name of the axis."""
 
 
 class _Numbered(backend.PdfFile):  # type: ignore[misc]  # matplotlib's backends have no types

@@ -38,6 +38,7 @@ from radargui.session.info import REPORT_FOLDER, own_subfolder
 from radargui.session.session import BY_OPERATOR, Session, was_drop
 
 _RUNS_SHARE = 0.95
+"""Of the progress told (chosen by hand): the pages before the runs, which are written last, have the rest."""
 REPORT_FILES = ("report.pdf", "report.html", *FILES)
 
 
@@ -282,10 +283,13 @@ def studied(
 FIGURES_FOLDER = "figures"
 FORMATS = ("pdf", "svg", "png")
 _DPI = 600
+"""Of the PNG (chosen by hand): the thinnest lines, of 0.25 points, are two pixels wide; 86 mm are 2031."""
 _LENGTH = re.compile(r"(\d+(?:\.\d+)?)\s*(mm|cm|in)")
-_UNITS_MM = {"mm": 1.0, "cm": 10.0, "in": sheet.MM_PER_INCH}
+_UNITS_MM = {"mm": 1.0, "cm": 10.0, "in": sheet.MM_PER_INCH}  # what people write widths in
 _NARROWEST_MM, _WIDEST_MM = 60.0, 250.0
+"""Of a figure (chosen by hand): below about 76 mm titles and keys above the frames meet; more than 210 is beyond A4."""
 _LEFT_MM, _RIGHT_MM, _TOP_MM, _BOTTOM_MM = 9.5, 1.5, 4.0, 8.0
+"""About the frames: −1000 at 6 points, half of the last number, the title, then numbers and name of the axis."""
 
 Draw = Callable[[Figure, Area], None]
 _Named = tuple[str, float, Draw]

@@ -15,12 +15,17 @@ from radargui.report.decimation import Curve
 from radargui.report.sheet import Area, Paper
 
 _GAP_MM, _LABELS_MM, _TICKS_MM = 4.5, 10.0, 9.0
+"""Between frames: room for a title; for title, numbers and name of the axis; for the numbers of the right one."""
 _LIMIT = 1.6
+"""Amplitudes: where corrected IQ is cut (chosen by hand). The circle keeps 5/8 of the height, whatever samples do."""
 _THIN = 0.3
+"""Points, of lines that fill their frame (chosen by hand): in a thicker one turns run together."""
 _IMPACTS = Line("#808080", 0.25, (3.0, 2.5))
 _SCALE_COLOUR = "#009e73"
 _DASHES = (3.0, 2.0)
+"""Line and gap in points."""
 _MOST_HIGH_MM, _NARROW_MM = 30.0, 120.0
+"""Height of a row of IQ at most; width from which raw and corrected stand side by side (chosen by hand)."""
 
 _Lines = Sequence[tuple[Curve, Line, str]]
 
@@ -243,9 +248,11 @@ def run_on_screen(figure: Figure, area: Area, curves: RunCurves) -> None:
 
 
 _PAGE_LEFT_MM, _PAGE_TOP_MM, _PAGE_BELOW_MM = 28.0, 30.0, 26.0
+"""From the edges of the paper to the frames: the text's margins, and room for numbers, title and name of the axis."""
 _LEAST_HALF_SPAN_M = 0.005
 """A sphere at rest shall not fill the plane with its noise."""
 _VIEW_AZIMUTH_DEG, _VIEW_ELEVATION_DEG = -60.0, 25.0
+"""Chosen by hand, near those of matplotlib (−60, 30): x to the right, y away from the reader, a little from above."""
 
 
 def _new_page(curves: RunCurves, paper: Paper) -> tuple[Figure, RunDrawing, Area]:

@@ -15,10 +15,15 @@ from radargui.report.sheet import Area
 from radargui.restitution.speed_models import MODELS, SpeedFit
 
 _LARGE = 7.0
+"""Of text in these panels, in points; in those of a run it is `canvas.SIZE`, for there are more on a page."""
 _DASHES = (4.0, 2.0)
+"""Line and gap in points."""
 _MOST_NAMED = 5
+"""Sessions in the key (chosen by hand). Of names by date and time three fit; there are four colours."""
 _FALLS_SHARE = 0.62
+"""Of the height: the falls, above what their fits leave (chosen by hand)."""
 _BETWEEN_MM = 5.0
+"""Between both: the title of the lower one (the upper one has no numbers beneath)."""
 
 
 def draw_speeds(figure: Figure, area: Area, facts: ReportFacts) -> None:

@@ -19,6 +19,7 @@ from radargui.processing.locate import LEAST_RECEIVERS
 from radargui.report.document import Content, Facts, Grid, Note
 
 _MOST_NAMED = 8
+"""Pairs in a sentence (chosen by hand); the others are counted."""
 _WORST_CONDITION = 100.0
 """From here an error of L may reach the position a hundredfold."""
 

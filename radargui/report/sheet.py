@@ -14,6 +14,7 @@ from radargui.report.decimation import Curve
 
 Paper = Literal["a4", "letter"]
 PAPERS_MM: dict[Paper, tuple[float, float]] = {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}
+"""Width and height: ISO 216, and 8.5 by 11 inches (ANSI A)."""
 _STYLE = Path(__file__).with_name("page.mplstyle")
 
 I_COLOUR = "#0060a8"
@@ -60,11 +61,12 @@ def scaled(unit: str, largest: float) -> tuple[float, str]:
 
 
 LEFT_MM, RIGHT_MM, TOP_MM = 18.0, 12.0, 24.0
+"""From the edges of the paper to the text (chosen by hand); the title of the page stands above the last."""
 FOOT_MM = 9.0
 """Base line of the foot above the lower edge."""
 ROOM_MM = PAPERS_MM["a4"][0] - LEFT_MM - RIGHT_MM
 """What text and figures are as wide as, on any paper."""
-MM_PER_INCH = 25.4
+MM_PER_INCH = 25.4  # exact by definition (international inch of 1959)
 
 
 class Area(NamedTuple):

@@ -22,6 +22,7 @@ from radargui.model.setup import Setup
 from radargui.restitution.site_gravity import SiteCheck, site_check
 
 _PIECE = 1 << 18
+"""Rows made at once: 2 MB a column as float64."""
 LENGTH_DECIMALS = 9
 """Metres are written to the nanometre."""
 _POSITION = ("x_m", "y_m", "z_m")
@@ -193,6 +194,7 @@ def safe_cell(text: str) -> str:
 
 
 LARGEST_BYTES = 10_000_000
+"""Of a result.json (chosen by hand): a larger one counts as not current, and is not read into memory."""
 
 
 def tables_are_current(folder: Path, setup: Setup) -> bool:

@@ -30,8 +30,9 @@ from radargui.processing.calibration_check import CalibrationCheck, check_calibr
 from radargui.session.session import Session
 
 STEPS = ("1 of 4: recordings", "2 of 4: what is unknown", "3 of 4: calibrating", "4 of 4: result")
-_RECORDINGS, _UNKNOWNS, _FIT, _RESULT = range(4)
+_RECORDINGS, _UNKNOWNS, _FIT, _RESULT = range(4)  # pages, in the order of STEPS
 _TITLE = 1.3
+"""Times the font of the window (chosen by hand)."""
 _FILES = "Calibrations (*.json);;All files (*)"
 
 

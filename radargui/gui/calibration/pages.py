@@ -15,6 +15,7 @@ from radargui.experiment.calibrating import FALL
 from radargui.files.formats import SUFFIXES
 from radargui.gui.layout import TIPS, Group, Paragraph, PlainLabel, button, fill, follow
 from radargui.gui.plots.plot import Plot
+from radargui.gui.setup.setup_model import MOST_RECEIVERS
 from radargui.gui.setup.words import UNKNOWNS, called, words_of
 from radargui.gui.table import RowModel, RowTable, WordTable
 from radargui.gui.theme import Theme, scaled_font
@@ -147,7 +148,11 @@ class UnknownsForm(QWidget):
 _PARAMETERS = ("Parameter", "Before", "After", "Change", "in u")
 _RESIDUALS = ("Recording", "Receiver", "Before [mm]", "After [mm]", "Left out [mm]")
 _TITLE = 1.5
-_RECEIVERS, _MOST_NAMED, _TOGETHER = 4, 2, 0.9
+"""Times the font of the window (chosen by hand): the verdict is what is looked for."""
+_MOST_NAMED = 2
+"""Pairs of unknowns in one sentence (chosen by hand); the others are counted."""
+_TOGETHER = 0.9
+"""Least correlation of a pair that is named, stricter than the report's, which has room for a list (chosen by hand)."""
 
 _KEY = re.compile(r"\b(?:receiver|transmitter|tracer)(?:\.\w+)+")
 
@@ -168,7 +173,7 @@ class ResultView(QWidget):
         self.plot.setLogMode(y=True)
         self.plot.getPlotItem().getAxis("bottom").setTickSpacing(major=5, minor=1)
         self._after, self._before = (
-            [self.plot.marker(f"receivers.{n}", symbol, size, f"Rx {n + 1} {when}") for n in range(_RECEIVERS)]
+            [self.plot.marker(f"receivers.{n}", symbol, size, f"Rx {n + 1} {when}") for n in range(MOST_RECEIVERS)]
             for when, symbol, size in (("after", "o", 8), ("before", "x", 9))
         )
         self.key = QLabel()
@@ -220,7 +225,7 @@ class ResultView(QWidget):
             # whole decades: between them the words of the axis would lie upon another
             low, high = math.floor(math.log10(min(known))), math.ceil(math.log10(max(known)))
             self.plot.setYRange(low, max(high, low + 2), padding=0.0)
-        for receiver in range(1, _RECEIVERS + 1):
+        for receiver in range(1, MOST_RECEIVERS + 1):
             own = [one for one in residuals if one.receiver == receiver]
             at = [files.index(one.file) + 1 for one in own]
             self._after[receiver - 1].setData(at, [1e3 * one.rms_m for one in own])

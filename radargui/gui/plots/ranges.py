@@ -3,6 +3,7 @@
 import math
 
 _STEPS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
+"""Round numbers in a decade, none above 5/3 of the one before: a range is never much larger than what it holds."""
 
 
 def round_up(value: float) -> float:

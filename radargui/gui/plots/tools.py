@@ -39,6 +39,7 @@ _REACH_PX = 12.0
 _PLACES = (0.1, 0.3)
 """Where the two stand at first, as shares of what is seen: beside the words in the upper right corner."""
 _FAR_PX = 10
+"""Pixels that an arrow with Shift moves a cursor; without it one."""
 
 
 def unit_of(words: str) -> str:
@@ -188,6 +189,7 @@ def _said(value: float, pixel: float, unit: str) -> str:
 _SCALE = 3
 """Pixels of the bitmap for one of the screen: 288 dots per inch at 96."""
 _KEY_PX = 20
+"""Height of the key above a copied plot: a line of its font and some room (chosen by hand)."""
 _SVG, _PDF = "image/svg+xml", "application/pdf"
 _POINT = 0.75
 """Of a pixel at 96 to an inch."""

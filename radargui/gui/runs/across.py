@@ -27,6 +27,7 @@ _SHARES = {"state": 0.26, "result": 0.26, "run": 0.14, "next": 0.22, "keys": 0.0
 """Of the height of the screen; what is left holds the keys."""
 _KEYS = "Space  start      R  record      F5  stop      Del  reject      F11 or Esc  back to the window"
 _MARGIN = 0.03
+"""Of the width of the screen, left free at either side (chosen by hand)."""
 
 
 @dataclass(frozen=True, slots=True)

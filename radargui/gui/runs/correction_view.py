@@ -29,6 +29,7 @@ _PUBLISHED = (
 )
 _MADE = {"model": "the model that was fitted", "circle": "offset and circle at the phase found"}
 _LEFT = 58
+"""Width of the left axes in pixels (chosen by hand): in less the figures are cut, more is taken from the curves."""
 _LINES = 3
 """Of the words about what was decided; more are scrolled."""
 _DOTS, _OUTLINE = 3000, 181
@@ -186,6 +187,7 @@ def _ellipse_words(found: object) -> str:
     return f"Ellipse: {centre}, {shape}, quadrature error {math.degrees(found.quadrature_error_rad):.2f}°."
 
 
+# title of a column, and what stands in it; 1e3: from m to mm
 _COLUMNS: dict[str, Callable[[OverlaidMethod], str]] = {
     "Method": lambda one: one.method,
     "e": lambda one: restitution_words(one.summary),

@@ -141,6 +141,7 @@ class RunEntry:
         return tuple(text(self) for text in COLUMNS.values())
 
 
+# title of a column, and what stands in it; 1000: from m to mm
 COLUMNS: dict[str, Callable[[RunEntry], str]] = {
     "Drop": attrgetter("label"),
     "Time": attrgetter("clock"),

@@ -28,7 +28,7 @@ SCREEN_COLUMNS = 20_000
 """Of curves, each with its lowest and highest sample: what is left when a motion is magnified ten times."""
 LONG_S = 60.0
 """From here on processing takes minutes: who chose such a run sees its samples at once instead of an empty page."""
-_TURN = 2.0 * np.pi
+_TURN = 2.0 * np.pi  # radians
 _PAGES = {"figures": "Result", "steps": "Correction", "phase": "Phase and path", "methods": "Methods"}
 """Of a result; that of the samples comes after them."""
 

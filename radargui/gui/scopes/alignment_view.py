@@ -24,8 +24,10 @@ SPAN_S = 1.0
 _DEPTH_DB = 40.0
 """Height of the bars."""
 _STEP_DB = 10.0
+"""From line to line of the scale; its upper end is a whole number of them, so that it seldom moves."""
 _WIDEST, _WIDEST_BELOW = "−88.8 dB", "88.8 dB below 88.888 V"
 _LARGEST_PT, _SMALLEST_PT = 72.0, 7.0
+"""Of the figures, as large as there is room for: read from the antennas; no smaller than is read at all (by hand)."""
 _QUIET = 0.01
 """Of the range: a smaller amplitude is no sphere that moves in front of the antennas (chosen by hand)."""
 

@@ -188,7 +188,9 @@ class GainDialog(Dialog):
 
 
 _HOLD_LOOKS = 5
+"""A second: the window shows levels each 0.2 s."""
 _BAR_PX = 7
+"""Height of the bar beneath its words (chosen by hand)."""
 
 
 class LevelBar(QWidget):

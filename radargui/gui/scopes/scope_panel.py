@@ -40,6 +40,7 @@ VIEWS = {"time": "Time", "spectrum": "Spectrum", "waterfall": "Waterfall", "alig
 _PER_S = 100
 """Steps of the slider a second."""
 _SPANS = [(seconds, f"{seconds:g} s") for seconds in WINDOWS_S]
+# for a choice: what is kept in Hz, and its words, from 1e3 Hz on in kHz
 _BANDS = [(hertz, f"±{hertz / 1e3:g} kHz" if hertz >= 1e3 else f"±{hertz:g} Hz") for hertz in BANDS_HZ]
 
 

@@ -183,7 +183,9 @@ def _level(line: SpectralLine) -> str:
 _SIZE = 256
 """Samples of a spectrum, at four a second for each hertz of half the band: 1/64 of it is told apart."""
 _MOST_FRAMES = 400
+"""Spectra side by side, about (chosen by hand): fewer make steps in time, each more costs a transform."""
 _STEP_DB = 5.0
+"""The ends of the colours are whole numbers of it: a colour does not change its meaning with each picture."""
 _FADES_DB = 1.0
 """By so much a picture the upper end of the colours follows a signal that got weaker."""
 

@@ -19,6 +19,7 @@ PREVIEW_S = 3.0
 PREVIEW_SAMPLES = 200_000
 """Of each column at most; drawn in a few ms, for the plot shows lowest and highest of each pixel only."""
 _LARGEST_FIELD = min(LARGEST_BYTES, 2**31 - 1)
+"""The second is the largest number of a QSpinBox, which counts in 32 bits with sign."""
 _SIGNS = {"i": "signed", "u": "unsigned", "f": "floating point"}
 _LANE = 0.45
 """Half the height of a column in the preview, where the next one lies 1 below."""

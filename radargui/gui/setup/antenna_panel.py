@@ -25,6 +25,7 @@ from radargui.processing.calibration_check import CalibrationCheck
 
 _ASSUMED_DEG = ASSUMED["u_polarization_deg"]
 _HEIGHT, _MARGIN = 108, 4
+"""Pixels (chosen by hand): beneath a dial of at most 64 two lines of 14 have room; the second is free about it."""
 
 
 class PolarizationForm(ModelGroup):

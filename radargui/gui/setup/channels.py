@@ -25,6 +25,7 @@ from radargui.model.rounding import UNKNOWN
 MOMENT_S = 1.0
 """Long enough for ten turns of a hum of 10 Hz, short enough to wait for."""
 _LOOK_MS = 200
+"""Chosen by hand: a reading takes up to so much longer than `MOMENT_S`."""
 _EVERY = 5
 """Looks from one reading to the next while samples come in: once a second can be read."""
 

@@ -20,9 +20,14 @@ HALF_FIELD_M = 0.15
 """The field of view, 30 x 30 x 30 cm round the origin (DESIGN: the physics in one page)."""
 _STROKE_M = 0.09
 """Half of a polarisation's stroke: long enough to show its direction at a third of a panel's width."""
-_HEIGHT, _LEAST, _EDGE_PX, _DOT_PX = 236, 110, 16, 4.0
+_HEIGHT, _LEAST = 236, 110
+"""Pixels, most and least (chosen by hand): more takes room from the fields; in less the names lie upon another."""
+_EDGE_PX, _DOT_PX = 16, 4.0
+"""Left free at the edges for names, and half of the edge of a mark (chosen by hand)."""
 _VIEWS = (("Side", "x", "z", (0, 2)), ("Top", "x", "y", (0, 1)))
+"""Name, axis to the right, axis upwards, and the places of both in x, y, z."""
 _BARS_MM = (50, 100, 200, 500, 1000, 2000, 5000, 10_000)
+"""Lengths of the scale: the shortest one that is longer than 30 pixels is drawn."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

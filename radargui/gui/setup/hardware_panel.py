@@ -14,7 +14,7 @@ from radargui.gui.layout import Answer, Choice, FaultText, Group, PathField, Pla
 from radargui.gui.panels import Actions
 from radargui.gui.setup.channels import ChannelGroup
 from radargui.gui.setup.fields import FormPanel, ModelGroup, SetupForm
-from radargui.gui.setup.setup_model import SetupModel
+from radargui.gui.setup.setup_model import MOST_NAMED, SetupModel
 from radargui.gui.setup.words import FORMS, called, in_words
 from radargui.gui.theme import Theme
 from radargui.model.errors import DeviceError
@@ -80,7 +80,6 @@ class RateView(ModelGroup):
 
 
 FILTER = "Recordings (*.h5 *.csv *.mat *.tdms *.sigmf-meta *.sigmf-data *.sigmf);;All files (*)"
-_MOST_NAMED = 4
 
 
 class ReplayForm(Group):
@@ -125,7 +124,7 @@ class ReplayForm(Group):
     def _compare(self) -> None:
         keys = [] if self._own is None else self._model.unlike(self._own)
         keys = [key for key in keys if re.split(r"[.\[]", key)[0] in MEASURING]
-        named = ", ".join(map(called, keys[:_MOST_NAMED])) + (" …" if len(keys) > _MOST_NAMED else ".")
+        named = ", ".join(map(called, keys[:MOST_NAMED])) + (" …" if len(keys) > MOST_NAMED else ".")
         self.other.setText(f"This recording was made with another setup, and is computed with the one here: {named}")
         for part in (self.other, self.take_own):
             part.setVisible(bool(keys))

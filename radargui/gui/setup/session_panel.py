@@ -11,6 +11,7 @@ from radargui.gui.panels import Actions
 from radargui.session.info import DataFolderError, JournalEntry, default_data_folder
 
 _MARKS_SHOWN = 5
+"""Lines (chosen by hand): more take room from the fields; all are kept in the journal."""
 
 
 class SessionPanel(QWidget):

@@ -19,6 +19,7 @@ from radargui.model.setup import Setup, dump_setup, parse_setup, plain, read_set
 from radargui.model.setup_error import flattened
 
 MOST_RECEIVERS = 4
+"""What a setup may have at most (`Setup.receiver`)."""
 _TABLES = {name: info.default for name, info in Setup.model_fields.items()} | {"radar": Radar()}
 _DEFAULTS = {name: table.model_dump() for name, table in _TABLES.items() if isinstance(table, BaseModel)}
 """What holds where the draft says nothing; of antennas nothing does."""
@@ -224,7 +225,8 @@ def _changes(tables: Any, others: Any) -> dict[str, Any]:
 
 FILTER = "Setup files (*.toml);;All files (*)"
 _FILE, _DRAFT = "setup_file", "setup_draft"
-_MOST_NAMED = 4
+MOST_NAMED = 4
+"""Keys in a sentence (chosen by hand): more are not read, and an ellipsis says that there are some."""
 
 
 def first_setup(path: Path | None, settings: Settings, board: NoticeBoard) -> SetupModel:
@@ -271,7 +273,7 @@ class SetupFileController(QObject):
         changed = self._model.unsaved
         if not changed:
             return True
-        named = ", ".join(map(called, changed[:_MOST_NAMED])) + (" …" if len(changed) > _MOST_NAMED else "")
+        named = ", ".join(map(called, changed[:MOST_NAMED])) + (" …" if len(changed) > MOST_NAMED else "")
         button = QMessageBox.StandardButton
         answer = QMessageBox.question(
             self._services.parent,

@@ -25,9 +25,11 @@ POINTS = 25
 _CALM_MS = 150
 """After the last key: longer than from key to key, shorter than a look from the field to the map."""
 _FIELD_MM = QRectF(*(2 * [-1e3 * HALF_FIELD_M]), *(2 * [2e3 * HALF_FIELD_M]))
+"""Left, lower edge, width and height of the field of view."""
 _COLOURS = "cividis"
 """Made for colour-blind eyes: lightness alone tells the order."""
 _LEFT = 48
+"""Width of the left axes in pixels (chosen by hand): in less the figures are cut, more is taken from the curves."""
 _PLANES = (("z [mm]", "y = 0"), ("y [mm]", "z = 0"))
 
 

@@ -5,15 +5,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from radargui.geometry.path_length import place_antennas
+from radargui.gui.setup.geometry_sketch import HALF_FIELD_M
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.motion.speed import speed_along
 from radargui.report.curves import take_track
 
-MM = 1000.0
-_HALF_FIELD_MM = 150.0
+MM = 1000.0  # in a metre
 _MARGIN_MM = 20.0
+"""Of the box above the release and below the floor (chosen by hand): the sphere is not drawn upon its edge."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +44,7 @@ class Space:
 
 def space_of(setup: Setup) -> Space:
     """Return the box around the field of view (about 30 cm wide), release and floor."""
-    release, half = np.array(setup.tracer.release_position_m) * MM, _HALF_FIELD_MM
+    release, half = np.array(setup.tracer.release_position_m) * MM, HALF_FIELD_M * MM
     floor = -half if setup.floor.height_m is None else setup.floor.height_m * MM
     # upwards the box ends where the sphere is released, not where the field of view does
     low = np.minimum((-half, -half, min(floor, release[2] - _MARGIN_MM)), release)
@@ -57,6 +58,7 @@ def space_of(setup: Setup) -> Space:
 
 
 _MOST_POINTS = 6000
+"""Of a track: four for each bin of the height's plot, which draws the lowest and the highest of them."""
 _BREAK_POINTS = 8
 """Unknown points where a path was lost: the height's plot draws two of four points, and fewer could vanish in it."""
 
@@ -102,6 +104,7 @@ class ShownTrack:
 
 
 NO_TRACK = ShownTrack(np.empty(0), np.empty((3, 0)))
+"""Of no points: what is drawn where there is none."""
 
 
 def live_track(time_s: FloatArray, position_m: FloatArray) -> ShownTrack:

@@ -18,7 +18,9 @@ from radargui.model.arrays import BoolArray, FloatArray
 Points = NDArray[np.float32]
 """Shape (n, 3) in mm, as OpenGL takes them."""
 _GRID_MM = 50.0
+"""From line to line on the floor: six squares across the field of view, every other line at a figure of the axes."""
 _STEP_MM = 4.0
+"""Least way from point to point of a line (chosen by hand): shorter ones show as dots, longer ones cut the bounces."""
 
 
 class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types

@@ -18,6 +18,7 @@ from radargui.model.arrays import FloatArray, extremes
 _MOST_BINS = 1500
 """Two points each: about the pixels of a wide screen."""
 _LEFT = 58
+"""Width of the left axes in pixels (chosen by hand): in less the figures are cut, more is taken from the curves."""
 COVERED = 2.0
 """Standard uncertainties that a band reaches to either side."""
 Detail = Literal["speed", "residual", "x", "y"]

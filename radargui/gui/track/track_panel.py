@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 _AXES = "xyz"
 _VIEWS = ((0, 2), (1, 2), (0, 1))
+"""Axis to the right and axis upwards of each: x-z, y-z, x-y."""
 
 
 class Projections(QWidget):
@@ -70,6 +71,7 @@ class Projections(QWidget):
 
 
 _MOST_LIVE_POINTS = 1500
+"""One each 2.7 ms of `LIVE_S`: 8 mm at the 3.1 m/s of a drop of half a metre."""
 _EVERY = 2
 """Frames: three projections and two curves cost more than all scopes, and the IQ planes are drawn in those between."""
 LIVE_S = 4.0

@@ -173,7 +173,7 @@ def test_lobes_of_the_direct_wave_are_no_floor() -> None:
 def test_few_fringes_make_other_lengths_tried() -> None:
     made = small_problem(sigma=0.005)
     selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings())
-    alone = selection.converged(selection.from_rounds(selection.found, 0.09, reflects=False), 4)
+    alone = selection.converged(selection.from_rounds(selection.found, 0.09, False)[0], 4)
     # breaks that were settled have parted the bins otherwise
     alone = solved_at(with_bins_of(alone, fewer_bins(selection.whole, np.array([0.15, 0.2]))))
     assert alone.problem.bins.n_bins != selection.data.bins.n_bins

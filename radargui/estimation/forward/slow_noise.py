@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import minimize_scalar
 
 from radargui.estimation.forward.bins import Bins
 from radargui.estimation.signals import ScaledSignals
@@ -197,13 +197,11 @@ def _whittle(samples: FloatArray, rate_hz: float, white: float) -> tuple[float, 
     use = slice(2, max(4, int(0.8 * frequency.size)))
     power, frequency = power[use], frequency[use]
 
-    def loss(log_level: FloatArray) -> float:
-        density = white + np.exp(log_level[0]) / frequency
+    def loss(log_level: float) -> float:
+        density = white + np.exp(log_level) / frequency
         return float((np.log(density) + power / density).sum()) * 0.5
 
-    best = min(
-        (minimize(loss, np.array([np.log(white * start)]), method="Nelder-Mead") for start in (1.0, 100.0)),
-        key=lambda result: float(result.fun),
-    )
+    starts = np.log(white * np.array([1.0, 100.0]))
+    best = min((minimize_scalar(loss, (one, one + 1.0)) for one in starts), key=lambda result: float(result.fun))
     # e^-60 is no 1/f noise at all
-    return float(np.exp(best.x[0])), loss(np.array([-60.0])) - float(best.fun)
+    return float(np.exp(best.x)), loss(-60.0) - float(best.fun)

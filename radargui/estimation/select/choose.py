@@ -149,7 +149,7 @@ def choose_model(
     solution, gain, alternatives = selection.floor()
     entered("flights")
     solution, alternatives = selection.with_flights(solution, alternatives)
-    typical = misfit_on(selection.whole, solution)
+    typical = selection.misfit(solution)
     if typical.max() > settings.hopeless_misfit:
         # walls would only be fitted to what no echo of one body is
         raise NoSingleBodyError(typical)
@@ -203,6 +203,7 @@ class _Selection:
         self.known_front_ends, self.settings = known_front_ends, settings
         self.compared: list[Solution] = []
         self.foretold: FloatArray | None = None
+        self._misfit: tuple[Solution, FloatArray] | None = None
         bins = drift.widen(found.data.bins)
         self.whole = replace(found.data, bins=bins, slow_noise=drift.uncorrelated(bins))
         # a model of few bins and one of all of them are told apart alike; the chosen one converges on all
@@ -229,13 +230,21 @@ class _Selection:
         first, later = (share * self.whole.bins.value.size for share in self.settings.most_behind)
         return race(starts, self.settings.first_rounds, self.round_done, (first, later), COARSE)
 
-    def from_rounds(self, found: AdaptiveRounds, length_m: float, *, reflects: bool) -> Start:
-        """Return the model of the last adaptive round with bias maps of a length, with or without a floor."""
+    def from_rounds(self, found: AdaptiveRounds, length_m: float, *reflects: bool) -> list[Start]:
+        """Return the models of the last adaptive round with bias maps of a length, each with or without a floor."""
         start = found.last
         motion = first_motion(self.whole, start.place, found.signals.rest_end_s, _breaks(found))
-        planes = (self.floor_below(start.place),) if reflects else ()
-        constants = start.receiver_constants()
-        return initial_problem(self.data, motion, constants, planes, length_m, self.known_front_ends)
+        constants, floor = start.receiver_constants(), self.floor_below(start.place)
+        known = self.known_front_ends
+        return [
+            initial_problem(self.data, motion, constants, (floor,) if one else (), length_m, known) for one in reflects
+        ]
+
+    def misfit(self, solution: Solution) -> FloatArray:
+        """Return `misfit_on` all bins, asked several times of one solution."""
+        if self._misfit is None or self._misfit[0] is not solution:
+            self._misfit = solution, misfit_on(self.whole, solution)
+        return self._misfit[1]
 
     def floor(self) -> tuple[Solution, float, tuple[Alternative, ...]]:
         """Return the solution with or without a floor, its breaks settled, what the floor gains, and what is left."""
@@ -245,15 +254,15 @@ class _Selection:
         length = max(settings.shortest_length_m, length)
         # both converged: a floor and bias maps explain the same at first sight, and only the evidence tells them apart
         # later adaptive rounds may have followed a wrong count of fringes
-        starts = [self.from_rounds(one, length, reflects=True) for one in (found, *found.other_counts(self.normal))]
-        bare, *floors = self.raced([self.from_rounds(found, length, reflects=False), *starts])
+        others = [self.from_rounds(one, length, True) for one in found.other_counts(self.normal)]
+        bare, *floors = self.raced(sum(others, self.from_rounds(found, length, False, True)))
         tried = (bare, max(filter(None, floors), key=log_evidence, default=None))
         gain = self.gain_of(*tried)
         self.compared = [one for one in tried if one is not None]
         best = self.preferred(*tried)
         alternatives = self._alternatives(best, self.compared)
         # at a misfit of hundreds a missing break looks like a floor: a dead stop invented one, and 0.8 mm
-        blind = misfit_on(self.whole, best).max() > settings.bad_misfit
+        blind = self.misfit(best).max() > settings.bad_misfit
         solution = settle_breaks(self.whole, best, self.normal, self.round_done)
         if blind or 0.0 < gain < settings.beyond_doubt:
             solution, gain, alternatives = self.floor_compared_again(solution)
@@ -321,7 +330,7 @@ class _Selection:
         undecided: list[Alternative] = []
         sentences: list[str] = []
         for number in range(self.settings.most_walls):
-            misfit_asks = bool(misfit_on(self.whole, solution).max() > self.settings.good_misfit)
+            misfit_asks = bool(self.misfit(solution).max() > self.settings.good_misfit)
             # a second wall costs as much as the first and is hardly ever there: only residuals ask for it
             asked = self._asks_for_walls(solution) if number == 0 else misfit_asks
             if not asked and not (number == 0 and solution.problem.inputs.planes):
@@ -373,7 +382,7 @@ class _Selection:
         # beside a floor in the model, bias maps have nothing to do but to stand for a mirror that is missing
         bias = max(float(problem.prior.sd[own.bias_i.start]) for own in problem.layout.receivers)
         grown = len(problem.inputs.planes) > 0 and bias > settings.grown_bias
-        return grown or bool(misfit_on(self.whole, solution).max() > settings.good_misfit)
+        return grown or bool(self.misfit(solution).max() > settings.good_misfit)
 
     def _weight(self, gain: float) -> float:
         """Return the tempered weight of an alternative against the best, exp(gain in ln E / 5), at most one."""

@@ -76,7 +76,6 @@ LAST = replace(ROUNDS, noise_from_round=0, settled_ln_evidence=0.1, least_rounds
 """For the chosen model, which has been converged on fewer bins: its maps have grown. Ended at 0.5, the flights of
 physical seed 13 were one fewer than two rounds later; 0.1 costs one per cent of the time."""
 COARSE = RoundSettings(
-    steps=4,
     minimise=MinimiseSettings(close=1.0, nothing=0.25),
     same_place_m=5e-4,
     same_mirrors=0.02,

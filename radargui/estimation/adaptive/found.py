@@ -85,6 +85,11 @@ class AdaptiveRounds:
     turn_s: FloatArray
 
     @property
+    def break_s(self) -> FloatArray:
+        """Where the motion may have a break: impacts and turns in order."""
+        return np.sort(np.concatenate([self.impact_s, self.turn_s]))
+
+    @property
     def first(self) -> Round:
         """The first round (range factor alone), made when it is asked for."""
         return first_round(self.data, _still(self.data, self.rough))

@@ -178,12 +178,14 @@ def choose_model(
     entered("last")
     solution = selection.converged(with_bins_of(solution, selection.whole), settings.last_rounds, LAST)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
-    whole = selection.whole
-    others = [
-        replace(one, solution=solved_at(with_bins_of(one.solution, whole))) for one in (*alternatives, *undecided)
-    ]
+    whole, every = selection.whole, (*alternatives, *undecided)
+    others = [replace(one, solution=solved_at(with_bins_of(one.solution, whole))) for one in every]
     if not ended_early:
-        others += selection.unseen(solution, 1.0 + sum(other.weight for other in others))
+        fewer = solved_at(with_bins_of(solution, fewer_bins(whole, solution.at.spline.break_s)))
+        moved, weight = unseen_mirrors(fewer, normal, settings.temper, selection.foretold)
+        # mirrors that nothing excludes: a question of its own beside others
+        among = 1.0 + sum(other.weight for other in others)
+        others += [Alternative(replace(solution, state=one), among * weight) for one in moved]
     return ChosenModel(solution, tuple(others), tuple(choices), ended_early)
 
 
@@ -207,7 +209,7 @@ class _Selection:
         bins = drift.widen(found.data.bins)
         self.whole = replace(found.data, bins=bins, slow_noise=drift.uncorrelated(bins))
         # a model of few bins and one of all of them are told apart alike; the chosen one converges on all
-        self.data = fewer_bins(self.whole, _breaks(found))
+        self.data = fewer_bins(self.whole, found.break_s)
 
     def converged(self, start: Start, rounds: int, settings: RoundSettings = COARSE) -> Solution:
         """Return the solution after some rounds."""
@@ -233,11 +235,11 @@ class _Selection:
     def from_rounds(self, found: AdaptiveRounds, length_m: float, *reflects: bool) -> list[Start]:
         """Return the models of the last adaptive round with bias maps of a length, each with or without a floor."""
         start = found.last
-        motion = first_motion(self.whole, start.place, found.signals.rest_end_s, _breaks(found))
+        motion = first_motion(self.whole, start.place, found.signals.rest_end_s, found.break_s)
         constants, floor = start.receiver_constants(), self.floor_below(start.place)
-        known = self.known_front_ends
         return [
-            initial_problem(self.data, motion, constants, (floor,) if one else (), length_m, known) for one in reflects
+            initial_problem(self.data, motion, constants, (floor,) if one else (), length_m, self.known_front_ends)
+            for one in reflects
         ]
 
     def misfit(self, solution: Solution) -> FloatArray:
@@ -315,9 +317,10 @@ class _Selection:
         planes, bins = solution.problem.inputs.planes, solution.problem.bins
         visited = positions_at_bins(solution)[:, bins.last_s >= self.found.signals.rest_end_s]
         bases = [None, *(make_basis(visited, length) for length in self.settings.other_lengths_m)]
-        rounds = self.settings.first_rounds
         # the present length goes through the same rounds: evidence still moves
-        tried = [self.converged(problem_with_mirrors(solution, planes, bias), rounds) for bias in bases]
+        tried = [
+            self.converged(problem_with_mirrors(solution, planes, bias), self.settings.first_rounds) for bias in bases
+        ]
         best = max(tried, key=log_evidence)
         return best, self._alternatives(best, tried)
 
@@ -364,13 +367,6 @@ class _Selection:
             best = settle_breaks(self.whole, best, self.normal, self.round_done)
         return best, undecided
 
-    def unseen(self, solution: Solution, among: float) -> list[Alternative]:
-        """Return what mirrors that nothing excludes would make of the solution: a question of its own beside others."""
-        break_s = solution.state.theta[solution.problem.layout.breaks]
-        fewer = solved_at(with_bins_of(solution, fewer_bins(self.whole, break_s)))
-        moved, weight = unseen_mirrors(fewer, self.normal, self.settings.temper, self.foretold)
-        return [Alternative(replace(solution, state=one), among * weight) for one in moved]
-
     def _weighed(self, trials: Sequence[WallTrial]) -> list[Alternative]:
         """Return the trials that have weight, their gains counted from the best."""
         weighed = [Alternative(trial.solution, self._weight(trial.gain)) for trial in trials]
@@ -400,7 +396,3 @@ def _decided(what: str, gain: float, least: float = 0.0) -> str:
     most = WALLS.most_behind[-1]
     value = f"{gain:+.0f}" if abs(gain) < most else f"beyond {np.copysign(most, gain):+.0f}"
     return f"{what} is {'kept' if gain > least else 'left out'}: log evidence {value}."
-
-
-def _breaks(found: AdaptiveRounds) -> FloatArray:
-    return np.sort(np.concatenate([found.impact_s, found.turn_s]))

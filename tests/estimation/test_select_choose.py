@@ -52,8 +52,7 @@ def rounds(made: SmallProblem) -> SimpleNamespace:
         data=data,
         first=first,
         last=next_round(data, first, 0.13),
-        impact_s=np.array([BOUNCE_S]),
-        turn_s=np.zeros(0),
+        break_s=np.array([BOUNCE_S]),
         signals=SimpleNamespace(rest_end_s=START_S),
         other_counts=lambda normal: [],
     )

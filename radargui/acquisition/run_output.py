@@ -256,7 +256,7 @@ class RunOutput:
     ) -> None:
         self._file = file
         self.path = file.path
-        self.gaps: tuple[Gap, ...] = ()
+        self.gaps: list[Gap] = []
         self.first_index = self.end_index = first_index
         self.trigger_index = trigger_index
         self.count = 0
@@ -281,7 +281,7 @@ class RunOutput:
         self.count += part.count
         self.end_index = max(self.end_index, part.end_index)
         if gap is not None:
-            self.gaps += (gap,)
+            self.gaps.append(gap)
             self.lost += gap.count
 
     def complete(self, truth_of: TruthOf | None, health: Mapping[str, object], *, whole: bool) -> None:

@@ -163,3 +163,19 @@ def test_a_sample_whose_equations_have_no_single_solution_is_unknown_and_spoils_
     found = solve_gradient(gradient, np.einsum("ran,an->rn", gradient, wanted))
     assert np.isnan(found[:, 2]).all()
     assert np.delete(found, 2, axis=1) == pytest.approx(np.delete(wanted, 2, axis=1), abs=1e-9)
+
+
+def test_four_receivers_in_one_plane_with_the_sphere_tell_no_uncertainty_and_beside_it_a_large_one() -> None:
+    rng = np.random.default_rng(1)
+    across = np.stack([rng.uniform(-0.8, 0.8, 4), np.zeros(4), rng.uniform(-0.1, 0.9, 4)], axis=1)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    antennas = Antennas(turn @ [0.1, 0.0, 0.7], across @ turn.T)
+    inside = np.stack([rng.uniform(-0.2, 0.2, 200), np.zeros(200), rng.uniform(-0.2, 0.2, 200)])
+    u = np.full((4, 200), 1e-5)
+    assert np.isnan(position_uncertainty(turn @ inside, u, antennas)).all()
+    beside = turn @ (inside + [[0.0], [0.02], [0.0]])
+    gradient = path_gradient(beside, antennas)
+    expected = [np.sqrt(np.diag(np.linalg.inv(1e10 * one.T @ one))) for one in gradient.transpose(2, 0, 1)]
+    # eight neighbours share a Jacobian, which these places do not
+    u[0, 0] = 1.0001e-5
+    assert position_uncertainty(beside, u, antennas)[:, 1:] == pytest.approx(np.array(expected).T[:, 1:], rel=1e-6)

@@ -5,7 +5,6 @@ In a common turn of all antennas and places about the vertical no path changes: 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,9 +12,10 @@ import numpy as np
 from radargui.calibration.likelihood import STEP, World
 from radargui.estimation.forward.parameters import polarisation_places
 from radargui.estimation.forward.sphere import PolarisedSphere, signals_of
+from radargui.estimation.forward.thinned import Thinned
 from radargui.estimation.solve.problem import JointProblem
 from radargui.geometry.path_length import Antennas, range_factor
-from radargui.model.arrays import ComplexArray, FloatArray, IntArray
+from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.scattering import transverse_axes
 
 PLACE_STEP_M = 1e-5
@@ -94,12 +94,12 @@ def amplitude_slopes(
         return received(rest[:, None], antennas, 0)
 
     # within a sixth of a fringe no direction changes by more than 1e-4
-    some, all_bins = some_bins(place_m.shape[1])
-    place_m = place_m[:, some]
+    thinned = Thinned(place_m.shape[1], EACH)
+    place_m = place_m[:, thinned.bins]
     here, at_rest = received(place_m, antennas), resting(rest_m, antennas)
 
     def slope(ahead: ComplexArray, step: float) -> ComplexArray:
-        return all_bins((ahead - here) / (step * here[:, :1, :1]))
+        return thinned((ahead - here) / (step * here[:, :1, :1]))
 
     by_unknown = {}
     for numbers in _together(world):
@@ -117,19 +117,9 @@ def amplitude_slopes(
     steps = PLACE_STEP_M * np.eye(3)
     by_place = [slope(received(place_m + one[:, None], antennas), PLACE_STEP_M) for one in steps]
     # the place at rest is in the divisor alone: its slope needs the field there and nowhere else
-    straight = all_bins(here / here[:, :1, :1])
+    straight = thinned(here / here[:, :1, :1])
     by_rest = [straight * (at_rest / resting(rest_m + one, antennas) - 1.0) / PLACE_STEP_M for one in steps]
     return AmplitudeSlopes(by_unknown, tuple(by_place), tuple(by_rest))
-
-
-def some_bins(n_bins: int) -> tuple[IntArray, Callable[[ComplexArray], ComplexArray]]:
-    """Return some of the bins, and how values there, (..., n_some), become those of all, (..., n_bins)."""
-    some = np.unique(np.append(np.arange(0, n_bins, EACH), n_bins - 1))
-    bins = np.arange(n_bins)
-    first = np.clip(np.searchsorted(some, bins, side="right") - 1, 0, max(some.size - 2, 0))
-    then = np.minimum(first + 1, some.size - 1)
-    share = (bins - some[first]) / np.maximum(some[then] - some[first], 1)
-    return some, lambda value: np.asarray(value[..., first] + share * (value[..., then] - value[..., first]))
 
 
 def _together(world: World) -> list[dict[int | None, int]]:

@@ -16,7 +16,7 @@ from radargui.model.workers import begin_worker
 
 Progress = Callable[[float], None]
 T = TypeVar("T")
-MOST_ROUNDS = 60
+_HALF_FULL_ROUNDS = 60
 """After so many rounds the fits' half of the bar is half full. Chosen by hand: the larger, the slower it goes on."""
 LOOK_S = 0.1
 """How often it is looked whether somebody wants no more."""
@@ -49,7 +49,8 @@ class Shares:
     def look(self) -> None:
         """Say how far it is; what that raises ends the work."""
         # begun again without a recording more are done than there are; rounds never reach their half: none is the last
-        self._report(0.5 * min(self._done / self._count, 1.0) + 0.5 * self._rounds / (self._rounds + MOST_ROUNDS))
+        estimates, rounds = min(self._done / self._count, 1.0), self._rounds / (self._rounds + _HALF_FULL_ROUNDS)
+        self._report(0.5 * estimates + 0.5 * rounds)
 
 
 class Crew:

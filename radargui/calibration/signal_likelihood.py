@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.calibration.amplitude_slopes import PLACE_STEP_M, AmplitudeSlopes, amplitude_slopes, axes_of, some_bins
+from radargui.calibration.amplitude_slopes import EACH, PLACE_STEP_M, AmplitudeSlopes, amplitude_slopes, axes_of
 from radargui.calibration.likelihood import (
     STEP,
     Begun,
@@ -25,6 +25,7 @@ from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.parameters import polarisation_places
 from radargui.estimation.forward.signal_model import ModelInputs, Waves, log_ways, reflections
 from radargui.estimation.forward.signal_slopes import receiver_slopes, ways_slopes
+from radargui.estimation.forward.thinned import Thinned
 from radargui.estimation.solve.changed_problem import mirrors_changed
 from radargui.estimation.solve.prior_deviations import reestimated
 from radargui.estimation.solve.priors import Prior
@@ -154,9 +155,9 @@ class SignalLikelihood(Likelihood):
         problem, theta, layout, n_shared = at.problem, at.theta, at.problem.layout, len(z)
         pair, receiver, sd = slice(2 * n, 2 * n + 2), layout.receivers[n], problem.prior.sd
         lin = receiver_slopes(at.node_m[:, pair], theta, layout, problem.inputs, n, at.excess[pair], at.waves.of(n))
-        some, all_bins = some_bins(problem.bins.n_bins)
+        thinned = Thinned(problem.bins.n_bins, EACH)
         # directions change over centimetres: they are those of a bin's middle for both its channels and nodes
-        place_m = at.place_m[:, None, None, some]
+        place_m = at.place_m[:, None, None, thinned.bins]
         plain = log_ways(place_m, theta, layout, problem.inputs, n)
 
         def ways(place: FloatArray, other: ModelInputs, step: float) -> ComplexArray:
@@ -174,7 +175,7 @@ class SignalLikelihood(Likelihood):
         for k in antennas:
             other = replace(inputs, antennas=world.antennas(z + STEP * (np.arange(n_shared) == k)))
             by_ways.append(ways(place_m, other, STEP))
-        shown = ways_slopes(at.waves.of(n), all_bins(np.array(by_ways)))
+        shown = ways_slopes(at.waves.of(n), thinned(np.array(by_ways)))
         by_place, by_rest = by_place + shown[:3], by_rest + shown[3:6]
         known = np.einsum("xcn,xnk->cnk", by_place, at.slopes) + np.einsum("xcn,xk->cnk", by_rest, at.slopes[:, 0])
         turning = np.empty(0)

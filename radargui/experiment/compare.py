@@ -21,11 +21,12 @@ from radargui.model.setup_error import differing
 from radargui.report.decimation import EMPTY, Curve, envelope
 
 FIGURES = (
-    ("e", "u_e", "u_e_combined", ""),
-    ("drop_height_m", "", "", "m"),
-    ("impact_speed_m_s", "", "", "m/s"),
-    ("g_m_s2", "u_g_m_s2", "u_g_combined_m_s2", "m/s²"),
+    ("e", "u_e", "u_e_combined"),
+    ("drop_height_m", "", ""),
+    ("impact_speed_m_s", "", ""),
+    ("g_m_s2", "u_g_m_s2", "u_g_combined_m_s2"),
 )
+"""Keys of the summary: a figure, its statistical and its combined standard uncertainty; empty where it has none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +51,7 @@ class ComparedFigure:
 
     Attributes
     ----------
-    name, unit
+    name
         As in the summary.
     before, after
         None where it is not known.
@@ -62,7 +63,6 @@ class ComparedFigure:
     """
 
     name: str
-    unit: str
     before: float | None
     after: float | None
     u_before: float | None = None
@@ -105,14 +105,14 @@ class RunComparison:
         """The figures of both."""
         return tuple(self._figure(*keys) for keys in FIGURES)
 
-    def _figure(self, name: str, u: str, u_combined: str, unit: str) -> ComparedFigure:
+    def _figure(self, name: str, u: str, u_combined: str) -> ComparedFigure:
         def both(key: str) -> tuple[float | None, float | None]:
             return figure_in(self.before.summary, key), figure_in(self.after.summary, key)
 
         own = both(u)
         before, after = (alone if whole is None else whole for alone, whole in zip(own, both(u_combined), strict=True))
         largest = max((one for one in own if one is not None), default=None)
-        return ComparedFigure(name, unit, *both(name), before, after, largest)
+        return ComparedFigure(name, *both(name), before, after, largest)
 
     @property
     def settings(self) -> tuple[ChangedSetting, ...]:

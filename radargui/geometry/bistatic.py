@@ -12,9 +12,9 @@ _TOLERANCE_M = 1e-8  # the next step would be its square over the distance of th
 _SINGULAR, _SINGULAR_SQUARES = 1e-9, 1e-11
 """Determinants of J, whose rows are at most 2 long, and of J^T J, from which on there is a solution.
 
-Of 60 000 places in one plane with all antennas, where both are 0, rounding leaves up to 1.3e-14 of the first and, with
-four receivers, 4.3e-14 of the second: 1e-5 of its bound, and half a per cent. The second is the square of the first, and
-where no path tells the sides their rows of 0.03 alone make it 1e-6 (chosen by hand).
+In 60 000 places in one plane with all antennas both are 0. Rounding leaves up to 1.3e-14 of the first, and with four
+receivers 4.3e-14 of the second: 1e-5 of its bound, and half a per cent. The second is the square of the first; where no
+path tells the sides, their rows of 0.03 alone make it 1e-6 (chosen by hand).
 """
 _SIDEWAYS, _FALLING_STEPS = 0.03, 8  # a metre aside against one of path: enough where no path tells; the steps converge
 _NEIGHBOURS, _PIECE = 8, 1 << 14  # places whose J is one, and how many of these are looked at together

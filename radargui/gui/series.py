@@ -19,9 +19,8 @@ from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.services import Services
 from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme
-from radargui.model.rounding import UNKNOWN, alone, plain
+from radargui.model.rounding import COVERAGE, UNKNOWN, alone, plain
 from radargui.report.facts import (
-    COVERED,
     Glances,
     ReportFacts,
     e_span,
@@ -125,22 +124,22 @@ class SpeedView(QWidget):
         for fit in drawn:
             speed = np.linspace(max(fit.speed_low_m_s, 1e-3), fit.speed_high_m_s, 80)
             e, u = fit.e(speed)
-            self.plot.band("fit").show_band(speed, e - COVERED * u, e + COVERED * u)
+            self.plot.band("fit").show_band(speed, e - COVERAGE * u, e + COVERAGE * u)
             self.plot.fast_line("fit", MODELS[fit.model].title, dashed=True).setData(speed, e)
         for number, (speed, e, u) in enumerate(groups):
             # one line for all bars, which not-a-number breaks: a hundred items would take their time to draw
             x = np.repeat(speed, 3)
-            bars = np.stack([e - COVERED * u, e + COVERED * u, np.full_like(e, np.nan)], axis=1).ravel()
+            bars = np.stack([e - COVERAGE * u, e + COVERAGE * u, np.full_like(e, np.nan)], axis=1).ravel()
             name = found[number].name
-            self.plot.fast_line(role_of(number), f"{name} ± 2 u").setData(x, bars)
+            self.plot.fast_line(role_of(number), f"{name} ± {COVERAGE:g} u").setData(x, bars)
             self.plot.marker(role_of(number), size=5, name=name).setData(speed, e)
         low, high = e_span(every)
         n_outside = int(np.count_nonzero((every[1] < low) | (every[1] > high)))
         self.plot.setXRange(0.0, 1.08 * float(every[0].max()), padding=0)
         self.plot.setYRange(low, high, padding=0)
-        fitted = [("╌", "fit", f"{MODELS[drawn[0].model].title} ± 2 u")] if drawn else []
+        fitted = [("╌", "fit", f"{MODELS[drawn[0].model].title} ± {COVERAGE:g} u")] if drawn else []
         outside = [("", "text", f"{n_outside} outside")] if n_outside else []
-        self.key.show_entries(("│", "text", "± 2 u"), *fitted, *session_key(found), *outside)
+        self.key.show_entries(("│", "text", f"± {COVERAGE:g} u"), *fitted, *session_key(found), *outside)
         self.key.setToolTip(_plain(session_key(found)))
 
 

@@ -17,8 +17,10 @@ from radargui.model.setup_error import flattened
 
 AGREES = 0.1
 """Times its u: a value of the setup that differs by less was rounded; it makes u larger by half a percent at most."""
-CORRELATED = 0.5
-"""From here a correlation is worth a line in the report."""
+CORRELATED, KNOWN_TOGETHER = 0.5, 0.9
+"""Correlations of two unknowns from which on the report lists them, and a sentence calls them known only together: each
+alone has 1 / sqrt(1 - r^2) times the u that it would have if the other were known, 1.15 and 2.3 times (chosen by hand).
+"""
 _AXES = "xyz"
 _KEY = re.compile(rf"(receiver|transmitter|tracer)\.(?:(\d+)\.)?(\w+)(?:\.([{_AXES}]))?")
 """Of a value in the setup: table, number, name and axis."""
@@ -102,12 +104,6 @@ def too_old(setup: Setup, now: datetime) -> str:
     if age <= most:
         return ""
     return f"the calibration of {day_of(content)} is {age:.0f} days old, more than calibration.max_age_days = {most:g}"
-
-
-def in_brackets(value: float, u: float, scale: float = 1.0) -> str:
-    """Return a value with the u of its last digits: 9.8093(41) (GUM 7.2.2)."""
-    shown, _, digits = quantity(value, u, scale=scale).partition(" ± ")
-    return f"{shown}({digits.replace('.', '').lstrip('0')})"
 
 
 def calibrated(setup: Setup, calibration: Calibration, file: Path) -> Setup:
@@ -202,9 +198,7 @@ def change(name: str, old: tuple[float, float], new: tuple[float, float]) -> Cha
     return Change(name, unit, old_text, new_text, difference_text, difference / u if u > 0.0 else math.nan)
 
 
-def correlations(
-    covariance: FloatArray, names: tuple[str, ...], least: float = CORRELATED
-) -> list[tuple[str, str, float]]:
+def correlations(covariance: FloatArray, names: tuple[str, ...], least: float) -> list[tuple[str, str, float]]:
     """Return the pairs of names whose correlation is beyond `least` in size, with it, the largest first."""
     u = np.sqrt(np.diag(covariance))
     r = covariance / np.outer(u, u).clip(np.finfo(float).tiny)

@@ -10,6 +10,8 @@ from pydantic import Field, field_validator, model_validator
 from radargui.model.section import Coordinate, ExactWhole, Real, Section, Vector
 
 SPEED_OF_LIGHT_M_S = 299_792_458.0  # exact: it defines the metre (SI)
+MOST_RECEIVERS = 4
+"""Three tell a place; a fourth tells whether they agree."""
 
 
 class Radar(Section):

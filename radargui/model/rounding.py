@@ -4,6 +4,8 @@ import math
 from decimal import ROUND_HALF_EVEN, Context, Decimal
 
 UNKNOWN = "–"
+COVERAGE = 2.0
+"""Standard uncertainties that bars and bands reach to either side, and within which figures agree (GUM 6.3.3)."""
 _SIGNIFICANT = 2  # digits of an uncertainty: two at the most are of use (JCGM 100, 7.2.6)
 _SHOWN, _WIDE = (Context(prec=digits, rounding=ROUND_HALF_EVEN) for digits in (_SIGNIFICANT, 1000))
 """All digits of two doubles fit into 1000: 309 before the point, 325 behind it."""
@@ -34,12 +36,14 @@ def quantity(value: float | None, u: float | None, unit: str = "", scale: float 
     return f"({both}){tail}" if tail else both
 
 
-def concise(value: float | None, u: float | None, unit: str = "") -> str:
-    """Return "0.8123(12)", the digits of u below the last ones of the value (GUM 7.2.2); see `quantity`."""
-    shown, plus_minus, own = quantity(value, u).partition(" ± ")
-    # below one the digits alone, above it with its decimal point: 12.3(1.2)
+def concise(value: float | None, u: float | None, unit: str = "", scale: float = 1.0) -> str:
+    """Return "0.8123(12)", the digits of u below the last ones of the value (GUM 7.2.2); see `quantity`.
+
+    A u of one and more keeps its decimal point, "12.3(1.2)": what stands in the brackets is then read one way only.
+    """
+    shown, plus_minus, own = quantity(value, u, scale=scale).partition(" ± ")
     digits = own if own[:1].strip("0") else own.replace(".", "").lstrip("0")
-    return f"{shown}{f'({digits})' if plus_minus else ''}{f' {unit}' if unit and value is not None else ''}"
+    return f"{shown}{f'({digits})' if plus_minus else ''}{f' {unit}' if unit and shown != UNKNOWN else ''}"
 
 
 def alone(value: float | None, u: float | None, scale: float = 1.0, *, signed: bool = False) -> str:

@@ -23,7 +23,7 @@ from radargui.model.calibration_file import (
 from radargui.model.daq import Daq, RecordingLimits
 from radargui.model.errors import FileError, SetupError
 from radargui.model.processing import Processing
-from radargui.model.radar import Floor, Radar, Receiver, Site, Tracer, Transmitter
+from radargui.model.radar import MOST_RECEIVERS, Floor, Radar, Receiver, Site, Tracer, Transmitter
 from radargui.model.recording import iq_names
 from radargui.model.scattering import LEAST_SHARE, ReceivedField, received_fields
 from radargui.model.section import ExactWhole, Section
@@ -44,7 +44,7 @@ class Setup(Section):
     schema_version: Annotated[Literal[1], ExactWhole, Field(alias="schema", description="1 in this version")]
     radar: Radar
     transmitter: Transmitter
-    receiver: Annotated[tuple[Receiver, ...], Field(min_length=1, max_length=4)]
+    receiver: Annotated[tuple[Receiver, ...], Field(min_length=1, max_length=MOST_RECEIVERS)]
     tracer: Tracer = Tracer()
     floor: Floor = Floor()
     site: Site = Site()

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.model.calibrated_setup import day_of, in_brackets
+from radargui.model.calibrated_setup import day_of
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import RunResult
+from radargui.model.rounding import COVERAGE, concise
 from radargui.processing.uncertainty_budget import changes_of_track
-from radargui.restitution.site_gravity import COVERAGE, site_check
+from radargui.restitution.site_gravity import site_check
 
 U_NOMINAL_M_S2 = 0.015
 """Of g where the setup names no site: 9.780 at the equator to 9.832 at the poles, evenly spread."""
@@ -65,7 +66,7 @@ def check_calibration(result: RunResult) -> CalibrationCheck | None:
     # independent: the site's g knows nothing of the antennas
     g_holds = abs(fall.g_m_s2 - expected) <= COVERAGE * math.hypot(u_g, u_expected)
     holds = g_holds and size <= COVERAGE_2D * u_drift
-    figures = f"g {in_brackets(fall.g_m_s2, u_g)} m/s², drift {in_brackets(size, u_drift, 1e3)} mm"
+    figures = f"g {concise(fall.g_m_s2, u_g, 'm/s²')}, drift {concise(size, u_drift, 'mm', 1e3)}"
     content = result.setup.calibration.content
     said = "the setup" if content is None else f"the calibration of {day_of(content)}"
     if holds:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from radargui.model.arrays import FloatArray
+from radargui.model.rounding import COVERAGE
 from radargui.report.provenance import Provenance
 from radargui.report.run_facts import RunFacts, glance
 from radargui.restitution.findings import Findings, SeriesRun, SeriesSession, findings_of
@@ -90,8 +91,6 @@ _WORST_SHARE, _GOOD_SHARE = 0.1, 0.01
 """Of e: an e that is known to no better than the first is not drawn; the second decide how far the axis reaches."""
 _MARGIN = 0.1
 """Of the range of e, left free above and below (chosen by hand)."""
-COVERED = 2.0
-"""Standard uncertainties that a bar reaches to either side."""
 
 
 def speed_points(runs: Sequence[RunFacts]) -> FloatArray:
@@ -118,7 +117,7 @@ def e_span(points: FloatArray) -> tuple[float, float]:
     """Return lowest and highest e drawn, for `speed_points` that are not empty: as far as the good ones reach."""
     known = points[:, points[2] < _GOOD_SHARE * points[1]]
     _, e, u = known if known.size else points
-    low, high = float((e - COVERED * u).min()), float((e + COVERED * u).max())
+    low, high = float((e - COVERAGE * u).min()), float((e + COVERAGE * u).max())
     room = _MARGIN * (high - low) or 0.5 * abs(high) or 1.0
     return low - room, high + room
 

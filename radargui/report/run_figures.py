@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from radargui.model.arrays import FloatArray
+from radargui.model.rounding import COVERAGE
 from radargui.report import sheet
 from radargui.report.canvas import SIZE, Canvas, Line, Panel, span_of
 from radargui.report.curves import CircleCurves, ReceiverCurves, RunCurves, StepCurves, TrackFigures
@@ -293,8 +294,8 @@ def paths_page(curves: RunCurves, paper: Paper) -> Figure:
         phases = ((one.phase, Line("black"), "corrected"), (one.phase_raw, Line(sheet.RAW_COLOUR, 1.5), "uncorrected"))
         drawing.several(left, f"Phase of receiver {one.name}", phases)
         u = np.interp(one.change.x, one.u_change.x, one.u_change.y) if len(one.u_change.x) else 0.0
-        ends = [Curve(one.change.x, one.change.y + sign * 2.0 * u) for sign in (-1.0, 1.0)]
-        band = [(end, Line(colour, 0.2), name) for end, name in zip(ends, ("± 2 u", ""), strict=True)]
+        ends = [Curve(one.change.x, one.change.y + sign * COVERAGE * u) for sign in (-1.0, 1.0)]
+        band = [(end, Line(colour, 0.2), name) for end, name in zip(ends, (f"± {COVERAGE:g} u", ""), strict=True)]
         lines = [(one.change, Line(colour, 0.6), ""), *band]
         drawing.several(right, f"Change of path length L{one.name}{lost}", lines, "m")
     left, right = _columns(rows[-1], 2)

@@ -6,10 +6,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from radargui.model.arrays import FloatArray
+from radargui.model.rounding import COVERAGE
 from radargui.report import sheet
 from radargui.report.canvas import Canvas, Line, Panel, Span, span_of
 from radargui.report.decimation import Curve
-from radargui.report.facts import COVERED, ReportFacts, e_span, mean_gravity, shown_fits, speed_points
+from radargui.report.facts import ReportFacts, e_span, mean_gravity, shown_fits, speed_points
 from radargui.report.run_facts import RunFacts
 from radargui.report.sheet import Area
 from radargui.restitution.speed_models import MODELS, SpeedFit
@@ -50,13 +51,13 @@ def draw_speeds(figure: Figure, area: Area, facts: ReportFacts) -> None:
         if named:
             panel.key(sheet.printable(names[number])[:24], Line(colour, 1.0))
     outside = f"; {n_outside} outside" if n_outside else ""
-    panel.frame(f"e of valid impacts, bars ± 2 u{outside}", "speed before the impact / (m/s)")
+    panel.frame(f"e of valid impacts, bars ± {COVERAGE:g} u{outside}", "speed before the impact / (m/s)")
 
 
 def _draw_points(panel: Panel, points: FloatArray, colour: str) -> None:
     speed, e, u = points
     x = np.repeat(speed, 3)
-    y = np.stack([e - COVERED * u, e + COVERED * u, np.full_like(e, np.nan)], axis=1).ravel()
+    y = np.stack([e - COVERAGE * u, e + COVERAGE * u, np.full_like(e, np.nan)], axis=1).ravel()
     panel.curve(Curve(x, y), Line(colour, 0.6))
     panel.dots(speed, e, colour, 3.0)
 
@@ -66,7 +67,7 @@ def _draw_fit(panel: Panel, fit: SpeedFit) -> None:
     e, u = fit.e(speed)
     line = Line(sheet.FIT_COLOUR, 0.9, _DASHES)
     panel.curve(Curve(speed, e), line)
-    for sign in (-COVERED, COVERED):
+    for sign in (-COVERAGE, COVERAGE):
         panel.curve(Curve(speed, e + sign * u), Line(sheet.FIT_COLOUR, 0.3))
     panel.key(MODELS[fit.model].title, line)
 

@@ -106,7 +106,10 @@ def _calibration(setup: Setup) -> list[Content]:
     words = calibration_words(setup)
     said = f"{words[0].upper()}{words[1:]}: {content.reason.rstrip('.') or UNKNOWN}."
     edited = edited_since(setup)
-    pairs = [f"{setup_key(a)} with {setup_key(b)}: {r:+.2f}" for a, b, r in correlations(covariance, content.names)]
+    pairs = [
+        f"{setup_key(a)} with {setup_key(b)}: {r:+.2f}"
+        for a, b, r in correlations(covariance, content.names, CORRELATED)
+    ]
     named = "; ".join(pairs[:_MOST_NAMED]) + (f" and {len(pairs) - _MOST_NAMED} more" * (len(pairs) > _MOST_NAMED))
     together = [Note(f"Correlated by more than {CORRELATED:g}: {named}.")] if pairs else []
     return [

@@ -5,13 +5,11 @@ from dataclasses import dataclass
 
 from radargui.model.gravity import gravity_of_site, share_in_air
 from radargui.model.result import RunResult
-from radargui.model.rounding import plain, quantity
+from radargui.model.rounding import COVERAGE, plain, quantity
 from radargui.model.setup import Setup
 
 U_AIR = 0.1
 """Of the density of air, relative: weather, and heights up to a kilometre."""
-COVERAGE = 2.0
-"""They agree within so many standard uncertainties of the difference (GUM 6.2, about 95 %)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -173,7 +173,7 @@ def test_four_receivers_in_one_plane_with_the_sphere_tell_no_uncertainty_and_bes
     inside = np.stack([rng.uniform(-0.2, 0.2, 200), np.zeros(200), rng.uniform(-0.2, 0.2, 200)])
     u = np.full((4, 200), 1e-5)
     assert np.isnan(position_uncertainty(turn @ inside, u, antennas)).all()
-    beside = turn @ (inside + [[0.0], [0.02], [0.0]])
+    beside = turn @ (inside + np.array([[0.0], [0.02], [0.0]]))
     gradient = path_gradient(beside, antennas)
     expected = [np.sqrt(np.diag(np.linalg.inv(1e10 * one.T @ one))) for one in gradient.transpose(2, 0, 1)]
     # eight neighbours share a Jacobian, which these places do not

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from radargui.model.rounding import UNKNOWN, alone, plain, quantity
+from radargui.model.rounding import UNKNOWN, alone, concise, plain, quantity
 
 
 @pytest.mark.parametrize(
@@ -32,6 +32,28 @@ def test_u_has_two_digits_and_the_value_ends_at_the_same_decimal(value: float, u
 
 def test_a_unit_stands_behind_brackets_and_a_scale_is_applied_to_both() -> None:
     assert quantity(0.26002, 0.00013, "mm", 1e3) == "(260.02 ± 0.13) mm"
+
+
+@pytest.mark.parametrize(
+    ("value", "u", "text"),
+    [
+        (9.80931, 0.0041, "9.8093(41) m/s²"),
+        (0.21, 0.30, "0.21(30) m/s²"),
+        (12.34, 1.2, "12.3(1.2) m/s²"),
+        (123.4, 12.0, "123(12) m/s²"),
+        (9.8093, None, "9.809 m/s²"),
+        (math.nan, 0.1, UNKNOWN),
+        (None, 0.1, UNKNOWN),
+    ],
+)
+def test_in_brackets_stand_the_last_digits_or_from_one_on_the_uncertainty_itself(
+    value: float | None, u: float | None, text: str
+) -> None:
+    assert concise(value, u, "m/s²") == text
+
+
+def test_in_brackets_too_a_scale_is_applied_to_both() -> None:
+    assert concise(0.01234, 0.0012, "mm", 1e3) == "12.3(1.2) mm"
 
 
 @pytest.mark.parametrize("value", [None, math.nan, math.inf])

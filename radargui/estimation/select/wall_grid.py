@@ -13,6 +13,7 @@ from radargui.estimation.forward.mirrors import WALL, MirrorPlane, distances, tu
 from radargui.estimation.forward.parameters import polarisation_places
 from radargui.estimation.forward.signal_model import ModelInputs, Waves, waves_at
 from radargui.estimation.forward.signal_slopes import receiver_slopes
+from radargui.estimation.forward.thinned import Thinned
 from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.changed_problem import positions_at_bins, stiff_law_sd
 from radargui.estimation.solve.lobe_prior import main_lobes
@@ -20,7 +21,7 @@ from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.priors import Prior
 from radargui.estimation.solve.problem import JointProblem
 from radargui.geometry.path_length import Antennas
-from radargui.model.arrays import ComplexArray, FloatArray, IntArray, pieces
+from radargui.model.arrays import ComplexArray, FloatArray, pieces
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,10 +222,9 @@ class OverMirrors:
     """
 
     def __init__(self, problem: JointProblem, theta: FloatArray, place_m: FloatArray) -> None:
-        n_bins = place_m.shape[1]
-        thin = np.unique(np.append(np.arange(0, n_bins, _THIN), n_bins - 1))
         self._problem, self._angles = problem, theta[polarisation_places(problem.layout)]
-        self._place, self._between = place_m[:, thin], _Interpolated.of(thin, n_bins)
+        self._thinned = Thinned(place_m.shape[1], _THIN)
+        self._place = place_m[:, self._thinned.bins]
 
     def __call__(self, planes: list[MirrorPlane]) -> tuple[ComplexArray, ComplexArray] | None:
         """Return M by the images of transmitter and receivers, (n_planes, n_receivers, n_bins); None for a point."""
@@ -232,26 +232,7 @@ class OverMirrors:
         if sphere is None:
             return None
         sent, got = sphere.over_mirrors(self._place, self._problem.inputs.antennas, planes, self._angles)
-        return self._between(sent), self._between(got)
-
-
-@dataclass(frozen=True)
-class _Interpolated:
-    """Straight lines between values at some bins."""
-
-    before: IntArray
-    share: FloatArray
-
-    @staticmethod
-    def of(thin: IntArray, n_bins: int) -> _Interpolated:
-        every = np.arange(n_bins)
-        before = np.clip(np.searchsorted(thin, every, side="right") - 1, 0, max(thin.size - 2, 0))
-        after = np.minimum(before + 1, thin.size - 1)
-        return _Interpolated(before, (every - thin[before]) / np.maximum(thin[after] - thin[before], 1))
-
-    def __call__(self, values: ComplexArray) -> ComplexArray:
-        step = np.diff(values, axis=-1, append=values[..., -1:])
-        return np.asarray(values[..., self.before] + self.share * step[..., self.before])
+        return self._thinned(sent), self._thinned(got)
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,21 @@ from radargui.experiment.calibrating import FALL
 from radargui.files.formats import SUFFIXES
 from radargui.gui.layout import TIPS, Group, Paragraph, PlainLabel, button, fill, follow
 from radargui.gui.plots.plot import Plot
-from radargui.gui.setup.setup_model import MOST_RECEIVERS
 from radargui.gui.setup.words import UNKNOWNS, called, words_of
 from radargui.gui.table import RowModel, RowTable, WordTable
 from radargui.gui.theme import Theme, scaled_font
 from radargui.model.assumed import uncertain_inputs
-from radargui.model.calibrated_setup import Change, change, changes_since, correlations, setup_key, unit_of
+from radargui.model.calibrated_setup import (
+    KNOWN_TOGETHER,
+    Change,
+    change,
+    changes_since,
+    correlations,
+    setup_key,
+    unit_of,
+)
 from radargui.model.calibration import Calibration, Residual
+from radargui.model.radar import MOST_RECEIVERS
 from radargui.model.resources import resources_folder
 from radargui.model.rounding import UNKNOWN, plain
 from radargui.model.setup import Setup
@@ -151,9 +159,6 @@ _TITLE = 1.5
 """Times the font of the window (chosen by hand): the verdict is what is looked for."""
 _MOST_NAMED = 2
 """Pairs of unknowns in one sentence (chosen by hand); the others are counted."""
-_TOGETHER = 0.9
-"""Least correlation of a pair that is named, stricter than the report's, which has room for a list (chosen by hand)."""
-
 _KEY = re.compile(r"\b(?:receiver|transmitter|tracer)(?:\.\w+)+")
 
 
@@ -251,7 +256,7 @@ def found_words(found: Calibration) -> list[str]:
         lines.append(f"cross-validation: recordings that were left out agree within {after} mm (before: {before} mm)")
     if untold := [words for words in found.undetermined if words not in found.reason]:
         lines.append(f"the data cannot tell: {'; '.join(untold)}")
-    if pairs := correlations(found.covariance, found.names, _TOGETHER):
+    if pairs := correlations(found.covariance, found.names, KNOWN_TOGETHER):
         named = (f"{a} with {b} ({r:+.2f})" for a, b, r in pairs[:_MOST_NAMED])
         more = len(pairs) - _MOST_NAMED
         lines.append(f"known only together: {'; '.join(named)}{f'; {more} more pairs' if more > 0 else ''}")

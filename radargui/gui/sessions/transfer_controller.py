@@ -26,7 +26,7 @@ from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.words import words_of
 from radargui.gui.table import WordTable
 from radargui.model.errors import FileError
-from radargui.model.rounding import alone, plain, quantity
+from radargui.model.rounding import alone, quantity
 from radargui.model.setup import Setup
 from radargui.session.session import Session
 from radargui.session.transfer import FOLDER, ExportPlan, plan_export
@@ -149,18 +149,16 @@ def lines_of(outcome: Outcome[RunComparison]) -> Iterator[tuple[str, str, str, s
     yield name, "Verdict", before.verdict, after.verdict, ""
     for one in comparison.figures:
         words, scale = _SHOWN[one.name]
+        sides = ((one.before, one.u_before), (one.after, one.u_after))
+        before_words, after_words = (quantity(value, u, scale=scale) for value, u in sides)
         difference = alone(one.difference, one.u_difference, scale, signed=True)
-        yield "", words, _value(one.before, one.u_before, scale), _value(one.after, one.u_after, scale), difference
+        yield "", words, before_words, after_words, difference
 
 
 def settings_words(comparison: RunComparison) -> str:
     """Return what was set differently, a line each."""
     lines = [f"{one.key}: {_said(one.before)} → {_said(one.after)}" for one in comparison.settings]
     return "\n".join(lines) or "The settings are the same as those of the stored results."
-
-
-def _value(value: float | None, uncertainty: float | None, scale: float) -> str:
-    return plain(value, scale=scale) if uncertainty is None else quantity(value, uncertainty)
 
 
 def _said(value: object) -> str:

@@ -14,12 +14,13 @@ from radargui.gui.background import Jobs
 from radargui.gui.layout import Answer, FaultText, Group, PlainLabel, button
 from radargui.gui.setup.fields import AntennaGrid, FormPanel, ModelGroup, SetupForm
 from radargui.gui.setup.geometry_sketch import GeometrySketch
-from radargui.gui.setup.setup_model import MOST_RECEIVERS, SetupModel
+from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.uncertainty_map import UncertaintyMapView
 from radargui.gui.setup.words import in_words
 from radargui.gui.theme import Theme
 from radargui.model.assumed import ASSUMED
 from radargui.model.calibrated_setup import calibration_words, edited_since, too_old
+from radargui.model.radar import MOST_RECEIVERS
 from radargui.model.scattering import LEAST_SHARE, received_fields
 from radargui.processing.calibration_check import CalibrationCheck
 

@@ -19,9 +19,10 @@ from PySide6.QtWidgets import (
 )
 
 from radargui.gui.layout import FRAMED, Choice, FaultText, FormScroll, Group, PlainLabel, fill, follow, side_by_side
-from radargui.gui.setup.setup_model import MOST_RECEIVERS, SetupModel
+from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.words import FORMS, READERS, called, kind_of, show_number, words_of
 from radargui.model.assumed import ASSUMED
+from radargui.model.radar import MOST_RECEIVERS
 
 _ARROW = 22
 """Width of the arrow of a list in the style Fusion, in pixels."""

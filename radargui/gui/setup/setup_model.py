@@ -13,13 +13,11 @@ from radargui.gui.services import Services
 from radargui.gui.settings import Settings
 from radargui.gui.setup.words import called, faults_of, parts_of
 from radargui.model.errors import RadarGuiError, SetupError
-from radargui.model.radar import Radar
+from radargui.model.radar import MOST_RECEIVERS, Radar
 from radargui.model.resources import default_setup_path, shipped_setups
 from radargui.model.setup import Setup, dump_setup, parse_setup, plain, read_setup, write_setup
 from radargui.model.setup_error import flattened
 
-MOST_RECEIVERS = 4
-"""What a setup may have at most (`Setup.receiver`)."""
 _TABLES = {name: info.default for name, info in Setup.model_fields.items()} | {"radar": Radar()}
 _DEFAULTS = {name: table.model_dump() for name, table in _TABLES.items() if isinstance(table, BaseModel)}
 """What holds where the draft says nothing; of antennas nothing does."""

@@ -14,13 +14,12 @@ from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space
 from radargui.model.arrays import FloatArray, extremes
+from radargui.model.rounding import COVERAGE
 
 _MOST_BINS = 1500
 """Two points each: about the pixels of a wide screen."""
 _LEFT = 58
 """Width of the left axes in pixels (chosen by hand): in less the figures are cut, more is taken from the curves."""
-COVERED = 2.0
-"""Standard uncertainties that a band reaches to either side."""
 Detail = Literal["speed", "residual", "x", "y"]
 _LABELS: Mapping[Detail, str] = {"speed": "v [m/s]", "residual": "Δz [µm]", "x": "x [mm]", "y": "y [mm]"}
 
@@ -37,7 +36,7 @@ class TimePlot(Plot):
     def draw(self, x: FloatArray, y: FloatArray, u: FloatArray) -> FloatArray:
         """Draw values and standard uncertainties (NaN: without a band), shape (n,); return what to make room for."""
         kept = extremes(y, -(-y.size // _MOST_BINS))
-        x, y, around = x[kept], y[kept], COVERED * u[kept]
+        x, y, around = x[kept], y[kept], COVERAGE * u[kept]
         self.curve.setData(x, y)
         self.band_drawn.show_band(x, y - around, y + around)
         ends: FloatArray = np.concatenate([y, y - around, y + around])
@@ -127,7 +126,7 @@ class TrackCurves(QWidget):
         self.tabs = QTabBar(drawBase=False, expanding=False)
         self.tabs.setAccessibleName("Curve below the height")
         for number, name in enumerate(_LABELS):
-            self.tabs.addTab(name.capitalize() if len(name) > 1 else f"{name} ± 2 u")
+            self.tabs.addTab(name.capitalize() if len(name) > 1 else f"{name} ± {COVERAGE:g} u")
             self.tabs.setTabData(number, name)
             self.tabs.setTabToolTip(number, TIPS["curves"][name])
         self.tabs.currentChanged.connect(self._choose)
@@ -167,7 +166,7 @@ class TrackCurves(QWidget):
             self.height_plot.relabel(f"time after {track.zero} [s]")
             self.height_plot.show_track(track)
             self.height_plot.setXRange(float(track.time_s[0]), float(track.time_s[-1]), padding=0.01)
-        drawn = [("▬", "track", "z"), ("▒", "track", f"± 2 u ({track.u_kind})")] if track else []
+        drawn = [("▬", "track", "z"), ("▒", "track", f"± {COVERAGE:g} u ({track.u_kind})")] if track else []
         drawn += [("╌", "fit", "parabola")] if track and track.fit_time_s.size else []
         drawn += [("×", "mark", "impacts")] if track and track.impact_time_s.size else []
         self.key.show_entries(*drawn)

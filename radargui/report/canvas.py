@@ -1,8 +1,9 @@
 """What a page is drawn on: the canvas, and panels with axes, curves and names on it."""
 
 import io
+import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -53,6 +54,16 @@ class _Written:
     bold: bool = False
 
 
+MARKS: tuple[tuple[tuple[float, float], ...], ...] = (
+    (),
+    ((-0.44, -0.44), (0.44, -0.44), (0.44, 0.44), (-0.44, 0.44)),
+    ((0.0, -0.62), (0.62, 0.45), (-0.62, 0.45)),
+    ((0.0, -0.66), (0.66, 0.0), (0.0, 0.66), (-0.66, 0.0)),
+    ((0.0, 0.62), (0.62, -0.45), (-0.62, -0.45)),
+)
+"""Corners of marks in diameters of the first one, a dot; y downwards."""
+
+
 class Canvas(Artist):
     """Lines and words on a figure, handed to the renderer as they are."""
 
@@ -66,6 +77,20 @@ class Canvas(Artist):
     def line(self, places: FloatArray, line: Line, clip: Area | None = None, **looks: Any) -> None:
         """Add a line through places in mm."""
         self._drawn.append(_Drawn(places, line, clip, **looks))
+
+    def marks(self, places: FloatArray, colour: str, size: float, mark: int = 0, clip: Area | None = None) -> None:
+        """Add a mark of a size in points at each place in mm: a dot, or another of `MARKS`."""
+        if mark == 0:
+            places = np.repeat(places, 2, axis=0)
+            # a line without length is not drawn
+            places[1::2, 0] += 0.04
+            codes = np.tile(np.array([Path.MOVETO, Path.LINETO], np.uint8), len(places) // 2)
+            self.line(places, Line(colour, size), clip, codes=codes)
+            return
+        shape = np.array([*MARKS[mark], (0.0, 0.0)]) * size * (sheet.MM_PER_INCH / 72.0)
+        begun = [Path.MOVETO, *[Path.LINETO] * (len(shape) - 2), Path.CLOSEPOLY]
+        corners = (places[:, None, :] + shape).reshape(-1, 2)
+        self.line(corners, Line(colour, 0.0), clip, codes=np.tile(np.array(begun, np.uint8), len(places)), filled=True)
 
     def write(self, x: float, y: float, text: str, size: float, align: float = 0.0, **looks: Any) -> None:
         """Add text at its base line; `align` is the share of its width that lies left of x."""
@@ -146,8 +171,14 @@ SIZE = 6.0
 _FRAME = "#404040"
 _TICK_MM, _TITLE_MM = 0.8, 1.0
 """Length of the ticks, and the base line of the title above the frame (chosen by hand)."""
+_KEY_LINE_MM, _KEY_GAP_MM = 3.6, 1.9
+"""From where the piece of a line begins to the name behind it, and from that name to the next (chosen by hand)."""
+_LINE_SHARE = 0.47
+"""From one line of text to the next above a frame, in mm for each point of its size (chosen by hand)."""
 _STEPS = (1, 2, 5, 10)
 """From tick to tick, times a power of ten; the last one is the first of the next decade."""
+_MOST_DECIMALS = 6
+"""Of a number at an axis (chosen by hand): more are written in powers of ten."""
 Span = tuple[float, float]
 
 
@@ -163,14 +194,14 @@ def span_of(curves: Sequence[Curve], factor: float = 1.0, margin: float = 0.06) 
 
 @dataclass
 class Panel:
-    """One frame with its two axes.
+    """One frame with its two axes; drawn by `frame`, once it is known how many lines of words stand above it.
 
     Parameters
     ----------
     canvas
         What it is drawn on.
     area
-        The frame, without the words around it.
+        The frame, without the words around it; its top comes down where title and key need more than one line.
     x, y
         First and last value of the axes.
     """
@@ -180,7 +211,8 @@ class Panel:
     x: Span
     y: Span
     size: float = SIZE
-    _key_mm: float = field(default=0.0, init=False)
+    _keys: list[tuple[str, Line, int | None]] = field(default_factory=list, init=False)
+    _later: list[Callable[[], None]] = field(default_factory=list, init=False)
 
     def place(self, x: Any, y: Any) -> FloatArray:
         """Return where values lie, shape (n, 2), in mm."""
@@ -194,19 +226,19 @@ class Panel:
         """Draw a curve times `factor`; False where nothing of it is known."""
         known = bool(np.isfinite(curve.y).any())
         if known:
-            self.canvas.line(self.place(curve.x, curve.y * factor), line, self.area)
+            self.later(lambda: self.canvas.line(self.place(curve.x, curve.y * factor), line, self.area))
             if name:
                 self.key(name, line)
         return known
 
-    def dots(self, x: FloatArray, y: FloatArray, colour: str, size: float = 0.35) -> None:
-        """Draw a dot at each place."""
-        places = self.place(x, y)
-        places = np.repeat(places[np.isfinite(places).all(axis=1)], 2, axis=0)
-        # a line without length is not drawn
-        places[1::2, 0] += 0.04
-        codes = np.tile(np.array([Path.MOVETO, Path.LINETO], np.uint8), len(places) // 2)
-        self.canvas.line(places, Line(colour, size), self.area, codes=codes)
+    def dots(self, x: FloatArray, y: FloatArray, colour: str, size: float = 0.35, mark: int = 0) -> None:
+        """Draw a dot, or another of `MARKS`, at each place."""
+
+        def draw() -> None:
+            places = self.place(x, y)
+            self.canvas.marks(places[np.isfinite(places).all(axis=1)], colour, size, mark, self.area)
+
+        self.later(draw)
 
     def upright(self, times: Sequence[float], line: Line) -> None:
         """Draw a line from top to bottom at each of the values of x."""
@@ -214,23 +246,53 @@ class Panel:
         if inside:
             x = np.repeat(np.array(inside, np.float64), 3)
             y = np.tile(np.array([self.y[0], self.y[1], np.nan]), len(inside))
-            self.canvas.line(self.place(x, y), line, self.area)
+            self.later(lambda: self.canvas.line(self.place(x, y), line, self.area))
 
     def shade(self, first: float, last: float, colour: str) -> None:
         """Shade a range of x."""
         first, last = max(first, self.x[0]), min(last, self.x[1])
         if first < last:
-            corners = self.place([first, last, last, first], [self.y[0], self.y[0], self.y[1], self.y[1]])
-            self.canvas.line(corners, Line(colour, 0.0), self.area, filled=True)
+            x, y = (first, last, last, first), (self.y[0], self.y[0], self.y[1], self.y[1])
+            self.later(lambda: self.canvas.line(self.place(x, y), Line(colour, 0.0), self.area, filled=True))
 
-    def key(self, name: str, line: Line) -> None:
-        """Name a line above the frame, from the right."""
-        right, base = self.area.left + self.area.width - self._key_mm, self.area.top - _TITLE_MM
-        begin = right - sheet.width_mm(name, self.size)
-        self.canvas.write(begin, base, name, self.size)
-        middle = base - 0.1 * self.size
-        self.canvas.line(np.array([[begin - 3.6, middle], [begin - 0.8, middle]]), Line(line.colour, 0.8, line.dashes))
-        self._key_mm += right - begin + 5.5
+    def later(self, draw: Callable[[], None]) -> None:
+        """Draw something inside the frame, once it is known where that is."""
+        self._later.append(draw)
+
+    def key(self, name: str, line: Line, mark: int | None = None) -> None:
+        """Name a line, or a line with marks, above the frame; the first one stands at the right."""
+        self._keys.append((name, line, mark))
+
+    def _head(self, title: str) -> None:
+        """Write title and key above the frame: on one line where both fit, else the key below, and the frame lower."""
+        left, top, width, height = self.area
+        base, line_mm = top - _TITLE_MM, _LINE_SHARE * self.size
+        keys = [
+            (name, _KEY_LINE_MM + sheet.width_mm(name, self.size), line, mark)
+            for full, line, mark in reversed(self._keys)
+            for name in sheet.wrapped(full, self.size, width - _KEY_LINE_MM)[:1]
+        ]
+        titles = sheet.wrapped(title, self.size, width)
+        for number, text in enumerate(titles):
+            self.canvas.write(left, base + number * line_mm, text, self.size)
+        used = sum(own + _KEY_GAP_MM for _, own, _, _ in keys)
+        if len(titles) == 1 and sheet.width_mm(title, self.size) + used <= width:
+            row, x = 0, left + width - used + _KEY_GAP_MM
+        else:
+            row, x = len(titles), left
+        first = x
+        for name, own, line, mark in keys:
+            if x > first and x + own > left + width + 1e-6:
+                row, x = row + 1, left
+            y = base + row * line_mm
+            self.canvas.write(x + _KEY_LINE_MM, y, name, self.size)
+            y -= 0.1 * self.size
+            self.canvas.line(np.array([[x, y], [x + 2.8, y]]), Line(line.colour, 0.8, line.dashes))
+            if mark is not None:
+                self.canvas.marks(np.array([[x + 1.4, y]]), line.colour, 0.5 * self.size, mark)
+            x += own + _KEY_GAP_MM
+        lower = max(row, len(titles) - 1) * line_mm
+        self.area = self.area._replace(top=top + lower, height=height - lower)
 
     def clear(self, margin_mm: float) -> None:
         """Hide what lies below the frame and the words around it."""
@@ -241,8 +303,18 @@ class Panel:
 
     def say(self, text: str) -> None:
         """Write in the middle that there is nothing to draw."""
-        left, top, width, height = self.area
-        self.canvas.write(left + 0.5 * width, top + 0.5 * height, text, self.size, 0.5, colour="#808080")
+
+        def write() -> None:
+            left, top, width, height = self.area
+            self.canvas.write(left + 0.5 * width, top + 0.5 * height, text, self.size, 0.5, colour="#808080")
+
+        self.later(write)
+
+    def draw(self, title: str = "") -> None:
+        """Draw what is inside, without a frame, below the words above it."""
+        self._head(title)
+        for one in self._later:
+            one()
 
     def frame(self, title: str, label: str = "", *, ticks: bool = True, numbers: bool = True) -> None:
         """Draw the frame, its ticks and numbers, the title above and the name of the axis beneath.
@@ -258,25 +330,38 @@ class Panel:
         numbers
             Whether the axis of x has numbers.
         """
+        self.draw(title)
         left, top, width, height = self.area
         bottom = top + height
         corners = np.array([[left, top], [left + width, top], [left + width, bottom], [left, bottom], [left, top]])
         marks: list[tuple[float, float]] = []
         if ticks:
-            for value in _ticks(self.x, max(2, min(6, round(width / 11.0)))):
-                x = self.place([value], [self.y[0]])[0, 0]
-                marks += [(x, bottom), (x, bottom + _TICK_MM), (np.nan, np.nan)]
-                if numbers:
-                    self.canvas.write(x, bottom + 0.48 * self.size, _number(value), self.size, 0.5)
-            for value in _ticks(self.y, max(1, min(6, round(height / 6.0)))):
+            ticks_x = _ticks(self.x, max(2, min(6, round(width / 11.0))))
+            at_x = self.place(ticks_x, np.full(len(ticks_x), self.y[0]))[:, 0].tolist()
+            marks += [end for x in at_x for end in ((x, bottom), (x, bottom + _TICK_MM), (np.nan, np.nan))]
+            for x, text in self._apart(at_x, ticks_x) if numbers else ():
+                self.canvas.write(x, bottom + 0.48 * self.size, text, self.size, 0.5)
+            ticks_y = _ticks(self.y, max(1, min(6, round(height / 6.0))))
+            for value, text in zip(ticks_y, _numbers(ticks_y), strict=True):
                 y = self.place([self.x[0]], [value])[0, 1]
                 marks += [(left, y), (left - _TICK_MM, y), (np.nan, np.nan)]
-                self.canvas.write(left - 1.2, y + 0.13 * self.size, _number(value), self.size, 1.0)
+                self.canvas.write(left - 1.2, y + 0.13 * self.size, text, self.size, 1.0)
             self.canvas.line(np.array(marks).reshape(-1, 2), Line(_FRAME, 0.5))
         self.canvas.line(corners, Line(_FRAME, 0.5))
-        self.canvas.write(left, top - _TITLE_MM, title, self.size)
         if label:
             self.canvas.write(left + 0.5 * width, bottom + 0.93 * self.size, label, self.size, 0.5)
+
+    def _apart(self, at: list[float], values: list[float]) -> list[tuple[float, str]]:
+        """Return the numbers of the axis of x with their places: of as many ticks as there is room for."""
+        texts = _numbers(values)
+        widest = max((sheet.width_mm(text, self.size) for text in texts), default=0.0)
+        step = at[1] - at[0] if len(at) > 1 else np.inf
+        every = next(n for n in (1, 2, 5, len(at) + 1) if n * step > widest + 0.6)
+        # zero is one of them
+        zero = min(range(len(at)), key=lambda number: abs(values[number]), default=0)
+        return [
+            (x, text) for number, (x, text) in enumerate(zip(at, texts, strict=True)) if not (number - zero) % every
+        ]
 
 
 def _ticks(span: Span, most: int) -> list[float]:
@@ -287,5 +372,10 @@ def _ticks(span: Span, most: int) -> list[float]:
     return [float(one) for one in found if low - slack <= one <= high + slack]
 
 
-def _number(value: float) -> str:
-    return f"{value:.6g}".replace("-", "−") if abs(value) > 1e-12 else "0"
+def _numbers(values: Sequence[float]) -> list[str]:
+    """Return the numbers of an axis, all with the decimals that their steps need."""
+    step = min(np.diff(values), default=1.0)
+    decimals = max(0, -math.floor(math.log10(step) + 1e-9))
+    if decimals > _MOST_DECIMALS:
+        return [f"{value:.6g}".replace("-", "−") for value in values]
+    return [f"{value + 0.0:.{decimals}f}".replace("-", "−") for value in np.round(values, decimals)]

@@ -147,9 +147,10 @@ def _series(facts: ReportFacts) -> Iterator[Content]:
         yield from _repeatability(sample)
     from radargui.report.series_figures import draw_falls
 
-    runs = [run for one in facts.sessions for run in one.runs]
-    if any(run.falls is not None for run in runs):
-        yield Drawing("Falls", partial(draw_falls, runs=runs), _FALLS_MM)
+    runs = [one.runs for one in facts.sessions]
+    if any(run.falls is not None for session in runs for run in session):
+        colours = ", each session in its colour of e against the impact speed" if several else ""
+        yield Drawing(f"Falls{colours}", partial(draw_falls, sessions=runs), _FALLS_MM)
     for one, session in zip(found.sessions, facts.sessions, strict=True):
         if session.runs:
             yield runs_table(one, session.runs, f" of {one.name}" if several else "")

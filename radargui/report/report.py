@@ -20,6 +20,7 @@ from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.setup import Setup
 from radargui.model.workers import begin_worker
 from radargui.report import sheet
+from radargui.report.canvas import Canvas
 from radargui.report.curves import RunCurves
 from radargui.report.document import Chapter
 from radargui.report.facts import ReportFacts, SessionFacts, report_facts
@@ -287,7 +288,7 @@ _DPI = 600
 _LENGTH = re.compile(r"(\d+(?:\.\d+)?)\s*(mm|cm|in)")
 _UNITS_MM = {"mm": 1.0, "cm": 10.0, "in": sheet.MM_PER_INCH}  # what people write widths in
 _NARROWEST_MM, _WIDEST_MM = 60.0, 250.0
-"""Of a figure (chosen by hand): below about 76 mm titles and keys above the frames meet; more than 210 is beyond A4."""
+"""Of a figure: below 56 mm numbers at neighbouring ticks meet in the planes of IQ; more than 210 is beyond A4."""
 _LEFT_MM, _RIGHT_MM, _TOP_MM, _BOTTOM_MM = 9.5, 1.5, 4.0, 8.0
 """About the frames: −1000 at 6 points, half of the last number, the title, then numbers and name of the axis."""
 
@@ -336,7 +337,7 @@ def write_figures(
             kept.append(replace(run, curves=None))
             names += [_write(folder, one, width_mm) for one in _of_run(run.name, run.curves)] if run.curves else []
             progress(number / (len(paths) + 1))
-        names += [_write(folder, one, width_mm) for one in _of_session(session, kept)]
+        names += [_write(folder, one, width_mm) for one in _of_session(SessionFacts(session.info, tuple(kept)))]
     progress(1.0)
     return names
 
@@ -353,23 +354,35 @@ def _of_run(name: str, curves: RunCurves) -> Iterator[_Named]:
         yield f"{name}-fall", 0.8, _of(curves, RunDrawing.fall, track=curves.track)
 
 
-def _of_session(session: Session, runs: list[RunFacts]) -> Iterator[_Named]:
-    facts = report_facts([SessionFacts(session.info, tuple(runs))], "")
-    yield "restitution", 0.7, partial(draw_speeds, facts=facts)
-    if any(run.falls for run in runs):
-        yield "falls", 0.9, partial(draw_falls, runs=runs)
+def _of_session(session: SessionFacts) -> Iterator[_Named]:
+    yield "restitution", 0.7, partial(draw_speeds, facts=report_facts([session], ""))
+    if any(run.falls for run in session.runs):
+        yield "falls", 0.9, partial(draw_falls, sessions=[session.runs])
 
 
 def _of(curves: RunCurves, part: Callable[..., None], **what: object) -> Draw:
     return lambda figure, area: part(RunDrawing(figure, curves), area, **what)
 
 
+def _drawn(shape: float, draw: Draw, width_mm: float) -> Figure:
+    """Draw a figure, once more where its numbers want more room: of an e that hardly changes they have many digits."""
+    left, right = _LEFT_MM, _RIGHT_MM
+    for _ in range(2):
+        inner = width_mm - left - right
+        height = shape * inner
+        figure = sheet.new_figure(width_mm, _TOP_MM + height + _BOTTOM_MM)
+        draw(figure, Area(left, _TOP_MM, inner, height))
+        words = [word for one in figure.get_children() if isinstance(one, Canvas) for word in one.words]
+        outside = max(0.0, *(-word[0] for word in words)), max(0.0, *(word[1] - width_mm for word in words))
+        if not any(outside):
+            break
+        left, right = left + outside[0], right + outside[1]
+    return figure
+
+
 def _write(folder: Path, named: _Named, width_mm: float) -> str:
     name, shape, draw = named
-    inner = width_mm - _LEFT_MM - _RIGHT_MM
-    height = shape * inner
-    figure = sheet.new_figure(width_mm, _TOP_MM + height + _BOTTOM_MM)
-    draw(figure, Area(_LEFT_MM, _TOP_MM, inner, height))
+    figure = _drawn(shape, draw, width_mm)
     paths = [folder / f"{name}.{kind}" for kind in FORMATS]
     with fresh_files(paths, force=True) as files:
         folder.mkdir(parents=True, exist_ok=True)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -201,7 +202,12 @@ class RunDrawing:
             texts = [f"{number}: e = {e}", f"{number}", ""] if e else [f"{number}", ""]
             text = next(text for text in texts if sheet.width_mm(text, SIZE) <= max(room_mm, 0.0))
             if begin <= time_s <= end:
-                panel.canvas.write(panel.place([time_s], [0.0])[0, 0] + 0.7, panel.area.top + 2.5, text, SIZE)
+                at_mm = panel.place([time_s], [0.0])[0, 0] + 0.7
+                panel.later(partial(self._below_top, panel, at_mm, text))
+
+    @staticmethod
+    def _below_top(panel: Panel, x: float, text: str) -> None:
+        panel.canvas.write(x, panel.area.top + 2.5, text, SIZE)
 
     def several(self, area: Area, title: str, lines: _Lines, unit: str = "", *, from_zero: bool = False) -> None:
         """Draw curves over time into one panel, the first on top."""
@@ -218,7 +224,8 @@ class RunDrawing:
 def _plane(panel: Panel, plane: Curve, factor: float, *, corrected: bool) -> None:
     panel.dots(plane.x * factor, plane.y * factor, sheet.I_COLOUR if corrected else sheet.RAW_COLOUR)
     turn = np.linspace(0.0, 2.0 * np.pi, 61)
-    cross = Curve(np.array([-0.08, 0.08, np.nan, 0.0, 0.0]), np.array([0.0, 0.0, np.nan, -0.08, 0.08]))
+    arm = 0.06 * panel.x[1]
+    cross = Curve(np.array([-arm, arm, np.nan, 0.0, 0.0]), np.array([0.0, 0.0, np.nan, -arm, arm]))
     panel.curve(Curve(np.cos(turn), np.sin(turn)) if corrected else cross, Line("#404040", 0.4))
 
 
@@ -344,11 +351,11 @@ def _places(canvas: Canvas, squares: list[Area], places_m: FloatArray) -> None:
     x, y, z = places_m - middle[:, None]
     panel.curve(_seen(np.stack([x, y, np.full_like(z, -half)])), Line("#b0b0b0", 0.8))
     panel.curve(_seen(np.stack([x, y, z])), line)
+    panel.draw(f"In space, cube of {2e3 * half:.0f} mm")
     for name, end in (("x", (0.0, -1.3, -1.0)), ("y", (1.3, 0.0, -1.0)), ("z", (-1.2, -1.2, 0.0))):
         at = _seen(np.array([end]).T * half)
         ((across_mm, down_mm),) = panel.place(at.x, at.y)
         canvas.write(across_mm, down_mm, name, SIZE, 0.5)
-    canvas.write(squares[-1].left, squares[-1].top - 1.0, f"In space, cube of {2e3 * half:.0f} mm", SIZE)
 
 
 def _cube(places_m: FloatArray) -> tuple[FloatArray, float]:

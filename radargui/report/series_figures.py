@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from radargui.model.arrays import FloatArray
-from radargui.model.rounding import COVERAGE
+from radargui.model.rounding import COVERAGE, plain
 from radargui.report import sheet
-from radargui.report.canvas import Canvas, Line, Panel, Span, span_of
+from radargui.report.canvas import MARKS, Canvas, Line, Panel, Span, span_of
 from radargui.report.decimation import Curve
 from radargui.report.facts import ReportFacts, e_span, mean_gravity, shown_fits, speed_points
 from radargui.report.run_facts import RunFacts
@@ -19,8 +19,8 @@ _LARGE = 7.0
 """Of text in these panels, in points; in those of a run it is `canvas.SIZE`, for there are more on a page."""
 _DASHES = (4.0, 2.0)
 """Line and gap in points."""
-_MOST_NAMED = 5
-"""Sessions in the key (chosen by hand). Of names by date and time three fit; there are four colours."""
+_MOST_NAMED = len(sheet.RECEIVER_COLOURS) * len(MARKS)
+"""Sessions in the key: so many look different, four colours by five marks; neighbours differ in both."""
 _FALLS_SHARE = 0.62
 """Of the height: the falls, above what their fits leave (chosen by hand)."""
 _BETWEEN_MM = 5.0
@@ -41,25 +41,26 @@ def draw_speeds(figure: Figure, area: Area, facts: ReportFacts) -> None:
     n_outside = int(np.count_nonzero((every[1] < low) | (every[1] > high)))
     panel = Panel(canvas, area, (0.0, 1.08 * float(every[0].max())), (low, high), _LARGE)
     names = [one.name for one in facts.findings.sessions]
-    named = len(groups) > 1 and len(groups) <= _MOST_NAMED
+    named = 1 < len(groups) <= _MOST_NAMED
     for fit in shown_fits(facts):
         _draw_fit(panel, fit)
     # the last name stands at the left
     for number in reversed(range(len(groups))):
-        colour = sheet.RECEIVER_COLOURS[number % len(sheet.RECEIVER_COLOURS)]
-        _draw_points(panel, groups[number], colour)
+        mark = number % len(MARKS)
+        _draw_points(panel, groups[number], _colour(number), mark)
         if named:
-            panel.key(sheet.printable(names[number])[:24], Line(colour, 1.0))
+            panel.key(sheet.printable(names[number])[:24], Line(_colour(number), 1.0), mark)
+    unnamed = f"; {len(groups)} sessions" if len(groups) > _MOST_NAMED else ""
     outside = f"; {n_outside} outside" if n_outside else ""
-    panel.frame(f"e of valid impacts, bars ± {COVERAGE:g} u{outside}", "speed before the impact / (m/s)")
+    panel.frame(f"e of valid impacts, bars ± {COVERAGE:g} u{unnamed}{outside}", "speed before the impact / (m/s)")
 
 
-def _draw_points(panel: Panel, points: FloatArray, colour: str) -> None:
+def _draw_points(panel: Panel, points: FloatArray, colour: str, mark: int) -> None:
     speed, e, u = points
     x = np.repeat(speed, 3)
     y = np.stack([e - COVERAGE * u, e + COVERAGE * u, np.full_like(e, np.nan)], axis=1).ravel()
     panel.curve(Curve(x, y), Line(colour, 0.6))
-    panel.dots(speed, e, colour, 3.0)
+    panel.dots(speed, e, colour, 3.0, mark)
 
 
 def _draw_fit(panel: Panel, fit: SpeedFit) -> None:
@@ -72,9 +73,15 @@ def _draw_fit(panel: Panel, fit: SpeedFit) -> None:
     panel.key(MODELS[fit.model].title, line)
 
 
-def draw_falls(figure: Figure, area: Area, runs: Sequence[RunFacts]) -> None:
-    """Draw the way fallen of every run against the time from its vertex on over g t² / 2, and what the fits leave."""
+def draw_falls(figure: Figure, area: Area, sessions: Sequence[Sequence[RunFacts]]) -> None:
+    """Draw the way fallen of every run against the time from its vertex on over g t² / 2, and what the fits leave.
+
+    Of several sessions each has one colour, which is that of `draw_speeds`.
+    """
+    runs = [run for session in sessions for run in session]
     falls = [run.falls for run in runs if run.falls is not None]
+    of = [number for number, session in enumerate(sessions) for run in session if run.falls is not None]
+    colours = [_colour(number) for number in (of if len(sessions) > 1 else range(len(falls)))]
     upper = area._replace(height=_FALLS_SHARE * area.height)
     lower = area.inside(0.0, upper.height + _BETWEEN_MM, area.width, area.height - upper.height - _BETWEEN_MM)
     canvas = Canvas(figure)
@@ -84,15 +91,15 @@ def draw_falls(figure: Figure, area: Area, runs: Sequence[RunFacts]) -> None:
     t = np.linspace(0.0, end, 100)
     mean = mean_gravity(runs)
     line = Line("#404040", 1.4, _DASHES)
-    panel.curve(Curve(t, 0.5 * mean * t**2), line, 1e3, f"g t² / 2, g = {mean:.5g} m/s²")
-    for number, (fallen, _) in enumerate(falls):
-        panel.curve(fallen, Line(_colour(number), 0.6), 1e3)
-    panel.frame(f"Way fallen / mm, {len(falls)} falls", numbers=False)
+    panel.curve(Curve(t, 0.5 * mean * t**2), line, 1e3, f"g t² / 2, g = {plain(mean, 5)} m/s²")
+    for colour, (fallen, _) in zip(colours, falls, strict=True):
+        panel.curve(fallen, Line(colour, 0.6), 1e3)
+    panel.frame(f"Way fallen / mm, {len(falls)} fall{'s' * (len(falls) > 1)}", numbers=False)
     factor, unit = sheet.scaled("m", sheet.largest([residual for _, residual in falls]))
     panel = Panel(canvas, lower, span, span_of([residual for _, residual in falls], factor), _LARGE)
-    for number, (_, residual) in enumerate(falls):
-        panel.curve(residual, Line(_colour(number), 0.3), factor)
-    panel.frame(f"Residual of each fit / {unit}", "time from the vertex of the parabola on / s")
+    for colour, (_, residual) in zip(colours, falls, strict=True):
+        panel.curve(residual, Line(colour, 0.3), factor)
+    panel.frame(f"Residual of each fit / {unit}", "time from the vertex / s")
 
 
 def _colour(number: int) -> str:

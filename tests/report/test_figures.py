@@ -4,24 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from support.results import drop_result, quiet_result, rejected_result
+from support.results import default_setup, drop_result, quiet_result, rejected_result
 
+from radargui.model.arrays import FloatArray
 from radargui.model.recording import Gap
 from radargui.model.result import Bounces, RunResult
-from radargui.report.canvas import Canvas
+from radargui.report.canvas import Canvas, Line, Panel
 from radargui.report.curves import take_curves
-from radargui.report.decimation import COMPACT
-from radargui.report.document import Chapter, Facts, Grid, Note
+from radargui.report.decimation import COMPACT, Curve
+from radargui.report.document import Chapter, Drawing, Facts, Grid, Note
+from radargui.report.facts import ReportFacts, SessionFacts, report_facts
 from radargui.report.flow import text_pages
-from radargui.report.rendering import body
+from radargui.report.rendering import body, drawn_alone
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_page, run_section
-from radargui.report.sheet import Paper, page_style, scaled, size_mm
+from radargui.report.series_figures import draw_falls, draw_speeds
+from radargui.report.sheet import Area, Paper, new_figure, page_style, scaled, size_mm
+from radargui.session.info import SessionInfo
 
 
 @pytest.fixture(autouse=True)
@@ -245,3 +251,93 @@ def test_the_page_of_a_track_fits_letter_paper() -> None:
     assert track.title == "track"
     assert everything_is_on_the_page(track.draw("letter"))
     assert overlapping(track.draw("letter")) == []
+
+
+def compared(n: int) -> ReportFacts:
+    """Return so many sessions of one drop each, with names as sessions have them."""
+    sessions = []
+    for number in range(n):
+        drop = drop_result(rate_hz=2000.0, e=0.78 + 0.004 * number, seed=number)
+        info = SessionInfo(name=f"2026-11-20T15-04-{number:02d}", created_at="", setup=default_setup())
+        sessions.append(SessionFacts(info, (take_facts(drop, "run-0001", COMPACT),)))
+    return report_facts(sessions, "now")
+
+
+@pytest.mark.parametrize("n", [2, 5, 12, 20])
+def test_sessions_beside_each_other_look_different_and_their_names_lie_on_nothing(
+    n: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    facts, named, dotted = compared(n), dict[str, object](), set[object]()
+    write, draw = Panel.key, Panel.dots
+
+    def key(panel: Panel, name: str, line: Line, mark: int | None = None) -> None:
+        named[name] = (line.colour, mark)
+        write(panel, name, line, mark)
+
+    def dots(panel: Panel, x: FloatArray, y: FloatArray, colour: str, size: float = 0.35, mark: int = 0) -> None:
+        dotted.add((colour, mark))
+        draw(panel, x, y, colour, size, mark)
+
+    monkeypatch.setattr(Panel, "key", key)
+    monkeypatch.setattr(Panel, "dots", dots)
+    drawn = drawn_alone(Drawing("", partial(draw_speeds, facts=facts), 62.0))
+    looks = [named[one.name] for one in facts.findings.sessions]
+    assert len(set(looks)) == n
+    assert dotted == set(looks)
+    assert overlapping(drawn) == []
+    assert everything_is_on_the_page(drawn)
+    for one, other in pairwise(looks):
+        assert one[0] != other[0]
+        assert one[1] != other[1]
+
+
+def test_sessions_too_many_to_look_different_are_counted() -> None:
+    drawn = drawn_alone(Drawing("", partial(draw_speeds, facts=compared(21)), 62.0))
+    (canvas,) = (one for one in drawn.get_children() if isinstance(one, Canvas))
+    assert any("; 21 sessions" in text for *_, text in canvas.words)
+    assert overlapping(drawn) == []
+
+
+def test_the_falls_of_a_session_have_its_colour_and_those_of_a_single_one_their_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    colours: list[str] = []
+    draw = Panel.curve
+
+    def curve(panel: Panel, of: Curve, line: Line, factor: float = 1.0, name: str = "") -> bool:
+        colours.append(line.colour)
+        return draw(panel, of, line, factor, name)
+
+    monkeypatch.setattr(Panel, "curve", curve)
+    runs = compared(1).sessions[0].runs * 3
+    drawn_alone(Drawing("", partial(draw_falls, sessions=[runs]), 70.0))
+    assert len(set(colours[1:4])) == 3
+    colours.clear()
+    drawn_alone(Drawing("", partial(draw_falls, sessions=[runs[:1], runs[:2]]), 70.0))
+    first, second, third = colours[1:4]
+    assert first != second == third
+    assert colours[4:] == [first, second, third]
+
+
+@pytest.mark.parametrize(
+    ("span", "numbers"),
+    [
+        ((0.79, 0.8105), ["0.790", "0.795", "0.800", "0.805", "0.810"]),
+        ((-0.2, 1.0), ["0.0", "0.5", "1.0"]),
+        ((-210.0, 210.0), ["−200", "−100", "0", "100", "200"]),
+        ((0.0, 2e-9), ["0", "5e−10", "1e−09", "1.5e−09", "2e−09"]),
+    ],
+)
+def test_all_numbers_of_an_axis_have_the_same_decimals(span: tuple[float, float], numbers: list[str]) -> None:
+    figure = new_figure(60.0, 50.0)
+    Panel(Canvas(figure), Area(10.0, 5.0, 48.0, 30.0), (0.0, 10.0), span).frame("y")
+    (canvas,) = (one for one in figure.get_children() if isinstance(one, Canvas))
+    assert [text for _, right, _, text in canvas.words if right < 10.0] == numbers
+
+
+def test_where_numbers_of_an_axis_have_no_room_some_are_left_out_and_zero_stays() -> None:
+    figure = new_figure(60.0, 50.0)
+    Panel(Canvas(figure), Area(10.0, 5.0, 18.0, 20.0), (-4100.0, 4100.0), (0.0, 1.0)).frame("y")
+    (canvas,) = (one for one in figure.get_children() if isinstance(one, Canvas))
+    assert [text for _, _, base, text in canvas.words if base > 27.0] == ["−4000", "0", "4000"]
+    assert overlapping(figure) == []

@@ -96,7 +96,7 @@ def variance_shares(line: BudgetLine) -> dict[str, float]:
 def budget_rows(budget: UncertaintyBudget) -> list[tuple[str, ...]]:
     """Return a budget as a table for people: a header, then position, e and g, two digits each (GUM 7.2.6)."""
     # each in the unit that it is read in: as metres a position would be all zeros
-    lines = (("position / mm", budget.position_m, 1e3), ("e", budget.e, 1.0), ("g / m/s²", budget.g_m_s2, 1.0))
+    lines = (("position / mm", budget.position_m, 1e3), ("e", budget.e, 1.0), ("g / (m/s²)", budget.g_m_s2, 1.0))
     shares = (*SHARES, "combined")
     return [("u of", *shares)] + [
         (name, *(plain(getattr(line, share), 2, scale=scale) for share in shares)) for name, line, scale in lines

@@ -166,6 +166,11 @@ class RunCurves:
     restarts_s: tuple[float, ...]
     impacts: tuple[tuple[float, str], ...]
 
+    @property
+    def has_phase(self) -> bool:
+        """Whether the phase of any receiver is known."""
+        return any(one.phase.largest for one in self.receivers)
+
 
 def take_curves(result: RunResult, columns: int = COLUMNS) -> RunCurves | None:
     """Return the curves of a run, decimated to so many columns; None where it has no samples."""

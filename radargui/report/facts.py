@@ -87,7 +87,7 @@ class Glances:
         return known[1]
 
 
-_WORST_SHARE, _GOOD_SHARE = 0.1, 0.01
+WORST_SHARE, _GOOD_SHARE = 0.1, 0.01
 """Of e: an e that is known to no better than the first is not drawn; the second decide how far the axis reaches."""
 _MARGIN = 0.1
 """Of the range of e, left free above and below (chosen by hand)."""
@@ -99,7 +99,7 @@ def speed_points(runs: Sequence[RunFacts]) -> FloatArray:
         (impact.speed_before_m_s, impact.e, impact.u_e)
         for run in runs
         for impact in run.bounces.impacts
-        if impact.valid and math.isfinite(impact.e) and impact.u_e < _WORST_SHARE * impact.e
+        if impact.valid and math.isfinite(impact.e) and impact.u_e < WORST_SHARE * impact.e
     ]
     return np.array(found, np.float64).reshape(-1, 3).T
 

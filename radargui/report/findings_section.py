@@ -61,7 +61,7 @@ def findings_blocks(facts: ReportFacts) -> Iterator[Content]:
     from radargui.report.series_figures import draw_speeds
 
     if any(session.runs for session in facts.sessions):
-        yield Drawing("", partial(draw_speeds, facts=facts), _SPEEDS_MM)
+        yield Drawing("e against the impact speed", partial(draw_speeds, facts=facts), _SPEEDS_MM)
     for one in found.sessions:
         named = f" ({one.name})" if several else ""
         if one.e_budget.combined is not None or one.g_budget_m_s2.combined is not None:
@@ -76,7 +76,8 @@ def _found(one: SessionFindings, session: SessionFacts) -> Iterator[Content]:
     interval = f"{alone(e.interval_low, e.standard_error)} to {alone(e.interval_high, e.standard_error)}"
     expanded = f"; ± {plain(e.expanded, 2)} with calibration and sphere" if e.expanded is not None else ""
     # behind a single value stands what it says of itself
-    drops = f"{e.n} of {len(session.runs)}" if len(session.runs) else "0"
+    n_runs = len(session.runs)
+    drops = f"{e.n} of {n_runs} run{'s' * (n_runs > 1)}" if n_runs else "0"
     rows = {
         "Session": one.name,
         "Fell on": one.label,
@@ -116,7 +117,8 @@ def _marks(one: SessionFindings, session: SessionFacts) -> Iterator[str]:
     for kind, said in (("simulated", "simulated: no measurement"), ("replay", "replays, no drops of their own")):
         names = [run.name for run in session.runs if run.source.kind == kind]
         if names:
-            who = "All runs" if len(names) == len(session.runs) else ", ".join(names)
+            every = "The run" if len(names) == 1 else "All runs"
+            who = every if len(names) == len(session.runs) else ", ".join(names)
             yield f"{who} {'are' if len(names) > 1 else 'is'} {said}."
     if one.preliminary:
         yield (
@@ -209,8 +211,8 @@ def _speed_table(sample: SampleFindings, found: Findings) -> Grid:
         for fit in sample.fits
     )
     of = f" of {sample.label}" if sample.label else ""
-    n = sample.fits[0]
-    title = f"e against the impact speed{of}: {n.n_impacts} impacts of {n.n_runs} runs (* best described)"
+    n, runs = sample.fits[0].n_impacts, sample.fits[0].n_runs
+    title = f"e against the impact speed{of}: {n} impacts of {runs} run{'s' * (runs > 1)} (* best described)"
     return Grid.of(rows, title, left=(0, 1))
 
 

@@ -348,7 +348,7 @@ def _of_run(name: str, curves: RunCurves) -> Iterator[_Named]:
         yield f"{own}-iq", 0.6, _of(curves, RunDrawing.iq_rows, receivers=(one,))
         if one.steps or one.circles:
             yield f"{own}-correction", 0.7, _of(curves, RunDrawing.correction, receivers=(one,))
-    if any(one.phase.largest for one in curves.receivers):
+    if curves.has_phase:
         yield f"{name}-phase", 0.7, _of(curves, RunDrawing.phase)
     if curves.track is not None:
         yield f"{name}-fall", 0.8, _of(curves, RunDrawing.fall, track=curves.track)

@@ -71,6 +71,8 @@ class RunDrawing:
         panel = Panel(self.canvas, area._replace(width=area.width - side - _TICKS_MM), self.curves.span_s, span)
         drawn = [panel.curve(i, Line(sheet.I_COLOUR, _THIN), factor, "I")]
         drawn.append(panel.curve(q, Line(sheet.Q_COLOUR, _THIN), factor, "Q"))
+        if not any(drawn):
+            panel.say("not known")
         what = "corrected IQ" if corrected else f"raw IQ / {unit}"
         self._over_time(panel, f"Receiver {receiver.name}: {what}", bottom=bottom)
         beside = area.inside(area.width - side, area.height - side, side, side)
@@ -78,8 +80,6 @@ class RunDrawing:
         in_plane = Panel(self.canvas, beside, (-limit, limit), (-limit, limit))
         if any(drawn):
             _plane(in_plane, plane, factor, corrected=corrected)
-        else:
-            panel.say("not known")
         in_plane.frame("Q against I", numbers=bottom)
 
     def correction(self, area: Area, receivers: tuple[ReceiverCurves, ...]) -> None:
@@ -236,7 +236,7 @@ def run_figures(figure: Figure, area: Area, curves: RunCurves) -> None:
     parts = [(1.0, len(every), lambda where: drawing.iq_rows(where, every))]
     if any(one.steps or one.circles for one in every):
         parts.append((0.7, 2, lambda where: drawing.correction(where, every)))
-    if any(one.phase.largest for one in every):
+    if curves.has_phase:
         parts.append((2.4, 1, drawing.phase_and_fall))
     gaps = sum((rows - 1) * _GAP_MM for _, rows, _ in parts) + (len(parts) - 1) * _LABELS_MM
     unit = min((area.height - gaps) / sum(share * rows for share, rows, _ in parts), _MOST_HIGH_MM)
@@ -249,7 +249,7 @@ def run_figures(figure: Figure, area: Area, curves: RunCurves) -> None:
 
 def run_on_screen(figure: Figure, area: Area, curves: RunCurves) -> None:
     """Draw phase and fall of a run, or its signals where there are none."""
-    if any(one.phase.largest for one in curves.receivers):
+    if curves.has_phase:
         RunDrawing(figure, curves).phase_and_fall(area)
     else:
         RunDrawing(figure, curves).iq_rows(area, curves.receivers)

@@ -35,16 +35,19 @@ def run_page(run: RunFacts) -> Chapter:
     rows = dict((result, ("Recorded", "; ".join(recorded)), *others))
     shown = replace(run, bounces=replace(run.bounces, impacts=run.bounces.impacts[:_MOST_IMPACTS]))
     more, lost = len(run.bounces.impacts) - _MOST_IMPACTS, sum(gap.count for gap in run.gaps)
-    notes = [*run.warnings, *([f"{more} more impacts are in report.csv."] if more > 0 else [])]
-    notes += [f"{lost} samples were lost."] if lost else []
+    warnings = [*run.warnings, *([f"{lost} samples were lost."] if lost else [])]
+    further = [Note(f"{more} more impact{'s are' if more > 1 else ' is'} in report.csv.")] if more > 0 else []
     blocks: list[Content] = [
         Facts(tuple((name, _cut(value)) for name, value in rows.items() if value)),
+        *_refusal(run),
         *(replace(block, title="") for block in _impacts(shown) if isinstance(block, Grid)),
+        *further,
         *(replace(block, title="") for block in _quality(run) if isinstance(block, Grid)),
-        *([Note(_cut(" ".join(f"{note.rstrip('.')}." for note in notes)), warning=True)] if notes else []),
+        *([Note(_cut(" ".join(f"{one.rstrip('.')}." for one in warnings)), warning=True)] if warnings else []),
         Drawing("", partial(run_figures, curves=run.curves)),
     ]
-    screen = (*_words(run), Drawing("", partial(run_on_screen, curves=run.curves), 52.0))
+    shown_there = "Phase and height" if run.curves.has_phase else "I and Q"
+    screen = (*_words(run), Drawing(shown_there, partial(run_on_screen, curves=run.curves), 52.0))
     return Chapter(_title(run), tuple(blocks), run.added, small=True, screen=screen)
 
 
@@ -59,7 +62,7 @@ def _title(run: RunFacts) -> str:
 
 
 def _samples(run: RunFacts) -> str:
-    return f"{run.n_samples} of each channel in {plain(run.duration_s, 4, 's')} at {plain(run.rate_hz, 6, '1/s')}"
+    return f"{run.n_samples} of each channel in {plain(run.duration_s, 4, 's')} at {run.rate_hz:.7g} 1/s"
 
 
 def _words(run: RunFacts) -> tuple[Content, ...]:
@@ -71,16 +74,24 @@ def _words(run: RunFacts) -> tuple[Content, ...]:
         "Device": run.device or ("" if run.origin else UNKNOWN),
         **dict(_result_rows(run)),
     }
-    blocks: list[Content] = [Facts.of(rows)]
+    blocks: list[Content] = [Facts.of(rows), *_refusal(run)]
     blocks += [Note(text, warning=True) for text in run.warnings]
     if run.site_check and run.site_check.agrees is False:
         blocks.append(Note("g is not that of the site: see the comparison above.", warning=True))
     return *blocks, *_impacts(run), *_quality(run), *_gaps(run), *_calibration(run)
 
 
+def _refusal(run: RunFacts) -> list[Content]:
+    return (
+        [Note("Rejected: no position, e or g of this run is valid.", warning=True)] if run.status == "rejected" else []
+    )
+
+
 def _result_rows(run: RunFacts) -> Iterator[tuple[str, str]]:
     """Yield what came out of it: the result first, the first fall last."""
     yield "Result", " – ".join(part for part in (run.said, run.reason) if part)
+    if run.status == "no_motion":
+        return
     yield "Correction, geometry", f"{run.correction or UNKNOWN}, {run.geometry or UNKNOWN}"
     yield "Decided", " ".join(run.decisions)
     fall, name = run.bounces.free_fall, "First fall" if run.from_rest else "Flight before the first impact seen"
@@ -91,9 +102,12 @@ def _result_rows(run: RunFacts) -> Iterator[tuple[str, str]]:
     release = f"from a height of {plain(fall.release_height_m, 5, 'mm', 1e3)}, fitted {span}"
     drop = f"{plain(fall.drop_height_m, 5, 'mm', 1e3)} " if isfinite(fall.drop_height_m) else ""
     yield name, f"{drop}{release}"
+    combined = run.figure("u_g_combined_m_s2")
+    if combined is not None:
+        yield "g (combined u)", quantity(fall.g_m_s2, combined, "m/s²")
     yield "g (statistical u)", quantity(fall.g_m_s2, fall.u_g_m_s2, "m/s²")
     yield "g against the site", run.site_check.compared if run.site_check else ""
-    yield "Residual of the fit", f"{plain(fall.residual_rms_m, 3, 'mm', 1e3)} rms"
+    yield "Residual of the fit", f"{plain(fall.residual_rms_m, 3, 'µm', 1e6)} rms"
 
 
 def _impacts(run: RunFacts) -> list[Content]:
@@ -191,7 +205,7 @@ def _pictures(run: RunFacts, setup: Setup) -> tuple[Picture, ...]:
     pictures = [Picture("raw and corrected IQ" if run.correction else "raw IQ", partial(signals_page, curves))]
     if any(receiver.steps for receiver in curves.receivers):
         pictures.append(Picture("steps of the published correction", partial(steps_page, curves)))
-    if any(receiver.phase.largest for receiver in curves.receivers):
+    if curves.has_phase:
         pictures.append(Picture("phase and path length", partial(paths_page, curves)))
     if curves.track is not None and curves.track.places_m.size:
         pictures.append(Picture("track", partial(track_page, curves, curves.track, setup.floor.height_m)))

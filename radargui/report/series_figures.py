@@ -10,7 +10,7 @@ from radargui.model.rounding import COVERAGE, plain
 from radargui.report import sheet
 from radargui.report.canvas import MARKS, Canvas, Line, Panel, Span, span_of
 from radargui.report.decimation import Curve
-from radargui.report.facts import ReportFacts, e_span, mean_gravity, shown_fits, speed_points
+from radargui.report.facts import WORST_SHARE, ReportFacts, e_span, mean_gravity, shown_fits, speed_points
 from radargui.report.run_facts import RunFacts
 from radargui.report.sheet import Area
 from radargui.restitution.speed_models import MODELS, SpeedFit
@@ -40,6 +40,7 @@ def draw_speeds(figure: Figure, area: Area, facts: ReportFacts) -> None:
     low, high = e_span(every)
     n_outside = int(np.count_nonzero((every[1] < low) | (every[1] > high)))
     panel = Panel(canvas, area, (0.0, 1.08 * float(every[0].max())), (low, high), _LARGE)
+    n_valid = sum(impact.valid for one in facts.sessions for run in one.runs for impact in run.bounces.impacts)
     names = [one.name for one in facts.findings.sessions]
     named = 1 < len(groups) <= _MOST_NAMED
     for fit in shown_fits(facts):
@@ -52,7 +53,10 @@ def draw_speeds(figure: Figure, area: Area, facts: ReportFacts) -> None:
             panel.key(sheet.printable(names[number])[:24], Line(_colour(number), 1.0), mark)
     unnamed = f"; {len(groups)} sessions" if len(groups) > _MOST_NAMED else ""
     outside = f"; {n_outside} outside" if n_outside else ""
-    panel.frame(f"e of valid impacts, bars ± {COVERAGE:g} u{unnamed}{outside}", "speed before the impact / (m/s)")
+    n_vague = n_valid - every.shape[1]
+    vague = f"; {n_vague} with u > {100.0 * WORST_SHARE:g} % of e left out" if n_vague else ""
+    title = f"e of valid impacts, bars ± {COVERAGE:g} statistical u{unnamed}{outside}{vague}"
+    panel.frame(title, "speed before the impact / (m/s)")
 
 
 def _draw_points(panel: Panel, points: FloatArray, colour: str, mark: int) -> None:
@@ -70,7 +74,7 @@ def _draw_fit(panel: Panel, fit: SpeedFit) -> None:
     panel.curve(Curve(speed, e), line)
     for sign in (-COVERAGE, COVERAGE):
         panel.curve(Curve(speed, e + sign * u), Line(sheet.FIT_COLOUR, 0.3))
-    panel.key(MODELS[fit.model].title, line)
+    panel.key(f"{MODELS[fit.model].title} ± {COVERAGE:g} u", line)
 
 
 def draw_falls(figure: Figure, area: Area, sessions: Sequence[Sequence[RunFacts]]) -> None:

@@ -200,9 +200,10 @@ class Findings:
             said.append(
                 f"{sample.label or 'All sessions'}: mean of {found.n_groups} {''.join(kinds)}sessions e = "
                 f"{concise(found.mean, found.u_mean)}{f' {sample.reduced}' if sample.reduced else ''}, 95 % interval "
-                f"{low} to {high} (standard error and Student's t between sessions), repeatability s_r = "
-                f"{plain(found.repeatability_sd, 2)}, reproducibility between sessions s_R = "
-                f"{plain(found.reproducibility_sd, 2)} (sessions differ: p {probability(found.p)}).{model}"
+                f"{low} to {high} (standard error and Student's t between sessions, without what these share, such as "
+                f"calibration and sphere), repeatability s_r = {plain(found.repeatability_sd, 2)}, reproducibility "
+                f"between sessions s_R = {plain(found.reproducibility_sd, 2)} (F-test that sessions do not differ: p "
+                f"{probability(found.p)}).{model}"
             )
         return " ".join(said)
 

@@ -180,7 +180,6 @@ def read_recording(
     *,
     channels: ChannelMap | None = None,
     rate_hz: float | None = None,
-    any_names: bool = False,
     raw: RawLayout | None = None,
 ) -> Recording:
     """Return the recording in a file: RadarGUI run, CSV, MATLAB, TDMS or SigMF by its suffix, else plain binary.
@@ -193,8 +192,6 @@ def read_recording(
         Which of its columns or variables are I1, Q1, ...; None: those that are named so.
     rate_hz
         Sample rate, where the file has none.
-    any_names
-        Take all channels under the names they have, whatever these are.
     raw
         How a plain binary file is laid out.
 
@@ -210,10 +207,7 @@ def read_recording(
         return read_mapped(channels, file=path, rate_hz=rate_hz, raw=raw)
     if kind is RUN:
         return _run(path, rate_hz)
-    infos = kind.list(path)
-    names = [info.name for info in infos] if any_names else canonical_names(infos, path)
-    if not names:
-        raise FileError(f"{path} holds no samples.")
+    names = canonical_names(kind.list(path), path)
     return assemble([kind.read(path, names)], names, name=path.stem, where=str(path), rate_hz=rate_hz)
 
 

@@ -169,6 +169,8 @@ def _font(size: float, bold: bool) -> FontProperties:
 SIZE = 6.0
 """Of all text in a panel, in points."""
 _FRAME = "#404040"
+_MARGIN = 0.06
+"""Of the range of curves, left free above and below (chosen by hand)."""
 _TICK_MM, _TITLE_MM = 0.8, 1.0
 """Length of the ticks, and the base line of the title above the frame (chosen by hand)."""
 _KEY_LINE_MM, _KEY_GAP_MM = 3.6, 1.9
@@ -182,13 +184,13 @@ _MOST_DECIMALS = 6
 Span = tuple[float, float]
 
 
-def span_of(curves: Sequence[Curve], factor: float = 1.0, margin: float = 0.06) -> Span:
+def span_of(curves: Sequence[Curve], factor: float = 1.0) -> Span:
     """Return the range of the known values of curves times `factor`, and a margin; -1 to 1 where nothing is known."""
     known = np.concatenate([one.y[np.isfinite(one.y)] for one in curves] or [np.empty(0)])
     if known.size == 0:
         return -1.0, 1.0
     low, high = float(known.min()) * factor, float(known.max()) * factor
-    room = margin * (high - low) or 0.5 * abs(high) or 1.0
+    room = _MARGIN * (high - low) or 0.5 * abs(high) or 1.0
     return low - room, high + room
 
 

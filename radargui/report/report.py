@@ -55,10 +55,6 @@ class WrittenReport:
         The report for people, on paper and on the screen, and for programs.
     csv
         One row an impact of each run.
-    series_csv
-        Statistics of the series.
-    tex, bib
-        The tables for LaTeX, and how to cite the session.
     """
 
     facts: tuple[SessionFacts, ...] = field(repr=False, compare=False)
@@ -66,9 +62,6 @@ class WrittenReport:
     html: Path
     csv: Path
     json: Path
-    series_csv: Path
-    tex: Path
-    bib: Path
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,8 +151,8 @@ def write_report(
         The session's own report folder is a link out of the session.
     """
     folder = output or own_subfolder(session.path, REPORT_FOLDER)
-    made_at = (now or datetime.now().astimezone()).isoformat(sep=" ", timespec="seconds")
-    report = WrittenReport((), *(folder / name for name in REPORT_FILES))
+    made_at = _moment(now)
+    report = WrittenReport((), *(folder / name for name in REPORT_FILES[:4]))
     paths, labels, kept = session.run_paths(), labels_of(session), list[RunFacts]()
     origins = set(_origins(paths).values())
     mark = ", simulated" if {origin.kind for origin in origins} == {"simulated"} else ""
@@ -178,6 +171,10 @@ def write_report(
     return replace(report, facts=(facts,))
 
 
+def _moment(now: datetime | None = None) -> str:
+    return (now or datetime.now().astimezone()).isoformat(sep=" ", timespec="seconds")
+
+
 def _facts(session: Session, runs: Sequence[RunFacts], made_at: str) -> SessionFacts:
     return SessionFacts(session.info, tuple(runs), provenance_of(session, {run.name: run for run in runs}, made_at))
 
@@ -188,15 +185,11 @@ def study_session(session: Session, result_of: ResultOf, progress: Progress = si
     for run in studied(paths, session.setup, result_of, detailed=False, ahead=False):
         kept.append(replace(run, label=labels[run.name], curves=None))
         progress(len(kept) / len(paths))
-    return _facts(session, kept, datetime.now().astimezone().isoformat(sep=" ", timespec="seconds"))
+    return _facts(session, kept, _moment())
 
 
 def write_series_report(
-    sessions: Sequence[SessionFacts],
-    output: Path,
-    *,
-    now: datetime | None = None,
-    layout: PageLayout = PageLayout(),
+    sessions: Sequence[SessionFacts], output: Path, layout: PageLayout = PageLayout()
 ) -> WrittenReport:
     """Write what sessions found together; the pages of single runs are in their own reports.
 
@@ -206,8 +199,6 @@ def write_series_report(
         At least two, as their own reports give them.
     output
         Folder of the report's files, which are replaced there.
-    now
-        Date and time of the report with offset from UTC; the clock's where left out.
     layout
         Paper, and the model of e against the speed.
 
@@ -216,9 +207,9 @@ def write_series_report(
     FileError
         The folder cannot be written.
     """
-    made_at = (now or datetime.now().astimezone()).isoformat(sep=" ", timespec="seconds")
+    made_at = _moment()
     facts = report_facts(sessions, made_at, layout.model)
-    report = WrittenReport(tuple(sessions), *(output / name for name in REPORT_FILES))
+    report = WrittenReport(tuple(sessions), *(output / name for name in REPORT_FILES[:4]))
     operators = ", ".join(dict.fromkeys(one.info.operator for one in sessions if one.info.operator))
     with _writing(report, layout, f"RadarGUI series: {len(sessions)} sessions", operators) as writer:
         writer.put_front(facts)

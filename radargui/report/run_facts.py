@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radargui.files.access import Progress
 from radargui.files.run_card import read_origin, read_run_card, summarise
 from radargui.files.stored_results import read_findings, read_first_fall
 from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
     from radargui.report.sheet import Paper
 
 _logger = logging.getLogger(__name__)
-ResultOf = Callable[[Path, Setup, Progress | None], RunResult]
+ResultOf = Callable[[Path, Setup], RunResult]
 """Gives the result of a run file under a setup: stored or computed is not for the report to know."""
 FallCurves = tuple[Curve, Curve]
 
@@ -130,9 +129,7 @@ def all_simulated(runs: Sequence[RunFacts]) -> bool:
     return {run.source.kind for run in runs} - {"unknown"} == {"simulated"}
 
 
-def study(
-    path: Path, setup: Setup, result_of: ResultOf, progress: Progress | None = None, *, detailed: bool = True
-) -> RunFacts:
+def study(path: Path, setup: Setup, result_of: ResultOf, *, detailed: bool = True) -> RunFacts:
     """Take the facts of one run from its result; whatever goes wrong with it becomes its `failure`.
 
     Parameters
@@ -143,13 +140,11 @@ def study(
         Of the session.
     result_of
         Gives the result of a run file under a setup: a report shows results and computes none.
-    progress
-        Called with the share done, 0 to 1.
     detailed
         Whether curves are to fill the width of a page, else half of it.
     """
     try:
-        facts = take_facts(result_of(path, setup, progress), path.stem, COLUMNS if detailed else COMPACT)
+        facts = take_facts(result_of(path, setup), path.stem, COLUMNS if detailed else COMPACT)
         return replace(facts, origin=read_origin(path), source=read_run_card(path).origin)
     except CancelledError:
         raise

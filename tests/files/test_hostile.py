@@ -11,11 +11,12 @@ from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
+from support.file_samples import read_all_channels
 from support.hostile.attack import TESTS, attack
 from support.hostile.victims import VICTIMS
 
 from radargui.files.formats import SUFFIXES, list_channels
-from radargui.files.reading import parse_channel_map, read_recording
+from radargui.files.reading import parse_channel_map
 from radargui.model.errors import FileError, RadarGuiError, SetupError, UsageError
 from radargui.model.setup import parse_setup, validate_setup
 
@@ -68,7 +69,7 @@ def test_any_bytes_under_any_name_are_refused_or_read(
     path.write_bytes((magic.get(suffix, b"") if with_magic else b"") + content)
     try:
         list_channels(path)
-        read_recording(path, any_names=True)
+        read_all_channels(path)
     except FileError as error:
         refused_in_one_line(error)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from support.file_samples import volts, write_csv
+from support.file_samples import read_all_channels, volts, write_csv
 
 from radargui.files.raw_file import RawLayout, first_seconds, list_raw, parse_raw_layout
 from radargui.files.reading import parse_channel_map, read_mapped, read_recording
@@ -97,7 +97,7 @@ def test_numbers_of_every_type_come_back_as_volts(
         f"dtype={kind}{ending},channels={channels},header={header},skip={skip},scale={scale},offset={offset},rate=100"
     )
     names = [str(place) for place in range(channels)]
-    recording = read_recording(path, raw=layout, any_names=True)
+    recording = read_all_channels(path, layout)
     wanted = (offset + scale * numbers[skip:].astype(np.float64)).T
     np.testing.assert_allclose(recording.volts(), wanted, rtol=1e-12, atol=1e-12 * np.abs(scale) * 2.0**16)
     np.testing.assert_allclose(first_seconds(path, layout, 10.0, 5), wanted[:, :5], rtol=1e-12, atol=1e-9)

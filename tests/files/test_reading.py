@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.file_samples import volts, write_csv, write_run, write_tdms
+from support.file_samples import volts, write_csv, write_run
 
 from radargui.files.formats import list_channels
 from radargui.files.reading import read_recording
@@ -43,13 +43,6 @@ def test_what_is_not_there_is_refused(tmp_path: Path) -> None:
         read_recording(tmp_path / "a.csv")
     with pytest.raises(FileError, match="is a folder"):
         read_recording(tmp_path)
-
-
-def test_channels_are_taken_as_they_are_when_asked(tmp_path: Path) -> None:
-    path = write_tdms(tmp_path / "a.tdms", volts(3, 10), ["x", "y", "z"], {"wf_increment": 0.1})
-    recording = read_recording(path, any_names=True)
-    assert recording.digitisation.channel_names == ("x", "y", "z")
-    np.testing.assert_array_equal(recording.raw, volts(3, 10))
 
 
 @pytest.mark.parametrize("rate_hz", [0.0, -1.0, float("nan"), float("inf")])

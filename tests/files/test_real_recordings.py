@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.file_samples import read_all_channels
 
 from radargui.files.formats import list_channels
 from radargui.files.reading import parse_channel_map, read_mapped, read_recording
@@ -39,7 +40,7 @@ def test_one_file_of_the_pair_alone_is_refused_with_what_it_holds(test_data: Pat
 
 def test_the_daq_file_keeps_its_codes_scaling_rate_and_names(test_data: Path) -> None:
     path = test_data / "tdms" / "raw1.tdms"
-    recording = read_recording(path, any_names=True)
+    recording = read_all_channels(path)
     assert recording.raw.dtype == np.int16
     assert recording.raw.shape == (7, 2000)
     assert recording.raw[:, 0].tolist() == [-603, 3376, 5686, 8186, 10575, 14210, 16525]

@@ -195,10 +195,10 @@ def test_a_file_replayed_twice_in_a_session_of_measurements_changes_no_statistic
     assert series_of(replays).left_out == {"run-0003": "the same drop as run-0002"}
 
 
-def _stored(path: Path, setup: Any, progress: Any) -> Any:
+def _stored(path: Path, setup: Any) -> Any:
     from radargui.processing.result_of_run import result_of_run
 
-    return result_of_run(path, setup, progress)
+    return result_of_run(path, setup)
 
 
 def test_a_simulated_session_says_so_in_window_and_report(

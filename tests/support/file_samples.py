@@ -11,13 +11,28 @@ import scipy.io
 from nptdms import ChannelObject, TdmsWriter
 from support.small_setups import quick_setup
 
+from radargui.files.formats import RUN, format_of, list_channels
+from radargui.files.raw_file import RawLayout
+from radargui.files.reading import read_recording
 from radargui.files.run_writer import RunWriter
+from radargui.files.signals import assemble
+from radargui.model.errors import FileError
 from radargui.model.recording import Block, Digitisation, Gap, Recording, Truth, iq_names
 from radargui.model.result import Bounce, Bounces, ChannelQuality, CorrectedIQ, FreeFall, PathLengths, RunResult, Track
 from radargui.model.setup import Setup, dump_setup
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
 
 RATE_HZ = 1000.0
+
+
+def read_all_channels(path: Path, raw: RawLayout | None = None) -> Recording:
+    """All channels of a file of another program under the names they have, whatever these are."""
+    kind, names = format_of(path, raw), [info.name for info in list_channels(path, raw)]
+    if kind is RUN:
+        return read_recording(path)
+    if not names:
+        raise FileError(f"{path} holds no samples.")
+    return assemble([kind.read(path, names)], names, name=path.stem, where=str(path), rate_hz=None)
 
 
 def default_setup() -> Setup:

@@ -14,6 +14,7 @@ import sigmf
 from support.file_samples import (
     codes,
     default_setup,
+    read_all_channels,
     result_of,
     volts,
     write_csv,
@@ -67,7 +68,7 @@ def _recording(path: Path) -> None:
 
 
 def _sane(path: Path) -> None:
-    recording = read_recording(path, any_names=len(list_channels(path)) < 3)
+    recording = read_all_channels(path) if len(list_channels(path)) < 3 else read_recording(path)
     if recording.raw.shape != (recording.digitisation.n_channels, recording.n_samples) or not recording.n_samples:
         raise AssertionError(f"shape {recording.raw.shape}")
     if not np.isfinite(recording.volts()).all() or not recording.digitisation.sample_rate_hz > 0.0:

@@ -38,7 +38,7 @@ def list_sessions(options: Sessions) -> int:
     with Catalogue(folder) as catalogue:
         with progress_bar("Reading new sessions") as report_progress:
             catalogue.refresh(report_progress)
-        found = catalogue.find(query, refresh=False)
+        found = catalogue.find(query)
         if not found:
             typer.echo(f"No such session in {folder}.")
             return 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,10 +9,10 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from radargui.files.access import Progress
+from radargui.files.access import Progress, reading, sha256_of
 from radargui.files.formats import own_setup_of
 from radargui.model.calibration import Calibration
-from radargui.model.errors import FileError, ProcessingError
+from radargui.model.errors import ProcessingError
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
 
@@ -99,11 +98,8 @@ def _read(path: Path, trajectory: Trajectory | None, setup: Setup) -> KnownRecor
             f"{path} has {recording.n_receivers} IQ pairs, the setup {setup.n_receivers} receivers",
             remedy="Give a setup with as many receivers as the recording has IQ pairs.",
         )
-    try:
-        with path.open("rb") as file:
-            checksum = hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise FileError(f"{path}: {error.strerror or error}") from None
+    with reading(path, "a recording"):
+        checksum = sha256_of(path)
     release = (brought or setup).tracer.release_position_m
     name = path.stem if brought is None else f"{path.parent.name}/{path.stem}"
     return KnownRecording(recording, name, checksum, trajectory, release)

@@ -1,6 +1,7 @@
 """Files as they are read and written: what is refused in which words, and nothing half written."""
 
 import errno
+import hashlib
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -111,6 +112,12 @@ def want_file(path: Path) -> None:
         raise FileError(f"{path} is a folder, not a file.")
     if not path.is_file():
         raise FileError(f"{path}: no such file.", remedy="Check the path.")
+
+
+def sha256_of(path: Path) -> str:
+    """Return the checksum of a whole file, in hexadecimal digits."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 @contextmanager

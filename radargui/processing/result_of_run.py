@@ -65,17 +65,17 @@ def _stored(path: Path, setup: Setup) -> RunResult | None:
     return stored and replace(stored, corrected=stored.corrected and replace(stored.corrected, steps=steps_of(stored)))
 
 
-def stored_or_computed(path: Path, setup: Setup, progress: Callable[[float], None] | None = None) -> RunResult:
+def stored_or_computed(path: Path, setup: Setup) -> RunResult:
     """Return the result stored with a run file, whatever setup made it; computed with `setup` where there is none.
 
     A run that was processed again with another setup keeps what came out: it is not undone by whoever reads it.
 
     Parameters and errors as for `result_of_run`.
     """
-    return result_of_run(path, setup_of_result(path) or setup, progress)
+    return result_of_run(path, setup_of_result(path) or setup)
 
 
-def stored_result(path: Path, setup: Setup, _progress: Callable[[float], None] | None = None) -> RunResult:
+def stored_result(path: Path, setup: Setup) -> RunResult:
     """Return the result stored with a run file, whatever setup made it; nothing is ever computed.
 
     Raises

@@ -1,11 +1,10 @@
 """Where a session's numbers come from: programs, settings, calibration, files, and what happened to them."""
 
-import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from radargui.files.access import reading
+from radargui.files.access import reading, sha256_of
 from radargui.files.hdf5 import text
 from radargui.files.run_card import read_health, read_origin, read_run_card
 from radargui.files.run_file import opened_run, read_gaps, read_run_setup
@@ -144,7 +143,7 @@ def _run(path: Path, session: Session, facts: RunFacts) -> RunProvenance:
     set_aside = session.rejected.get(path.name, "")
     try:
         with reading(path, "a run file"):
-            size, digest = path.stat().st_size, _sha256(path)
+            size, digest = path.stat().st_size, sha256_of(path)
         card, imported = read_run_card(path), read_origin(path)
         own = read_run_setup(path)
         with opened_run(path) as file:
@@ -174,11 +173,6 @@ def _run(path: Path, session: Session, facts: RunFacts) -> RunProvenance:
         )
     except RadarGuiError as error:
         return RunProvenance(path.stem, path.name, set_aside=set_aside, problem=str(error))
-
-
-def _sha256(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _processing(one: StoredResult, setup: Setup) -> ProcessingPass:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import date
 from itertools import starmap
 from pathlib import Path
 
+from radargui.files.access import Progress, silent
 from radargui.model.drop import Drop, RunOrigin, drop_of
 from radargui.model.setup import Setup
 from radargui.session.index import IN_MEMORY, antenna_key, bring_up_to_date, default_index_path, open_index
@@ -157,7 +157,7 @@ class Catalogue:
         """Close the index; idempotent."""
         self._index.close()
 
-    def refresh(self, progress: Callable[[float], None] = lambda _: None) -> int:
+    def refresh(self, progress: Progress = silent) -> int:
         """Take in what has changed in the folders, and return how many files were read for that.
 
         Parameters
@@ -173,19 +173,12 @@ class Catalogue:
             self._index = open_index(IN_MEMORY)
             return bring_up_to_date(self._index, self._data_folder, progress)
 
-    def find(self, query: Query | None = None, *, refresh: bool = True) -> tuple[SessionSummary, ...]:
-        """Return the sessions that a query asks for, the newest first; without a query all of them.
+    def find(self, query: Query = Query()) -> tuple[SessionSummary, ...]:
+        """Return the sessions that a query asks for, the newest first, as of the last look at the folders.
 
-        Parameters
-        ----------
-        query
-            What is looked for.
-        refresh
-            Whether to look at the folders first.
+        Without a query these are all.
         """
-        if refresh:
-            self.refresh()
-        conditions, values = _conditions(query or Query())
+        conditions, values = _conditions(query)
         where = f"WHERE {' AND '.join(conditions)} " if conditions else ""
         rows = self._index.execute(f"{_SUMMARY} {where}{_ORDER}", values)
         lines = ([self._data_folder / folder, *known, _drops(drops)] for folder, *known, drops in rows)

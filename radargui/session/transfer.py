@@ -1,7 +1,7 @@
 """Recordings of other programs come in as a session, and its runs go out in formats that others open."""
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
@@ -97,9 +97,7 @@ class SessionImport:
         self.parent, self.setup, self.now, self._about = parent, setup, now, about
         self.session: Session | None = None
 
-    def carry_out(
-        self, inputs: Sequence[ImportInput], progress: Callable[[float], None] = lambda _: None
-    ) -> Iterator[ImportedRun]:
+    def carry_out(self, inputs: Sequence[ImportInput], progress: Progress = silent) -> Iterator[ImportedRun]:
         """Import one input after the other, then close the session; one that fails does not stop the others.
 
         Parameters

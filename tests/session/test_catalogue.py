@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from support.file_samples import codes, default_setup, int16_digitisation, result_of
-from support.found_sessions import find_sessions
+from support.found_sessions import find_sessions, look
 
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
@@ -59,7 +59,7 @@ def data(tmp_path: Path) -> Path:
 
 
 def names(catalogue: Catalogue, query: Query) -> list[str]:
-    return [one.sample for one in catalogue.find(query)]
+    return [one.sample for one in look(catalogue, query)]
 
 
 def test_sessions_are_found_by_each_thing_that_is_known(data: Path, tmp_path: Path) -> None:
@@ -102,14 +102,14 @@ def test_a_session_whose_day_is_not_known_is_on_no_day(data: Path, tmp_path: Pat
     (data / "damaged").mkdir()
     (data / "damaged" / "session.json").write_text("{", encoding="utf-8")
     with Catalogue(data, tmp_path / "index") as catalogue:
-        assert [one.name for one in catalogue.find() if one.problem] == ["damaged"]
+        assert [one.name for one in look(catalogue) if one.problem] == ["damaged"]
         assert names(catalogue, Query(until=date(2030, 1, 1))) == ["wood", "10 mm Steel"]
         assert names(catalogue, Query(since=date(2000, 1, 1))) == ["wood", "10 mm Steel"]
 
 
 def test_a_line_tells_what_came_of_the_runs_that_count(data: Path, tmp_path: Path) -> None:
     with Catalogue(data, tmp_path / "index") as catalogue:
-        wood, steel = catalogue.find()
+        wood, steel = look(catalogue)
         assert (steel.n_runs, steel.n_rejected) == (2, 1)
         assert [(drop.name, drop.e, drop.origin.kind) for drop in steel.drops] == [("run-0001", 0.9, "simulated")]
         assert (wood.n_runs, wood.n_unfinished) == (2, 0)
@@ -148,7 +148,7 @@ def test_only_what_has_changed_is_read_again(data: Path, tmp_path: Path) -> None
         assert catalogue.refresh() == 6
     with Catalogue(data, tmp_path / "index") as catalogue:
         assert catalogue.refresh() == 0
-        (steel,) = catalogue.find(Query(sample="steel"))
+        (steel,) = look(catalogue, Query(sample="steel"))
         dates = {run: run.stat().st_mtime_ns for run in steel.path.glob("*.h5")}
         session = Session.open(steel.path)
         session.restore(steel.path / "run-0002.h5")
@@ -158,10 +158,10 @@ def test_only_what_has_changed_is_read_again(data: Path, tmp_path: Path) -> None
         for run in steel.path.glob("*.h5"):
             os.utime(run, ns=(dates[run], dates[run]))
         assert catalogue.refresh() == 1
-        (steel,) = catalogue.find(Query(text="new words"))
+        (steel,) = look(catalogue, Query(text="new words"))
         assert (steel.n_rejected, [drop.e for drop in steel.drops]) == (0, [0.9, 0.1])
         (steel.path / "run-0001.h5").unlink()
-        assert catalogue.find(Query(sample="steel"))[0].n_runs == 1
+        assert look(catalogue, Query(sample="steel"))[0].n_runs == 1
         shutil.rmtree(steel.path)
         assert names(catalogue, Query()) == ["wood"]
         (data / "2026").rename(data / "last year")
@@ -179,14 +179,14 @@ def test_an_index_that_is_damaged_old_or_unwritable_is_made_anew(data: Path, tmp
         lambda: _change(index, "ALTER TABLE sessions DROP COLUMN notes"),
     ):
         with Catalogue(data, index) as catalogue:
-            assert len(catalogue.find()) == 2
+            assert len(look(catalogue)) == 2
         spoil()
     with Catalogue(data, index) as catalogue:
-        assert len(catalogue.find()) == 2
+        assert len(look(catalogue)) == 2
     blocked = tmp_path / "file"
     blocked.write_text("", encoding="utf-8")
     with Catalogue(data, blocked / "index") as catalogue:
-        assert len(catalogue.find()) == 2
+        assert len(look(catalogue)) == 2
 
 
 def test_an_index_that_another_program_keeps_to_itself_is_done_without(
@@ -195,11 +195,11 @@ def test_an_index_that_another_program_keeps_to_itself_is_done_without(
     monkeypatch.setattr("radargui.session.index._WAIT_S", 0.01)
     index = tmp_path / "index"
     with Catalogue(data, index) as first:
-        first.find()
+        look(first)
     other = sqlite3.connect(index, isolation_level=None)
     other.execute("BEGIN EXCLUSIVE")
     with Catalogue(data, index) as catalogue:
-        assert len(catalogue.find()) == 2
+        assert len(look(catalogue)) == 2
     assert index.is_file()
     other.execute("ROLLBACK")
     other.close()

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.found_sessions import look
 from support.run_contents import read_markers
 
 import radargui
@@ -17,7 +18,7 @@ from radargui.files.run_file import read_run, read_run_setup, run_is_complete
 from radargui.files.stored_results import read_stored_results
 from radargui.model.setup import Setup, dump_setup, parse_setup, read_setup
 from radargui.restitution.series import series_of
-from radargui.session.catalogue import Catalogue, Query
+from radargui.session.catalogue import Catalogue
 from radargui.session.lock import FILE_NAME, owner_of
 from radargui.session.session import Session
 
@@ -95,7 +96,7 @@ def test_a_session_says_what_it_was_given(sessions: Path) -> None:
 
 def test_all_sessions_are_listed_with_their_figures(sessions: Path, tmp_path: Path) -> None:
     with Catalogue(sessions, tmp_path / "index.sqlite") as catalogue:
-        found = {summary.name: summary for summary in catalogue.find(Query())}
+        found = {summary.name: summary for summary in look(catalogue)}
         assert set(found) == {*STORED, "interrupted"}
         assert not any(summary.problem for summary in found.values())
         assert (found["two-drops"].n_runs, found["two-drops"].n_rejected) == (2, 1)

@@ -9,7 +9,16 @@ from radargui.session.catalogue import Catalogue, Query, SessionSummary
 from radargui.session.index import IN_MEMORY
 
 
-def find_sessions(data_folder: Path, query: Query | None = None) -> tuple[SessionSummary, ...]:
+ALL = Query()
+
+
+def look(catalogue: Catalogue, query: Query = ALL) -> tuple[SessionSummary, ...]:
+    """Return what a catalogue finds after a look at the folders."""
+    catalogue.refresh()
+    return catalogue.find(query)
+
+
+def find_sessions(data_folder: Path, query: Query = ALL) -> tuple[SessionSummary, ...]:
     """Return what a catalogue finds that keeps nothing."""
     with closing(Catalogue(data_folder, IN_MEMORY)) as catalogue:
-        return catalogue.find(query)
+        return look(catalogue, query)

@@ -222,7 +222,7 @@ class SessionBrowser(Dialog):
 def _find(folder: Path, query: Query, task: Task) -> tuple[SessionSummary, ...]:
     with Catalogue(folder) as catalogue:
         catalogue.refresh(task.report)
-        return catalogue.find(query, refresh=False)
+        return catalogue.find(query)
 
 
 def _counted(count: int, noun: str) -> str:

@@ -1,5 +1,6 @@
 """What a paper takes: the methods paragraph in plain words, tables for LaTeX (booktabs), the BibTeX entry."""
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
@@ -132,6 +133,15 @@ def escaped(text: str) -> str:
     return "".join(_SPECIAL.get(character, character) for character in one_line)
 
 
+_MINUS, _POWER = re.compile(r"(?<![\w)])-(?=\d)"), re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]\d+)(?![\w.])")
+
+
+def typeset(cell: str) -> str:
+    """Return a cell of a table: escaped, its numbers with a minus and powers of ten as papers print them."""
+    shown = _MINUS.sub("$-$", escaped(cell))
+    return _POWER.sub(lambda found: rf"{found[1]} $\times 10^{{{int(found[2])}}}$", shown)
+
+
 def latex_tables(facts: ReportFacts) -> str:
     """Return the tables of a report, one below the other."""
     found, needs = facts.findings, r"\usepackage{booktabs, longtable}"
@@ -205,7 +215,7 @@ def _runs(name: str, session: SessionFacts) -> str:
 
 
 def _table(caption: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [" & ".join(map(escaped, row)) + r" \\" for row in rows]
+    lines = [" & ".join(map(typeset, row)) + r" \\" for row in rows]
     return "\n".join(
         (
             rf"\begin{{longtable}}{{{'l' * len(header)}}}",

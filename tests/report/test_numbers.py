@@ -26,7 +26,7 @@ from radargui.model.setup import Setup, dump_setup
 from radargui.report.facts import ReportFacts, SessionFacts, report_facts
 from radargui.report.numbers import FILES, report_document, write_numbers
 from radargui.report.provenance import provenance_of, setting_changes
-from radargui.report.publication import escaped, methods
+from radargui.report.publication import escaped, methods, typeset
 from radargui.report.run_facts import RunFacts, take_facts
 from radargui.report.tables import json_bytes
 from radargui.session.session import Session
@@ -113,6 +113,23 @@ def test_the_numbers_are_those_computed_from_the_truth(series: tuple[SessionFact
     assert fall["last_time_from_zero_s"] == pytest.approx(fall["last_time_s"] - document["runs"][0]["zero_time_s"])
     first = document["runs"][0]["bounces"][0]
     assert first["time_from_zero_s"] == pytest.approx(first["time_s"] - document["runs"][0]["zero_time_s"])
+
+
+@pytest.mark.parametrize(
+    ("cell", "shown"),
+    [
+        ("8.9e-06", r"8.9 $\times 10^{-6}$"),
+        ("3.66e+10", r"3.66 $\times 10^{10}$"),
+        ("-774.96", "$-$774.96"),
+        ("n = -0.0002(18); a = 1e-07", r"n = $-$0.0002(18); a = 1 $\times 10^{-7}$"),
+        ("2026-11-23T04-05-17", "2026-11-23T04-05-17"),
+        ("run-0001", "run-0001"),
+        ("0.80000(22)", "0.80000(22)"),
+        ("sample 3e-4x", "sample 3e-4x"),
+    ],
+)
+def test_numbers_in_latex_have_a_minus_and_powers_of_ten(cell: str, shown: str) -> None:
+    assert typeset(cell) == shown
 
 
 def test_operators_text_is_text_in_every_file(series: tuple[SessionFacts, SessionFacts], tmp_path: Path) -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 from radargui.session.catalogue import Catalogue, Query, SessionSummary
 from radargui.session.index import IN_MEMORY
 
-
 ALL = Query()
 
 

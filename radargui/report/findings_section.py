@@ -128,16 +128,21 @@ def _marks(one: SessionFindings, session: SessionFacts) -> Iterator[str]:
 
 
 def _budget(one: SessionFindings, named: str) -> Grid:
+    # of a single drop there is no scatter: its own statistical u stands there
+    several = one.series.e.n > 1
+
     def row(name: str, line: BudgetLine) -> dict[str, str]:
         shares = variance_shares(line)
         cells = {"of": name}
         for key in SHARES:
             share = f" ({100.0 * shares[key]:.0f} %)" if key in shares and getattr(line, key) is not None else ""
-            cells["standard error" if key == "statistical" else key] = f"{plain(getattr(line, key), 2)}{share}"
+            title = "standard error" if key == "statistical" and several else key
+            cells[title] = f"{plain(getattr(line, key), 2)}{share}"
         return {**cells, "combined": plain(line.combined, 2)}
 
     rows = row("e of the first impact", one.e_budget), row("g / (m/s²)", one.g_budget_m_s2)
-    return Grid.of(rows, f"Standard uncertainty of the mean, with shares of its square{named}")
+    of = "the mean" if several else "a single drop"
+    return Grid.of(rows, f"Standard uncertainty of {of}, with shares of its square{named}")
 
 
 def _series(facts: ReportFacts) -> Iterator[Content]:

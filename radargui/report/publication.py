@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from radargui import __version__
-from radargui.model.rounding import concise, plain
+from radargui.model.rounding import alone, concise, plain
 from radargui.report.facts import ReportFacts, SessionFacts
 from radargui.restitution.findings import Findings, SampleFindings, SessionFindings
 from radargui.restitution.speed_models import MODELS
@@ -44,9 +44,14 @@ def methods(facts: ReportFacts) -> str:
     said += [way if len(ways) == 1 else f"{', '.join(names)}: {way}" for way, names in ways.items()]
     said.append(
         "The coefficient of restitution of an impact is the ratio of the speeds along the floor's normal just after "
-        f"and just before it, both from fits of the flights. {_uncertainty(found)} Intervals are 95 %, Student's t. "
-        f"Outliers were flagged by the {OUTLIER_RULE} and kept."
+        "and just before it, both from fits of the flights."
     )
+    said.append(_uncertainty(found))
+    most = _most_drops(found)
+    if most > 1:
+        said.append("Intervals are 95 %, Student's t.")
+    if most > 2:
+        said.append(f"Outliers were flagged by the {OUTLIER_RULE} and kept.")
     if found.model:
         model = MODELS[found.model]
         source = f" ({model.source})" if model.source else ""
@@ -59,11 +64,21 @@ def methods(facts: ReportFacts) -> str:
             else f"{model.equation}{source} could not be fitted to e against the impact speed v."
         )
     said.append(f"All results were computed with RadarGUI {__version__}.")
-    return " ".join(said)
+    return " ".join(filter(None, said))
+
+
+def _most_drops(found: Findings) -> int:
+    return max(one.series.e.n for one in found.sessions)
 
 
 def _uncertainty(found: Findings) -> str:
-    if all(one.series.e.combined is None for one in found.sessions):
+    most, combined = _most_drops(found), any(one.series.e.combined is not None for one in found.sessions)
+    if most == 0:
+        return ""
+    if most == 1:
+        shared = ", calibration and sphere (GUM, JCGM 100)" if combined else ""
+        return f"A single drop stands with the statistical uncertainty of its own fit{shared}."
+    if not combined:
         return "The mean stands with the standard error from the scatter of the drops."
     return (
         "The mean stands with its combined standard uncertainty: the standard error from the scatter of the drops, and "
@@ -202,8 +217,9 @@ def _runs(name: str, session: SessionFacts) -> str:
             f"{impact.time_s - run.zero_s:.5f}",
             plain(impact.speed_before_m_s, 5),
             concise(impact.e, impact.u_stated),
-            concise(impact.e_flight_time, impact.u_stated),
-            concise(impact.e_height, impact.u_stated),
+            # the uncertainty is that of e: as in the report these only end at its decimal
+            alone(impact.e_flight_time, impact.u_stated),
+            alone(impact.e_height, impact.u_stated),
             "yes" if impact.valid else "no",
         )
         for run in session.runs

@@ -17,7 +17,7 @@ from radargui.report.decimation import COMPACT
 from radargui.report.document import Drawing, Facts, Grid, Note
 from radargui.report.facts import ReportFacts, SessionFacts, report_facts
 from radargui.report.findings_section import findings_blocks, front_chapters
-from radargui.report.publication import methods
+from radargui.report.publication import latex_tables, methods
 from radargui.report.rendering import drawn_alone
 from radargui.report.run_facts import RunFacts, take_facts
 from radargui.report.run_figures import run_figures
@@ -135,3 +135,32 @@ def test_no_figure_on_the_screen_is_without_a_caption() -> None:
     shown = [block for page in pages for block in (page.screen or page.blocks) if isinstance(block, Drawing)]
     titles = [one.title for one in shown]
     assert titles == ["e against the impact speed", "Falls", "Phase and height", "I and Q"]
+
+
+def test_of_a_single_drop_no_scatter_no_interval_and_no_outlier_test_is_told() -> None:
+    for n, of, first in ((1, "a single drop", "statistical"), (3, "the mean", "standard error")):
+        facts = facts_of(simulated(n))
+        (budget,) = (one for one in findings_blocks(facts) if isinstance(one, Grid) and "combined" in one.header)
+        assert budget.title == f"Standard uncertainty of {of}, with shares of its square"
+        assert budget.header[1] == first
+        said = methods(facts)
+        assert ("from the scatter of the drops" in said) == ("Intervals are 95 %" in said) == (n > 1)
+        assert ("Outliers were flagged" in said) == (n > 2)
+
+
+def test_in_latex_only_e_has_the_uncertainty_that_is_its_own() -> None:
+    (run,) = simulated(1)
+    first, *others = run.bounces.impacts
+    first = replace(first, e_flight_time=0.80012345, e_height=0.79987654)
+    run = replace(run, bounces=replace(run.bounces, impacts=(first, *others)))
+    (row,) = (line for line in latex_tables(facts_of((run,))).splitlines() if line.startswith("run-0001 & 1 &"))
+    e, by_time, by_height = row.split(" & ")[4:7]
+    assert e.endswith(")")
+    assert "(" not in by_time + by_height
+    assert len(by_time) == len(by_height) == len(e.partition("(")[0])
+
+
+def test_the_methods_of_a_session_without_a_valid_drop_tell_of_no_uncertainty() -> None:
+    said = methods(facts_of((take_facts(quiet_result(), "run-0001", COMPACT),)))
+    assert "0 drops gave a valid e" in said
+    assert "stands with" not in said

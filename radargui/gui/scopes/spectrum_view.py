@@ -17,6 +17,7 @@ from radargui.gui.plots.plot import LAST, NOW, Plot
 from radargui.gui.scopes.shown import Follower, Shown
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
+from radargui.model.radar import MOST_RECEIVERS
 
 BANDS_HZ = (100.0, 300.0, 1000.0, 3000.0, 10000.0, 100_000.0)
 """Half bands that may be chosen: from hum and slow swings to the converter's own noise."""
@@ -60,7 +61,7 @@ class SpectrumPlot(_FrequencyPlot):
         # no figures before the wavelength is known
         self._speed.setStyle(tickLength=-4, showValues=False)
         self.setXRange(-BANDS_HZ[1], BANDS_HZ[1], padding=0)
-        self.curves_ = [self.fast_line(f"receivers.{number}", f"Rx {number + 1}") for number in range(4)]
+        self.curves_ = [self.fast_line(f"receivers.{n}", f"Rx {n + 1}") for n in range(MOST_RECEIVERS)]
         self._mains = self.marker("text", "t", 9, "mains")
         self.setYRange(-100.0, 0.0, padding=0)
 

@@ -248,6 +248,7 @@ class _Taker:
         sign = self.result.setup.radar.phase_sign
         phase_raw = sign * unwrap(wrapped_phase(raw_i, raw_q)[None])[0]
         phase_raw = phase_raw - self._at_start(phase_raw, phase)
+        ends = [self.first + place for place in (*self.breaks, *self.restarts)]
         return ReceiverCurves(
             name=str(row + 1),
             raw=self._pair(raw_i, raw_q),
@@ -257,7 +258,7 @@ class _Taker:
             phase_difference=self._of_pieces(phase_raw - phase),
             change=self._of_pieces(self._part(paths.change_m if paths else None, row)),
             u_change=self._of_pieces(self._part(paths.u_m if paths else None, row)),
-            whole_change=envelope(self.time_s, paths.change_m[row], columns=self.columns // 2) if paths else EMPTY,
+            whole_change=envelope(self.time_s, paths.change_m[row], ends, self.columns // 2) if paths else EMPTY,
             steps=self._steps(row),
             circles=self._circles(row, phase, np.stack([i, q])),
         )

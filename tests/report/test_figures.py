@@ -119,7 +119,7 @@ def test_no_curve_joins_two_pieces_of_a_path_and_the_recorded_signals_go_on() ->
     at_s = 4001 / 5000.0 - result.zero[0]
     assert curves.restarts_s == (at_s,)
     one = curves.receivers[0]
-    pieces = (one.phase, one.phase_difference, one.change, one.u_change, *curves.track.u)
+    pieces = (one.phase, one.phase_difference, one.change, one.whole_change, one.u_change, *curves.track.u)
     for curve in (*pieces, curves.track.x, curves.track.y, curves.track.height):
         assert curve.x[np.isnan(curve.y)].tolist() == [at_s]
     for curve in (one.raw.i, one.corrected.i, one.phase_raw):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.model.arrays import FloatArray
-from radargui.model.rounding import concise, quantity
+from radargui.model.rounding import concise, plain, quantity
 
 CONFIDENCE = 0.95
 """Of every interval stated (Student's t, two-sided)."""
@@ -214,5 +214,6 @@ def outliers_of(values: FloatArray) -> tuple[int, ...]:
 
 
 def probability(p: float) -> str:
-    """Return what stands behind the letter of a p-value: "= 0.03", "< 0.0001"."""
-    return "< 0.0001" if p < 1e-4 else f"= {p:.2g}"
+    """Return what stands behind the letter of a p-value, two digits: "= 0.030", "< 0.0001", "> 0.99"."""
+    # no test tells that something is certain
+    return "< 0.0001" if p < 1e-4 else "> 0.99" if p >= 0.995 else f"= {plain(p, 2)}"

@@ -10,7 +10,7 @@ from hypothesis import given, strategies as st
 from scipy import stats
 
 from radargui.restitution import statistics
-from radargui.restitution.statistics import outliers_of, statistics_of
+from radargui.restitution.statistics import outliers_of, probability, statistics_of
 
 ROSNER = """
 -0.25 0.68 0.94 1.15 1.20 1.26 1.26 1.34 1.38 1.43 1.49 1.49 1.55 1.56 1.58 1.65 1.69 1.70 1.76 1.77 1.81 1.91 1.94 1.96
@@ -105,3 +105,11 @@ def test_unit_and_zero_change_nothing_but_the_numbers(values: list[float], scale
     assert one.consistency is not None
     assert other.consistency is not None
     assert other.consistency.birge_ratio == pytest.approx(one.consistency.birge_ratio, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("p", "text"),
+    [(1.0, "> 0.99"), (0.9951, "> 0.99"), (0.99, "= 0.99"), (0.8, "= 0.80"), (0.03, "= 0.030"), (5e-5, "< 0.0001")],
+)
+def test_a_probability_has_two_digits_and_nothing_is_certain(p: float, text: str) -> None:
+    assert probability(p) == text

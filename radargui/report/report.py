@@ -279,7 +279,8 @@ _DPI = 600
 _LENGTH = re.compile(r"(\d+(?:\.\d+)?)\s*(mm|cm|in)")
 _UNITS_MM = {"mm": 1.0, "cm": 10.0, "in": sheet.MM_PER_INCH}  # what people write widths in
 _NARROWEST_MM, _WIDEST_MM = 60.0, 250.0
-"""Of a figure: below 56 mm numbers at neighbouring ticks meet in the planes of IQ; more than 210 is beyond A4."""
+"""Of a figure: at 54 mm numbers of neighbouring ticks meet, from 55 mm on no texts do (60 leaves some room for more
+digits); more than 210 is beyond A4."""
 _LEFT_MM, _RIGHT_MM, _TOP_MM, _BOTTOM_MM = 9.5, 1.5, 4.0, 8.0
 """About the frames: −1000 at 6 points, half of the last number, the title, then numbers and name of the axis."""
 

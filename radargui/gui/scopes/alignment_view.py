@@ -181,7 +181,7 @@ def _said(now: float, held: float) -> tuple[str, str, str]:
     if not math.isfinite(now):
         return UNKNOWN, "", ""
     below = f"{decibels(held) - decibels(now):.1f} dB below {_volts(held)}" if now < held else "the highest so far"
-    return f"{decibels(now):.1f} dB".replace("-", "−"), _volts(now), below
+    return f"{decibels(now):z.1f} dB".replace("-", "−"), _volts(now), below
 
 
 def _volts(value: float) -> str:

@@ -73,6 +73,14 @@ def test_nothing_is_cut_on_a_small_screen(small: MainWindow, record_one: Any) ->
                     assert ignored or not cut(one), (name, one, one.objectName(), getattr(one, "text", str)())
 
 
+def test_the_whole_track_is_seen_on_a_small_screen(small: MainWindow, record_one: Any) -> None:
+    record_one(small)
+    for _ in range(3):
+        QApplication.processEvents()
+    room = next(one for one in small.panels.findChildren(Room) if one.content is small.track)
+    assert small.track.height() <= room.viewport().height(), "the words of the lowest axis are cut"
+
+
 @pytest.mark.parametrize("small", [SMALL, SMALLEST], indirect=True)
 def test_every_column_of_the_runs_can_be_read_on_a_small_screen(small: MainWindow, tmp_path: Any) -> None:
     origin = RunOrigin("simulated")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from radargui.gui.runs.run_keeping import REASONS
 from radargui.gui.runs.run_model import COLUMNS as RUN_COLUMNS
 from radargui.gui.series import COLUMNS, role_of
 from radargui.gui.table import sort_key
+from radargui.model.errors import FileError
 from radargui.model.rounding import plain
 from radargui.processing.result_of_run import stored_result
 from radargui.report import facts
@@ -142,6 +144,98 @@ def test_the_series_runs_along_with_each_run_and_reads_nothing_unseen(
     assert own_window.series.rows.entries[0].found == own_window.runs.model.series.e
     assert cells(own_window.series.table, 0)[2] == "2"
     assert read.count("run-0001") == 1, "what did not change is not read again"
+
+
+def test_nothing_of_a_session_stays_in_series_and_preview_when_another_is_opened_unseen(
+    window: MainWindow, wait_for: Any, three: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened(window, three[0], wait_for)
+    window.panels.go_to("series")
+    window.actions_.preview.trigger()
+    preview, panel = window.run_controller.report_preview, window.series
+    idle(window, wait_for)
+    assert three[0].name in preview.page.toPlainText()
+    # a reading that takes its time: meanwhile both are put away, and another session is opened
+    go, glance = threading.Event(), facts.glance
+    monkeypatch.setattr(facts, "glance", lambda path, normal: go.wait(60.0) and glance(path, normal))
+    (three[0] / "run-0001.h5").touch()
+    window.series_controller.refresh()
+    preview.refresh()
+    window.panels.go_to("scopes")
+    preview.close()
+    window.sessions.open(three[1])
+    wait_for(lambda: window.control.session is not None and window.control.session.path == three[1])
+    go.set()
+    idle(window, wait_for)
+    assert panel.facts is None
+    assert three[0].name not in preview.page.toPlainText()
+    # and both read the other one when they are looked at
+    window.panels.go_to("series")
+    window.actions_.preview.trigger()
+    wait_for(lambda: panel.facts is not None and panel.facts.findings.sessions[0].name == three[1].name)
+    wait_for(lambda: three[1].name in preview.page.toPlainText())
+    window.control.use_session(None)
+    assert preview.page.toPlainText() == "No session is open."
+
+
+def test_a_session_that_is_put_away_while_it_is_read_takes_its_fault_along(
+    window: MainWindow, wait_for: Any, three: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened(window, three[0], wait_for)
+    go, glance = threading.Event(), facts.glance
+
+    def damaged(path: Path, normal: Any) -> Any:
+        go.wait(60.0)
+        if path.parent == three[0]:
+            raise FileError(f"{path.name} is damaged")
+        return glance(path, normal)
+
+    monkeypatch.setattr(facts, "glance", damaged)
+    window.panels.go_to("series")
+    window.sessions.open(three[1])
+    wait_for(lambda: window.control.session is not None and window.control.session.path == three[1])
+    go.set()
+    wait_for(lambda: window.series.facts is not None)
+    assert window.series.facts.findings.sessions[0].name == three[1].name
+    assert window.board.notices == ()
+
+
+def test_of_several_samples_each_fit_says_of_which_it_is(window: MainWindow, wait_for: Any, tmp_path: Path) -> None:
+    folder = tmp_path / "data"
+    paths = [
+        make_height(folder, 4, 0.26, sample="steel", target="glass"),
+        make_height(folder, 5, 0.18, sample="agate", target="glass"),
+    ]
+    opened(window, paths[0], wait_for)
+    window.panels.go_to("series")
+    window.series_controller.compare(tuple(paths[1:]))
+    panel = window.series
+    wait_for(lambda: panel.facts is not None and len(panel.facts.sessions) == 2)
+    fits = [line for line in panel.words.toPlainText().splitlines() if "constant: e0" in line]
+    assert [line.partition(":")[0] for line in fits] == ["steel on glass", "agate on glass"]
+    panel.pages.setCurrentWidget(panel.speeds)
+    panel.speeds.model.setCurrentIndex(panel.speeds.model.findData("power"))
+    assert [one.partition(":")[0] for one in panel.speeds.words.text().split("; ") if " law: " in one] == [
+        "steel on glass",
+        "agate on glass",
+    ]
+    panel.alone.click()
+
+
+def test_the_key_of_many_sessions_takes_the_lines_it_needs(window: MainWindow, wait_for: Any, tmp_path: Path) -> None:
+    paths = [make_height(tmp_path / "data", 10 + day, 0.18) for day in range(5)]
+    opened(window, paths[0], wait_for)
+    window.panels.go_to("series")
+    window.series_controller.compare(tuple(paths[1:]))
+    panel = window.series
+    wait_for(lambda: panel.facts is not None and len(panel.facts.sessions) == 5)
+    for page in (panel.speeds, panel.falls):
+        panel.pages.setCurrentWidget(page)
+        key = page.key
+        wait_for(lambda key=key: key.height() >= key.heightForWidth(key.width()))
+        assert key.height() > key.fontMetrics().height() * 1.5
+        assert "2026-05-14" in key.text()
+    panel.alone.click()
 
 
 def test_a_run_is_left_out_with_a_reason_that_window_and_report_know(

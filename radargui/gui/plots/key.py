@@ -42,8 +42,12 @@ class Key(QLabel):
         parts = []
         for sign, role, words in self._entries:
             colour = self._theme.colours.role(role)
-            parts.append(f'<span style="color:{colour}"><b>{escape(sign)}</b></span>&nbsp;{escape(words)}')
+            parts.append(f'<span style="color:{colour}"><b>{escape(sign)}</b></span>&nbsp;{_unbroken(words)}')
         self.setText("&emsp;".join(parts))
+
+
+def _unbroken(words: str) -> str:
+    return escape(words).replace(" ", "&nbsp;")
 
 
 class ColourBar(QWidget):

@@ -99,16 +99,18 @@ class ReportPreview(Dialog):
 
     def show_session(self, session: Session | None) -> None:
         """Follow a session."""
+        if session is None or self._session is None or session.path != self._session.path:
+            self.page.setPlainText("Reading …" if session else "No session is open.")
         self._session = session
-        if session is None:
-            self.page.setPlainText("No session is open.")
         self.refresh()
 
     def refresh(self) -> None:
         """Read what has changed, where the page is seen."""
-        if self._session is not None and self.isVisible():
-            work = partial(_front_page, self._session, self._glances, self._services.theme.colours.alarm)
-            self._reads.start(work, self._show, lambda error: self.page.setPlainText(str(error)))
+        if self._session is None or not self.isVisible():
+            self._reads.outdate()
+            return
+        work = partial(_front_page, self._session, self._glances, self._services.theme.colours.alarm)
+        self._reads.start(work, self._show, lambda error: self.page.setPlainText(str(error)))
 
     def _show(self, page: str) -> None:
         bar = self.page.verticalScrollBar()

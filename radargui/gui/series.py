@@ -321,9 +321,10 @@ class SeriesController(QObject):
     def refresh(self) -> None:
         """Read what has changed, where the panel is seen; what comes meanwhile is read afterwards."""
         own, glances = self._control.session, self._glances
-        if self._of != (own and own.path):
+        path = own.path if own is not None else None
+        if path != self._of:
             # nothing of the session before is left to be read off
-            self._of = own and own.path
+            self._of = path
             self._panel.show_facts(None, "Reading …")
         if not self._panel.isVisible():
             self._reads.outdate()

@@ -110,6 +110,7 @@ class RowTable(QTableView, Generic[_R]):
         self._sorted.setSourceModel(model)
         self.columns_chosen = self._fitting = False
         having(self, objectName=name, model=self._sorted, alternatingRowColors=True, tabKeyNavigation=False)
+        self.setAccessibleName(name.replace(".", ": "))
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         mode = QAbstractItemView.SelectionMode
         self.setSelectionMode(mode.ExtendedSelection if many else mode.SingleSelection)
@@ -199,4 +200,3 @@ class WordTable(RowTable[tuple[str, ...]]):
     def __init__(self, titles: Sequence[str], name: str) -> None:
         columns = {title: itemgetter(at) for at, title in enumerate(titles)}
         super().__init__(RowModel[tuple[str, ...]](columns), name)
-        self.setAccessibleName(name.replace(".", ": "))

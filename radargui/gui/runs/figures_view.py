@@ -28,7 +28,7 @@ class FiguresView(QTextBrowser):
     """Everything selectable."""
 
     def __init__(self, theme: Theme) -> None:
-        super().__init__(openLinks=False)
+        super().__init__(openLinks=False, accessibleName="Result of the run")
         self._theme = theme
         self._result: RunResult | None = None
         self.notes: tuple[str, ...] = ()
@@ -93,7 +93,7 @@ class ReportPreview(Dialog):
         self._services, self._glances = services, glances
         self._session: Session | None = None
         self._reads = OneAtATime(services.jobs, "the preview of the report", self.refresh)
-        self.page = QTextBrowser(openLinks=False)
+        self.page = QTextBrowser(openLinks=False, accessibleName="The report so far")
         self.lay_out((self.page, 1))
         services.theme.changed.connect(self.refresh)
 

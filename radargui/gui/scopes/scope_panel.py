@@ -227,6 +227,8 @@ class ScopePanel(QWidget):
         if count == len(self.scopes):
             return
         self.time.set_receivers(count, full_scale_v)
+        # made anew it would come last of all
+        self.setTabOrder(self.back, self.time.gain)
         self.waterfall.set_receivers(count)
         self.alignment.bars.forget(count)
         self._renew()

@@ -119,7 +119,7 @@ class ImportDialog(Dialog):
         self.raw.changed.connect(self._renew_look)
         self.mapping = MappingForm()
         self.rate = QtWidgets.QDoubleSpinBox(maximum=_FASTEST_HZ, decimals=3)
-        self.setup = QtWidgets.QComboBox()
+        self.setup = QtWidgets.QComboBox(accessibleName="Setup")
         self.setup.currentIndexChanged.connect(lambda _index: self._show_fault())
         self.process = QtWidgets.QCheckBox("Process the runs")
         self.process.setChecked(True)

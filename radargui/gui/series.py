@@ -230,7 +230,8 @@ class SeriesPanel(QWidget):
         self.rows = RowModel(COLUMNS, lambda _row: TIP)
         self.table = RowTable(self.rows, "series", many=True)
         empty = "What the series found is said here once runs have results."
-        self.words = QPlainTextEdit(readOnly=True, placeholderText=empty, accessibleName="The series in words")
+        words = QPlainTextEdit(readOnly=True, placeholderText=empty)
+        self.words = having(words, accessibleName="The series in words")
         self._theme, self._stale = theme, set[str]()
         self.pages = Pages(_PAGES, table=self.table, words=self.words)
         self._title = OneLine("No session")

@@ -9,7 +9,7 @@ from PySide6.QtGui import QTextOption
 from PySide6.QtWidgets import QTextBrowser
 
 from radargui.gui.background import OneAtATime
-from radargui.gui.layout import Dialog
+from radargui.gui.layout import Dialog, having
 from radargui.gui.services import Services
 from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
@@ -28,7 +28,8 @@ class FiguresView(QTextBrowser):
     """Everything selectable."""
 
     def __init__(self, theme: Theme) -> None:
-        super().__init__(openLinks=False, accessibleName="Result of the run")
+        super().__init__(openLinks=False)
+        self.setAccessibleName("Result of the run")
         self._theme = theme
         self._result: RunResult | None = None
         self.notes: tuple[str, ...] = ()
@@ -93,7 +94,7 @@ class ReportPreview(Dialog):
         self._services, self._glances = services, glances
         self._session: Session | None = None
         self._reads = OneAtATime(services.jobs, "the preview of the report", self.refresh)
-        self.page = QTextBrowser(openLinks=False, accessibleName="The report so far")
+        self.page = having(QTextBrowser(openLinks=False), accessibleName="The report so far")
         self.lay_out((self.page, 1))
         services.theme.changed.connect(self.refresh)
 

@@ -14,7 +14,18 @@ from radargui.files.raw_file import first_seconds
 from radargui.files.reading import LARGEST
 from radargui.files.signals import ChannelInfo
 from radargui.gui.background import Then, Work
-from radargui.gui.layout import Choice, Dialog, FaultText, FormScroll, Group, PlainLabel, button, fill, side_by_side
+from radargui.gui.layout import (
+    Choice,
+    Dialog,
+    FaultText,
+    FormScroll,
+    Group,
+    PlainLabel,
+    button,
+    fill,
+    having,
+    side_by_side,
+)
 from radargui.gui.services import Services
 from radargui.gui.sessions.raw_form import PREVIEW_S, PREVIEW_SAMPLES, RawForm
 from radargui.gui.setup.session_panel import SessionPanel
@@ -119,7 +130,7 @@ class ImportDialog(Dialog):
         self.raw.changed.connect(self._renew_look)
         self.mapping = MappingForm()
         self.rate = QtWidgets.QDoubleSpinBox(maximum=_FASTEST_HZ, decimals=3)
-        self.setup = QtWidgets.QComboBox(accessibleName="Setup")
+        self.setup = having(QtWidgets.QComboBox(), accessibleName="Setup")
         self.setup.currentIndexChanged.connect(lambda _index: self._show_fault())
         self.process = QtWidgets.QCheckBox("Process the runs")
         self.process.setChecked(True)

@@ -185,7 +185,12 @@ class RowTable(QTableView, Generic[_R]):
         """Make each column as wide as its words, unless the operator has set the columns."""
         if not self.columns_chosen:
             self._fitting = True
+            last, header = self.model().columnCount() - 1, self.horizontalHeader()
+            # Qt would never make the last one, which takes what is left, narrower than a column is at first
+            header.setStretchLastSection(False)
             self.resizeColumnsToContents()
+            self.setColumnWidth(last, min(self.columnWidth(last), header.defaultSectionSize()))
+            header.setStretchLastSection(True)
             self._fitting = False
 
     def _resized(self, column: int, old: int, new: int) -> None:

@@ -73,12 +73,16 @@ def test_of_a_sorted_list_the_recording_that_is_chosen_on_the_screen_is_meant(wi
 
 
 def test_the_keys_lead_from_recordings_to_a_setup_that_refers_to_its_calibration(
-    window: MainWindow, fit: Fit, qtbot: QtBot, wait_for: Any, setup_path: Path
+    window: MainWindow, fit: Fit, qtbot: QtBot, wait_for: Any, setup_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     window.actions_.calibrate.trigger()
     dialog, before = window.calibration.dialog, window.setup_model.setup
     assert dialog.isVisible()
     assert not dialog.next.isEnabled()
+    asked: list[str] = []
+    monkeypatch.setattr(QFileDialog, "getOpenFileNames", lambda *said: (asked.append(said[2]) or [], ""))
+    dialog.recordings.add.click()
+    assert asked == [str(window.session_panel.data_folder)]
     assert dialog.next.toolTip() == "Add recordings, or open a session with drops first"
     dialog.recordings.put([Path("a/run-0001.h5"), Path("a/run-0002.h5")])
     dialog.recordings.table.selectRow(1)
@@ -140,10 +144,15 @@ def test_the_result_is_read_without_words_upon_another_a_minus_nothing_or_anothe
     dialog = window.calibration.dialog
     view, notes = dialog.view, ("u widened by 1.20 (Birge ratio)",)
     dialog.pages.setCurrentWidget(view)
-    view.show_calibration(replace(calibration_of(window.setup_model.setup, shift_u=-0.01), notes=notes))
+    # the screen of the tests is narrower than any of today
+    dialog.resize(1060, 640)
+    found = calibration_of(window.setup_model.setup, shift_u=-0.01)
+    residuals = tuple(replace(one, file="2025-11-03T10-00-00/run-0001") for one in found.residuals)
+    view.show_calibration(replace(found, notes=notes, residuals=residuals))
     assert view.words.text().endswith("\nu widened by 1.20 (Birge ratio).")
     assert not any("-0.0" in entry for entry in view.parameters.rows.entries)
     view.plot.grab()
+    assert all(one.horizontalScrollBar().maximum() == 0 for one in (view.parameters, view.residuals))
     axis, picture = view.plot.getPlotItem().getAxis("left"), QPicture()
     with closing_painter(picture) as painter:
         _, _, texts = axis.generateDrawSpecs(painter)

@@ -56,7 +56,8 @@ class CalibrationDialog(Dialog):
         self._order: CalibrationOrder | None = None
         self.step, self.fault = PlainLabel(selectable=False), FaultText()
         self.step.setFont(scaled_font(self.font(), _TITLE, bold=True))
-        self.recordings, self.unknowns, self.view = RecordingList(), UnknownsForm(), ResultView(services.theme)
+        self.recordings = RecordingList(lambda: panel.data_folder)
+        self.unknowns, self.view = UnknownsForm(), ResultView(services.theme)
         self.work, self.doing = WorkStrip(services.jobs), PlainLabel()
         fit = QWidget()
         fill(QVBoxLayout(fit), self.doing, self.work, 1, spacing=6)

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -39,12 +39,19 @@ class Recorded:
 
 
 class RecordingList(QWidget):
-    """Recordings to calibrate from; what is known is set of those that are chosen, of all where none is."""
+    """Recordings to calibrate from; what is known is set of those that are chosen, of all where none is.
+
+    Parameters
+    ----------
+    start
+        Folder in which recordings are looked for.
+    """
 
     changed = Signal()
 
-    def __init__(self) -> None:
+    def __init__(self, start: Callable[[], Path]) -> None:
         super().__init__()
+        self._start = start
         columns = {
             "Recording": lambda one: one.file.name,
             "What is known of it": lambda one: "free fall" if one.known == FALL else Path(one.known).name,
@@ -92,7 +99,7 @@ class RecordingList(QWidget):
         self.show_recordings([one for one in self.entries if one not in chosen])
 
     def _ask_files(self) -> None:
-        names, _ = QFileDialog.getOpenFileNames(self, "Recordings to calibrate from", "", _RECORDINGS)
+        names, _ = QFileDialog.getOpenFileNames(self, "Recordings to calibrate from", str(self._start()), _RECORDINGS)
         self.put(map(Path, names))
 
     def _ask_path(self) -> None:
@@ -187,7 +194,7 @@ class ResultView(QWidget):
         parts.setObjectName("calibration.parts")
         for part in (left, right):
             parts.addWidget(part)
-        parts.setSizes([540, 440])
+        parts.setSizes([490, 550])
         fill(QVBoxLayout(self), self.title, self.words, (parts, 1), spacing=6)
         follow(theme.changed, self._colour)
 

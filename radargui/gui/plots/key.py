@@ -47,7 +47,7 @@ class Key(QLabel):
         self._fit()
 
     def hasHeightForWidth(self) -> bool:  # noqa: N802 - Qt's name
-        """Return no: a panel whose height depends on its width is scrolled where its plots are not as high as wanted."""
+        """Return no: else the panel is scrolled as soon as its plots are not as high as they would like."""
         return False
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name

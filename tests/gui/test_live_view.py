@@ -205,3 +205,4 @@ def test_keys_name_only_what_is_drawn(own_window: MainWindow, record_one: Any, w
     # a key that is empty belongs to the live trail
     wait_for(lambda: "±&nbsp;2&nbsp;u" in key.text() and "impacts" not in key.text())
     assert "parabola" not in key.text()
+    assert own_window.runs.series.text() == "no e yet, simulated"

@@ -339,5 +339,9 @@ class SeriesController(QObject):
         self._reads.start(work, self._panel.show_facts, self._failed)
 
     def _failed(self, error: BaseException) -> None:
-        self._others = ()
         self._services.board.post_error(error)
+        compared, self._others = self._others, ()
+        if compared:
+            self.refresh()
+        else:
+            self._panel.show_facts(None, "The session cannot be read: see the message")

@@ -200,6 +200,28 @@ def test_a_session_that_is_put_away_while_it_is_read_takes_its_fault_along(
     assert window.board.notices == ()
 
 
+def test_a_session_that_cannot_be_read_is_said_and_leaves_the_open_one_alone(
+    window: MainWindow, wait_for: Any, three: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    glance = facts.glance
+
+    def damaged(path: Path, normal: Any) -> Any:
+        if path.parent == three[1]:
+            raise FileError(f"{path.name} is damaged")
+        return glance(path, normal)
+
+    monkeypatch.setattr(facts, "glance", damaged)
+    opened(window, three[0], wait_for)
+    window.panels.go_to("series")
+    window.series_controller.compare((three[1],))
+    panel = window.series
+    wait_for(lambda: window.board.notices and panel.facts is not None)
+    assert [one.name for one in panel.facts.findings.sessions] == [three[0].name]
+    opened(window, three[1], wait_for)
+    wait_for(lambda: panel._title.text().startswith("The session cannot be read"))
+    assert panel.facts is None
+
+
 def test_of_several_samples_each_fit_says_of_which_it_is(window: MainWindow, wait_for: Any, tmp_path: Path) -> None:
     folder = tmp_path / "data"
     paths = [

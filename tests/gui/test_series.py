@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,6 @@ from radargui.gui.runs.run_keeping import REASONS
 from radargui.gui.runs.run_model import COLUMNS as RUN_COLUMNS
 from radargui.gui.series import COLUMNS, role_of
 from radargui.gui.table import sort_key
-from radargui.model.errors import FileError
 from radargui.model.rounding import plain
 from radargui.processing.result_of_run import stored_result
 from radargui.report import facts
@@ -144,82 +142,6 @@ def test_the_series_runs_along_with_each_run_and_reads_nothing_unseen(
     assert own_window.series.rows.entries[0].found == own_window.runs.model.series.e
     assert cells(own_window.series.table, 0)[2] == "2"
     assert read.count("run-0001") == 1, "what did not change is not read again"
-
-
-def test_nothing_of_a_session_stays_in_series_and_preview_when_another_is_opened_unseen(
-    window: MainWindow, wait_for: Any, three: list[Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    opened(window, three[0], wait_for)
-    window.panels.go_to("series")
-    window.actions_.preview.trigger()
-    preview, panel = window.run_controller.report_preview, window.series
-    idle(window, wait_for)
-    assert three[0].name in preview.page.toPlainText()
-    # a reading that takes its time: meanwhile both are put away, and another session is opened
-    go, glance = threading.Event(), facts.glance
-    monkeypatch.setattr(facts, "glance", lambda path, normal: go.wait(60.0) and glance(path, normal))
-    (three[0] / "run-0001.h5").touch()
-    window.series_controller.refresh()
-    preview.refresh()
-    window.panels.go_to("scopes")
-    preview.close()
-    window.sessions.open(three[1])
-    wait_for(lambda: window.control.session is not None and window.control.session.path == three[1])
-    go.set()
-    idle(window, wait_for)
-    assert panel.facts is None
-    assert three[0].name not in preview.page.toPlainText()
-    # and both read the other one when they are looked at
-    window.panels.go_to("series")
-    window.actions_.preview.trigger()
-    wait_for(lambda: panel.facts is not None and panel.facts.findings.sessions[0].name == three[1].name)
-    wait_for(lambda: three[1].name in preview.page.toPlainText())
-    window.control.use_session(None)
-    assert preview.page.toPlainText() == "No session is open."
-
-
-def test_a_session_that_is_put_away_while_it_is_read_takes_its_fault_along(
-    window: MainWindow, wait_for: Any, three: list[Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    opened(window, three[0], wait_for)
-    go, glance = threading.Event(), facts.glance
-
-    def damaged(path: Path, normal: Any) -> Any:
-        go.wait(60.0)
-        if path.parent == three[0]:
-            raise FileError(f"{path.name} is damaged")
-        return glance(path, normal)
-
-    monkeypatch.setattr(facts, "glance", damaged)
-    window.panels.go_to("series")
-    window.sessions.open(three[1])
-    wait_for(lambda: window.control.session is not None and window.control.session.path == three[1])
-    go.set()
-    wait_for(lambda: window.series.facts is not None)
-    assert window.series.facts.findings.sessions[0].name == three[1].name
-    assert window.board.notices == ()
-
-
-def test_a_session_that_cannot_be_read_is_said_and_leaves_the_open_one_alone(
-    window: MainWindow, wait_for: Any, three: list[Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    glance = facts.glance
-
-    def damaged(path: Path, normal: Any) -> Any:
-        if path.parent == three[1]:
-            raise FileError(f"{path.name} is damaged")
-        return glance(path, normal)
-
-    monkeypatch.setattr(facts, "glance", damaged)
-    opened(window, three[0], wait_for)
-    window.panels.go_to("series")
-    window.series_controller.compare((three[1],))
-    panel = window.series
-    wait_for(lambda: window.board.notices and panel.facts is not None)
-    assert [one.name for one in panel.facts.findings.sessions] == [three[0].name]
-    opened(window, three[1], wait_for)
-    wait_for(lambda: panel._title.text().startswith("The session cannot be read"))
-    assert panel.facts is None
 
 
 def test_of_several_samples_each_fit_says_of_which_it_is(window: MainWindow, wait_for: Any, tmp_path: Path) -> None:

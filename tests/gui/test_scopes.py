@@ -313,6 +313,28 @@ def test_after_stop_every_view_shows_the_last_samples_and_none_of_an_earlier_loo
     wait_for(lambda: scopes.scopes[0].points_of(scopes.scopes[0]._curves[0])[0][-1:] == pytest.approx(0.0, abs=0.01))
 
 
+@pytest.mark.parametrize(("count", "paused"), [(1, False), (4, False), (4, True)])
+def test_after_stop_another_number_of_receivers_is_shown_empty(
+    live: MainWindow, source: ControlledSource, wait_for: Any, count: int, paused: bool
+) -> None:
+    scopes = live.scopes
+    give(source, live, wait_for, Signal().codes(4.0, amplitudes_v=(0.5, 0.5, 0.5)))
+    scopes.view.setCurrentText("Alignment")
+    wait_for(lambda: _level(live) > 0.4)
+    live.actions_.stop.trigger()
+    wait_for(lambda: not live.control.state.running)
+    live.actions_.pause.setChecked(paused)
+    scopes.set_receivers(count, 10.0)
+    assert not live.actions_.pause.isChecked()
+    for name in ("Time", "Spectrum", "Waterfall", "Alignment"):
+        scopes.view.setCurrentText(name)
+        for _ in range(12):
+            scopes.refresh(None)
+        assert scopes.spectrum.spectrum is None
+    assert scopes.alignment.bars.amplitude_v.size == count
+    scopes.set_receivers(3, 10.0)
+
+
 def _level(window: MainWindow) -> float:
     """Return the highest amplitude that the view in front shows, in V."""
     scopes = window.scopes

@@ -231,6 +231,9 @@ class ScopePanel(QWidget):
         self.setTabOrder(self.back, self.time.gain)
         self.waterfall.set_receivers(count)
         self.alignment.bars.forget(count)
+        # samples of as many receivers as there were, held or not, are not drawn into these
+        self.pause.setChecked(False)
+        self.clear()
         self._renew()
 
     def show_feed(self, feed: Feed | None) -> None:

@@ -153,8 +153,9 @@ def _calibrated(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequ
         f"{recordings[number].name}: receiver {receiver + 1} lost a fringe near {time_s:.3f} s, put right"
         for number, receiver, time_s in found_roughly.slips
     )
-    alike = tuple(f"these motions cannot tell whether {words}" for words in undecidable(rough, by_paths))
-    calibration = replace(calibration, notes=calibration.notes + lost + alike)
+    alike = "; ".join(undecidable(rough, by_paths))
+    untold = (f"these motions cannot tell whether {alike}",) if alike else ()
+    calibration = replace(calibration, notes=calibration.notes + lost + untold)
     return Calibrated(calibration, calibrated_setup(setup, found, calibration), found)
 
 

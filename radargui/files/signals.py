@@ -277,7 +277,10 @@ def _rate(parts: Sequence[Signals], timed_hz: float | None, given_hz: float | No
                 )
         return timed_hz
     if given_hz is None and header_hz is None:
-        raise FileError(f"{where} does not tell its sample rate.", remedy="Give it with --rate-hz.")
+        raise FileError(
+            f"{where} does not tell its sample rate.",
+            remedy="Give it with --rate-hz, or as Sample rate in the import dialog.",
+        )
     if given_hz is not None and header_hz is not None and not _same(given_hz, header_hz):
         _log.warning("%s says %.6g Hz; %.6g Hz is used, as asked with --rate-hz.", where, header_hz, given_hz)
     return float(given_hz or header_hz or math.nan)

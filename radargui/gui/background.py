@@ -159,9 +159,14 @@ class OneAtATime:
 
         def failed(error: BaseException) -> None:
             self.busy = False
-            otherwise(error)
+            # the fault of what nobody wants any more is none; what is wanted now says its own
+            self._again() if self._is_outdated else otherwise(error)
 
         self._jobs.start(self._what, work, ended, failed)
+
+    def outdate(self) -> None:
+        """Drop what is being read: it is not wanted any more, and nothing else can be read now."""
+        self._is_outdated = self.busy
 
 
 _LOOK_MS = 100

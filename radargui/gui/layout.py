@@ -153,7 +153,9 @@ class Group(QtWidgets.QGroupBox):
     def row(self, words: str, field: QtWidgets.QWidget, tip: str = "", fault: QtWidgets.QWidget | None = None) -> None:
         """Add a field; `words` names it with its unit, and what is wrong with it stands beneath."""
         tip = tip or TIPS["fields"].get(words, "")
-        self.rows.addRow(having(labelled(words, field), toolTip=tip), having(field, toolTip=tip, accessibleName=words))
+        # of a line with a button the line is what the keys come to
+        (field.focusProxy() or field).setAccessibleName(words)
+        self.rows.addRow(having(labelled(words, field), toolTip=tip), having(field, toolTip=tip))
         if fault is not None:
             self.rows.addRow(fault)
 

@@ -81,6 +81,7 @@ class LogWindow(Dialog):
         self.said = PlainLabel()
         mode = QPlainTextEdit.LineWrapMode.NoWrap
         self.view = QPlainTextEdit(readOnly=True, maximumBlockCount=MOST_ENTRIES, lineWrapMode=mode)
+        self.view.setAccessibleName("Log")
         self.view.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
         self.view.setToolTip(f"What the log file gets since the program was started; older entries: {log_path()}")
         nexts = button("Next", self.find_next, "Go to the next place that has these words")

@@ -38,6 +38,8 @@ _WIDEST_FORM = 520
 """Lines of numbers do not get better by being wider; what is left belongs to the plots."""
 _LEAST_ROOM = QSize(230, 116)
 """Of a panel: three beside each other and two above each other fit 960 x 540 (1920 x 1080 at scale 2)."""
+_TITLE_PX = 24
+"""Height of a panel's title, and of the line between two panels."""
 _NARROW = 1100
 """Of a window: below it three panels beside each other are too small for plots, and one stands behind another."""
 _FIRST_SIZE = (1440, 900)
@@ -138,7 +140,9 @@ class Panels(QtWidgets.QMainWindow):
         self.resizeDocks([docks["hardware"], docks["scopes"], docks["track"]], [side, rest // 2, rest // 2], across)
         if not narrow:
             self.resizeDocks([docks["runs"], docks["planes"]], [68 * rest // 100, 32 * rest // 100], across)
-        low = min(280, 3 * height // 8)
+        # what the track needs is left for it, so that it need not scroll, while the runs keep three rows
+        least = self.held["track"].minimumSizeHint().height() + _TITLE_PX
+        low = min(280, 3 * height // 8, max(3 * height // 10, height - least))
         self.resizeDocks([docks["scopes"], docks["runs"]], [height - low, low], down)
 
     def fill(self, menu: QtWidgets.QMenu) -> None:

@@ -29,7 +29,7 @@ from radargui.report.facts import (
     shown_fits,
     speed_points,
 )
-from radargui.restitution.findings import SessionFindings
+from radargui.restitution.findings import UNNAMED, Findings, SessionFindings
 from radargui.restitution.speed_models import MODELS, SpeedFit
 from radargui.restitution.statistics import Statistics
 from radargui.session.session import Session
@@ -90,7 +90,7 @@ class SpeedView(QWidget):
         self.model.setToolTip("Model of e against the impact speed: what is drawn over the points, as in the report")
         self.model.currentIndexChanged.connect(self._draw)
         self.words = OneLine()
-        self.key = Key(theme)
+        self.key = having(Key(theme), wordWrap=True)
         self.plot = Plot(theme, "speed before the impact [m/s]", "e", left_px=_LEFT)
         top = fill(QHBoxLayout(), QLabel("Model"), self.model, (self.words, 1), margins=(6, 3, 6, 0), spacing=6)
         fill(QVBoxLayout(self), top, self.key, (self.plot, 1), spacing=1)
@@ -115,7 +115,7 @@ class SpeedView(QWidget):
         groups = [speed_points(one.runs) for one in self._facts.sessions] if self._facts else []
         every = np.concatenate(groups, axis=1) if groups else np.empty((3, 0))
         found = self._facts.findings.sessions if self._facts else ()
-        self.words.setText("; ".join(fit.words for fit in self.fits))
+        self.words.setText("; ".join(said_of(self._facts.findings, fit) for fit in self.fits) if self._facts else "")
         self.plot.write_inside("" if every.size else "no valid impact yet")
         if not every.size:
             self.key.show_entries()
@@ -137,7 +137,8 @@ class SpeedView(QWidget):
         n_outside = int(np.count_nonzero((every[1] < low) | (every[1] > high)))
         self.plot.setXRange(0.0, 1.08 * float(every[0].max()), padding=0)
         self.plot.setYRange(low, high, padding=0)
-        fitted = [("╌", "fit", f"{MODELS[drawn[0].model].title} ± {COVERAGE:g} u")] if drawn else []
+        titles = dict.fromkeys(MODELS[fit.model].title for fit in drawn)
+        fitted = [("╌", "fit", f"{' / '.join(titles)} ± {COVERAGE:g} u")] if drawn else []
         outside = [("", "text", f"{n_outside} outside")] if n_outside else []
         self.key.show_entries(("│", "text", f"± {COVERAGE:g} u"), *fitted, *session_key(found), *outside)
         self.key.setToolTip(_plain(session_key(found)))
@@ -148,7 +149,7 @@ class FallsView(QWidget):
 
     def __init__(self, theme: Theme) -> None:
         super().__init__()
-        self.key = Key(theme)
+        self.key = having(Key(theme), wordWrap=True)
         self.fallen = Plot(theme, "", "fall [mm]", left_px=_LEFT)
         self.fallen.getPlotItem().getAxis("bottom").setStyle(showValues=False)
         self.left = Plot(theme, "time from the vertex of the parabola [s]", "Δz [µm]", left_px=_LEFT)
@@ -228,7 +229,8 @@ class SeriesPanel(QWidget):
         self.rows = RowModel(COLUMNS, lambda _row: TIP)
         self.table = RowTable(self.rows, "series", many=True)
         empty = "What the series found is said here once runs have results."
-        self.words = QPlainTextEdit(readOnly=True, placeholderText=empty)
+        words = QPlainTextEdit(readOnly=True, placeholderText=empty)
+        self.words = having(words, accessibleName="The series in words")
         self._theme, self._stale = theme, set[str]()
         self.pages = Pages(_PAGES, table=self.table, words=self.words)
         self._title = OneLine("No session")
@@ -260,8 +262,8 @@ class SeriesPanel(QWidget):
             view: SpeedView | FallsView = getattr(self, name)
             view.show_facts(self.facts)
 
-    def show_facts(self, facts: ReportFacts | None) -> None:
-        """Show what one session or several found; None: there is none."""
+    def show_facts(self, facts: ReportFacts | None, nothing: str = "No session") -> None:
+        """Show what one session or several found; None: there is `nothing`."""
         self.facts = facts
         found = facts.findings.sessions if facts else ()
         self.table.setColumnHidden(0, len(found) < 2)
@@ -270,7 +272,7 @@ class SeriesPanel(QWidget):
         kind = f"{found[0].series.kind}, " if found and found[0].series.kind not in (None, "measured") else ""
         n_runs = sum(len(one.runs) for one in facts.sessions) if facts else 0
         named = ", ".join(one.name for one in found)
-        self._title.setText(f"{named}: {kind}{n_runs} runs" if found else "No session")
+        self._title.setText(f"{named}: {kind}{n_runs} runs" if found else nothing)
         self._stale = {"speeds", "falls"}
         self._draw()
         self.words.setPlainText("\n\n".join(_said(facts)) if facts and n_runs else "")
@@ -285,8 +287,14 @@ def _said(facts: ReportFacts) -> list[str]:
         for one in found.sessions
         for run in one.excluded
     ]
-    fits = [fit.words for sample in found.samples for fit in sample.fits if fit.n_impacts]
+    fits = [said_of(found, fit) for sample in found.samples for fit in sample.fits if fit.n_impacts]
     return [found.sentence, *(f"{words}." for words in compared), *found.cautions, *out, *fits]
+
+
+def said_of(found: Findings, fit: SpeedFit) -> str:
+    """Return what a fit says; of several samples with the name of the one that it is of."""
+    of = next((one.label for one in found.samples if any(fit is own for own in one.fits)), "")
+    return f"{of or UNNAMED}: {fit.words}" if len(found.samples) > 1 else fit.words
 
 
 class SeriesController(QObject):
@@ -298,6 +306,7 @@ class SeriesController(QObject):
         super().__init__(services.parent)
         self._control, self._panel, self._glances, self._services = control, panel, glances, services
         self._others: tuple[Path, ...] = ()
+        self._of: Path | None = None
         self._reads = OneAtATime(services.jobs, "the series", self.refresh)
         panel.seen.connect(self.refresh)
         panel.alone.clicked.connect(lambda: self.compare(()))
@@ -311,9 +320,15 @@ class SeriesController(QObject):
 
     def refresh(self) -> None:
         """Read what has changed, where the panel is seen; what comes meanwhile is read afterwards."""
-        if not self._panel.isVisible():
-            return
         own, glances = self._control.session, self._glances
+        path = own.path if own is not None else None
+        if path != self._of:
+            # nothing of the session before is left to be read off
+            self._of = path
+            self._panel.show_facts(None, "Reading …")
+        if not self._panel.isVisible():
+            self._reads.outdate()
+            return
         others = [path for path in self._others if own is None or path != own.path]
 
         def work() -> ReportFacts | None:
@@ -323,5 +338,9 @@ class SeriesController(QObject):
         self._reads.start(work, self._panel.show_facts, self._failed)
 
     def _failed(self, error: BaseException) -> None:
-        self._others = ()
         self._services.board.post_error(error)
+        compared, self._others = self._others, ()
+        if compared:
+            self.refresh()
+        else:
+            self._panel.show_facts(None, "The session cannot be read: see the message")

@@ -110,6 +110,7 @@ class RowTable(QTableView, Generic[_R]):
         self._sorted.setSourceModel(model)
         self.columns_chosen = self._fitting = False
         having(self, objectName=name, model=self._sorted, alternatingRowColors=True, tabKeyNavigation=False)
+        self.setAccessibleName(name.replace(".", ": "))
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         mode = QAbstractItemView.SelectionMode
         self.setSelectionMode(mode.ExtendedSelection if many else mode.SingleSelection)
@@ -184,7 +185,12 @@ class RowTable(QTableView, Generic[_R]):
         """Make each column as wide as its words, unless the operator has set the columns."""
         if not self.columns_chosen:
             self._fitting = True
+            last, header = self.model().columnCount() - 1, self.horizontalHeader()
+            # Qt would never make the last one, which takes what is left, narrower than a column is at first
+            header.setStretchLastSection(False)
             self.resizeColumnsToContents()
+            self.setColumnWidth(last, min(self.columnWidth(last), header.defaultSectionSize()))
+            header.setStretchLastSection(True)
             self._fitting = False
 
     def _resized(self, column: int, old: int, new: int) -> None:
@@ -199,4 +205,3 @@ class WordTable(RowTable[tuple[str, ...]]):
     def __init__(self, titles: Sequence[str], name: str) -> None:
         columns = {title: itemgetter(at) for at, title in enumerate(titles)}
         super().__init__(RowModel[tuple[str, ...]](columns), name)
-        self.setAccessibleName(name.replace(".", ": "))

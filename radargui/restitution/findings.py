@@ -208,6 +208,8 @@ class Findings:
         return " ".join(said)
 
 
+UNNAMED = "(sample not named)"
+"""A sample of which no record says what it is, beside others."""
 _SAME_SPEED = 0.02
 """Relative: an e ~ v^(-1/4) changes by 0.5 %."""
 
@@ -234,7 +236,7 @@ def findings_of(sessions: Sequence[SeriesSession], model: ModelName | None = Non
         fits = fit_speed_models(points)
         own = [one for one in sessions if one.name in names]
         samples.append(SampleFindings(label, names, fits, *_repeated(own, counted, fits, model or "power")))
-        of_samples[label or "not named"] = [values[name] for name in names if values[name]]
+        of_samples[label or UNNAMED] = [values[name] for name in names if values[name]]
     # drops of a session share a setup and a day: where there are several, only they are independent
     means = all(len(groups) > 1 for groups in of_samples.values())
     grouped = {

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QPainter, QPicture
 from PySide6.QtWidgets import QFileDialog
 from pytestqt.qtbot import QtBot
 from support.calibrations import calibration_of
@@ -70,17 +73,23 @@ def test_of_a_sorted_list_the_recording_that_is_chosen_on_the_screen_is_meant(wi
 
 
 def test_the_keys_lead_from_recordings_to_a_setup_that_refers_to_its_calibration(
-    window: MainWindow, fit: Fit, qtbot: QtBot, wait_for: Any, setup_path: Path
+    window: MainWindow, fit: Fit, qtbot: QtBot, wait_for: Any, setup_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     window.actions_.calibrate.trigger()
     dialog, before = window.calibration.dialog, window.setup_model.setup
     assert dialog.isVisible()
     assert not dialog.next.isEnabled()
+    asked: list[str] = []
+    monkeypatch.setattr(QFileDialog, "getOpenFileNames", lambda *said: (asked.append(said[2]) or [], ""))
+    dialog.recordings.add.click()
+    assert asked == [str(window.session_panel.data_folder)]
+    assert dialog.next.toolTip() == "Add recordings, or open a session with drops first"
     dialog.recordings.put([Path("a/run-0001.h5"), Path("a/run-0002.h5")])
     dialog.recordings.table.selectRow(1)
     dialog.recordings.say_known("turntable.toml")
     qtbot.keyClick(dialog, Qt.Key.Key_Return)
     assert dialog.step.text() == "Step 2 of 4: what is unknown"
+    assert dialog.next.toolTip() == "To the next step"
     dialog.unknowns.boxes["azimuth"].setChecked(False)
     qtbot.keyClick(dialog, Qt.Key.Key_Return)
     wait_for(lambda: dialog.found)
@@ -128,6 +137,37 @@ def test_a_refused_calibration_cannot_be_used_and_is_discarded(window: MainWindo
     dialog.discard.click()
     assert not dialog.isVisible()
     assert window.setup_model.setup == before
+
+
+def test_the_result_is_read_without_words_upon_another_a_minus_nothing_or_another_u(window: MainWindow) -> None:
+    window.actions_.calibrate.trigger()
+    dialog = window.calibration.dialog
+    view, notes = dialog.view, ("u widened by 1.20 (Birge ratio)",)
+    dialog.pages.setCurrentWidget(view)
+    # the screen of the tests is narrower than any of today
+    dialog.resize(1060, 640)
+    found = calibration_of(window.setup_model.setup, shift_u=-0.01)
+    residuals = tuple(replace(one, file="2025-11-03T10-00-00/run-0001") for one in found.residuals)
+    view.show_calibration(replace(found, notes=notes, residuals=residuals))
+    assert view.words.text().endswith("\nu widened by 1.20 (Birge ratio).")
+    assert not any("-0.0" in entry for entry in view.parameters.rows.entries)
+    view.plot.grab()
+    assert all(one.horizontalScrollBar().maximum() == 0 for one in (view.parameters, view.residuals))
+    axis, picture = view.plot.getPlotItem().getAxis("left"), QPicture()
+    with closing_painter(picture) as painter:
+        _, _, texts = axis.generateDrawSpecs(painter)
+    places = sorted((rect.top(), rect.bottom()) for rect, _, _ in texts)
+    assert len(places) >= 2
+    assert all(bottom <= top for (_, bottom), (top, _) in pairwise(places))
+
+
+@contextmanager
+def closing_painter(device: QPicture) -> Iterator[QPainter]:
+    painter = QPainter(device)
+    try:
+        yield painter
+    finally:
+        painter.end()
 
 
 def test_a_fit_that_fails_or_is_cancelled_says_so_and_changes_nothing(

@@ -152,6 +152,7 @@ def test_methods_are_computed_in_the_background_and_laid_over_the_result(
     assert view.boxes["published"].isChecked()
     assert not view.boxes["published"].isEnabled(), "it is the one that is shown"
     assert not view.compute.isEnabled()
+    assert view.quantity.isHidden(), "there is nothing to choose from"
     window.empty.refresh()
     assert window.empty.labels["run"].text() == "Tick what is to be laid over published."
     view.boxes["ellipse"].click()
@@ -164,6 +165,7 @@ def test_methods_are_computed_in_the_background_and_laid_over_the_result(
     assert view.rows.entries[0].summary["e"] == window.run.result.bounces.impacts[0].e
     assert len(view.curves.getPlotItem().listDataItems()) == 3
     assert len(view.differences.getPlotItem().listDataItems()) == 2
+    assert view.quantity.isVisible()
     view.quantity.setCurrentIndex(view.quantity.findData("L2"))
     assert view.differences.getPlotItem().getAxis("left").labelText == "ΔL2 [mm]"
     window.run.show_result(window.run.result, "again")

@@ -128,6 +128,15 @@ def test_the_order_of_tab_follows_the_layout(active: MainWindow) -> None:
         assert not has_keys().visibleRegion().isEmpty()
 
 
+def test_the_keys_come_to_the_gain_from_the_scopes(active: MainWindow) -> None:
+    active.scopes.set_receivers(4, 10.0)
+    raised(active, "scopes")
+    active.scopes.pause.setFocus()
+    QTest.keyClick(has_keys(), Qt.Key.Key_Tab)
+    assert has_keys() is active.scopes.time.gain
+    active.scopes.set_receivers(3, 10.0)
+
+
 def test_the_wheel_over_a_form_changes_no_choice(active: MainWindow) -> None:
     before = plain(active.setup_model.setup)
     raised(active, "hardware")

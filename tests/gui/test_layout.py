@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from PySide6.QtCore import QRect, QSize, Qt
-from PySide6.QtWidgets import QApplication, QCheckBox, QComboBox, QLabel, QPushButton, QSplitter, QWidget
+from PySide6.QtWidgets import QApplication, QCheckBox, QComboBox, QLabel, QLineEdit, QPushButton, QSplitter, QWidget
 
 from radargui.gui.layout import OneLine
 from radargui.gui.main_window import MainWindow
@@ -40,6 +40,11 @@ def cut(widget: QWidget) -> bool:
         # the words beside the arrow
         wanted = widget.fontMetrics().horizontalAdvance(widget.currentText()) + 26
         return widget.width() < wanted
+    if isinstance(widget, QLineEdit):
+        # what an empty field says, between its edges
+        return (
+            not widget.text() and widget.width() < widget.fontMetrics().horizontalAdvance(widget.placeholderText()) + 8
+        )
     if isinstance(widget, QLabel) and (widget.wordWrap() or not widget.text()):
         return False
     return widget.width() < widget.sizeHint().width() or widget.height() < widget.sizeHint().height()
@@ -66,11 +71,19 @@ def test_nothing_is_cut_on_a_small_screen(small: MainWindow, record_one: Any) ->
                     assert room.widget().height() >= least.height(), (name, room.widget())
                     assert size == SMALLEST or room.width() >= least.width(), (name, room.widget())
             for one in small.panels.findChildren(QWidget):
-                if one.isVisible() and isinstance(one, QLabel | QPushButton | QCheckBox | QComboBox):
-                    if size == SMALLEST and isinstance(one, QComboBox):
+                if one.isVisible() and isinstance(one, QLabel | QPushButton | QCheckBox | QComboBox | QLineEdit):
+                    if size == SMALLEST and isinstance(one, QComboBox | QLineEdit):
                         continue
                     ignored = one.sizePolicy().horizontalPolicy() == one.sizePolicy().Policy.Ignored
                     assert ignored or not cut(one), (name, one, one.objectName(), getattr(one, "text", str)())
+
+
+def test_the_whole_track_is_seen_on_a_small_screen(small: MainWindow, record_one: Any) -> None:
+    record_one(small)
+    for _ in range(3):
+        QApplication.processEvents()
+    room = next(one for one in small.panels.findChildren(Room) if one.content is small.track)
+    assert small.track.height() <= room.viewport().height(), "the words of the lowest axis are cut"
 
 
 @pytest.mark.parametrize("small", [SMALL, SMALLEST], indirect=True)

@@ -67,6 +67,9 @@ def test_stopping_at_once_after_starting_ends_in_idle(window: MainWindow, wait_f
     window.actions_.stop.trigger()
     wait_for(lambda: window.control.state is AppState.IDLE)
     assert window.board.notices == ()
+    assert window.health.labels["lost"].text() == "Lost –", (
+        "nothing is counted any more, so nothing is known to be none"
+    )
 
 
 def test_pausing_holds_the_picture_and_not_the_samples(own_window: MainWindow, wait_for: Any) -> None:
@@ -200,5 +203,6 @@ def test_keys_name_only_what_is_drawn(own_window: MainWindow, record_one: Any, w
     own_window.actions_.new_session.trigger()
     record_one(own_window)
     # a key that is empty belongs to the live trail
-    wait_for(lambda: "± 2 u" in key.text() and "impacts" not in key.text())
+    wait_for(lambda: "±&nbsp;2&nbsp;u" in key.text() and "impacts" not in key.text())
     assert "parabola" not in key.text()
+    assert own_window.runs.series.text() == "no e yet, simulated"

@@ -287,6 +287,80 @@ def test_after_stop_the_last_seconds_can_still_be_looked_at(
     assert view.spectrum.strongest(0).frequency_hz == pytest.approx(137.0, abs=0.05)
 
 
+def test_after_stop_every_view_shows_the_last_samples_and_none_of_an_earlier_look(
+    live: MainWindow, source: ControlledSource, wait_for: Any
+) -> None:
+    scopes, signal = live.scopes, Signal()
+    give(source, live, wait_for, signal.codes(4.0, amplitudes_v=(0.5, 0.5, 0.5)))
+    for name in ("Spectrum", "Waterfall", "Alignment"):
+        scopes.view.setCurrentText(name)
+        wait_for(lambda: _level(live) == pytest.approx(0.5, rel=0.1))
+    scopes.view.setCurrentText("Time")
+    give(source, live, wait_for, signal.codes(4.0, amplitudes_v=(0.1, 0.1, 0.1)))
+    live.actions_.stop.trigger()
+    wait_for(lambda: not live.control.state.running)
+    for name in ("Spectrum", "Waterfall", "Alignment"):
+        scopes.view.setCurrentText(name)
+        wait_for(lambda: _level(live) == pytest.approx(0.1, rel=0.1))
+    assert scopes.waterfall.plots[-1].words("bottom") == "time before the last sample shown [s]"
+    # looked back at while paused the time is counted from the pause, as in the scopes
+    live.actions_.pause.trigger()
+    scopes.back.setValue(0)
+    assert scopes.waterfall.plots[-1].words("bottom") == "time before the pause [s]"
+    # and back to the newest, of which the pictures were of the past
+    live.actions_.pause.trigger()
+    scopes.view.setCurrentText("Time")
+    wait_for(lambda: scopes.scopes[0].points_of(scopes.scopes[0]._curves[0])[0][-1:] == pytest.approx(0.0, abs=0.01))
+
+
+@pytest.mark.parametrize(("count", "paused"), [(1, False), (4, False), (4, True)])
+def test_after_stop_another_number_of_receivers_is_shown_empty(
+    live: MainWindow, source: ControlledSource, wait_for: Any, count: int, paused: bool
+) -> None:
+    scopes = live.scopes
+    give(source, live, wait_for, Signal().codes(4.0, amplitudes_v=(0.5, 0.5, 0.5)))
+    scopes.view.setCurrentText("Alignment")
+    wait_for(lambda: _level(live) > 0.4)
+    live.actions_.stop.trigger()
+    wait_for(lambda: not live.control.state.running)
+    live.actions_.pause.setChecked(paused)
+    scopes.set_receivers(count, 10.0)
+    assert not live.actions_.pause.isChecked()
+    for name in ("Time", "Spectrum", "Waterfall", "Alignment"):
+        scopes.view.setCurrentText(name)
+        for _ in range(12):
+            scopes.refresh(None)
+        assert scopes.spectrum.spectrum is None
+    assert scopes.alignment.bars.amplitude_v.size == count
+    scopes.set_receivers(3, 10.0)
+
+
+def _level(window: MainWindow) -> float:
+    """Return the highest amplitude that the view in front shows, in V."""
+    scopes = window.scopes
+    if scopes.view.currentText() == "Alignment":
+        return float(scopes.alignment.bars.amplitude_v[0])
+    if scopes.view.currentText() == "Spectrum":
+        line = scopes.spectrum.spectrum and scopes.spectrum.spectrum.strongest(0)
+        return line.amplitude_v if line else 0.0
+    levels = scopes.waterfall.plots[0]._level
+    return float(10.0 ** (np.nanmax(levels[-levels.shape[0] // 4 :]) / 20.0)) if levels.size else 0.0
+
+
+def test_the_widest_band_of_the_waterfall_has_room_for_its_figures(
+    live: MainWindow, source: ControlledSource, wait_for: Any
+) -> None:
+    live.scopes.view.setCurrentText("Waterfall")
+    live.scopes.band.setCurrentIndex(live.scopes.band.findData(10_000.0))
+    give(source, live, wait_for, Signal().codes(2.0, amplitudes_v=(1.0, 1.0, 1.0)))
+    view = live.scopes.waterfall
+    wait_for(lambda: "78 Hz apart" in view.words.text())
+    axis, metrics = view.plots[0].getPlotItem().getAxis("left"), view.fontMetrics()
+    assert axis.width() >= metrics.horizontalAdvance("-10000") + metrics.height()
+    assert "-0 dB" not in view.words.text()
+    live.scopes.band.setCurrentIndex(1)
+
+
 @pytest.mark.parametrize(("seconds", "words"), [(0.4, "0 s"), (59.9, "59 s"), (185, "3 min 5 s"), (7800, "2 h 10 min")])
 def test_a_span_of_time_is_said_shortly(seconds: float, words: str) -> None:
     assert ago(seconds) == words

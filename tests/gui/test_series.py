@@ -144,6 +144,47 @@ def test_the_series_runs_along_with_each_run_and_reads_nothing_unseen(
     assert read.count("run-0001") == 1, "what did not change is not read again"
 
 
+def test_of_several_samples_each_fit_says_of_which_it_is(window: MainWindow, wait_for: Any, tmp_path: Path) -> None:
+    folder = tmp_path / "data"
+    paths = [
+        make_height(folder, 4, 0.26, sample="steel", target="glass"),
+        make_height(folder, 5, 0.18, sample="agate", target="glass"),
+    ]
+    opened(window, paths[0], wait_for)
+    window.panels.go_to("series")
+    window.series_controller.compare(tuple(paths[1:]))
+    panel = window.series
+    wait_for(lambda: panel.facts is not None and len(panel.facts.sessions) == 2)
+    fits = [line for line in panel.words.toPlainText().splitlines() if "constant: e0" in line]
+    assert [line.partition(":")[0] for line in fits] == ["steel on glass", "agate on glass"]
+    panel.pages.setCurrentWidget(panel.speeds)
+    panel.speeds.model.setCurrentIndex(panel.speeds.model.findData("power"))
+    assert [one.partition(":")[0] for one in panel.speeds.words.text().split("; ") if " law: " in one] == [
+        "steel on glass",
+        "agate on glass",
+    ]
+    panel.alone.click()
+
+
+def test_the_key_of_many_sessions_takes_the_lines_it_needs(window: MainWindow, wait_for: Any, tmp_path: Path) -> None:
+    paths = [make_height(tmp_path / "data", 10 + day, 0.18) for day in range(5)]
+    opened(window, paths[0], wait_for)
+    window.panels.go_to("series")
+    window.series_controller.compare(tuple(paths[1:]))
+    panel = window.series
+    wait_for(lambda: panel.facts is not None and len(panel.facts.sessions) == 5)
+    for page in (panel.speeds, panel.falls):
+        panel.pages.setCurrentWidget(page)
+        key = page.key
+        wait_for(lambda key=key: key.height() >= key.heightForWidth(key.width()))
+        assert key.height() > key.fontMetrics().height() * 1.5
+        assert "2026-05-14" in key.text()
+        assert window.panels.docks["series"].widget().verticalScrollBar().maximum() == 0, (
+            "the plots have room beside it"
+        )
+    panel.alone.click()
+
+
 def test_a_run_is_left_out_with_a_reason_that_window_and_report_know(
     window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

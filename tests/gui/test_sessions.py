@@ -16,7 +16,7 @@ from support.run_contents import read_markers
 from radargui.files.run_writer import RunWriter
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
-from radargui.gui.sessions.session_model import curves
+from radargui.gui.sessions.session_model import COLUMNS, curves
 from radargui.session.info import JournalEntry, read_info
 from radargui.session.lock import SessionLock, SessionLockedError, owner_of
 from radargui.session.session import Session
@@ -72,6 +72,13 @@ def test_sessions_are_found_again_and_their_runs_seen(data_folder: Path, window:
     assert look.thumbnail is not None
     assert sum(curve.size() for curve in curves(look.thumbnail, QRectF(0, 0, 100, 50))) > 50
     browser.thumbnails.grab()
+
+
+def test_the_e_of_a_session_is_read_whole(window: MainWindow) -> None:
+    table = window.sessions.browser.table
+    words = "0.800003 ± 0.000067 (n = 12), simulated"
+    column = list(COLUMNS).index("e")
+    assert table.fontMetrics().horizontalAdvance(words) + 8 <= table.columnWidth(column)
 
 
 def test_a_session_is_opened_for_review_and_its_setup_taken(

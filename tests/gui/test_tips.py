@@ -7,12 +7,15 @@ from collections.abc import Iterator
 from typing import Any
 
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QAccessible
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractSpinBox,
     QApplication,
     QComboBox,
     QLineEdit,
+    QListView,
+    QMenu,
     QPlainTextEdit,
     QTableView,
     QToolButton,
@@ -69,6 +72,25 @@ def unexplained(root: QWidget) -> Iterator[str]:
                 yield f"column {title!r} of {table.objectName()}"
 
 
+def unnamed(root: QWidget) -> Iterator[str]:
+    """Yield what the keys come to and who does not see it is not told what it is."""
+    for widget in root.findChildren(QWidget):
+        tabbed = widget.focusPolicy() & Qt.FocusPolicy.TabFocus and widget.focusProxy() is None
+        own = widget.objectName().startswith("qt_") or isinstance(widget, QListView) or widget.inherits("QMenu")
+        menu = any(isinstance(one, QMenu) for one in ancestors(widget))
+        if tabbed and not own and not menu:
+            face = QAccessible.queryAccessibleInterface(widget)
+            if face is not None and not face.text(QAccessible.Text.Name):
+                yield f"{type(widget).__name__} {widget.objectName()!r} in {type(widget.parentWidget()).__name__}"
+
+
+def ancestors(widget: QWidget) -> Iterator[QWidget]:
+    one = widget.parentWidget()
+    while one is not None:
+        yield one
+        one = one.parentWidget()
+
+
 def test_every_input_button_column_and_plot_says_what_it_is(window: MainWindow, record_one: Any) -> None:
     does = window.actions_
     record_one(window)
@@ -81,6 +103,7 @@ def test_every_input_button_column_and_plot_says_what_it_is(window: MainWindow, 
         window.hardware.choose(kind)
     QApplication.processEvents()
     assert sorted(set(unexplained(window))) == []
+    assert sorted(set(unnamed(window))) == []
     dialogs = {type(one).__name__ for one in window.findChildren(QWidget) if one.isWindow()}
     assert {"SessionBrowser", "WiringCheck", "LogWindow", "FirstSteps", "ImportDialog", "ExportDialog"} <= dialogs
     assert {"CalibrationDialog", "ReprocessDialog"} <= dialogs

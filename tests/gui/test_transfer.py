@@ -167,6 +167,9 @@ def test_a_session_is_exported_and_nothing_is_replaced_unasked(
     assert not [notice for notice in window.board.notices if notice.level == "error"]
     original = read_recording(path / "run-0001.h5")
     np.testing.assert_array_equal(read_recording(target / "run-0001.tdms").volts(), original.volts())
+    window.runs.table.selectRow(0)
+    assert ordered(tmp_path / "one").isHidden()
+    assert f"1 file written to {tmp_path / 'one'}" in [notice.text for notice in window.board.notices]
 
 
 def test_cancelled_work_leaves_no_half_file(
@@ -218,7 +221,12 @@ def test_plain_binary_is_looked_at_while_its_layout_is_told_and_then_imported(
     raw.scale.setText("1e-3")
     raw.offset.setText("-2.048")
     dialog.use_setup(setup)
+    wait_for(lambda: not window.jobs.running)
+    assert not dialog.go.isEnabled(), "a binary file says no rate: the import would fail behind the closed dialog"
+    assert dialog.rate_fault.text().startswith("How many samples a second?")
     dialog.rate.setValue(2000.0)
+    assert dialog.go.isEnabled()
+    assert dialog.rate_fault.isHidden()
     wait_for(lambda: not window.jobs.running)
     assert dialog.mapping.names == ("0", "1", "2", "3", "4", "5")
     low, high = volts[0, :6000].min(), volts[0, :6000].max()

@@ -15,7 +15,7 @@ from radargui.files.calibration_file import free_path, write_calibration
 from radargui.gui.background import WorkStrip
 from radargui.gui.calibration.pages import Recorded, RecordingList, ResultView, UnknownsForm
 from radargui.gui.control.run_control import RunControl
-from radargui.gui.layout import Dialog, FaultText, PlainLabel, button, fill
+from radargui.gui.layout import TIPS, Dialog, FaultText, PlainLabel, button, fill, having
 from radargui.gui.services import Services
 from radargui.gui.sessions.browser import SessionBrowser
 from radargui.gui.setup.antenna_panel import CalibrationGroup
@@ -56,7 +56,8 @@ class CalibrationDialog(Dialog):
         self._order: CalibrationOrder | None = None
         self.step, self.fault = PlainLabel(selectable=False), FaultText()
         self.step.setFont(scaled_font(self.font(), _TITLE, bold=True))
-        self.recordings, self.unknowns, self.view = RecordingList(), UnknownsForm(), ResultView(services.theme)
+        self.recordings = RecordingList(lambda: panel.data_folder)
+        self.unknowns, self.view = UnknownsForm(), ResultView(services.theme)
         self.work, self.doing = WorkStrip(services.jobs), PlainLabel()
         fit = QWidget()
         fill(QVBoxLayout(fit), self.doing, self.work, 1, spacing=6)
@@ -140,7 +141,9 @@ class CalibrationDialog(Dialog):
             one.setVisible(page == _RESULT)
         self.next.setVisible(page in (_RECORDINGS, _UNKNOWNS))
         self.next.setText("Calibrate" if page == _UNKNOWNS else "Next")
-        self.next.setEnabled(bool(self.unknowns.free if page == _UNKNOWNS else self.recordings.entries))
+        goes = bool(self.unknowns.free if page == _UNKNOWNS else self.recordings.entries)
+        missing = "Check what is unknown" if page == _UNKNOWNS else "Add recordings, or open a session with drops"
+        having(self.next, enabled=goes, toolTip=TIPS["buttons"]["Next"] if goes else f"{missing} first")
         self.back.setVisible(page in (_UNKNOWNS, _RESULT))
         refused = self.found is not None and self.found.verdict == "refused"
         self.use.setEnabled(self.found is not None and not refused)

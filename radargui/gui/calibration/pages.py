@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -47,12 +47,19 @@ class Recorded:
 
 
 class RecordingList(QWidget):
-    """Recordings to calibrate from; what is known is set of those that are chosen, of all where none is."""
+    """Recordings to calibrate from; what is known is set of those that are chosen, of all where none is.
+
+    Parameters
+    ----------
+    start
+        Folder in which recordings are looked for.
+    """
 
     changed = Signal()
 
-    def __init__(self) -> None:
+    def __init__(self, start: Callable[[], Path]) -> None:
         super().__init__()
+        self._start = start
         columns = {
             "Recording": lambda one: one.file.name,
             "What is known of it": lambda one: "free fall" if one.known == FALL else Path(one.known).name,
@@ -100,7 +107,7 @@ class RecordingList(QWidget):
         self.show_recordings([one for one in self.entries if one not in chosen])
 
     def _ask_files(self) -> None:
-        names, _ = QFileDialog.getOpenFileNames(self, "Recordings to calibrate from", "", _RECORDINGS)
+        names, _ = QFileDialog.getOpenFileNames(self, "Recordings to calibrate from", str(self._start()), _RECORDINGS)
         self.put(map(Path, names))
 
     def _ask_path(self) -> None:
@@ -177,6 +184,9 @@ class ResultView(QWidget):
         self.plot = Plot(theme, "recording", "rms residual [mm]")
         self.plot.setLogMode(y=True)
         self.plot.getPlotItem().getAxis("bottom").setTickSpacing(major=5, minor=1)
+        # of whole decades: the words of what lies between them would lie upon another
+        self.plot.getPlotItem().getAxis("left").setTickSpacing(major=1, minor=1)
+        self.plot.getPlotItem().getAxis("left").setStyle(maxTextLevel=0)
         self._after, self._before = (
             [self.plot.marker(f"receivers.{n}", symbol, size, f"Rx {n + 1} {when}") for n in range(MOST_RECEIVERS)]
             for when, symbol, size in (("after", "o", 8), ("before", "x", 9))
@@ -189,7 +199,7 @@ class ResultView(QWidget):
         parts.setObjectName("calibration.parts")
         for part in (left, right):
             parts.addWidget(part)
-        parts.setSizes([540, 440])
+        parts.setSizes([490, 550])
         fill(QVBoxLayout(self), self.title, self.words, (parts, 1), spacing=6)
         follow(theme.changed, self._colour)
 
@@ -218,7 +228,7 @@ class ResultView(QWidget):
         self.compared.setText(against)
         rows = []
         for one in changes:
-            in_u = f"{one.in_u:+.1f}" if math.isfinite(one.in_u) else UNKNOWN
+            in_u = f"{one.in_u:+z.1f}" if math.isfinite(one.in_u) else UNKNOWN
             rows.append((f"{called(setup_key(one.name))}, {one.unit}", one.old, one.new, one.difference, in_u))
         self.parameters.show_rows(rows)
 
@@ -227,7 +237,6 @@ class ResultView(QWidget):
         files = list(dict.fromkeys(one.file for one in residuals))
         known = [1e3 * x for one in residuals for x in (one.rms_m, one.rms_before_m) if x > 0.0]
         if known:
-            # whole decades: between them the words of the axis would lie upon another
             low, high = math.floor(math.log10(min(known))), math.ceil(math.log10(max(known)))
             self.plot.setYRange(low, max(high, low + 2), padding=0.0)
         for receiver in range(1, MOST_RECEIVERS + 1):
@@ -261,7 +270,8 @@ def found_words(found: Calibration) -> list[str]:
         more = len(pairs) - _MOST_NAMED
         lines.append(f"known only together: {'; '.join(named)}{f'; {more} more pairs' if more > 0 else ''}")
     lines = [_KEY.sub(lambda key: called(setup_key(key[0])), line) for line in (*lines, *found.notes)]
-    return [f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines]
+    # the symbol u stays small: a large one is the expanded uncertainty
+    return [f"{line[:1] if line[1:2] == ' ' else line[:1].upper()}{line[1:].rstrip('.')}." for line in lines]
 
 
 def _together(values: list[float]) -> float:

@@ -191,7 +191,7 @@ class HealthLine(QtWidgets.QWidget):
 def figures(health: Health | None) -> dict[str, tuple[str, bool]]:
     """Return each figure's words and whether it is bad."""
     if health is None:
-        words = ("Rate –", "Lost 0", "Backlog 0", "Queue –", "Disk –", "Live lag –")
+        words = ("Rate –", "Lost –", "Backlog –", "Queue –", "Disk –", "Live lag –")
         return {name: (text, False) for name, text in zip(TIPS["health"], words, strict=True)}
     promised, free, left, lag = health.sample_rate_hz, health.disk_free_bytes, health.disk_left_s, health.live_lag_s
     # the rate means something only while samples come in, and after a first second

@@ -4,7 +4,7 @@ from html import escape
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 from radargui.gui.layout import follow
@@ -42,8 +42,26 @@ class Key(QLabel):
         parts = []
         for sign, role, words in self._entries:
             colour = self._theme.colours.role(role)
-            parts.append(f'<span style="color:{colour}"><b>{escape(sign)}</b></span>&nbsp;{escape(words)}')
+            parts.append(f'<span style="color:{colour}"><b>{escape(sign)}</b></span>&nbsp;{_unbroken(words)}')
         self.setText("&emsp;".join(parts))
+        self._fit()
+
+    def hasHeightForWidth(self) -> bool:  # noqa: N802 - Qt's name
+        """Return no: else the panel is scrolled as soon as its plots are not as high as they would like."""
+        return False
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
+        """Take the lines that a key that wraps needs."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        if self.wordWrap():
+            self.setFixedHeight(max(0, self.heightForWidth(self.width())))
+
+
+def _unbroken(words: str) -> str:
+    return escape(words).replace(" ", "&nbsp;")
 
 
 class ColourBar(QWidget):

@@ -280,6 +280,8 @@ class MethodsView(QtWidgets.QWidget):
         self.table.show_rows(self._all)
         names = dict.fromkeys(name for one in self._all for name in one.curves)
         self.quantity.offer(((name, name) for name in names), self.quantity.currentData())
+        # an empty list is no question
+        self.quantity.setVisible(bool(names))
         self._show_buttons()
         self._draw()
 

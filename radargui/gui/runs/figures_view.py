@@ -9,7 +9,7 @@ from PySide6.QtGui import QTextOption
 from PySide6.QtWidgets import QTextBrowser
 
 from radargui.gui.background import OneAtATime
-from radargui.gui.layout import Dialog
+from radargui.gui.layout import Dialog, having
 from radargui.gui.services import Services
 from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
@@ -29,6 +29,7 @@ class FiguresView(QTextBrowser):
 
     def __init__(self, theme: Theme) -> None:
         super().__init__(openLinks=False)
+        self.setAccessibleName("Result of the run")
         self._theme = theme
         self._result: RunResult | None = None
         self.notes: tuple[str, ...] = ()
@@ -93,22 +94,24 @@ class ReportPreview(Dialog):
         self._services, self._glances = services, glances
         self._session: Session | None = None
         self._reads = OneAtATime(services.jobs, "the preview of the report", self.refresh)
-        self.page = QTextBrowser(openLinks=False)
+        self.page = having(QTextBrowser(openLinks=False), accessibleName="The report so far")
         self.lay_out((self.page, 1))
         services.theme.changed.connect(self.refresh)
 
     def show_session(self, session: Session | None) -> None:
         """Follow a session."""
+        if session is None or self._session is None or session.path != self._session.path:
+            self.page.setPlainText("Reading …" if session else "No session is open.")
         self._session = session
-        if session is None:
-            self.page.setPlainText("No session is open.")
         self.refresh()
 
     def refresh(self) -> None:
         """Read what has changed, where the page is seen."""
-        if self._session is not None and self.isVisible():
-            work = partial(_front_page, self._session, self._glances, self._services.theme.colours.alarm)
-            self._reads.start(work, self._show, lambda error: self.page.setPlainText(str(error)))
+        if self._session is None or not self.isVisible():
+            self._reads.outdate()
+            return
+        work = partial(_front_page, self._session, self._glances, self._services.theme.colours.alarm)
+        self._reads.start(work, self._show, lambda error: self.page.setPlainText(str(error)))
 
     def _show(self, page: str) -> None:
         bar = self.page.verticalScrollBar()

@@ -142,7 +142,7 @@ class RunListPanel(QWidget):
 
     def _refresh_buttons(self) -> None:
         series = self.model.series
-        said = f"e = {series.words}" if series.e.n else series.words
+        said = f"e = {series.words}" if series.e.n else series.words and f"no e yet, {series.words}"
         having(self.series, text=said, visible=bool(said))
         self.series.setToolTip(f"Mean and standard error of e over the drops that count, each once. {said}")
         self.report.setText("Making report …" if self._report_busy else "Make report")

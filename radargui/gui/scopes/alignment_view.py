@@ -160,15 +160,19 @@ class AlignmentView(QWidget):
 
     def show_nothing(self) -> None:
         """Forget what was shown."""
+        self._drawn: tuple[object, ...] = ()
         self.bars.forget(self.bars.amplitude_v.size)
         self.words.setText("Start, swing the sphere on a thread, and turn an antenna until its bar is highest")
 
     def draw(self, shown: Shown) -> None:
         """Draw what is new; called each frame."""
         band = self._follower.follow(shown, HALF_BAND_HZ)
+        if (band, band.end) == self._drawn:
+            return
         amplitude = band.amplitude_v(SPAN_S)
         if not amplitude.size:
             return
+        self._drawn = (band, band.end)
         range_v = shown.setup.daq.range_v
         self.bars.show_amplitudes(amplitude, range_v)
         still = bool(np.nanmax(amplitude, initial=0.0) < _QUIET * range_v)
@@ -181,7 +185,7 @@ def _said(now: float, held: float) -> tuple[str, str, str]:
     if not math.isfinite(now):
         return UNKNOWN, "", ""
     below = f"{decibels(held) - decibels(now):.1f} dB below {_volts(held)}" if now < held else "the highest so far"
-    return f"{decibels(now):.1f} dB".replace("-", "−"), _volts(now), below
+    return f"{decibels(now):z.1f} dB".replace("-", "−"), _volts(now), below
 
 
 def _volts(value: float) -> str:

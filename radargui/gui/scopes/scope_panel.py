@@ -227,8 +227,13 @@ class ScopePanel(QWidget):
         if count == len(self.scopes):
             return
         self.time.set_receivers(count, full_scale_v)
+        # made anew it would come last of all
+        self.setTabOrder(self.back, self.time.gain)
         self.waterfall.set_receivers(count)
         self.alignment.bars.forget(count)
+        # samples of as many receivers as there were, held or not, are not drawn into these
+        self.pause.setChecked(False)
+        self.clear()
         self._renew()
 
     def show_feed(self, feed: Feed | None) -> None:
@@ -267,7 +272,8 @@ class ScopePanel(QWidget):
 
     def _shown(self) -> Shown | None:
         held = self._held
-        feed = self._feed if held is None else held.feed
+        # after the end the last samples are there for every view
+        feed = (self._feed or self._last) if held is None else held.feed
         ring = held.ring if held is not None else feed.ring if feed is not None else None
         if feed is None or ring is None:
             return None
@@ -325,7 +331,7 @@ class ScopePanel(QWidget):
         for scope in self.scopes:
             scope.view.show_all()
             scope.set_window(self.window_s, -self._back_s)
-        for scope in self.scopes[-1:]:
-            # the only one with words on its time axis
-            scope.relabel(words)
+        for plot in (*self.scopes[-1:], *self.waterfall.plots[-1:]):
+            # the only ones with words on their time axes
+            plot.relabel(words)
         self._say()

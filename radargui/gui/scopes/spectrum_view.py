@@ -13,11 +13,12 @@ from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout
 from radargui.acquisition.baseband import Baseband, SpectralLine, Spectrum
 from radargui.gui.layout import fill, take_out
 from radargui.gui.plots.per_receiver import PerReceiver
-from radargui.gui.plots.plot import LAST, NOW, Plot
+from radargui.gui.plots.plot import LAST, Plot
 from radargui.gui.scopes.shown import Follower, Shown
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
 from radargui.model.radar import MOST_RECEIVERS
+from radargui.model.rounding import plain
 
 BANDS_HZ = (100.0, 300.0, 1000.0, 3000.0, 10000.0, 100_000.0)
 """Half bands that may be chosen: from hum and slow swings to the converter's own noise."""
@@ -161,7 +162,9 @@ class SpectrumView(_OfFrequencies):
         mains = [spectrum.mains(receiver) for receiver in range(len(spectrum.amplitude_v))]
         self.plots[0].draw(spectrum, list(chain(*mains)))
         lines = [self._line(shown, spectrum, receiver, own) for receiver, own in enumerate(mains)]
-        said = f"{spectrum.span_s:.2g} s of samples, so lines {spectrum.resolution_hz:.2g} Hz apart are told apart"
+        said = (
+            f"{spectrum.span_s:.2g} s of samples, so lines {plain(spectrum.resolution_hz, 2)} Hz apart are told apart"
+        )
         self.words.setText("\n".join((*lines, said)))
         self.words.setToolTip(self.words.text())
 
@@ -201,7 +204,7 @@ class Waterfall(_FrequencyPlot):
         self._picture.setColorMap("viridis")
         self._level: FloatArray = np.empty((0, 0))
         self._axes: tuple[FloatArray, FloatArray] = (np.empty(0), np.empty(0))
-        super().__init__(theme, LAST if with_time else "", f"Rx {number} [Hz]", left_px=50, live=True, density=0.6)
+        super().__init__(theme, LAST if with_time else "", f"Rx {number} [Hz]", left_px=70, live=True, density=0.6)
         self.addItem(self._picture, ignoreBounds=True)
         self.setXRange(-3.0, 0.0, padding=0)
         self.setYRange(-BANDS_HZ[1], BANDS_HZ[1], padding=0)
@@ -276,9 +279,8 @@ class WaterfallView(_OfFrequencies):
         for plot, rows in zip(self.plots, level, strict=False):
             plot.draw(time_s, frequency, rows, (low, top))
             plot.set_scale(shown.setup.radar.wavelength_m, band.half_band_hz)
-        self.plots[-1].relabel(NOW if shown.live else LAST)
         self.plots[-1].setXRange(shown.time_s(shown.end) - shown.window_s, shown.time_s(shown.end), padding=0)
         self.words.setText(
-            f"Light: {top:.0f} dB re 1 V, dark: {low:.0f} dB; lines {2 * band.rate_hz / _SIZE:.2g} Hz apart"
+            f"Light: {top:z.0f} dB re 1 V, dark: {low:z.0f} dB; lines {plain(2 * band.rate_hz / _SIZE, 2)} Hz apart"
             " are told apart"
         )

@@ -14,7 +14,18 @@ from radargui.files.raw_file import first_seconds
 from radargui.files.reading import LARGEST
 from radargui.files.signals import ChannelInfo
 from radargui.gui.background import Then, Work
-from radargui.gui.layout import Choice, Dialog, FaultText, FormScroll, Group, PlainLabel, button, fill, side_by_side
+from radargui.gui.layout import (
+    Choice,
+    Dialog,
+    FaultText,
+    FormScroll,
+    Group,
+    PlainLabel,
+    button,
+    fill,
+    having,
+    side_by_side,
+)
 from radargui.gui.services import Services
 from radargui.gui.sessions.raw_form import PREVIEW_S, PREVIEW_SAMPLES, RawForm
 from radargui.gui.setup.session_panel import SessionPanel
@@ -113,24 +124,25 @@ class ImportDialog(Dialog):
         self.together = QtWidgets.QCheckBox("The files together are one run: each holds some of its channels")
         self.together.setEnabled(False)
         self.together.toggled.connect(lambda _on: self._renew_look())
-        self.binary = QtWidgets.QCheckBox("Plain binary: its layout is told beside")
+        self.binary = QtWidgets.QCheckBox("Plain binary: its layout stands beside")
         self.raw = RawForm(services.theme)
         self.binary.toggled.connect(self._show_raw)
         self.raw.changed.connect(self._renew_look)
         self.mapping = MappingForm()
         self.rate = QtWidgets.QDoubleSpinBox(maximum=_FASTEST_HZ, decimals=3)
-        self.setup = QtWidgets.QComboBox()
+        self.setup = having(QtWidgets.QComboBox(), accessibleName="Setup")
         self.setup.currentIndexChanged.connect(lambda _index: self._show_fault())
         self.process = QtWidgets.QCheckBox("Process the runs")
         self.process.setChecked(True)
-        self.files_fault, self.setup_fault = FaultText(), FaultText()
+        self.files_fault, self.rate_fault, self.setup_fault = FaultText(), FaultText(), FaultText()
         self.go = button("Import as a session", self._order, default=True)
         self.mapping.changed.connect(self._show_fault)
         self.rate.editingFinished.connect(self._preview)
+        self.rate.valueChanged.connect(lambda _hz: self._show_fault())
 
         files, how = Group("Files"), Group("Session")
         files.row("Chosen", side_by_side(self._named, button("Choose files…", self._choose)))
-        how.row("Sample rate [Hz]", self.rate)
+        how.row("Sample rate [Hz]", self.rate, fault=self.rate_fault)
         other = button("Another setup file…", self._choose_setup)
         how.row("Setup", side_by_side(self.setup, other))
         for part in (self.files_fault, self.together, self.binary):
@@ -235,7 +247,9 @@ class ImportDialog(Dialog):
 
     def _show_rate(self) -> None:
         rate = self._look.rate_hz if self._look else None
-        self.rate.setSpecialValueText(f"as in the file: {rate:g}" if rate else "as in the file, if it says so")
+        # plain binary says nothing
+        unsaid = "not known" if self._look and self._look.raw else "as in the file, if it says so"
+        self.rate.setSpecialValueText(f"as in the file: {rate:g}" if rate else unsaid)
 
     def _show_setups(self, wanted: str = "window") -> None:
         with QSignalBlocker(self.setup):
@@ -262,13 +276,17 @@ class ImportDialog(Dialog):
         complete = self.mapping.complete
         incomplete = "Choose one channel of the file for each of I1, Q1, ...; none twice." if not complete else ""
         self.mapping.fault.say(incomplete if looked else "")
-        others = f"The setup has {wanted} receivers, {there} are chosen: choose as many, or another setup."
+        others = (
+            f"Not as many receivers as in the setup: {there} chosen, {wanted} needed. Choose as many, or another setup."
+        )
         differ = self._look.setups_differ if self._look and self.setup.currentIndex() < 0 else ""
         self.setup_fault.say(differ or (others if looked and complete and wanted != there else ""))
+        no_rate = bool(self._look and self._look.raw and not self.rate.value())
+        self.rate_fault.say("How many samples a second? A plain binary file does not say." if no_rate else "")
         if looked:
             self.files_fault.say("")
         self.raw.name_columns(dict(zip(names, iq_names(there), strict=False)))
-        self.go.setEnabled(looked and complete and wanted == there and not differ)
+        self.go.setEnabled(looked and complete and wanted == there and not differ and not no_rate)
 
     def _order(self) -> None:
         look = self._look

@@ -288,7 +288,7 @@ class TransferController(QObject):
                 self.services.board.post_error(run.error)
         files = sum(len(run.value or ()) for run in runs)
         if files:
-            self._say(f"{files} files written to {plan.folder}")
+            self._say(f"{files} file{'s'[: files > 1]} written to {plan.folder}")
 
     def close(self) -> None:
         """Cancel and close the dialog."""

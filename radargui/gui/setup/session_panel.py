@@ -6,7 +6,7 @@ from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QLineEdit, QPlainTextEdit, QVBoxLayout, QWidget
 
 from radargui.gui.control.state import Details
-from radargui.gui.layout import FormScroll, Group, PathField, PlainLabel, button, fill, side_by_side
+from radargui.gui.layout import FormScroll, Group, PathField, PlainLabel, button, fill, having, side_by_side
 from radargui.gui.panels import Actions
 from radargui.session.info import DataFolderError, JournalEntry, default_data_folder
 
@@ -36,7 +36,7 @@ class SessionPanel(QWidget):
             line.setObjectName(f"session.{words.lower()}")
             line.editingFinished.connect(self.details_changed)
             group.row(words, line)
-        self._mark.setObjectName("session.mark")
+        having(self._mark, objectName="session.mark", accessibleName="Note now")
         self._notes = QPlainTextEdit(placeholderText="what else is worth knowing …", tabChangesFocus=True)
         self._notes.setObjectName("session.notes")
         self._notes.setMinimumHeight(48)

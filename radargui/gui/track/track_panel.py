@@ -252,5 +252,5 @@ class TrackPanel(QWidget):
     def _show_where(self, place_mm: FloatArray) -> None:
         # short enough for the narrowest dock
         known = bool(np.isfinite(place_mm).all())
-        words = (f"{axis} {f'{value:+.1f}' if known else '–':>7}" for axis, value in zip(_AXES, place_mm, strict=True))
+        words = (f"{axis} {f'{value:+z.1f}' if known else '–':>7}" for axis, value in zip(_AXES, place_mm, strict=True))
         self.where.setText("  ".join((*words, "mm")))

@@ -9,8 +9,10 @@ import pytest
 from support.small_problem import BOUNCE_S, END_S, FLOOR_PLANE, SmallProblem, small_problem
 
 from radargui.estimation.forward.bins import BinnedData, weighted_means
+from radargui.estimation.forward.parameters import Layout
 from radargui.estimation.forward.slow_noise import Drift
-from radargui.estimation.select.fewer_bins import NEAR_BREAK_S, fewer_bins, with_bins_of
+from radargui.estimation.select.fewer_bins import NEAR_BREAK_S, fewer_bins, in_full, with_bins_of
+from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.estimation.solve.minimise import Solution, log_evidence, solved_at
 from radargui.estimation.solve.problem import Start
 
@@ -92,3 +94,54 @@ def test_back_on_all_bins_a_solution_is_what_it_was(made: SmallProblem, whole: S
     assert back.problem.inputs.drift is made.data.drift
     assert back.at.cost == pytest.approx(whole.at.cost, abs=0.01)
     assert log_evidence(back) == pytest.approx(log_evidence(whole), abs=0.01)
+
+
+def test_in_full_maps_say_what_they_said_and_are_whole_where_fewer_functions_left_a_remainder(
+    made: SmallProblem, whole: Solution
+) -> None:
+    layout, rng = whole.problem.layout, np.random.default_rng(5)
+    theta, prior = whole.state.theta.copy(), whole.problem.prior
+    sd = prior.sd.copy()
+    for number, own in enumerate(layout.receivers):
+        sd[own.amplitude_map] = 0.01 * (number + 1)
+        for places in (own.bias_i, own.bias_q, own.amplitude_map):
+            theta[places] = sd[places] * rng.standard_normal(places.stop - places.start)
+    problem = replace(whole.problem, prior=replace(prior, sd=sd))
+    before = solved_at(Start(problem, replace(whole.state, theta=theta)))
+    after = in_full(before, made.data)
+    place = positions_at_bins(before)[:, ~made.data.rest]
+    for was, now in zip(layout.receivers, after.problem.layout.receivers, strict=True):
+        for name, basis in (("bias_i", "bias_basis"), ("bias_q", "bias_basis"), ("amplitude_map", "amplitude_basis")):
+            a, b = getattr(was, name), getattr(now, name)
+            said, says = (
+                getattr(one, basis)(place) @ values
+                for one, values in ((before.problem, theta[a]), (after.problem, after.state.theta[b]))
+            )
+            assert np.abs(says - said).max() < 2e-3 * sd[a.start]
+            assert (after.problem.prior.sd[b] == sd[a.start]).all()
+        assert after.state.theta[now.constants].tolist() == theta[was.constants].tolist()
+    # a group has all the coefficients of its kind, and others are as they were
+    theirs = {a.start: (b.start, c.stop) for a, b, c in _groups_of_maps(layout, after.problem.layout)}
+    for was_group, group in zip(problem.prior.groups, after.problem.prior.groups, strict=True):
+        if was_group.index[0] in theirs:
+            assert group.index.tolist() == list(range(*theirs[was_group.index[0]]))
+        else:
+            assert group.index.size == was_group.index.size
+
+
+def _groups_of_maps(was: Layout, now: Layout) -> list[tuple[slice, slice, slice]]:
+    """Return where a group of maps began, and its first and last map now."""
+    pairs = list(zip(was.receivers, now.receivers, strict=True))
+    bias = [(a.bias_i, b.bias_i, b.bias_q) for a, b in pairs]
+    return bias + [(a.amplitude_map, b.amplitude_map, b.amplitude_map) for a, b in pairs]
+
+
+def test_the_functions_of_the_chosen_model_leave_parts_in_ten_thousand(made: SmallProblem, whole: Solution) -> None:
+    place = positions_at_bins(whole)[:, ~made.data.rest]
+
+    def left(start: Start) -> float:
+        bases = (start.problem.bias_basis, start.problem.amplitude_basis)
+        return max(float(np.sqrt(np.abs(1.0 - np.square(one(place)).sum(axis=1)).max())) for one in bases)
+
+    coarse, fine = left(Start(whole.problem, whole.state)), left(in_full(whole, made.data))
+    assert fine < 2e-3 < coarse

@@ -14,7 +14,7 @@ from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select.budget import BudgetSpentError, NoSingleBodyError, SearchBudget
 from radargui.estimation.select.converge import COARSE, LAST, RoundSettings, converge, race, settle_breaks
-from radargui.estimation.select.fewer_bins import fewer_bins, misfit_on, with_bins_of
+from radargui.estimation.select.fewer_bins import fewer_bins, in_full, misfit_on, with_bins_of
 from radargui.estimation.select.unseen_mirrors import unseen_mirrors
 from radargui.estimation.select.wall_grid import WALLS
 from radargui.estimation.select.wall_walk import walked
@@ -176,7 +176,7 @@ def choose_model(
     undecided = [replace(other, weight=among * other.weight) for other in undecided]
     ended_early, budget.left = budget.left < 0, settings.last_rounds
     entered("last")
-    solution = selection.converged(with_bins_of(solution, selection.whole), settings.last_rounds, LAST)
+    solution = selection.converged(in_full(solution, selection.whole), settings.last_rounds, LAST)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
     whole, every = selection.whole, (*alternatives, *undecided)
     others = [replace(one, solution=solved_at(with_bins_of(one.solution, whole))) for one in every]

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from radargui.estimation.forward.bins import BINS, BinnedData, Bins
+from radargui.estimation.solve.changed_problem import problem_with_fine_maps
 from radargui.estimation.solve.initial_problem import usable_bins
 from radargui.estimation.solve.minimise import Solution, local_chi_square
 from radargui.estimation.solve.problem import Start, linearise
@@ -43,6 +44,13 @@ def with_bins_of(solution: Solution | Start, data: BinnedData) -> Start:
     spline = problem.spline.with_breaks(break_s)
     place = spline.offset(data.bins.time_s, state.coefficients) + problem.inputs.release_m
     return Start(problem.at_places(place.T, state.theta), state)
+
+
+def in_full(solution: Solution, data: BinnedData) -> Start:
+    """Return a solution's state on all bins of the data, with all functions of its maps."""
+    start = with_bins_of(solution, data)
+    place = start.problem.spline.offset(data.bins.time_s, start.state.coefficients) + data.release_m
+    return problem_with_fine_maps(start, place.T, ~data.rest)
 
 
 def misfit_on(data: BinnedData, solution: Solution) -> FloatArray:

@@ -16,17 +16,19 @@ from radargui.estimation.forward.parameters import (
     make_layout,
     polarisation_places,
 )
-from radargui.estimation.forward.position_map import PositionBasis
+from radargui.estimation.forward.position_map import FINE, PositionBasis, make_basis
 from radargui.estimation.solve.initial_problem import INITIAL, usable_bins
 from radargui.estimation.solve.lobe_prior import with_lobes_of_walls
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.priors import PRIORS, Prior, flight_prior, make_prior
 from radargui.estimation.solve.problem import JointProblem, Start, State
-from radargui.model.arrays import FloatArray, IntArray
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
 
 # Limits of the jerk's deviation where knots change, m/s^3: new spans start loose enough to follow what the old ones
 # could not, and stiff enough to stay in place. Chosen by hand.
 _JERK_M_S3 = (3.0, 3.0 * INITIAL.jerk_m_s3)
+_LEAST_SEEN = 1e-4
+"""Share of a map's strongest function below which one is not asked for what the map has said: rounding."""
 _OFF_GRAVITY_M_S2 = 0.1
 """First deviation from the law of flight: what a wall that is not in the model bends a fall by. Chosen by hand."""
 _STIFF_M_S2 = 0.01
@@ -141,6 +143,41 @@ def problem_with_mirrors(
     if bias is not None or problem.sphere is not None:
         problem = problem.at_places(positions_at_bins(solution), theta)
     return Start(problem, State(solution.state.coefficients, theta))
+
+
+def problem_with_fine_maps(start: Start, place: FloatArray, visited: BoolArray) -> Start:
+    """Return a start whose maps have all functions of their processes, and say what they said where the body went.
+
+    Parameters
+    ----------
+    start
+        To change.
+    place
+        At the bins, shape (3, n_bins).
+    visited
+        Which of them are not the rest, shape (n_bins,).
+    """
+    problem, theta, old = start.problem, start.state.theta, start.problem.layout
+    before, there = (problem.bias_basis, problem.amplitude_basis), place[:, visited]
+    bias, amplitude = after = [make_basis(there, one.length_m, FINE) for one in before]
+    # the smallest coefficients that say the same: the data have not seen the weakest functions
+    by_bias, by_amplitude = (
+        np.linalg.lstsq(new(there), was(there), rcond=_LEAST_SEEN)[0] for was, new in zip(before, after, strict=True)
+    )
+    layout = make_layout(replace(old.sizes, bias=bias.size, amplitude_map=amplitude.size))
+    carried = np.zeros((layout.size, old.size))
+    source, target = carried_places(old, layout, bias=False)
+    carried[target, source] = 1.0
+    for was, now in zip(old.receivers, layout.receivers, strict=True):
+        carried[now.bias_i, was.bias_i] = carried[now.bias_q, was.bias_q] = by_bias
+        carried[now.amplitude_map, was.amplitude_map] = by_amplitude
+    # every coefficient has the deviation, and belongs to the group, of those it comes from
+    comes_from = carried != 0.0
+    groups = [replace(one, index=np.flatnonzero(comes_from[:, one.index].any(axis=1))) for one in problem.prior.groups]
+    prior = Prior(carried @ problem.prior.mean, problem.prior.sd[np.argmax(comes_from, axis=1)], groups)
+    finer = replace(problem, layout=layout, prior=prior, bias_basis=bias, amplitude_basis=amplitude)
+    theta = carried @ theta
+    return Start(finer.at_places(place, theta), State(start.state.coefficients, theta))
 
 
 def stiff_law_sd(solution: Solution) -> FloatArray:

@@ -15,8 +15,10 @@ from threadpoolctl import threadpool_limits
 
 from radargui.estimation.joint import JointEstimate
 from radargui.estimation.readout.flight_information import MotionInformation
-from radargui.estimation.readout.motion_posterior import AlternativeMotion
+from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
 from radargui.estimation.solve.assemble import assemble
+from radargui.estimation.solve.minimise import solved_at
+from radargui.estimation.solve.problem import Start
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.restitution.cross_check import disagreements, found_tilt
@@ -53,7 +55,7 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
     lifted = (rows.span >= plan.first_coefficient) & (rows.span < last)
     assert rows.is_flight[lifted].all()
     free = replace(problem, law_sd=np.where(lifted, np.inf, problem.law_sd))
-    blocks, held = (assemble(one, solution.state, solution.at) for one in (free, problem))
+    blocks = assemble(free, solution.state, solution.at)
     size, n_motion = 3 * information.size, blocks.s.shape[0]
     assert size < n_motion
     whole = np.block([[blocks.s.toarray(), blocks.coupling], [blocks.coupling.T, blocks.m]])
@@ -67,8 +69,8 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
     scale = np.sqrt(np.outer(np.diag(dense), np.diag(dense)))
     # the law of later flights, as stiff as 1 mm/s^2, is eliminated: both ways keep about eight digits
     assert np.abs((information.form.times(np.eye(x.size)) - dense) / scale).max() < 1e-7
-    # and with the law goes its pull
-    pull = np.concatenate([blocks.slope_motion - held.slope_motion, blocks.slope_global - held.slope_global])
+    # with the law goes its pull: what it held in balance is left
+    pull = np.concatenate([blocks.slope_motion, blocks.slope_global])
     moved = solution.state.theta[layout.breaks] - problem.prior.mean[layout.breaks]
     slope = pull[x] - through.T @ pull[rest]
     slope[size:] -= (precision * moved)[: information.n_breaks]
@@ -106,16 +108,61 @@ def test_motions_of_other_evidence_widen_what_the_flights_say_and_do_not_move_it
     best = fit_free_flights(posterior, normal)
     assert best is not None
     moved = replace(best, values=best.values + 0.01, covariance=2.0 * best.covariance)
-    elsewhere = replace(moved, values=np.append(moved.values, np.zeros(7)))
     others = [AlternativeMotion(replace(posterior), weight) for weight in (0.5, 0.9)]
-    fits = {id(posterior): best, id(others[0].posterior): moved, id(others[1].posterior): elsewhere}
-    monkeypatch.setattr("radargui.restitution.joint_bounces.fit_free_flights", lambda one, _: fits[id(one)])
+    fits = {id(others[0].posterior): moved, id(others[1].posterior): None}
+    monkeypatch.setattr("radargui.restitution.joint_bounces._as_many_flights", lambda one, *_: fits[id(one)])
     fit = fit_with_alternatives(posterior, others, normal)
     assert fit is not None
-    assert fit.values is best.values
+    assert fit.values.tolist() == best.values.tolist()
     # the law of total variance, times what the maps cannot follow; other impacts are no other result
     expected = 1.2**2 * (best.covariance + 0.5 * (2.0 * best.covariance + 1e-4)) / 1.5
     np.testing.assert_allclose(fit.covariance, expected, rtol=1e-12)
+
+
+def test_an_alternative_counts_with_the_flights_of_the_best_however_many_it_bends(
+    drop: tuple[SceneRecord, JointEstimate], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    posterior, normal = drop[1].posterior, np.array([0.0, 0.0, 1.0])
+    best = fit_free_flights(posterior, normal)
+    assert best is not None
+    other = MotionPosterior(posterior.solution, posterior.onset_s)
+
+    def worse(information: MotionInformation, plan: FlightPlan) -> FlightFit:
+        fit = fit_flights(information, plan)
+        bent = information.free is other.free and plan.n_flights > 2
+        return replace(fit, misfit=(4.0 * fit.misfit[1], fit.misfit[1])) if bent else fit
+
+    monkeypatch.setattr("radargui.restitution.joint_bounces.fit_flights", worse)
+    alone = fit_free_flights(other, normal)
+    assert alone is not None
+    assert alone.impact_s.size < best.impact_s.size
+    fit = fit_with_alternatives(posterior, [AlternativeMotion(other, 1.0)], normal)
+    assert fit is not None
+    # as possible as the best, and four times the variance for its misfit
+    np.testing.assert_allclose(fit.covariance, 1.2**2 * 2.5 * best.covariance, rtol=1e-9)
+    # where an impact is missing there is nothing to compare
+    breaks = replace(posterior.breaks, after_m_s=posterior.breaks.before_m_s)
+    lacking = replace(posterior)
+    lacking.__dict__["breaks"] = breaks
+    fit = fit_with_alternatives(posterior, [AlternativeMotion(lacking, 1.0)], normal)
+    assert fit is not None
+    np.testing.assert_allclose(fit.covariance, 1.2**2 * best.covariance, rtol=1e-9)
+
+
+def test_flights_are_those_of_the_minimum_where_a_solution_is_not_quite_there(
+    drop: tuple[SceneRecord, JointEstimate],
+) -> None:
+    solution, normal = drop[1].chosen.solution, np.array([0.0, 0.0, 1.0])
+    # some deviations away, as an alternative is that was converged on fewer bins
+    theta = solution.state.theta.copy()
+    gravity = solution.problem.layout.flight.start + 2
+    theta[gravity] += 0.02
+    away = solved_at(Start(solution.problem, replace(solution.state, theta=theta)))
+    here, there = (fit_free_flights(MotionPosterior(one, drop[1].onset_s), normal) for one in (solution, away))
+    assert here is not None
+    assert there is not None
+    assert there.g_m_s2 == pytest.approx(here.g_m_s2, abs=0.05 * here.u_g_m_s2)
+    assert there.misfit[0] == pytest.approx(here.misfit[0], rel=0.02)
 
 
 def test_each_flight_is_moved_by_the_unknowns_of_the_flights_before_it(drop: tuple[SceneRecord, JointEstimate]) -> None:

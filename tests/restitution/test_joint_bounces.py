@@ -17,7 +17,7 @@ from radargui.estimation.joint import JointEstimate
 from radargui.estimation.readout.flight_information import MotionInformation
 from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
 from radargui.estimation.solve.assemble import assemble
-from radargui.estimation.solve.minimise import solved_at
+from radargui.estimation.solve.minimise import MinimiseSettings, minimise
 from radargui.estimation.solve.problem import Start
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
@@ -55,7 +55,7 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
     lifted = (rows.span >= plan.first_coefficient) & (rows.span < last)
     assert rows.is_flight[lifted].all()
     free = replace(problem, law_sd=np.where(lifted, np.inf, problem.law_sd))
-    blocks = assemble(free, solution.state, solution.at)
+    blocks, held = (assemble(one, solution.state, solution.at) for one in (free, problem))
     size, n_motion = 3 * information.size, blocks.s.shape[0]
     assert size < n_motion
     whole = np.block([[blocks.s.toarray(), blocks.coupling], [blocks.coupling.T, blocks.m]])
@@ -69,8 +69,9 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
     scale = np.sqrt(np.outer(np.diag(dense), np.diag(dense)))
     # the law of later flights, as stiff as 1 mm/s^2, is eliminated: both ways keep about eight digits
     assert np.abs((information.form.times(np.eye(x.size)) - dense) / scale).max() < 1e-7
-    # with the law goes its pull: what it held in balance is left
+    # with the law goes its pull; a break's balance may be a kink, and counts as one
     pull = np.concatenate([blocks.slope_motion, blocks.slope_global])
+    pull[n_motion:][layout.breaks] -= held.slope_global[layout.breaks]
     moved = solution.state.theta[layout.breaks] - problem.prior.mean[layout.breaks]
     slope = pull[x] - through.T @ pull[rest]
     slope[size:] -= (precision * moved)[: information.n_breaks]
@@ -152,17 +153,16 @@ def test_an_alternative_counts_with_the_flights_of_the_best_however_many_it_bend
 def test_flights_are_those_of_the_minimum_where_a_solution_is_not_quite_there(
     drop: tuple[SceneRecord, JointEstimate],
 ) -> None:
+    # what the last step has left, 0.0003 in ln L, made 27 of chi-square where the law that held it was lifted
     solution, normal = drop[1].chosen.solution, np.array([0.0, 0.0, 1.0])
-    # some deviations away, as an alternative is that was converged on fewer bins
-    theta = solution.state.theta.copy()
-    gravity = solution.problem.layout.flight.start + 2
-    theta[gravity] += 0.02
-    away = solved_at(Start(solution.problem, replace(solution.state, theta=theta)))
-    here, there = (fit_free_flights(MotionPosterior(one, drop[1].onset_s), normal) for one in (solution, away))
+    exact = minimise(
+        Start(solution.problem, solution.state), 40, MinimiseSettings(close=1e-9, nothing=1e-11, small=0.0)
+    )
+    here, there = (fit_free_flights(MotionPosterior(one, drop[1].onset_s), normal) for one in (solution, exact))
     assert here is not None
     assert there is not None
-    assert there.g_m_s2 == pytest.approx(here.g_m_s2, abs=0.05 * here.u_g_m_s2)
-    assert there.misfit[0] == pytest.approx(here.misfit[0], rel=0.02)
+    assert here.misfit[0] == pytest.approx(there.misfit[0], abs=1.0)
+    assert here.g_m_s2 == pytest.approx(there.g_m_s2, abs=0.02 * there.u_g_m_s2)
 
 
 def test_each_flight_is_moved_by_the_unknowns_of_the_flights_before_it(drop: tuple[SceneRecord, JointEstimate]) -> None:

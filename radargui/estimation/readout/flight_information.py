@@ -11,7 +11,7 @@ from scipy.sparse import block_array, csr_matrix
 from scipy.sparse.linalg import SuperLU, splu
 
 from radargui.estimation.readout.free_motion import FreeMotion
-from radargui.estimation.solve.assemble import Assembled, DataSums, assemble, diagonal
+from radargui.estimation.solve.assemble import Assembled, DataSums, assemble, diagonal, law_slopes
 from radargui.estimation.solve.block_tridiagonal import BlockTridiagonal, lower_band
 from radargui.estimation.solve.minimise import Solution
 from radargui.model.arrays import FloatArray, IntArray
@@ -230,8 +230,12 @@ def motion_information(
     lost = np.ascontiguousarray(solve_triangular(root, pulls.T, lower=True).T)
     tau = state.theta[breaks]
     eliminated = Eliminated(kept, n_breaks, after, root, lost)
-    # at the minimum these are minus the pulls of what was lifted; an alternative is not quite at its own
-    slope = eliminated.marginal(blocks.slope_motion, blocks.slope_global)
+    # what is left where a solution is not quite at its minimum counts, too, but not of the breaks: where one passes the
+    # node of a bin the cost has a kink, and the slope on one side of it is no pull
+    whole = law_slopes(replace(problem, law_sd=np.where(replaced, problem.law_sd, np.inf)), solution.at)
+    left = blocks.slope_global + whole[1]
+    left[problem.layout.breaks] = 0.0
+    slope = eliminated.marginal(blocks.slope_motion, left - whole[1])
     slope[kept:] -= precision * (tau - problem.prior.mean[breaks])
     x0 = np.concatenate([state.coefficients[:size].ravel(), tau])
     return MotionInformation(free, size, n_breaks, x0, QuadraticForm(csr_matrix(known), lost), slope, eliminated)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
-from radargui.estimation.adaptive.foretold import foretold_round
+from radargui.estimation.adaptive.foretold import foretold_round, unwound_round
 from radargui.estimation.adaptive.rough import RoughPhases, rough_phases
 from radargui.estimation.adaptive.rounds import (
     Round,
@@ -97,13 +97,16 @@ class AdaptiveRounds:
     def other_counts(self, normal: FloatArray) -> list[AdaptiveRounds]:
         """Return the rounds that end otherwise where that counts other fringes, for three receivers or more.
 
-        Maps may have followed a wrong count: the first round, what the others foretell of a receiver in either, and
-        what the last circles count in time. Where no impact makes them count again before, the top speed does not tell
-        which is right: the level circle of physical seed 5382047 was 13 mm off without it, in 5382091 it is 158 mm off.
+        Maps may have followed a wrong count: the first round, what the others foretell of a receiver in either, a
+        receiver that hardly winds at rest, and what the last circles count in time. Where no impact makes them count
+        again before, the top speed does not tell which is right: the level circle of physical seed 5382047 was 13 mm
+        off without it, in 5382091 it is 158 mm off.
         """
         first, counts = self.first, [self]
         tried = [first, foretold_round(self.data, self.last, normal), foretold_round(self.data, first, normal)]
-        recounted = recounted_round(self.data, self.last)
+        unwound, recounted = unwound_round(self.data, self.last), recounted_round(self.data, self.last)
+        if unwound is not None:
+            tried.append(unwound)
         if _counts_otherwise(recounted, self.last):
             tried.append(best_round(self.data, recounted, stride_of(self.data)))
         for last in tried:

@@ -110,44 +110,37 @@ def test_motions_of_other_evidence_widen_what_the_flights_say_and_do_not_move_it
     assert best is not None
     moved = replace(best, values=best.values + 0.01, covariance=2.0 * best.covariance)
     others = [AlternativeMotion(replace(posterior), weight) for weight in (0.5, 0.9)]
-    fits = {id(others[0].posterior): moved, id(others[1].posterior): None}
-    monkeypatch.setattr("radargui.restitution.joint_bounces._as_many_flights", lambda one, *_: fits[id(one)])
+    fits = {id(posterior): best, id(others[0].posterior): moved, id(others[1].posterior): None}
+    monkeypatch.setattr("radargui.restitution.joint_bounces.fit_free_flights", lambda one, _: fits[id(one)])
     fit = fit_with_alternatives(posterior, others, normal)
     assert fit is not None
-    assert fit.values.tolist() == best.values.tolist()
-    # the law of total variance, times what the maps cannot follow; other impacts are no other result
+    assert fit.values is best.values
+    # the law of total variance, times what the maps cannot follow; what has no flights says nothing
     expected = 1.2**2 * (best.covariance + 0.5 * (2.0 * best.covariance + 1e-4)) / 1.5
     np.testing.assert_allclose(fit.covariance, expected, rtol=1e-12)
 
 
-def test_an_alternative_counts_with_the_flights_of_the_best_however_many_it_bends(
-    drop: tuple[SceneRecord, JointEstimate], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("fewer", [True, False])
+def test_an_alternative_with_more_or_fewer_flights_counts_for_what_it_shares(
+    drop: tuple[SceneRecord, JointEstimate], monkeypatch: pytest.MonkeyPatch, fewer: bool
 ) -> None:
     posterior, normal = drop[1].posterior, np.array([0.0, 0.0, 1.0])
-    best = fit_free_flights(posterior, normal)
-    assert best is not None
-    other = MotionPosterior(posterior.solution, posterior.onset_s)
-
-    def worse(information: MotionInformation, plan: FlightPlan) -> FlightFit:
-        fit = fit_flights(information, plan)
-        bent = information.free is other.free and plan.n_flights > 2
-        return replace(fit, misfit=(4.0 * fit.misfit[1], fit.misfit[1])) if bent else fit
-
-    monkeypatch.setattr("radargui.restitution.joint_bounces.fit_flights", worse)
-    alone = fit_free_flights(other, normal)
-    assert alone is not None
-    assert alone.impact_s.size < best.impact_s.size
-    fit = fit_with_alternatives(posterior, [AlternativeMotion(other, 1.0)], normal)
+    longer = fit_free_flights(posterior, normal)
+    assert longer is not None
+    size = longer.values.size - 7
+    shorter = replace(longer, values=longer.values[:size] + 0.01, covariance=2.0 * longer.covariance[:size, :size])
+    best, other = (longer, shorter) if fewer else (shorter, longer)
+    alternative = AlternativeMotion(replace(posterior), 0.5)
+    fits = {id(posterior): best, id(alternative.posterior): other}
+    monkeypatch.setattr("radargui.restitution.joint_bounces.fit_free_flights", lambda one, _: fits[id(one)])
+    fit = fit_with_alternatives(posterior, [alternative], normal)
     assert fit is not None
-    # as possible as the best, and four times the variance for its misfit
-    np.testing.assert_allclose(fit.covariance, 1.2**2 * 2.5 * best.covariance, rtol=1e-9)
-    # where an impact is missing there is nothing to compare
-    breaks = replace(posterior.breaks, after_m_s=posterior.breaks.before_m_s)
-    lacking = replace(posterior)
-    lacking.__dict__["breaks"] = breaks
-    fit = fit_with_alternatives(posterior, [AlternativeMotion(lacking, 1.0)], normal)
-    assert fit is not None
-    np.testing.assert_allclose(fit.covariance, 1.2**2 * best.covariance, rtol=1e-9)
+    assert fit.values is best.values
+    shared = (best.covariance[:size, :size] + 0.5 * (other.covariance[:size, :size] + 1e-4)) / 1.5
+    np.testing.assert_allclose(fit.covariance[:size, :size], 1.2**2 * shared, rtol=1e-12)
+    # of an impact that it lacks it says what the best says
+    own = best.covariance[size:, size:]
+    np.testing.assert_allclose(fit.covariance[size:, size:], 1.2**2 * own, rtol=1e-12)
 
 
 def test_flights_are_those_of_the_minimum_where_a_solution_is_not_quite_there(

@@ -111,6 +111,10 @@ def measure_by_estimate(
     motion = _motion_of(joint, conditioned, setup)
     if motion.track is not None and _is_unknown(motion.track, joint.onset_s, setup.radar.wavelength_m):
         return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool))
+    doubt = _doubt(joint.chosen.solution, joint.onset_s, setup)
+    # a fall that obeys its law would show a lost fringe; nothing holds a level motion, and its u means nothing then
+    if doubt and not joint.chosen.solution.problem.in_flight.any():
+        return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool), doubt)
     return _with_prior(motion, tried, why)
 
 
@@ -124,13 +128,13 @@ def _with_reason(adaptive: MeasuredMotion, why: str) -> MeasuredMotion:
     return replace(adaptive, warnings=adaptive.warnings + warnings)
 
 
-def _without(adaptive: MeasuredMotion, wrong: BoolArray) -> MeasuredMotion:
+def _without(adaptive: MeasuredMotion, wrong: BoolArray, reason: str = NO_SINGLE_BODY) -> MeasuredMotion:
     """Return the motion with receivers rejected that neither their own circle nor one body's motion describes.
 
     Such a circle may look round: the phases of receivers that see nearly one path agree for a while.
     """
     channels = tuple(
-        replace(channel, verdict="rejected", reason=NO_SINGLE_BODY) if alone else channel
+        replace(channel, verdict="rejected", reason=reason) if alone else channel
         for channel, alone in zip(adaptive.corrected.channels, wrong, strict=True)
     )
     return replace(adaptive, corrected=replace(adaptive.corrected, channels=channels))
@@ -195,8 +199,7 @@ def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup)
         warnings += (ENDED_EARLY,)
     elif isinstance(estimate, JointEstimate) and not warnings:
         solution = estimate.chosen.solution
-        warning = _missing_mirrors(solution, estimate.onset_s, setup) or _unlikely_mirrors(solution)
-        warning = warning or _hardly_known(estimate, setup, changes)
+        warning = _doubt(solution, estimate.onset_s, setup) or _hardly_known(estimate, setup, changes)
         warnings = (warning,) if warning else ()
     paths, track = _located(estimate, paths, setup)
     motion = MeasuredMotion(corrected, paths, track, bounces, changes, warnings=warnings)
@@ -211,6 +214,11 @@ def _is_unknown(track: Track, onset_s: float, wavelength_m: float) -> bool:
 def _u_moving_m(u_position_m: FloatArray, moving: BoolArray) -> float:
     square = (u_position_m[:, moving] ** 2).sum(axis=0)
     return float(np.sqrt(np.nanmean(square))) if np.isfinite(square).any() else 0.0
+
+
+def _doubt(solution: Solution, onset_s: float, setup: Setup) -> str:
+    """Return a sentence where maps or mirrors stand for what no laboratory has, else nothing."""
+    return _missing_mirrors(solution, onset_s, setup) or _unlikely_mirrors(solution)
 
 
 def _missing_mirrors(solution: Solution, onset_s: float, setup: Setup) -> str:

@@ -24,7 +24,7 @@ from radargui.restitution.settings import FLIGHTS
 def fit_with_alternatives(
     posterior: MotionPosterior, alternatives: Sequence[AlternativeMotion], normal: FloatArray
 ) -> FlightFit | None:
-    """Fit the free flights; alternatives with the same impacts widen the covariance.
+    """Fit the free flights; alternatives widen the covariance of what they have in common with it.
 
     V = c^2 sum w (V_k + d_k d_k^T) / sum w, d_k the difference of alternative k from the best; the heaviest three are
     fitted. c = 1.2 stands for what the maps cannot follow (`FlightSettings.widened`).
@@ -52,10 +52,24 @@ def fit_with_alternatives(
     others = []
     for alternative in sorted(alternatives, key=lambda one: -one.weight)[: FLIGHTS.most_alternatives]:
         other = fit_free_flights(alternative.posterior, normal)
-        # with other impacts the values mean something else, and no mean of them is a result
-        if other is not None and other.impact_s.size == fit.impact_s.size:
-            others.append((alternative.weight, other.values - fit.values, other.covariance))
+        if other is not None:
+            others.append((alternative.weight, *_shared(fit, other)))
     return replace(fit, covariance=mixed_in(fit.covariance, others))
+
+
+def _shared(fit: FlightFit, other: FlightFit) -> tuple[FloatArray, FloatArray]:
+    """Return how far an alternative's values are from those of a fit, and their covariance.
+
+    How many flights are good differs between alternatives: those of more or fewer impacts say something about gravity,
+    drag and the impacts that both have (left out, u of g was 0.0006 where g was off by 0.0116 m/s^2: laboratory seed
+    5385048). Of the others they say what the fit says.
+    """
+    both = min(fit.values.size, other.values.size)
+    away, covariance = np.zeros_like(fit.values), fit.covariance.copy()
+    away[:both] = other.values[:both] - fit.values[:both]
+    covariance[:both] = covariance[:, :both] = 0.0
+    covariance[:both, :both] = other.covariance[:both, :both]
+    return away, covariance
 
 
 def mixed_in(covariance: FloatArray, others: Iterable[tuple[float, FloatArray, FloatArray]]) -> FloatArray:

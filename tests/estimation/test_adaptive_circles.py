@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,8 +19,9 @@ from radargui.estimation.adaptive.circle_fit import (
     _rows,
     fit_circle,
 )
-from radargui.estimation.adaptive.foretold import foretold_round
-from radargui.estimation.adaptive.found import _recounted
+from radargui.estimation.adaptive.foretold import foretold_round, unwound_round
+from radargui.estimation.adaptive.found import AdaptiveRounds, _recounted
+from radargui.estimation.adaptive.rough import RoughPhases
 from radargui.estimation.adaptive.rounds import best_round, first_round, next_round, still_round, timed_round
 from radargui.estimation.adaptive.still_ellipse import StillEllipse, fit_still_ellipse
 from radargui.estimation.forward.bins import BinnedData
@@ -207,6 +209,33 @@ def test_a_fringe_that_the_first_count_lost_is_found_by_the_circles_with_maps() 
     assert np.abs(lost.phase_rad - late).max() < 0.5
     assert np.abs(_recounted(binned, lost).phase_rad - phase).max() < 0.1
     assert _recounted(binned, right) is right
+
+
+def test_the_joint_estimate_begins_at_what_the_last_circles_count_too() -> None:
+    # a turn lost from one bin to the next, where no impact makes the circles count again before (a level circle)
+    binned, _, phase = seen()
+    late = phase.copy()
+    late[0, phase.shape[1] // 2 :] -= 2.0 * np.pi
+    lost = best_round(binned, next_round(binned, first_round(binned, still_round(binned, ROUGH, late)), 0.15))
+    rough = RoughPhases(binned.bins.time_s, late, np.zeros(late.shape[1]), ROUGH, {})
+    found = AdaptiveRounds(SimpleNamespace(), binned, rough, lost, np.zeros(0), np.zeros(0))
+    counts = found.other_counts(np.array([0.0, 0.0, 1.0]))
+    assert min(np.abs(one.last.phase_rad - phase).max() for one in counts) < 0.1
+    assert all(np.abs(one.last.phase_rad - lost.phase_rad).max() > 2.0 for one in counts)
+
+
+def test_a_receiver_that_hardly_winds_may_not_wind_at_all() -> None:
+    binned, _, phase = seen()
+    one = next_round(binned, first_round(binned, still_round(binned, ROUGH, phase)), 0.15)
+    assert unwound_round(binned, one) is None
+    # on a level circle: what came over the floor was counted
+    winding = replace(one, phase_rad=np.array([phase[0], np.linspace(0.0, 9.0, phase.shape[1]), phase[2]]))
+    found = unwound_round(binned, winding)
+    assert found is not None
+    assert found.phase_rad[1].tolist() == [0.0] * phase.shape[1]
+    assert found.phase_rad[[0, 2]] == pytest.approx(phase[[0, 2]])
+    change = path_lengths(found.place, ANTENNAS) - path_lengths(RELEASE_M[:, None], ANTENNAS)
+    assert np.abs(change[1][~binned.rest]).max() < 1e-6
 
 
 def test_a_receiver_that_lost_fringes_is_foretold_by_the_others() -> None:

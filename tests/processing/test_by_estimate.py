@@ -258,3 +258,17 @@ def test_a_motion_that_is_not_known_to_a_wavelength_counts_no_fringes() -> None:
     assert _is_unknown(track, 49.5, 0.03)
     track.u_position_m = 0.8 * u_m
     assert not _is_unknown(track, 49.5, 0.03)
+
+
+@pytest.mark.parametrize(("motion", "status"), [("circle", "rejected"), ("drop", "ok")])
+def test_what_nothing_holds_is_refused_where_maps_or_mirrors_stand_for_what_no_laboratory_has(
+    monkeypatch: pytest.MonkeyPatch, motion: str, status: str
+) -> None:
+    # level circles of physical seeds 2755310 and 2755320: 3 and 17 mm off, told in a warning, and "ok"
+    monkeypatch.setattr("radargui.processing.by_estimate._missing_mirrors", lambda *_: "a fringe may be lost")
+    fixed = {"rate_hz": 2000.0, "snr_db": 35.0, "moving_s": 0.4}
+    record = make_record(draw_scene(9, "generic", motion, **fixed))
+    result = process(record.recording, record.setup)
+    assert result.status == status
+    told = result.reason if status == "rejected" else " ".join(result.warnings)
+    assert "a fringe may be lost" in told

@@ -15,8 +15,10 @@ from threadpoolctl import threadpool_limits
 
 from radargui.estimation.joint import JointEstimate
 from radargui.estimation.readout.flight_information import MotionInformation
-from radargui.estimation.readout.motion_posterior import AlternativeMotion
+from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
 from radargui.estimation.solve.assemble import assemble
+from radargui.estimation.solve.minimise import MinimiseSettings, minimise
+from radargui.estimation.solve.problem import Start
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.restitution.cross_check import disagreements, found_tilt
@@ -67,8 +69,9 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
     scale = np.sqrt(np.outer(np.diag(dense), np.diag(dense)))
     # the law of later flights, as stiff as 1 mm/s^2, is eliminated: both ways keep about eight digits
     assert np.abs((information.form.times(np.eye(x.size)) - dense) / scale).max() < 1e-7
-    # and with the law goes its pull
-    pull = np.concatenate([blocks.slope_motion - held.slope_motion, blocks.slope_global - held.slope_global])
+    # with the law goes its pull; a break's balance may be a kink, and counts as one
+    pull = np.concatenate([blocks.slope_motion, blocks.slope_global])
+    pull[n_motion:][layout.breaks] -= held.slope_global[layout.breaks]
     moved = solution.state.theta[layout.breaks] - problem.prior.mean[layout.breaks]
     slope = pull[x] - through.T @ pull[rest]
     slope[size:] -= (precision * moved)[: information.n_breaks]
@@ -106,16 +109,53 @@ def test_motions_of_other_evidence_widen_what_the_flights_say_and_do_not_move_it
     best = fit_free_flights(posterior, normal)
     assert best is not None
     moved = replace(best, values=best.values + 0.01, covariance=2.0 * best.covariance)
-    elsewhere = replace(moved, values=np.append(moved.values, np.zeros(7)))
     others = [AlternativeMotion(replace(posterior), weight) for weight in (0.5, 0.9)]
-    fits = {id(posterior): best, id(others[0].posterior): moved, id(others[1].posterior): elsewhere}
+    fits = {id(posterior): best, id(others[0].posterior): moved, id(others[1].posterior): None}
     monkeypatch.setattr("radargui.restitution.joint_bounces.fit_free_flights", lambda one, _: fits[id(one)])
     fit = fit_with_alternatives(posterior, others, normal)
     assert fit is not None
     assert fit.values is best.values
-    # the law of total variance, times what the maps cannot follow; other impacts are no other result
+    # the law of total variance, times what the maps cannot follow; what has no flights says nothing
     expected = 1.2**2 * (best.covariance + 0.5 * (2.0 * best.covariance + 1e-4)) / 1.5
     np.testing.assert_allclose(fit.covariance, expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("fewer", [True, False])
+def test_an_alternative_with_more_or_fewer_flights_counts_for_what_it_shares(
+    drop: tuple[SceneRecord, JointEstimate], monkeypatch: pytest.MonkeyPatch, fewer: bool
+) -> None:
+    posterior, normal = drop[1].posterior, np.array([0.0, 0.0, 1.0])
+    longer = fit_free_flights(posterior, normal)
+    assert longer is not None
+    size = longer.values.size - 7
+    shorter = replace(longer, values=longer.values[:size] + 0.01, covariance=2.0 * longer.covariance[:size, :size])
+    best, other = (longer, shorter) if fewer else (shorter, longer)
+    alternative = AlternativeMotion(replace(posterior), 0.5)
+    fits = {id(posterior): best, id(alternative.posterior): other}
+    monkeypatch.setattr("radargui.restitution.joint_bounces.fit_free_flights", lambda one, _: fits[id(one)])
+    fit = fit_with_alternatives(posterior, [alternative], normal)
+    assert fit is not None
+    assert fit.values is best.values
+    shared = (best.covariance[:size, :size] + 0.5 * (other.covariance[:size, :size] + 1e-4)) / 1.5
+    np.testing.assert_allclose(fit.covariance[:size, :size], 1.2**2 * shared, rtol=1e-12)
+    # of an impact that it lacks it says what the best says
+    own = best.covariance[size:, size:]
+    np.testing.assert_allclose(fit.covariance[size:, size:], 1.2**2 * own, rtol=1e-12)
+
+
+def test_flights_are_those_of_the_minimum_where_a_solution_is_not_quite_there(
+    drop: tuple[SceneRecord, JointEstimate],
+) -> None:
+    # what the last step has left, 0.0003 in ln L, made 27 of chi-square where the law that held it was lifted
+    solution, normal = drop[1].chosen.solution, np.array([0.0, 0.0, 1.0])
+    exact = minimise(
+        Start(solution.problem, solution.state), 40, MinimiseSettings(close=1e-9, nothing=1e-11, small=0.0)
+    )
+    here, there = (fit_free_flights(MotionPosterior(one, drop[1].onset_s), normal) for one in (solution, exact))
+    assert here is not None
+    assert there is not None
+    assert here.misfit[0] == pytest.approx(there.misfit[0], abs=1.0)
+    assert here.g_m_s2 == pytest.approx(there.g_m_s2, abs=0.02 * there.u_g_m_s2)
 
 
 def test_each_flight_is_moved_by_the_unknowns_of_the_flights_before_it(drop: tuple[SceneRecord, JointEstimate]) -> None:

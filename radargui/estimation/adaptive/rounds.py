@@ -254,6 +254,11 @@ def recounted_round(binned: BinnedData, one: Round) -> Round:
     return replace(one, phase_rad=phase, place=_places(binned, phase), fitted_m=fitted.place)
 
 
+def located(binned: BinnedData, one: Round) -> Round:
+    """Return a round at the places that its phases tell."""
+    return replace(one, place=_places(binned, one.phase_rad))
+
+
 def _shortest_m(before: Round, settings: MapRoundSettings) -> float:
     extent = float(np.linalg.norm(np.ptp(before.place, axis=1)))
     fringes = float(np.ptp(before.phase_rad, axis=1).max()) / (2.0 * np.pi)

@@ -230,9 +230,12 @@ def motion_information(
     lost = np.ascontiguousarray(solve_triangular(root, pulls.T, lower=True).T)
     tau = state.theta[breaks]
     eliminated = Eliminated(kept, n_breaks, after, root, lost)
-    # at the minimum all pulls are in balance: what is left is minus those of what was lifted
+    # what is left where a solution is not quite at its minimum counts, too, but not of the breaks: where one passes the
+    # node of a bin the cost has a kink, and the slope on one side of it is no pull
     whole = law_slopes(replace(problem, law_sd=np.where(replaced, problem.law_sd, np.inf)), solution.at)
-    slope = -eliminated.marginal(*whole)
+    left = blocks.slope_global + whole[1]
+    left[problem.layout.breaks] = 0.0
+    slope = eliminated.marginal(blocks.slope_motion, left - whole[1])
     slope[kept:] -= precision * (tau - problem.prior.mean[breaks])
     x0 = np.concatenate([state.coefficients[:size].ravel(), tau])
     return MotionInformation(free, size, n_breaks, x0, QuadraticForm(csr_matrix(known), lost), slope, eliminated)

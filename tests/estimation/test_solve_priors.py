@@ -12,7 +12,7 @@ from radargui.estimation.forward.motion_law import LawRows
 from radargui.estimation.forward.motion_spline import make_spline
 from radargui.estimation.forward.parameters import Sizes, lobe_places, make_layout
 from radargui.estimation.hardware import LogFrontEnd
-from radargui.estimation.solve.changed_problem import problem_with_flights, problem_with_mirrors
+from radargui.estimation.solve.changed_problem import problem_with_flights
 from radargui.estimation.solve.lobe_prior import with_lobes_of_walls
 from radargui.estimation.solve.minimise import minimise
 from radargui.estimation.solve.prior_deviations import (
@@ -156,21 +156,6 @@ def test_the_noise_scale_follows_the_typical_misfit_not_a_short_one() -> None:
     short = replace(made.start, problem=replace(made.problem, bins=replace(made.problem.bins, value=value)))
     solution = replace(minimise(made.start, 2), at=linearise(short.problem, made.truth), problem=short.problem)
     assert updated_noise_scale(solution).max() < 1.15
-
-
-def test_gravity_leans_no_more_than_the_setup_may_turn_the_vertical() -> None:
-    solution = minimise(small_problem().start, 2)
-    for u_vertical_rad, begin, most in ((np.inf, 0.01, 0.3), (1e-3, 0.01, 3e-3 * 9.81), (0.0, 1e-4, 1e-4)):
-        of_setup = replace(solution, problem=replace(solution.problem, u_vertical_rad=u_vertical_rad))
-        flying = problem_with_flights(of_setup)
-        assert flying is not None
-        # and where mirrors are others
-        again = problem_with_mirrors(minimise(flying, 1), ())
-        for problem in (flying.problem, again.problem):
-            sideways = np.arange(2) + problem.layout.flight.start
-            (group,) = (one for one in problem.prior.groups if set(one.index) == set(sideways))
-            assert problem.prior.sd[sideways] == pytest.approx(begin)
-            assert group.highest == pytest.approx(most, rel=1e-3)
 
 
 def test_rows_of_the_release_of_the_fall_and_of_a_flight_stay_apart() -> None:

@@ -26,7 +26,6 @@ from radargui.estimation.forward.bins import BinnedData, Multiplexer, bin_by_fri
 from radargui.estimation.forward.sphere import polarised_sphere
 from radargui.estimation.signals import ScaledSignals, scaled_signals
 from radargui.geometry.path_length import place_antennas
-from radargui.geometry.vertical import u_vertical_rad
 from radargui.model.arrays import FloatArray
 from radargui.model.setup import Setup
 from radargui.motion.impacts import find_impacts, find_stops, find_turns
@@ -137,22 +136,12 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
     antennas, release = place_antennas(setup), np.asarray(setup.tracer.release_position_m)
     impacts, sphere = np.zeros(0), polarised_sphere(setup)
     multiplexer = None if signals.before is None else Multiplexer(signals.before, 1.0 / signals.rate_hz)
-    vertical = u_vertical_rad(setup)
     found: tuple[Round, FloatArray] | None = None
     for number in range(3):
         bins = bin_by_fringe(signals, rough.time_s, rough.turns_hz, start, impacts)
         rest = bins.last_s < start
         data = BinnedData(
-            bins,
-            antennas,
-            release,
-            setup.radar.wavelength_m,
-            rest,
-            signals.delay_s,
-            onset,
-            sphere,
-            multiplexer,
-            u_vertical_rad=vertical,
+            bins, antennas, release, setup.radar.wavelength_m, rest, signals.delay_s, onset, sphere, multiplexer
         )
         if found is not None:
             counted = best_round(data, moved_round(data, *found), stride_of(data))

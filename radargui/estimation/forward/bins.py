@@ -158,8 +158,6 @@ class BinnedData:
         What the channels may have of each other; None where that is not looked for.
     slow_noise
         Functions of slow noise at the bins (`Drift.uncorrelated`), shape (n_channels, n_bins, n); None without any.
-    u_vertical_rad
-        By how much the setup may turn the vertical (`u_vertical_rad`); infinite where that is not known.
     """
 
     bins: Bins
@@ -172,7 +170,6 @@ class BinnedData:
     sphere: PolarisedSphere | None = None
     multiplexer: Multiplexer | None = None
     slow_noise: FloatArray | None = None
-    u_vertical_rad: float = np.inf
 
     @property
     def drift(self) -> FloatArray:

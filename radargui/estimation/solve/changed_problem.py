@@ -85,7 +85,7 @@ def problem_with_flights(solution: Solution) -> Start | None:
     layout = make_layout(replace(old.sizes, flight=1))
     new_theta, shift = np.zeros(layout.size), layout.flight.stop - layout.flight.start
     source, target = carried_places(old, layout)
-    fresh = flight_prior(layout, problem.u_vertical_rad)
+    fresh = flight_prior(layout)
     mean, sd = fresh.mean, fresh.sd
     for new, was in ((new_theta, theta), (mean, problem.prior.mean), (sd, problem.prior.sd)):
         new[target] = was[source]
@@ -201,7 +201,7 @@ def mirrors_changed(
     mean, sd = before.prior.mean, before.prior.sd
     # priors as at the start: what was re-estimated without the mirror explains what the mirror shall
     means = [ReceiverConstants(*mean[own.constants]) for own in old.receivers]
-    prior = make_prior(layout, planes, mean[old.breaks], means, u_vertical_rad=before.u_vertical_rad)
+    prior = make_prior(layout, planes, mean[old.breaks], means)
     # a new mirror starts at nothing, and its evidence counts from there
     new_theta = np.zeros(layout.size)
     lobes = lobe_places(layout)

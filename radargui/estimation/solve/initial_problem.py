@@ -182,7 +182,6 @@ def initial_problem(
         released_s=data.onset_s + settings.release_s,
         sphere=data.sphere,
         multiplexer=data.multiplexer,
-        u_vertical_rad=data.u_vertical_rad,
     )
     return Start(problem.at_places(place, theta), State(motion.coefficients, theta))
 

@@ -74,8 +74,6 @@ class PriorSettings:
         has 0.005, of light plastic 0.05.
     sideways_m_s2
         Of the horizontal part of gravity: antennas whose places are wrong by a degree turn the vertical by as much.
-    turned
-        And at most so many times what the setup's uncertainties make of it.
     crosstalk
         kappa: a multiplexer keeps parts in a thousand of the channel before. Where the samples do not ask for it, its
         deviation shrinks and switches it off.
@@ -105,7 +103,6 @@ class PriorSettings:
     gravity_m_s2: float = 0.3
     drag_1_m: float = 0.04
     sideways_m_s2: Allowed = Allowed(0.01, 1e-4, 0.3)
-    turned: float = 3.0
     crosstalk: Allowed = Allowed(0.003, 1e-5, 0.03)
     off_flight_m_s2: float = 0.02
     bias: Allowed = Allowed(0.02, 1e-4, 0.5)
@@ -159,7 +156,6 @@ def make_prior(
     break_s: FloatArray,
     start: Sequence[ReceiverConstants],
     settings: PriorSettings = PRIORS,
-    u_vertical_rad: float = np.inf,
 ) -> Prior:
     """Return wide priors for the constants, narrow growing ones for maps and mirrors.
 
@@ -175,8 +171,6 @@ def make_prior(
         Where the fit starts, one a receiver: amplitude and offsets keep near it.
     settings
         Deviations.
-    u_vertical_rad
-        See `flight_prior`.
     """
     mean, sd = np.zeros(layout.size), np.ones(layout.size)
     mean[layout.breaks], sd[layout.breaks] = break_s, settings.break_s
@@ -195,7 +189,7 @@ def make_prior(
 
     # a group each: what one mirror or map needs is no reason to loosen another
     group([layout.crosstalk], settings.crosstalk)
-    law = flight_prior(layout, u_vertical_rad, settings)
+    law = flight_prior(layout, settings)
     mean[layout.flight], sd[layout.flight] = law.mean[layout.flight], law.sd[layout.flight]
     prior.groups.extend(law.groups)
     receivers = layout.receivers
@@ -223,20 +217,14 @@ def make_prior(
     return prior
 
 
-def flight_prior(layout: Layout, u_vertical_rad: float = np.inf, settings: PriorSettings = PRIORS) -> Prior:
-    """Return the prior of gravity and drag, every other place of the layout left at zero and one.
-
-    Gravity has no more of a horizontal part than antennas make that are wrong by three times what the setup says: else
-    it stands for a wall that is missing (laboratory seed 5385048: 0.07 degrees, 12 u, with exact antennas).
-    """
+def flight_prior(layout: Layout, settings: PriorSettings = PRIORS) -> Prior:
+    """Return the prior of gravity and drag, every other place of the layout left at zero and one."""
     prior = Prior(np.zeros(layout.size), np.ones(layout.size))
     if layout.sizes.flight:
         first, sideways = layout.flight.start, settings.sideways_m_s2
-        most = max(sideways.lowest, min(sideways.highest, settings.turned * NOMINAL_GRAVITY_M_S2 * u_vertical_rad))
-        begin = min(sideways.start, most)
         prior.mean[first + 2] = NOMINAL_GRAVITY_M_S2
-        prior.sd[layout.flight] = begin, begin, settings.gravity_m_s2, settings.drag_1_m
-        prior.groups.append(PriorGroup(np.arange(first, first + 2), sideways.lowest, most))
+        prior.sd[layout.flight] = sideways.start, sideways.start, settings.gravity_m_s2, settings.drag_1_m
+        prior.groups.append(PriorGroup(np.arange(first, first + 2), sideways.lowest, sideways.highest))
     return prior
 
 

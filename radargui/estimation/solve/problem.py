@@ -60,8 +60,6 @@ class JointProblem:
         The tracer and the antennas' polarisation; None where it counts as a point.
     multiplexer
         What the channels may have of each other.
-    u_vertical_rad
-        By how much the setup may turn the vertical.
     mapped_m, mapped_mirrors
         Places, shape (3, n_bins), and tilts and shifts of the mirrors (n_mirrors, 3), for which maps, range factor and
         scattering are evaluated; None before they are.
@@ -82,7 +80,6 @@ class JointProblem:
     released_s: float
     sphere: PolarisedSphere | None = None
     multiplexer: Multiplexer | None = None
-    u_vertical_rad: float = np.inf
     mapped_m: FloatArray | None = None
     mapped_mirrors: FloatArray | None = None
 

@@ -20,7 +20,7 @@ class MapSettings:
     weakest
         Functions below this share of the strongest eigenvalue are left out: rounding.
     spacing
-        Distance of the subset's places in units of l: farther apart the remainder is a few parts in a thousand, and
+        Distance of the subset's places in units of l: farther apart the remainder is a few parts in a hundred, and
         mirrors are bent to explain it (accuracy benchmark).
     most_places
         Of the subset: its kernel matrix is diagonalised, cost cubic. Chosen by hand.
@@ -34,8 +34,8 @@ class MapSettings:
 
 MAPS = MapSettings()
 FINE = MapSettings(weakest=3e-7, spacing=0.05, most_places=150)
-"""For the chosen model: the subset's remainder, up to 2 % of a map's deviation, is down to parts in ten thousand with
-as many functions, so that the result does not hang on the motion from which the subset was taken (decision 42)."""
+"""For the chosen model: the subset's remainder, one or two per cent of a map's deviation, is a tenth of that with as many
+functions, so that the result does not hang on the motion from which the subset was taken (decision 42)."""
 
 
 @dataclass(frozen=True, slots=True)

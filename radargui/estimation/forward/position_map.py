@@ -34,8 +34,8 @@ class MapSettings:
 
 MAPS = MapSettings()
 FINE = MapSettings(weakest=3e-7, spacing=0.05, most_places=150)
-"""For the chosen model: the subset's remainder, one or two per cent of a map's deviation, is a tenth of that with as many
-functions, so that the result does not hang on the motion from which the subset was taken (decision 42)."""
+"""For the chosen model: the subset's remainder, one or two per cent of a map's deviation, is a tenth of that with as
+many functions, so that the result does not hang on the motion from which the subset was taken (decision 42)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -136,7 +136,9 @@ def _groups_of_maps(was: Layout, now: Layout) -> list[tuple[slice, slice, slice]
     return bias + [(a.amplitude_map, b.amplitude_map, b.amplitude_map) for a, b in pairs]
 
 
-def test_the_functions_of_the_chosen_model_leave_less_than_two_parts_in_a_thousand(made: SmallProblem, whole: Solution) -> None:
+def test_the_functions_of_the_chosen_model_leave_less_than_two_parts_in_a_thousand(
+    made: SmallProblem, whole: Solution
+) -> None:
     place = positions_at_bins(whole)[:, ~made.data.rest]
 
     def left(start: Start) -> float:

@@ -185,6 +185,12 @@ class RowTable(QTableView, Generic[_R]):
         if not self.columns_chosen:
             self._fitting = True
             self.resizeColumnsToContents()
+            header, line = self.horizontalHeader(), self.fontMetrics().height()
+            for column in range(self.model().columnCount()):
+                # Qt keeps room for a sign of sorting as wide as the title is high; in two lines half of that is enough
+                if "\n" in str(self.model().headerData(column, Qt.Orientation.Horizontal)):
+                    width = max(self.sizeHintForColumn(column), header.sectionSizeHint(column) - line)
+                    self.setColumnWidth(column, width)
             self._fitting = False
 
     def _resized(self, column: int, old: int, new: int) -> None:

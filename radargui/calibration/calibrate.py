@@ -24,6 +24,7 @@ from radargui.calibration.verdict import (
     LOOSE,
     are_far,
     fit_paths,
+    leaned,
     left_out,
     rms_m,
     undecidable,
@@ -198,7 +199,7 @@ def _calibration(
     verdict, reason = "good", "every combination of the values is told better by the recordings than by the setup"
     if words:
         verdict = "usable"
-        reason = f"what the recordings cannot tell keeps the setup's uncertainty: {'; '.join(words)}"
+        reason = f"what the recordings cannot tell is known no better than the setup says: {'; '.join(words)}"
     # at 0.7 of its u half of what is known of a value comes from the recordings
     if not (shrunk[antennas] < 0.7).any():
         verdict = "refused"
@@ -227,7 +228,11 @@ def _calibration(
     names = tuple(unknowns[n].name for n in kept)
     known = tuple("fall" if one.trajectory is None else one.trajectory.words for one in recordings)
     files = {one.name: one.checksum for one in recordings}
-    notes = (f"condition number {condition_number:.3g}", f"u widened by {found.birge():.2f} (Birge ratio)")
+    notes = (
+        f"condition number {condition_number:.3g}",
+        f"u widened by {found.birge():.2f} (Birge ratio)",
+        *leaned(found, kept),
+    )
     return Calibration(
         names, mean, mean + u * found.z[kept], u, covariance, words, tuple(residuals), verdict, reason,
         Origin(*origin, __version__, files, known), notes,

@@ -17,7 +17,8 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from radargui.gui.background import Mailbox
 from radargui.gui.layout import Edge, Strip, button, fill, follow, take_out, ticking
-from radargui.model.errors import RadarGuiError
+from radargui.gui.setup.words import in_words
+from radargui.model.errors import DeviceError, RadarGuiError
 
 Level = Literal["error", "warning", "info"]
 _WORST_FIRST: tuple[Level, ...] = ("error", "warning", "info")
@@ -83,7 +84,8 @@ class NoticeBoard(QObject):
     def post_error(self, error: BaseException) -> None:
         """Show an error; one that is not ours is named as unexpected and logged with its traceback."""
         if isinstance(error, RadarGuiError):
-            self.post("error", str(error))
+            # of a device it says which value to set: the form has words for it, the setup file keys
+            self.post("error", in_words(str(error)) if isinstance(error, DeviceError) else str(error))
             return
         details = "".join(traceback.format_exception(error))
         text = (

@@ -26,6 +26,7 @@ from radargui.report.facts import (
     e_span,
     mean_gravity,
     report_facts,
+    session_look,
     shown_fits,
     speed_points,
 )
@@ -39,6 +40,8 @@ _LEFT = 62
 _LONGEST_NAME, _DATE = 24, len("2026-01-31T")
 """Letters of a session in the key: at most (chosen by hand; a name by date and time has 19), and those of its date."""
 _BEST = "best"
+_SIGNS = (("●", "o"), ("■", "s"), ("▲", "t1"), ("◆", "d"), ("▼", "t"))
+"""In the order of `canvas.MARKS`."""
 _PAGES = {"table": "Statistics", "speeds": "e against speed", "falls": "Falls", "words": "In words"}
 
 
@@ -132,7 +135,7 @@ class SpeedView(QWidget):
             bars = np.stack([e - COVERAGE * u, e + COVERAGE * u, np.full_like(e, np.nan)], axis=1).ravel()
             name = found[number].name
             self.plot.fast_line(role_of(number), f"{name} ± {COVERAGE:g} u").setData(x, bars)
-            self.plot.marker(role_of(number), size=5, name=name).setData(speed, e)
+            self.plot.marker(role_of(number), mark_of(number)[1], 6, name).setData(speed, e)
         low, high = e_span(every)
         n_outside = int(np.count_nonzero((every[1] < low) | (every[1] > high)))
         self.plot.setXRange(0.0, 1.08 * float(every[0].max()), padding=0)
@@ -178,6 +181,12 @@ class FallsView(QWidget):
                 if curves:
                     name = facts.findings.sessions[number].name
                     plot.fast_line(role_of(number), name).setData(np.concatenate(x), scale * np.concatenate(y))
+                    if len(groups) == 1:
+                        continue
+                    # on each curve elsewhere, for they lie upon one another
+                    at = [int(one.x.size * (number + 1) / (len(groups) + 1)) for one in curves]
+                    places = [(one.x[n], scale * one.y[n]) for one, n in zip(curves, at, strict=True)]
+                    plot.marker(role_of(number), mark_of(number)[1], 7).setData(*np.transpose(places))
         t = np.linspace(0.0, end, 100)
         # g t²/2 in mm, from the vertex, where the sphere would be at rest
         self.fallen.fast_line("fit", "g t²/2", dashed=True).setData(t, 500.0 * g * t**2)
@@ -189,19 +198,24 @@ class FallsView(QWidget):
 
 def role_of(session: int) -> str:
     """Return the colour of a session of several."""
-    return f"compared.{session % 6}"
+    return f"compared.{session_look(session)[0]}"
+
+
+def mark_of(session: int) -> tuple[str, str]:
+    """Return the sign of a session of several: as it stands in the key, and as pyqtgraph calls it."""
+    return _SIGNS[session_look(session)[1]]
 
 
 def session_key(sessions: Sequence[SessionFindings]) -> list[tuple[str, str, str]]:
     """Return what says which colour is which session, with its height of fall; of a single one nothing is named."""
     if len(sessions) == 1:
-        return [("●", role_of(0), "drops that count")]
+        return [(mark_of(0)[0], role_of(0), "drops that count")]
     names = [one.name for one in sessions]
     # of one day its time is enough
     cut = _DATE if names[0][_DATE - 1 : _DATE] == "T" and len({name[:_DATE] for name in names}) == 1 else 0
     return [
         (
-            "●",
+            mark_of(number)[0],
             role_of(number),
             " ".join(filter(None, (one.name[cut:][:_LONGEST_NAME], _height(one.series.drop_height_m)))),
         )

@@ -189,6 +189,12 @@ class RowTable(QTableView, Generic[_R]):
             # Qt would never make the last one, which takes what is left, narrower than a column is at first
             header.setStretchLastSection(False)
             self.resizeColumnsToContents()
+            line = self.fontMetrics().height()
+            for column in range(last + 1):
+                # Qt keeps room for a sign of sorting as wide as the title is high; in two lines half of that is enough
+                if "\n" in str(self.model().headerData(column, Qt.Orientation.Horizontal)):
+                    width = max(self.sizeHintForColumn(column), header.sectionSizeHint(column) - line)
+                    self.setColumnWidth(column, width)
             self.setColumnWidth(last, min(self.columnWidth(last), header.defaultSectionSize()))
             header.setStretchLastSection(True)
             self._fitting = False

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Literal, TypeAlias
@@ -12,6 +13,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from radargui.report.sheet import Area, Paper
+
+
+_POWER = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]\d+)(?!\w|\.\w)")
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_BETWEEN = 2
+"""Columns of a table, in letters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +51,20 @@ class Grid:
         found = list(rows)
         return cls(tuple(found[0]), tuple(tuple(row.values()) for row in found), title, left)
 
-    @property
-    def turned(self) -> Grid:
-        """The table with its columns as rows."""
-        header, *rows = zip(self.header, *self.rows, strict=True)
-        return Grid(header, tuple(rows), self.title)
+    def within(self, letters: int) -> Iterator[Grid]:
+        """Yield tables beneath one another, none wider than so many letters; each begins with the first column."""
+        columns = list(zip(self.header, *self.rows, strict=True))
+        # a title is broken between its words, a figure never
+        widths = [_BETWEEN + max(map(len, (*title.split(), *cells))) for title, *cells in columns]
+        parts = [[0]]
+        for number in range(1, len(columns)):
+            if len(parts[-1]) > 1 and sum(widths[one] for one in (*parts[-1], number)) > letters:
+                parts.append([0])
+            parts[-1].append(number)
+        for count, part in enumerate(parts):
+            header, *rows = zip(*(columns[one] for one in part), strict=True)
+            left = tuple(at for at, one in enumerate(part) if one in self.left)
+            yield Grid(header, tuple(rows), "" if count else self.title, left)
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,10 +132,17 @@ class Chapter:
     screen: tuple[Content, ...] | None = None
 
 
+def with_powers(text: str) -> str:
+    """Return a text with its powers of ten as people write them: "8.9e-06" as 8.9 × 10⁻⁶."""
+    return _POWER.sub(lambda found: f"{found[1]} × 10{str(int(found[2])).translate(_RAISED)}", text)
+
+
 @lru_cache(maxsize=1)
 def templates() -> Environment:
     """Return the templates of HTML; every text is escaped."""
     # the window shows chapters without them, and would wait for it at its start
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    return Environment(loader=PackageLoader("radargui.report"), autoescape=True, undefined=StrictUndefined)
+    made = Environment(loader=PackageLoader("radargui.report"), autoescape=True, undefined=StrictUndefined)
+    made.filters["powers"] = with_powers
+    return made

@@ -16,6 +16,15 @@ from radargui.restitution.speed_models import ModelName, SpeedFit, preferred
 from radargui.session.info import SessionInfo
 from radargui.session.session import Session
 
+_COLOURS, _MARKS = 4, 5
+MOST_LOOKS = _COLOURS * _MARKS
+"""Sessions that look different where a series is drawn."""
+
+
+def session_look(number: int) -> tuple[int, int]:
+    """Return which colour and which mark a session of several has; neighbours differ in both."""
+    return number % _COLOURS, number % _MARKS
+
 
 @dataclass(frozen=True, slots=True)
 class SessionFacts:

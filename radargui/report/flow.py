@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from radargui.report import sheet
 from radargui.report.canvas import Canvas, Line
-from radargui.report.document import Chapter, Content, Drawing, Facts, Grid, Note
+from radargui.report.document import Chapter, Content, Drawing, Facts, Grid, Note, with_powers
 from radargui.report.sheet import Paper
 
 _LARGE, _SMALL = 8.0, 6.5
@@ -105,7 +105,7 @@ class _Flow:
         values_mm = min(names + 6.0, 0.4 * sheet.ROOM_MM)
         for name, value in block.rows:
             room = sheet.ROOM_MM - values_mm
-            for number, line in enumerate(sheet.wrapped(sheet.printable(value), self._size, room)):
+            for number, line in enumerate(sheet.wrapped(sheet.printable(with_powers(value)), self._size, room)):
                 self._room(self._line)
                 if number == 0:
                     self._write(sheet.LEFT_MM, sheet.printable(name), colour="#505050")
@@ -114,7 +114,7 @@ class _Flow:
 
     def _note(self, block: Note) -> None:
         colour, indent_mm = (_WARNING_COLOUR, 4.0) if block.warning else ("black", 0.0)
-        for line in sheet.wrapped(sheet.printable(block.text), self._size, sheet.ROOM_MM - 4.0):
+        for line in sheet.wrapped(sheet.printable(with_powers(block.text)), self._size, sheet.ROOM_MM - 4.0):
             self._room(self._line)
             self._write(sheet.LEFT_MM + indent_mm, line, colour=colour)
             self.y += self._line
@@ -122,7 +122,7 @@ class _Flow:
         self.y -= self._gap - 2.0
 
     def _grid(self, block: Grid) -> None:
-        cells = [[sheet.printable(cell) for cell in row] for row in (block.header, *block.rows)]
+        cells = [[sheet.printable(with_powers(cell)) for cell in row] for row in (block.header, *block.rows)]
         size = _fitting_size(cells, self._size)
         widths = _column_widths(cells, size, block.left)
         header, *rows = (

@@ -12,7 +12,7 @@ from radargui.files.stored_results import StoredResult, read_stored_results
 from radargui.model.errors import RadarGuiError
 from radargui.model.setup import Setup, dump_setup
 from radargui.model.setup_error import differing
-from radargui.report.run_facts import RunFacts
+from radargui.report.run_facts import RunFacts, in_session
 from radargui.session.info import versions
 from radargui.session.session import Session
 
@@ -172,7 +172,7 @@ def _run(path: Path, session: Session, facts: RunFacts) -> RunProvenance:
             read_health(path),
         )
     except RadarGuiError as error:
-        return RunProvenance(path.stem, path.name, set_aside=set_aside, problem=str(error))
+        return RunProvenance(path.stem, path.name, set_aside=set_aside, problem=in_session(path, error))
 
 
 def _processing(one: StoredResult, setup: Setup) -> ProcessingPass:

@@ -92,7 +92,7 @@ def _dropped(found: SessionFindings, session: SessionFacts, *, alone: bool) -> s
     sphere = f"{'A' if alone else f'{found.name}: a'} sphere" + (f" of {1e3 * diameter:g} mm diameter" * bool(diameter))
     label = f" ({found.label})" if found.label else ""
     dropped = f" from {plain(height.mean, 4, 'mm', 1e3)}" if height.n else ""
-    n, n_valid = sum(run.status != "no_motion" for run in session.runs), found.series.e.n
+    n, n_valid = sum(not run.failure and run.status != "no_motion" for run in session.runs), found.series.e.n
     are = "runs are" if n > 1 else "run is"
     simulated = f" The {are} simulated." if found.series.kind == "simulated" else ""
     times = {1: "once", 2: "twice"}.get(n, f"{n} times")

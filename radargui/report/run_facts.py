@@ -1,6 +1,7 @@
 """What a report knows of one run, without its samples: from its result, or only from what is stored in few numbers."""
 
 import logging
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -156,13 +157,18 @@ def study(path: Path, setup: Setup, result_of: ResultOf, *, detailed: bool = Tru
         return _failed(path, fault_of(error, "The report of this run"))
 
 
+def in_session(path: Path, error: RadarGuiError) -> str:
+    """Return what is wrong with a run; where its session lies on this computer is nothing for a report."""
+    return str(error).replace(f"{path.parent}{os.sep}", "")
+
+
 def _failed(path: Path, error: RadarGuiError) -> RunFacts:
     """Return a run that went wrong, with where it comes from: a simulated one is not measured for that."""
     try:
         source = read_run_card(path).origin
     except RadarGuiError:
         source = RunOrigin("unknown")
-    return RunFacts(path.stem, failure=str(error), source=source)
+    return RunFacts(path.stem, failure=in_session(path, error), source=source)
 
 
 def take_facts(result: RunResult, name: str, columns: int = COLUMNS) -> RunFacts:

@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import partial
 from math import isfinite
 
+from radargui.model.drop import restitution_words
 from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import budget_rows, variance_shares
@@ -31,8 +32,7 @@ def run_page(run: RunFacts) -> Chapter:
     from radargui.report.run_figures import run_figures, run_on_screen
 
     recorded = filter(None, (run.started_at, run.origin or run.device or run.source.file, _samples(run)))
-    result, *others = _result_rows(run)
-    rows = dict((result, ("Recorded", "; ".join(recorded)), *others))
+    rows = dict(_result_rows(run)) | {"Recorded": "; ".join(recorded)}
     shown = replace(run, bounces=replace(run.bounces, impacts=run.bounces.impacts[:_MOST_IMPACTS]))
     more, lost = len(run.bounces.impacts) - _MOST_IMPACTS, sum(gap.count for gap in run.gaps)
     warnings = [*run.warnings, *([f"{lost} samples were lost."] if lost else [])]
@@ -66,13 +66,12 @@ def _samples(run: RunFacts) -> str:
 
 
 def _words(run: RunFacts) -> tuple[Content, ...]:
-    rows = {
+    rows = dict(_result_rows(run)) | {
         "Recorded": run.started_at or UNKNOWN,
         "Replay of": run.source.file,
         "Samples": _samples(run),
         "Imported from": run.origin,
         "Device": run.device or ("" if run.origin else UNKNOWN),
-        **dict(_result_rows(run)),
     }
     blocks: list[Content] = [Facts.of(rows), *_refusal(run)]
     blocks += [Note(text, warning=True) for text in run.warnings]
@@ -88,25 +87,31 @@ def _refusal(run: RunFacts) -> list[Content]:
 
 
 def _result_rows(run: RunFacts) -> Iterator[tuple[str, str]]:
-    """Yield what came out of it: the result first, the first fall last."""
+    """Yield what came out of it: what is looked for first, how it was found last."""
     yield "Result", " – ".join(part for part in (run.said, run.reason) if part)
     if run.status == "no_motion":
         return
+    if run.figure("e") is not None:
+        yield "e of the first impact", restitution_words(run.figures)
+    yield from _fall_rows(run)
     yield "Correction, geometry", f"{run.correction or UNKNOWN}, {run.geometry or UNKNOWN}"
     yield "Decided", " ".join(run.decisions)
+
+
+def _fall_rows(run: RunFacts) -> Iterator[tuple[str, str]]:
     fall, name = run.bounces.free_fall, "First fall" if run.from_rest else "Flight before the first impact seen"
     if fall is None:
         yield name, "none that can be fitted"
         return
-    span = f"{fall.first_time_s - run.zero_s:.4f} s to {fall.last_time_s - run.zero_s:.4f} s after {run.since}"
-    release = f"from a height of {plain(fall.release_height_m, 5, 'mm', 1e3)}, fitted {span}"
-    drop = f"{plain(fall.drop_height_m, 5, 'mm', 1e3)} " if isfinite(fall.drop_height_m) else ""
-    yield name, f"{drop}{release}"
     combined = run.figure("u_g_combined_m_s2")
     if combined is not None:
         yield "g (combined u)", quantity(fall.g_m_s2, combined, "m/s²")
     yield "g (statistical u)", quantity(fall.g_m_s2, fall.u_g_m_s2, "m/s²")
     yield "g against the site", run.site_check.compared if run.site_check else ""
+    span = f"{fall.first_time_s - run.zero_s:.4f} s to {fall.last_time_s - run.zero_s:.4f} s after {run.since}"
+    release = f"from a height of {plain(fall.release_height_m, 5, 'mm', 1e3)}, fitted {span}"
+    drop = f"{plain(fall.drop_height_m, 5, 'mm', 1e3)} " if isfinite(fall.drop_height_m) else ""
+    yield name, f"{drop}{release}"
     yield "Residual of the fit", f"{plain(fall.residual_rms_m, 3, 'µm', 1e6)} rms"
 
 

@@ -8,9 +8,18 @@ from matplotlib.figure import Figure
 from radargui.model.arrays import FloatArray
 from radargui.model.rounding import COVERAGE, plain
 from radargui.report import sheet
-from radargui.report.canvas import MARKS, Canvas, Line, Panel, Span, span_of
+from radargui.report.canvas import Canvas, Line, Panel, Span, span_of
 from radargui.report.decimation import Curve
-from radargui.report.facts import WORST_SHARE, ReportFacts, e_span, mean_gravity, shown_fits, speed_points
+from radargui.report.facts import (
+    MOST_LOOKS,
+    WORST_SHARE,
+    ReportFacts,
+    e_span,
+    mean_gravity,
+    session_look,
+    shown_fits,
+    speed_points,
+)
 from radargui.report.run_facts import RunFacts
 from radargui.report.sheet import Area
 from radargui.restitution.speed_models import MODELS, SpeedFit
@@ -19,8 +28,6 @@ _LARGE = 7.0
 """Of text in these panels, in points; in those of a run it is `canvas.SIZE`, for there are more on a page."""
 _DASHES = (4.0, 2.0)
 """Line and gap in points."""
-_MOST_NAMED = len(sheet.RECEIVER_COLOURS) * len(MARKS)
-"""Sessions in the key: so many look different, four colours by five marks; neighbours differ in both."""
 _FALLS_SHARE = 0.62
 """Of the height: the falls, above what their fits leave (chosen by hand)."""
 _BETWEEN_MM = 5.0
@@ -42,16 +49,16 @@ def draw_speeds(figure: Figure, area: Area, facts: ReportFacts) -> None:
     panel = Panel(canvas, area, (0.0, 1.08 * float(every[0].max())), (low, high), _LARGE)
     n_valid = sum(impact.valid for one in facts.sessions for run in one.runs for impact in run.bounces.impacts)
     names = [one.name for one in facts.findings.sessions]
-    named = 1 < len(groups) <= _MOST_NAMED
+    named = 1 < len(groups) <= MOST_LOOKS
     for fit in shown_fits(facts):
         _draw_fit(panel, fit)
     # the last name stands at the left
     for number in reversed(range(len(groups))):
-        mark = number % len(MARKS)
+        mark = session_look(number)[1]
         _draw_points(panel, groups[number], _colour(number), mark)
         if named:
             panel.key(sheet.printable(names[number])[:24], Line(_colour(number), 1.0), mark)
-    unnamed = f"; {len(groups)} sessions" if len(groups) > _MOST_NAMED else ""
+    unnamed = f"; {len(groups)} sessions" if len(groups) > MOST_LOOKS else ""
     outside = f"; {n_outside} outside" if n_outside else ""
     n_vague = n_valid - every.shape[1]
     vague = f"; {n_vague} with u > {100.0 * WORST_SHARE:g} % of e left out" if n_vague else ""
@@ -107,4 +114,4 @@ def draw_falls(figure: Figure, area: Area, sessions: Sequence[Sequence[RunFacts]
 
 
 def _colour(number: int) -> str:
-    return sheet.RECEIVER_COLOURS[number % len(sheet.RECEIVER_COLOURS)]
+    return sheet.RECEIVER_COLOURS[session_look(number)[0]]

@@ -13,8 +13,8 @@ from radargui.calibration.fit import LEAST, Fit, fit, unfitted
 from radargui.calibration.known_path import KnownMotion, read_known
 from radargui.calibration.likelihood import Measured, MotionModel, PathLikelihood, World
 from radargui.calibration.shares import working
-from radargui.calibration.unknowns import antenna_unknowns, fall_unknowns, place_unknowns, setup_with
-from radargui.calibration.verdict import GAIN, fit_paths, left_out, other_orders, put_right, undecidable, untold
+from radargui.calibration.unknowns import USUAL, antenna_unknowns, fall_unknowns, place_unknowns, setup_with
+from radargui.calibration.verdict import GAIN, fit_paths, leaned, left_out, other_orders, put_right, undecidable, untold
 from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.setup import Setup, read_setup
@@ -110,6 +110,20 @@ def test_a_motion_held_antenna_lends_its_u() -> None:
     assert some.z[number] == 0.0
     # what is held at a value that is known to 10 mm leaves the others no better known than it allows
     assert (np.diag(some.covariance())[~held] > 0.9 * np.diag(free.covariance())[~held]).all()
+
+
+def test_a_release_that_the_held_gravity_makes_worse_known_is_named_with_what_is_held() -> None:
+    world, _, falls = made(5, falls=True)
+    recordings = [made(5, falls=False)[2][0], falls[0]]
+    names = [one.name for one in world.unknowns]
+    release = [names.index(f"place.0.{axis}") for axis in "xyz"]
+    held = np.array([bool(one.group) and one.group not in USUAL for one in world.unknowns])
+    (said,) = leaned(fit_paths(unfitted(world, recordings, held), recordings), release)
+    assert "better: place.0.x, place.0.y; what is not free" in said
+    assert said.endswith(": gravity")
+    free = fit_paths(unfitted(world, recordings), recordings)
+    assert np.diag(free.covariance()).max() <= 1.0, "where nothing is held nothing is worse known than before"
+    assert leaned(free, release) == ()
 
 
 def test_one_circle_on_the_axis_leaves_a_common_turn(tmp_path: Path) -> None:

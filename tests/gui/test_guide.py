@@ -115,6 +115,7 @@ def test_an_empty_plot_says_what_to_do_within_its_axes(window: MainWindow, size:
         label = window.empty.labels[name]
         plot = label.parentWidget()
         assert isinstance(plot, Plot)
+        assert name != "planes" or plot is window.planes.raw[1]
         inside = plot.getPlotItem().vb.sceneBoundingRect().toRect()
         assert inside.contains(label.geometry()), (name, label.geometry())
         # and below what stands inside, such as the number of the receiver

@@ -67,6 +67,18 @@ def test_the_certificate_is_chosen_as_a_file(window: MainWindow, ni: Any, monkey
     assert ni.findChild(QLineEdit, "daq.remote_certificate").text() == "lab.pem"
 
 
+def test_an_error_of_the_driver_names_the_fields_and_not_the_keys(window: MainWindow, ni: Any, wait_for: Any) -> None:
+    window.setup_model.assign("daq.remote", "no-such-computer.invalid:31763")
+    window.actions_.record.trigger()
+    wait_for(lambda: any(one.level == "error" for one in window.board.notices))
+    (text,) = (one.text for one in window.board.notices if one.level == "error")
+    assert "Check “Device server”, or give the IP address" in text
+    assert "no-such-computer.invalid" in text
+    ni.check_button.click()
+    wait_for(ni.check_button.isEnabled)
+    assert "“Device server”" in ni.checked.text()
+
+
 def test_the_check_of_the_setup_tells_what_will_be_in_force_or_why_not(
     window: MainWindow, ni: Any, wait_for: Any
 ) -> None:

@@ -6,9 +6,11 @@ import numpy as np
 import pyqtgraph as pg
 import pytest
 from hypothesis import given, settings, strategies as st
-from PySide6.QtCore import QPointF
-from PySide6.QtGui import QFontMetricsF
+from pyqtgraph.opengl import GLTextItem
+from PySide6.QtCore import QPointF, QSize
+from PySide6.QtGui import QFontMetricsF, QResizeEvent
 from PySide6.QtWidgets import QApplication
+from support.small_setups import quick_setup
 
 from radargui.gui.plots.envelope import Envelope, thin
 from radargui.gui.plots.items import Band
@@ -16,8 +18,9 @@ from radargui.gui.plots.plot import Plot
 from radargui.gui.plots.ranges import SteadyRange, round_up
 from radargui.gui.scopes.iq_plane_panel import IQPlane
 from radargui.gui.theme import Theme
-from radargui.gui.track.space_view import _spaced
-from radargui.gui.track.speed_colours import segments
+from radargui.gui.track.shown_track import space_of
+from radargui.gui.track.space_view import SpaceView, _spaced
+from radargui.gui.track.speed_colours import SpeedColours, segments
 
 
 @settings(max_examples=60, deadline=None)
@@ -98,6 +101,20 @@ def test_the_line_in_space_does_not_run_across_what_is_unknown() -> None:
     assert not any(pair[0, 0] < 20.0 < pair[1, 0] for pair in pairs)
 
 
+def test_a_low_view_in_space_names_its_axes_and_leaves_out_what_would_overlap(theme: Theme) -> None:
+    view = SpaceView(theme, SpeedColours(theme))
+    view.show_space(space_of(quick_setup()))
+    shown = {}
+    for height in (300, 120, 300):
+        before = view.size()
+        view.resize(473, height)
+        # it is not shown, for which there must be OpenGL: Qt would tell it later
+        QApplication.sendEvent(view, QResizeEvent(QSize(473, height), before))
+        shown[height] = {item.text for item in view.items if isinstance(item, GLTextItem)}
+    assert shown[120] == {"x [mm]", "y [mm]", "z [mm]"}
+    assert shown[300] >= {*shown[120], "0", "100", "Tx", "Rx 1"}
+
+
 @pytest.mark.parametrize("size", [(104, 145), (111, 132), (111, 158)])
 def test_a_small_plane_comes_to_rest(theme: Theme, size: tuple[int, int]) -> None:
     plane, turn = IQPlane(theme, 1, corrected=False), np.linspace(0.0, 6.0, 200)
@@ -113,6 +130,19 @@ def test_a_small_plane_comes_to_rest(theme: Theme, size: tuple[int, int]) -> Non
         QApplication.processEvents()
     plane.close()
     assert not resized
+
+
+@pytest.mark.parametrize("size", [(101, 92), (101, 145), (300, 120)])
+def test_the_circle_of_a_small_plane_lies_beneath_its_words(theme: Theme, size: tuple[int, int]) -> None:
+    plane = IQPlane(theme, 2, corrected=True)
+    plane.resize(*size)
+    plane.show()
+    for _ in range(4):
+        QApplication.processEvents()
+    # amplitudes of a long swing leave the unit circle
+    top = plane.view.mapViewToScene(QPointF(0.0, 1.28)).y() - plane.view.sceneBoundingRect().top()
+    plane.close()
+    assert top >= plane.height_inside > 0
 
 
 @pytest.mark.parametrize("height", [26, 34, 44, 60, 90, 300])

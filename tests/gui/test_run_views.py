@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 import pytest
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 from support.changed import changed
 from support.results import drop_result
 from support.small_setups import quick_setup
 
 from radargui.files.overview import Overview
-from radargui.gui.runs.figures_view import page_of
+from radargui.gui.runs.figures_view import FiguresView, page_of
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.runs.run_panel import RunPanel, boxes
 from radargui.gui.theme import Theme
@@ -152,6 +153,25 @@ def test_the_list_says_what_came_of_a_run(summary: Any, verdict: str, tmp_path: 
     assert cells[1] == "13:14:15"
     assert cells[-1] == verdict
     assert cells[4] == ("0.8123 ± 0.0012" if summary and "e" in summary else "–")
+
+
+def test_what_is_looked_for_stands_first_and_no_table_is_wider_than_the_panel(qtbot: QtBot, theme: Theme) -> None:
+    view = FiguresView(theme)
+    qtbot.addWidget(view)
+    # as wide as the panel on a screen of 1366 pixels
+    view.resize(474, 260)
+    view.show()
+    result = drop_result(rate_hz=2000.0)
+    view.notes = ("92878 samples, none lost",)
+    view.show_result(result)
+    QApplication.processEvents()
+    assert view.horizontalScrollBar().maximum() == 0
+    words = [one for one in view.toPlainText().split("\n") if one]
+    assert words[:5:2] == ["Result", "e of the first impact", "g (combined u)"]
+    assert words.index("Recorded") < words.index("Impacts")
+    assert "none lost" in words[-1]
+    for name in ("Result", "e of the first impact", "g (combined u)"):
+        assert view.cursorRect(view.document().find(name)).bottom() < view.viewport().height()
 
 
 def test_a_long_run_is_seen_before_it_is_processed(panel: RunPanel) -> None:

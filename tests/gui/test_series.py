@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +16,15 @@ from support.gui_sessions import make_height, make_session
 from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.run_keeping import REASONS
 from radargui.gui.runs.run_model import COLUMNS as RUN_COLUMNS
-from radargui.gui.series import COLUMNS, role_of
-from radargui.gui.table import sort_key
+from radargui.gui.series import COLUMNS, SeriesRow, mark_of, role_of
+from radargui.gui.table import RowModel, RowTable, sort_key
 from radargui.model.rounding import plain
 from radargui.processing.result_of_run import stored_result
 from radargui.report import facts
 from radargui.report.facts import report_facts
 from radargui.report.findings_section import front_chapters
 from radargui.report.report import study_session
+from radargui.restitution.statistics import statistics_of
 from radargui.session.session import BY_OPERATOR, Session, reason_of, was_drop
 
 HEIGHTS_M = (0.26, 0.18, 0.11)
@@ -80,7 +82,9 @@ def test_three_heights_are_compared(window: MainWindow, wait_for: Any, three: li
 
     # e against the impact speed: three groups of first impacts, where the heights say
     panel.pages.setCurrentWidget(panel.speeds)
-    dots = [item for item in panel.speeds.plot.getPlotItem().listDataItems() if item.opts.get("symbol") == "o"]
+    dots = [item for item in panel.speeds.plot.getPlotItem().listDataItems() if item.opts.get("symbol")]
+    assert len({item.opts["symbol"] for item in dots}) == 3
+    assert all(sign in panel.speeds.key.text() for sign in "●■▲")
     fastest = sorted(float(item.xData.max()) for item in dots)
     assert fastest == pytest.approx(sorted(np.sqrt(2.0 * G * np.array(HEIGHTS_M))), rel=0.01)
     for item in dots:
@@ -93,8 +97,10 @@ def test_three_heights_are_compared(window: MainWindow, wait_for: Any, three: li
 
     # all falls lie on one parabola
     panel.pages.setCurrentWidget(panel.falls)
-    *falls, parabola = [item for item in panel.falls.fallen.getPlotItem().items if hasattr(item, "xData")]
+    items = [item for item in panel.falls.fallen.getPlotItem().items if hasattr(item, "xData")]
+    *falls, parabola = [item for item in items if not item.opts.get("symbol")]
     assert len(falls) == 3, "one curve a session"
+    assert len({item.opts["symbol"] for item in items if item.opts.get("symbol")}) == 3
     assert parabola.yData == pytest.approx(
         500.0 * panel.facts.findings.sessions[0].series.g_m_s2.mean * parabola.xData**2, rel=0.02
     )
@@ -329,8 +335,22 @@ def test_a_reason_of_the_operator_is_told_from_what_was_no_drop() -> None:
     assert not was_drop("rejected by the operators of old")
 
 
-def test_colours_of_sessions_are_their_own() -> None:
-    assert len({role_of(number) for number in range(6)}) == 6
+def test_twenty_sessions_look_different_and_neighbours_in_colour_and_mark() -> None:
+    looks = [(role_of(number), *mark_of(number)) for number in range(20)]
+    assert len(set(looks)) == 20
+    assert all(one[0] != other[0] and one[1] != other[1] for one, other in pairwise(looks))
+
+
+def test_a_statistics_table_of_long_figures_fits_its_panel(qtbot: Any) -> None:
+    table = RowTable(RowModel(COLUMNS), "series")
+    qtbot.addWidget(table)
+    table.setColumnHidden(0, True)
+    table.resize(488, 200)
+    table.show()
+    found = statistics_of([0.80000123, 0.80000456, 0.79999789], [1e-7] * 3, [1.2e-6] * 3)
+    table.show_rows([SeriesRow("", "impact [m/s]", found)])
+    QApplication.processEvents()
+    assert table.horizontalScrollBar().maximum() == 0
 
 
 def test_an_empty_series_says_what_to_wait_for(window: MainWindow, wait_for: Any) -> None:

@@ -14,9 +14,10 @@ from radargui.model.uncertainty_budget import budget_rows
 from radargui.report.canvas import Canvas
 from radargui.report.curves import take_curves
 from radargui.report.decimation import COMPACT
-from radargui.report.document import Drawing, Facts, Grid, Note
+from radargui.report.document import Chapter, Drawing, Facts, Grid, Note, templates
 from radargui.report.facts import ReportFacts, SessionFacts, report_facts
 from radargui.report.findings_section import findings_blocks, front_chapters
+from radargui.report.flow import text_pages
 from radargui.report.publication import latex_tables, methods
 from radargui.report.rendering import drawn_alone
 from radargui.report.run_facts import RunFacts, take_facts
@@ -164,3 +165,18 @@ def test_the_methods_of_a_session_without_a_valid_drop_tell_of_no_uncertainty() 
     said = methods(facts_of((take_facts(quiet_result(), "run-0001", COMPACT),)))
     assert "0 drops gave a valid e" in said
     assert "stands with" not in said
+
+
+def test_powers_of_ten_stand_in_html_and_pdf_as_people_write_them() -> None:
+    blocks = (
+        Facts((("u", "(1.0 ± 8.9e-06) m"),)),
+        Grid(("receiver", "u"), (("1", "9.6e-06"), ("2", "1.2e+07"))),
+        Note("p is 4.5e-08. Taken from run 3e-05.csv."),
+    )
+    page = templates().get_template("blocks.html").render(blocks=blocks)
+    figures = text_pages(Chapter("", blocks))
+    drawn = [text for one in figures[0].get_children() if isinstance(one, Canvas) for *_, text in one.words]
+    for text in (page, " ".join(drawn)):
+        for power in ("8.9 × 10⁻⁶", "9.6 × 10⁻⁶", "1.2 × 10⁷", "4.5 × 10⁻⁸"):
+            assert power in text
+        assert "3e-05.csv" in text, "a name is no number"

@@ -20,6 +20,8 @@ from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_section
 from radargui.session.session import Session
 
+_LETTERS = 66
+"""In which a table fits the panel on a screen of 1366 pixels."""
 LEAST_SHOWN = 0.005
 """Share of a variance below which a part of the budget is no stripe that anybody would see."""
 
@@ -33,7 +35,7 @@ class FiguresView(QTextBrowser):
         self._theme = theme
         self._result: RunResult | None = None
         self.notes: tuple[str, ...] = ()
-        """How the run was recorded, one line each; written above the figures."""
+        """How the run was recorded, one line each; written beneath the figures."""
         # no word of a title is broken
         self.setWordWrapMode(QTextOption.WrapMode.WordWrap)
         theme.changed.connect(self._write)
@@ -51,12 +53,12 @@ class FiguresView(QTextBrowser):
     def _write(self) -> None:
         if self._result is not None:
             notes = "<br>".join(map(escape, self.notes))
-            self.setHtml(f"<p>{notes}</p>{page_of(self._result, self._theme)}")
+            self.setHtml(f"{page_of(self._result, self._theme)}<p>{notes}</p>")
 
 
 SHEET = """<style>
 h3 {{ font-size: medium; margin: 8px 0 0 0; }}
-th, td {{ font-weight: normal; padding: 1px 6px; text-align: right; }}
+th, td {{ font-weight: normal; padding: 1px 4px; text-align: right; }}
 .grid td {{ white-space: nowrap; }}
 .left, .facts th, .facts td {{ text-align: left; }}
 .warning {{ color: {alarm}; }}
@@ -69,8 +71,7 @@ def page_of(result: RunResult, theme: Theme) -> str:
     blocks = list(run_section(take_facts(result, "", columns=0), result.setup).blocks)
     if result.status == "rejected":
         blocks.insert(0, Note(f"rejected: {result.reason}", warning=True))
-    # the panel is narrow: a table that is wider than high is turned
-    shown = [one.turned if isinstance(one, Grid) and len(one.header) > len(one.rows) + 1 else one for one in blocks]
+    shown = [part for one in blocks for part in (one.within(_LETTERS) if isinstance(one, Grid) else (one,))]
     page = SHEET.format(alarm=theme.colours.alarm) + templates().get_template("blocks.html").render(blocks=shown)
     return page + "".join(_stripes(result.uncertainty_budget, theme) if result.uncertainty_budget else ())
 

@@ -40,6 +40,8 @@ class IQPlane(Plot):
         tips = "As the converter gave it, in volts", "Corrected, in units of its amplitude A: the unit circle (dashed)"
         self.setToolTip(tips[corrected])
         self._show(1.3)
+        # the words above take pixels, whatever the range
+        self.view.sigResized.connect(lambda _view: self._show(self._half))
 
     def words(self, axis: str) -> str:
         """Return what an axis shows; too small a plot to write it there."""
@@ -58,8 +60,10 @@ class IQPlane(Plot):
             self._show(self.steady.half)
 
     def _show(self, half: float) -> None:
-        """Show a square of that half width, with room for the words above."""
-        self.setRange(xRange=(-half, half), yRange=(-half, 1.3 * half), padding=0)
+        """Show a square of that half width beneath the words."""
+        self._half, words = half, self.height_inside
+        top = half * (1.0 + 2.0 * words / max(self.view.height() - words, words))
+        self.setRange(xRange=(-half, half), yRange=(-half, top), padding=0)
 
 
 class IQPlanePanel(PerReceiver):

@@ -202,7 +202,7 @@ class NiForm(SetupForm):
         answer.say(said)
 
         def refuse(error: BaseException) -> None:
-            answer.say(str(error) or type(error).__name__)
+            answer.say(in_words(str(error)) or type(error).__name__)
 
         def ended(take: Then, value: Any) -> None:
             take(value)

@@ -13,6 +13,7 @@ from radargui.model.setup import Setup
 from radargui.model.setup_error import describe, dotted, faults_in_order, find_place
 
 _KEY = re.compile(r"\b[a-z]+(?:\[\d+\])?\.[a-z_0-9]+(?:\[\d+\])?")
+_OPTION = re.compile(r" \(or --[a-z]+\)")
 
 
 def parse_number(text: str, scale: float = 1.0) -> float | str | None:
@@ -150,8 +151,15 @@ def panel_of(key: str) -> str:
 
 
 def in_words(text: str) -> str:
-    """Return a sentence about the setup file with the names that the fields have."""
-    return _KEY.sub(lambda found: f"“{words_of(found[0]).name}”", text).replace("[[receiver]]", "receivers")
+    """Return a sentence about the setup file with the names that the fields have; other words with a point stay."""
+
+    def named(found: re.Match[str]) -> str:
+        name = words_of(found[0]).name
+        return found[0] if name == found[0] else f"“{name}”"
+
+    # the form has no options of the command line
+    text = _OPTION.sub("", text)
+    return _KEY.sub(named, text).replace("[[receiver]]", "receivers")
 
 
 def faults_of(error: ValidationError) -> tuple[dict[str, str], str]:

@@ -19,6 +19,8 @@ Points = NDArray[np.float32]
 """Shape (n, 3) in mm, as OpenGL takes them."""
 _GRID_MM = 50.0
 """From line to line on the floor: six squares across the field of view, every other line at a figure of the axes."""
+_LOW_PX = 200
+"""Height below which only the axes have names (chosen by hand): numbers and antennas would lie upon another."""
 _STEP_MM = 4.0
 """Least way from point to point of a line (chosen by hand): shorter ones show as dots, longer ones cut the bounces."""
 
@@ -32,7 +34,7 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         self._space: Space | None = None
         self._track = NO_TRACK
         self._fixed: list[Any] = []
-        self._distance_chosen = False
+        self._distance_chosen = self._is_low = False
         # sizes are in pixels of the screen, which are small on a fine one
         fine = self.devicePixelRatioF()
         self._trail = gl.GLLinePlotItem(width=2.0 * fine, mode="lines", glOptions="opaque")
@@ -58,6 +60,8 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         """Keep the whole box in sight until the operator has moved the view."""
         super().resizeEvent(event)
         self._fit()
+        if self._is_low != (self.height() < _LOW_PX):
+            self._build()
 
     def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802 - Qt's name
         """Move nearer or away; from now on the distance is the operator's."""
@@ -121,9 +125,10 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
             return
         for item in self._fixed:
             self.removeItem(item)
+        self._is_low = self.height() < _LOW_PX
         low, high = space.low_mm, space.high_mm
         corner, unit = np.array([low[0], low[1], space.floor_mm]), np.eye(3)
-        lines, axes, words = [], [], []
+        lines, axes, names, words = [], [], [], []
         for along, across in ((0, 1), (1, 0)):
             for value in _multiples(low[along], high[along], _GRID_MM):
                 ends = np.array([corner, corner])
@@ -134,7 +139,7 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
             end = corner + (high[axis] - corner[axis]) * unit[axis]
             outwards = np.array([1.0, 1.0, 0.0]) * (1.0 - unit[axis])
             axes += [corner, end]
-            words.append((end + 12.0 * unit[axis], f"{name} [mm]"))
+            names.append((end + 12.0 * unit[axis], f"{name} [mm]"))
             for value in _multiples(corner[axis], high[axis], 100.0):
                 place = corner + (value - corner[axis]) * unit[axis]
                 axes += [place, place - 6.0 * outwards]
@@ -149,8 +154,9 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
             )
             for points, colour in ((lines, self._rgba("line", 0.8)), (axes, self._rgba("faint")))
         )
+        names += [] if self._is_low else words
         looks = {"color": QColor(self._theme.colours.faint), "font": QFont(self.font())}
-        self._fixed = [grid, frame, *(gl.GLTextItem(pos=place, text=text, **looks) for place, text in words)]
+        self._fixed = [grid, frame, *(gl.GLTextItem(pos=place, text=text, **looks) for place, text in names)]
         for item in self._fixed:
             self.addItem(item)
 

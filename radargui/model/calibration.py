@@ -83,7 +83,7 @@ class Calibration:
     residuals
         By recording and receiver.
     verdict
-        `good`, `usable` (some parameters keep the setup's uncertainty) or `refused`.
+        `good`, `usable` (some parameters are known no better than the setup says) or `refused`.
     reason
         One sentence: why the verdict.
     origin

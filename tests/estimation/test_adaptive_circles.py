@@ -236,6 +236,24 @@ def test_a_receiver_that_hardly_winds_may_not_wind_at_all() -> None:
     assert found.phase_rad[[0, 2]] == pytest.approx(phase[[0, 2]])
     change = path_lengths(found.place, ANTENNAS) - path_lengths(RELEASE_M[:, None], ANTENNAS)
     assert np.abs(change[1][~binned.rest]).max() < 1e-6
+    # the circle was that of what winds; a wave at rest and an offset look alike, and the echo is the larger
+    constants = found.receiver_constants()[1]
+    assert (constants.offset_i, constants.offset_q) == (0.0, 0.0)
+    shows = binned.bins.value[2:4].mean(axis=1)
+    assert np.exp(constants.log_amplitude + 1j * constants.phase_rad) == pytest.approx(shows[0] + 1j * shows[1])
+
+
+def test_less_than_a_turn_does_not_tell_its_circle_and_the_still_ellipse_is_tried_too() -> None:
+    binned, _, phase = seen()
+    rough = RoughPhases(binned.bins.time_s, phase, np.zeros(phase.shape[1]), ROUGH, {})
+    right = next_round(binned, first_round(binned, still_round(binned, ROUGH, phase)), 0.15)
+    few, last = np.array([[1.0], [5.0 / np.ptp(phase[1])], [1.0]]), np.zeros(0)
+    wide = AdaptiveRounds(SimpleNamespace(), binned, rough, replace(right, phase_rad=few * phase), last, last)
+    normal = np.array([0.0, 0.0, 1.0])
+    still = still_round(binned, ROUGH, phase).receiver_constants()
+    assert wide.other_counts(normal)[-1].last.receiver_constants() == still
+    for other in (replace(wide, last=right), replace(wide, impact_s=np.array([0.5]))):
+        assert all(one.last.receiver_constants() != still for one in other.other_counts(normal))
 
 
 def test_a_receiver_that_lost_fringes_is_foretold_by_the_others() -> None:

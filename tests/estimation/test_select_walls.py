@@ -9,12 +9,20 @@ import pytest
 from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_problem
 
 from radargui.estimation.forward.mirrors import MirrorPlane
-from radargui.estimation.select import wall_walk
+from radargui.estimation.select import wall_walk, walls
 from radargui.estimation.select.converge import converge, race
 from radargui.estimation.select.unseen_mirrors import UnseenSettings, unseen_mirrors
 from radargui.estimation.select.wall_grid import WALLS, LinearisedSearch, linearised_gains, upright_planes, wall_grid
 from radargui.estimation.select.wall_walk import WalkSettings, walked
-from radargui.estimation.select.walls import best_started, peaks, place_of_last, same_place, search_wall
+from radargui.estimation.select.walls import (
+    bent_by_maps,
+    best_started,
+    peaks,
+    place_of_last,
+    same_place,
+    search_wall,
+    with_stiff_maps,
+)
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import Solution, log_evidence, solved_at
 from radargui.estimation.solve.problem import Start, State
@@ -138,6 +146,7 @@ def test_a_wall_far_from_where_it_was_sought_is_sought_from_where_it_stands(
     theta[made.problem.layout.planes] = turned_rad, 0.0, 0.0
     solution = solved_at(Start(made.problem, State(made.truth.coefficients, theta)))
     monkeypatch.setattr(wall_walk, "_elsewhere", lambda *given: [])
+    monkeypatch.setattr(wall_walk, "bent_by_maps", lambda one: False)
 
     found = [solution]
 
@@ -175,6 +184,7 @@ def test_a_walk_that_finds_nothing_better_is_not_gone_again(hidden: Solution, mo
     theta[start.problem.layout.planes] = 0.5, 0.0, 0.0
     held, tried = solved_at(Start(start.problem, State(start.state.coefficients, theta))), []
     monkeypatch.setattr(wall_walk, "_elsewhere", lambda *given: [])
+    monkeypatch.setattr(wall_walk, "bent_by_maps", lambda one: False)
     monkeypatch.setattr(wall_walk, "race", lambda starts, *given: tried.append(starts) or [])
     assert walked(held, UP, nothing, WalkSettings(steps=3)) == [held]
     assert len(tried) == 1
@@ -192,6 +202,7 @@ def test_a_walk_looks_elsewhere_only_where_its_own_steps_do_not_lead(
     looked: list[Start] = []
     monkeypatch.setattr(wall_walk, "best_started", lambda starts, most, round_done: looked.extend(starts) or [])
     monkeypatch.setattr(wall_walk, "race", lambda *given: [])
+    monkeypatch.setattr(wall_walk, "bent_by_maps", lambda one: False)
     settings = WalkSettings(steps=1)
     walked(there, UP, nothing, settings)
     release = hidden.problem.inputs.release_m
@@ -236,3 +247,47 @@ def test_what_nothing_excludes_moves_the_solution_and_what_the_samples_exclude_d
     solutions = [replace(noisy, state=one) for one in moved]
     away_m = [np.sqrt(((positions_at_bins(one) - positions_at_bins(noisy)) ** 2).mean()) for one in solutions]
     assert all(1e-5 < one < 3e-4 for one in away_m)
+
+
+def loosened(solution: Solution) -> Solution:
+    """Return a solution with bias maps as loose as where they stand for a wall, and a motion that no flight holds."""
+    sd = solution.problem.prior.sd.copy()
+    for own in solution.problem.layout.receivers:
+        sd[own.bias_i] = sd[own.bias_q] = 0.1
+    prior = replace(solution.problem.prior, sd=sd)
+    flown = np.zeros_like(solution.problem.in_flight)
+    return replace(solution, problem=replace(solution.problem, prior=prior, in_flight=flown))
+
+
+def test_maps_bend_a_motion_only_where_they_are_loose_and_nothing_flies(hidden: Solution) -> None:
+    loose = loosened(hidden)
+    assert bent_by_maps(loose)
+    assert not bent_by_maps(replace(loose, problem=replace(loose.problem, in_flight=~loose.problem.in_flight)))
+    assert not bent_by_maps(with_stiff_maps(loose))
+
+
+def test_where_the_best_wall_leaves_maps_loose_the_grid_is_searched_from_stiff_ones_too(
+    hidden: Solution, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    loose, begun = loosened(hidden), []
+
+    def search(solution: Solution, *given: object) -> walls.WallSearch:
+        begun.append(solution)
+        return walls.WallSearch((walls.WallTrial(trial, 12.0),))
+
+    monkeypatch.setattr(walls, "_search_from", search)
+    for left, searches in ((loose, 2), (with_stiff_maps(loose), 1)):
+        begun.clear()
+        trial = left
+        found = search_wall(loose, UP, nothing, thorough=True)
+        assert (len(begun), len(found.tried)) == (searches, searches)
+        assert [bent_by_maps(one) for one in begun] == [True, False][:searches]
+        assert found.gain == pytest.approx(12.0)
+
+
+def test_maps_that_are_loose_beside_a_wall_are_begun_again_stiff(hidden: Solution) -> None:
+    loose = loosened(solved_at(problem_with_mirrors(hidden, (WALL_PLANE,))))
+    best, *others = walked(loose, UP, nothing, WalkSettings(steps=0))
+    assert others == [loose]
+    assert not bent_by_maps(best)
+    assert log_evidence(best) > log_evidence(loose) + WALLS.worthwhile

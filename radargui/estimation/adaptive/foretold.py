@@ -45,7 +45,7 @@ def foretold_round(binned: BinnedData, one: Round, normal: FloatArray) -> Round:
     places = [without(receiver) for receiver in range(antennas.n_receivers)]
     worst = min(range(antennas.n_receivers), key=lambda receiver: sideways(places[receiver]))
     place = places[worst]
-    phase, amplitude, at_rest, fits = one.phase_rad.copy(), one.amplitude.copy(), one.rest_phase_rad.copy(), [*one.fits]
+    phase = one.phase_rad.copy()
     phase[worst] = per_m * (path_lengths(place, antennas) - path_lengths(release[:, None], antennas))[worst]
     shape = range_factor(place, antennas, release)[worst] * averaging_loss(phase, binned.bins)[worst]
     moving, own = ~binned.rest, slice(2 * worst, 2 * worst + 2)
@@ -53,13 +53,7 @@ def foretold_round(binned: BinnedData, one: Round, normal: FloatArray) -> Round:
     # what is left to find of a circle whose phase is known: a complex factor and the centre, linear in the signal
     wave = np.stack([shape * unit_phasor(phase[worst]), np.ones(shape.size)], axis=1)
     turned, centre = np.linalg.lstsq(wave[moving], seen[moving], rcond=None)[0]
-    theta = np.zeros_like(fits[worst].theta)
-    theta[CircleLayout.constants] = centre.real, centre.imag, 0.0, 0.0, np.log(np.abs(turned))
-    fits[worst] = replace(fits[worst], theta=theta)
-    amplitude[worst], at_rest[worst] = np.abs(turned) * shape, np.angle(turned)
-    return replace(
-        one, phase_rad=phase, rest_phase_rad=at_rest, amplitude=amplitude, place=place, fits=tuple(fits), made_from=None
-    )
+    return _on_circle(replace(one, phase_rad=phase, place=place, made_from=None), worst, turned, centre, shape)
 
 
 HARDLY_TURNS = 2.0
@@ -83,6 +77,20 @@ def unwound_round(binned: BinnedData, one: Round) -> Round | None:
     turns = np.ptp(one.phase_rad, axis=1) / (2.0 * np.pi)
     if turns.min() > HARDLY_TURNS:
         return None
-    phase = one.phase_rad.copy()
-    phase[int(turns.argmin())] = 0.0
-    return located(binned, replace(one, phase_rad=phase, made_from=None))
+    still, phase = int(turns.argmin()), one.phase_rad.copy()
+    phase[still] = 0.0
+    mean = (np.array([1.0, 1.0j]) @ binned.bins.value[2 * still : 2 * still + 2]).mean()
+    # its circle was that of what winds; offsets are small against an echo that is tuned for it
+    return located(
+        binned, _on_circle(replace(one, phase_rad=phase, made_from=None), still, mean, 0.0j, np.ones(phase.shape[1]))
+    )
+
+
+def _on_circle(one: Round, receiver: int, turned: complex, centre: complex, shape: FloatArray) -> Round:
+    """Return a round with a receiver on a circle without maps: its wave at rest, its centre, how its amplitude goes."""
+    amplitude, at_rest, fits = one.amplitude.copy(), one.rest_phase_rad.copy(), [*one.fits]
+    theta = np.zeros_like(fits[receiver].theta)
+    theta[CircleLayout.constants] = centre.real, centre.imag, 0.0, 0.0, np.log(np.abs(turned))
+    fits[receiver] = replace(fits[receiver], theta=theta)
+    amplitude[receiver], at_rest[receiver] = np.abs(turned) * shape, np.angle(turned)
+    return replace(one, rest_phase_rad=at_rest, amplitude=amplitude, fits=tuple(fits))

@@ -41,8 +41,9 @@ class WallSettings:
         Local maxima from which so many steps are taken: in seed 8468661 the true wall is the ninth (decision 35).
     carried, carried_again
         The best of these that are converged in the first and in later searches.
-    stiff_bias, stiff_log_amplitude
+    stiff_bias, stiff_log_amplitude, stiff_steps
         Most that the maps' deviations may be while the grid is looked at: what they are with nothing left to explain.
+        And in how many steps at most a motion follows.
     reflection, u_azimuth_rad
         Deviations of T and R on the grid, walls of a few per cent, and of a wall's azimuth: a grid step is 0.16 rad.
     rounds, searches, worthwhile
@@ -72,6 +73,7 @@ class WallSettings:
     carried_again: int = 2
     stiff_bias: float = 0.003
     stiff_log_amplitude: float = 0.07
+    stiff_steps: int = 12
     reflection: float = 0.03
     u_azimuth_rad: float = 0.15
     rounds: int = 3

@@ -7,14 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.estimation.select.converge import COARSE, race
+from radargui.estimation.select.converge import COARSE, converge, race
 from radargui.estimation.select.wall_grid import WALLS, linearised_gains, upright_planes, wall_grid
 from radargui.estimation.select.walls import (
+    bent_by_maps,
     best_started,
     last_image,
     peaks,
     place_of_last,
     same_place,
+    with_stiff_maps,
     without_last_mirror,
 )
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
@@ -49,6 +51,8 @@ class WalkSettings:
     most_behind
         As in `WallSettings`. In eight steps of four drops the best in the end was 229 behind after the first minimum at
         the most, and led after the first round.
+    rounds_again
+        Of convergence of a level motion from stiff maps, where they are still loose in the end.
     """
 
     turns_deg: tuple[float, ...] = (0.0, -12.0, 12.0, -24.0, 24.0)
@@ -59,6 +63,7 @@ class WalkSettings:
     least_move: float = 0.12
     most_deviations: float = 2.0
     most_behind: tuple[float, float] = (500.0, 30.0)
+    rounds_again: int = 10
 
 
 WALK = WalkSettings()
@@ -97,6 +102,14 @@ def walked(
         # from the same wall all would begin and end the same
         if found[0] is best or (settled and not _is_held(found[0], settings.most_deviations)):
             break
+    if bent_by_maps(found[0]):
+        # the wall stands, the maps that stood for it have not gone
+        stiff = with_stiff_maps(found[0])
+        again = converge(
+            problem_with_mirrors(stiff, found[0].problem.inputs.planes), settings.rounds_again, round_done, COARSE
+        )
+        if log_evidence(again) > log_evidence(found[0]) + WALLS.worthwhile:
+            found = [again, *found]
     return found
 
 

@@ -12,6 +12,7 @@ from radargui.estimation.select.wall_grid import (
     WALLS,
     WallSettings,
     linearised_gains,
+    stiffened,
     tangents,
     upright_planes,
     wall_grid,
@@ -83,6 +84,30 @@ def search_wall(
     settings
         Grid and limits.
     """
+    search = _search_from(solution, normal, round_done, thorough, settings)
+    if not search.tried or not bent_by_maps(search.tried[0].solution):
+        return search
+    # a level motion that maps have bent hides every wall: where the best leaves them loose, from stiff ones too
+    again = _search_from(with_stiff_maps(solution), normal, round_done, thorough, settings)
+    without = log_evidence(search.tried[0].solution) - search.gain
+    return search.with_more([one.solution for one in again.tried], without)
+
+
+def bent_by_maps(solution: Solution, settings: WallSettings = WALLS) -> bool:
+    """Return whether bias maps are looser than with nothing left to explain, and no flight holds the motion."""
+    problem = solution.problem
+    loose = max(float(problem.prior.sd[own.bias_i.start]) for own in problem.layout.receivers) > settings.stiff_bias
+    return loose and not problem.in_flight.any()
+
+
+def with_stiff_maps(solution: Solution, settings: WallSettings = WALLS) -> Solution:
+    """Return the minimum with maps as stiff as if nothing were left to explain: of a motion that they do not bend."""
+    return minimise(Start(stiffened(solution.problem, settings), solution.state), settings.stiff_steps)
+
+
+def _search_from(
+    solution: Solution, normal: FloatArray, round_done: Callable[[], None], thorough: bool, settings: WallSettings
+) -> WallSearch:
     # distances count from the middle of the motion: there a wall's detour turns as the search believes
     mirrors, middle = solution.problem.inputs.planes, positions_at_bins(solution).mean(axis=1)
     azimuth, distance = wall_grid(settings)

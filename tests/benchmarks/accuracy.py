@@ -12,12 +12,12 @@ import time
 import tomllib
 
 import numpy as np
-from benchmarks.laboratory.draw import draw
+from benchmarks.laboratory.draw import MOTIONS, draw
 from benchmarks.laboratory.hostile import hostile_scenes
 from benchmarks.laboratory.run import run as run_laboratory
 from benchmarks.laboratory.stated import STATED
 from benchmarks.laboratory.table import table as laboratory_table
-from benchmarks.scenes.draw import draw_scene
+from benchmarks.scenes.draw import MOTIONS as SCENE_MOTIONS, draw_scene
 from benchmarks.scenes.scene import SceneRecord, make_record
 from benchmarks.scenes.score import Score, score
 
@@ -112,7 +112,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=500, help="first seed; others give fresh scenes")
     parser.add_argument("--scenes", type=int, default=40, help="half generic, half physical")
     parser.add_argument("--kind", choices=("generic", "physical", "laboratory"))
-    parser.add_argument("--motion", choices=("drop", "circle", "pendulum", "bed"))
+    parser.add_argument("--motion", choices=tuple(dict.fromkeys((*MOTIONS, "bed"))), help="not every kind has each")
     parser.add_argument("--method", choices=METHODS, action="append")
     laboratory = parser.add_argument_group("laboratory, vector fields in a real room, corrected as by default")
     laboratory.add_argument("--setup", choices=STATED, action="append", help="what the setup states; default: exact")
@@ -120,7 +120,11 @@ def main() -> int:
     laboratory.add_argument("--hostile", action="store_true", help="a list of hard drops instead, from the first seed")
     options = parser.parse_args()
     if options.kind == "laboratory":
+        if options.motion == "bed":
+            parser.error("--motion bed is not of --kind laboratory: --hold depth_m=0.004")
         return _laboratory(options)
+    if options.motion and options.motion not in SCENE_MOTIONS:
+        parser.error(f"--motion {options.motion} is of --kind laboratory")
     kinds = (options.kind,) if options.kind else ("generic", "physical")
     seeds = range(options.seed, options.seed + -(-options.scenes // len(kinds)))
     print(table(run(seeds, kinds, tuple(options.method or METHODS), options.motion)))
@@ -130,6 +134,8 @@ def main() -> int:
 def _laboratory(options: argparse.Namespace) -> int:
     """Score what each kind of setup makes of the same scenes."""
     held = tomllib.loads("\n".join(options.hold))
+    if options.motion:
+        held["motion"] = options.motion
     scores = []
     for stated in options.setup or STATED[:1]:
         seeds = range(options.seed, options.seed + options.scenes)

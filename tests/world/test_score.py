@@ -109,3 +109,53 @@ def test_combined_uncertainties_are_read_beside_the_statistical_ones(record: Rec
     assert score(record, wrong, 1.0).g.in_combined is None
     further = replace(track, position_m=track.position_m + 6e-5)  # 7.6 times the statistical, 1.9 times the combined
     assert not score(record, replace(told, track=further), 1.0).silent
+
+
+@pytest.fixture(scope="module")
+def staged() -> Record:
+    return make_record(draw(12, motion="stage", rate_hz=2000.0, snr_db=35.0, walls=0))
+
+
+def moved_result(record: Record, off_m: float, share: float, u_m: float = U_M) -> RunResult:
+    """The truth, with x wrong by so much over a share of the motion, from its end."""
+    result = result_of(record, 0.0)
+    position_m = result.track.position_m.copy()
+    moving = position_m.shape[1] - int(record.scene.drop.start_s * record.scene.converter.rate_hz)
+    position_m[0, position_m.shape[1] - int(share * moving) :] += off_m
+    track = replace(result.track, position_m=position_m, u_position_m=np.full_like(position_m, u_m))
+    return replace(result, track=track, bounces=Bounces())
+
+
+def test_a_motion_is_wrong_where_a_part_that_matters_is_off_by_a_millimetre_and_three_u(staged: Record) -> None:
+    wrong = score(staged, moved_result(staged, 2e-3, 0.05, 5e-4), 1.0)
+    assert (wrong.wrong, wrong.silent) == (True, True)
+    assert wrong.ratio < 2.5
+    assert wrong.far_share == pytest.approx(0.05, abs=2e-3)
+    assert wrong.largest_over_u == pytest.approx(4.0, rel=1e-3)
+    short = score(staged, moved_result(staged, 2e-3, 0.01, 5e-4), 1.0)
+    admitted = score(staged, moved_result(staged, 2e-3, 0.05, 8e-4), 1.0)
+    small = score(staged, moved_result(staged, 9e-4, 0.05, 2e-4), 1.0)
+    for one in (short, admitted, small):
+        assert (one.wrong, one.silent) == (False, False)
+
+
+def test_a_wrong_motion_is_not_silent_where_a_warning_stands_but_stays_wrong(staged: Record) -> None:
+    result = replace(moved_result(staged, 2e-3, 0.05, 5e-4), warnings=("Cover what reflects.",))
+    one = score(staged, result, 1.0)
+    assert (one.wrong, one.silent) == (True, False)
+    assert f"wrong {one.scene}" in table([one])
+
+
+def test_u_that_is_not_told_excuses_no_error(staged: Record) -> None:
+    one = score(staged, moved_result(staged, 2e-3, 0.05, float("nan")), 1.0)
+    assert one.wrong
+
+
+def test_g_of_a_motion_that_falls_nowhere_and_impacts_of_one_without_are_false(staged: Record) -> None:
+    right = score(staged, moved_result(staged, 0.0, 0.0), 1.0)
+    assert (right.false_fall, right.false, right.missed, right.known_share) == (False, 0, 0, 1.0)
+    fall = FreeFall(0.4, 1e-3, 0.2, 0.4, 0.1, 0.2, (0.1, 0.0, -0.2), 1e-6)
+    hit = Bounce(staged.scene.drop.start_s + 0.2, 1.0, 0.5, 0.5, 1e-3, "speeds", valid=True)
+    one = score(staged, replace(moved_result(staged, 0.0, 0.0), bounces=Bounces((hit,), fall)), 1.0)
+    assert (one.false_fall, one.g, one.false) == (True, None, 1)
+    assert f"g of no fall {one.scene}" in table([one])

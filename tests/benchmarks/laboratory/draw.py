@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from benchmarks.laboratory.antenna import Antenna, receiver, transmitter
 from benchmarks.laboratory.antenna_values import AntennaValues, signal_share
-from benchmarks.laboratory.drop import Body, Floor, fall
+from benchmarks.laboratory.draw_course import course_of, placed
+from benchmarks.laboratory.drop import Body, Drop, Floor, fall
 from benchmarks.laboratory.mirror import Conductor, Dielectric, Mirror, permittivity_of
 from benchmarks.laboratory.receiver_chain import Converter, Mixer, Noise
 from benchmarks.laboratory.room import Room
@@ -30,14 +31,21 @@ SIDE_LOBE = 0.1
 OPTIONS = (
     "snr_db", "rate_hz", "skew_s", "skew_in_file", "height_m", "e", "scatter", "radius_m", "density_kg_m3",
     "gravity_m_s2", "floor", "surface", "walls", "wall", "wall_distance_m", "corners", "crosstalk", "lively",
-    "kick_m_s", "tilt_deg", "depth_m", "flicker", "drift", "amplitude_v", "lobes",
-    "coupled",
+    "kick_m_s", "tilt_deg", "depth_m", "flicker", "drift", "amplitude_v", "lobes", "coupled", "rest",
+    "motion", "mode", "size_m", "speed_m_s", "lean_deg", "stops", "start_m", "gap_m", "tremor_m",
 )  # fmt: skip
 """Values to hold:
 `floor`: share of the field that comes back; `wall`: the same at the centre, lobes counted; `walls`: how many;
 `surface`: of the floor, conductor or dielectric; `corners`: whether waves go over wall and floor; `coupled`: whether
 the floor sends back what the sphere sends it; `lively`: whether impacts kick and the floor leans; `depth_m`: caught
-within this depth, no rebound (None: it bounces); `lobes`: whether antennas have any; others as their units say."""
+within this depth, no rebound (None: it bounces); `lobes`: whether antennas have any; `rest`: s before it leaves;
+others as their units say.
+Of motions other than drops alone: `mode` of the motion; `size_m` (`draw_course.SIZES_M`); `speed_m_s`: the greatest, of
+circle, hand, stage; `lean_deg` of a circle's plane, a board, a stage; `stops`: whether circle or board end before the
+record; `start_m`: three coordinates; `gap_m`: from the lowest place down to the floor, where it falls on none."""
+MOTIONS = ("drop", "circle", "pendulum", "hand", "throw", "incline", "stage")
+NEAREST_WALL_M = 0.06
+"""A wall is no nearer to where a sphere goes that moves by a course: as near as to the drops."""
 
 
 class _Draws:
@@ -71,14 +79,15 @@ def draw(seed: int, stated: Stated = "exact", *, name: str = "laboratory", **hel
         Values of `OPTIONS` to hold instead of drawing.
     """
     value = _Draws(seed, held)
+    motion = value("motion", lambda _: "drop")
+    if motion not in MOTIONS:
+        raise ValueError(f"no such motion: {motion}; there are {', '.join(MOTIONS)}")
     radius_m = value("radius_m", lambda r: r.uniform(0.0025, 0.008))
-    release = value.rng("release").uniform([-0.02, -0.02, 0.08], [0.02, 0.02, 0.14])
     rate_hz = float(value("rate_hz", lambda r: r.choice([2000.0, 5000.0, 10000.0, 20000.0, 33333.0])))
     scan_s = 1.0 / (2 * N_RECEIVERS * rate_hz)
     skew_s = float(value("skew_s", lambda r: r.choice([0.0, 5e-6, min(15e-6, scan_s), scan_s])))
     snr_db = value("snr_db", lambda r: r.uniform(20.0, 45.0))
-    lively = value("lively", lambda r: r.random() < 1 / 3)
-    tilt_deg = value("tilt_deg", lambda r: r.uniform(0.0, 1.0) if lively else 0.0)
+    tilt_deg = value("tilt_deg", lambda r: r.uniform(0.0, 1.0) if _lively(value) else 0.0)
     tilt, slope = np.radians(tilt_deg), value.rng("slope").uniform(0.0, 2.0 * np.pi)
     normal = np.array([np.sin(tilt) * np.cos(slope), np.sin(tilt) * np.sin(slope), np.cos(tilt)])
     body = Body(
@@ -86,35 +95,23 @@ def draw(seed: int, stated: Stated = "exact", *, name: str = "laboratory", **hel
         value("density_kg_m3", lambda r: r.choice([7850.0, 7850.0, 7850.0, 2700.0])),
         value("gravity_m_s2", lambda r: r.uniform(9.785, 9.825)),
     )
-    height_m = min(value("height_m", lambda r: r.uniform(0.06, 0.30)), release[2] + 0.16)
-    floor = Floor(
-        normal,
-        release - [0.0, 0.0, height_m],
-        value("e", lambda r: r.uniform(0.4, 0.92)),
-        value("scatter", lambda _: 0.01),
-        value("kick_m_s", lambda _: 0.03 if lively else 0.0),
-    )
-    start_s = value.rng("rest").uniform(0.2, 0.4)
-    depth_m = value("depth_m", lambda _: None)
-    drop = fall(
-        value.rng("impacts"), body, floor, release, start_s=start_s, duration_s=start_s + 0.9, caught_within_m=depth_m
-    )
+    path = _dropped(value, body, normal) if motion == "drop" else _moved(value, motion, body, normal)
     true = TrueValues(
         _antenna_values(value, Sphere(radius_m, 2.0 * np.pi * FREQUENCY_HZ / 299_792_458.0)),
-        release,
+        path.start_m,
         2.0 * radius_m,
         body.density_kg_m3,
-        normal,
+        path.normal,
         FREQUENCY_HZ,
         rate_hz,
         skew_s,
         5.0,
         int(value.rng("wiring").choice([-1, 1])),
+        floor_is_known=motion == "incline",
     )
     antennas = _antennas(value, true.antennas)
     sphere = Sphere(radius_m, true.wavenumber_rad_m)
-    bottom = floor.touch_m - (radius_m + (depth_m or 0.0)) * normal
-    mirrors, corners = _mirrors(value, antennas, bottom, normal)
+    mirrors, corners = _mirrors(value, antennas, path)
     crosstalk = value("crosstalk", lambda r: r.uniform(0.002, 0.01) if r.random() < 1 / 3 else 0.0)
     noise = Noise(
         10.0 ** (-snr_db / 20.0) / np.sqrt(2.0), value("flicker", lambda _: 0.0), value("drift", lambda _: 0.0)
@@ -126,7 +123,7 @@ def draw(seed: int, stated: Stated = "exact", *, name: str = "laboratory", **hel
         setup_of(true, stated, value.rng("stated")),
         Room(antennas, sphere, mirrors, corners, mirrors[:1] if value("coupled", lambda _: False) else ()),
         body,
-        drop,
+        path.drop,
         _mixers(value),
         noise,
         Converter(rate_hz, skew_s, crosstalk, true.range_v),
@@ -139,9 +136,72 @@ def draw(seed: int, stated: Stated = "exact", *, name: str = "laboratory", **hel
             "walls": len(mirrors) - bool(value("floor", lambda _: 1.0)),
             "kappa": round(crosstalk, 4),
             "tilt": round(tilt_deg, 2),
-            "kicks": floor.kick_m_s,
+            **path.facts,
         },
+        motion,
+        path.falls,
     )
+
+
+@dataclass(frozen=True)
+class _Path:
+    """A motion at its place in the room, and the floor below it.
+
+    `bottom_m`: a place (3,) that the floor's surface is not above; `reach_m`: places (3, n) that no wall may come near.
+    """
+
+    drop: Drop
+    start_m: Array
+    bottom_m: Array
+    normal: Array
+    falls: bool
+    facts: dict[str, object]
+    reach_m: Array | None = None
+
+
+def _floor(value: _Draws, normal: Array, touch_m: Array) -> Floor:
+    return Floor(
+        normal,
+        touch_m,
+        value("e", lambda r: r.uniform(0.4, 0.92)),
+        value("scatter", lambda _: 0.01),
+        value("kick_m_s", lambda _: 0.03 if _lively(value) else 0.0),
+    )
+
+
+def _lively(value: _Draws) -> bool:
+    return bool(value("lively", lambda r: r.random() < 1 / 3))
+
+
+def _dropped(value: _Draws, body: Body, normal: Array) -> _Path:
+    release = value.rng("release").uniform([-0.02, -0.02, 0.08], [0.02, 0.02, 0.14])
+    height_m = min(value("height_m", lambda r: r.uniform(0.06, 0.30)), release[2] + 0.16)
+    floor = _floor(value, normal, release - [0.0, 0.0, height_m])
+    start_s = _rest_s(value)
+    depth_m = value("depth_m", lambda _: None)
+    drop = fall(
+        value.rng("impacts"), body, floor, release, start_s=start_s, duration_s=start_s + 0.9, caught_within_m=depth_m
+    )
+    bottom = floor.touch_m - (body.radius_m + (depth_m or 0.0)) * normal
+    return _Path(drop, release, bottom, normal, falls=True, facts={"kicks": floor.kick_m_s})
+
+
+def _rest_s(value: _Draws) -> float:
+    return float(value("rest", lambda r: r.uniform(0.2, 0.4)))
+
+
+def _moved(value: _Draws, motion: str, body: Body, normal: Array) -> _Path:
+    course = course_of(value, motion, body, _floor(value, normal, np.zeros(3)))
+    drop, start = placed(value, course, _rest_s(value))
+    reach = start[:, None] + course.places_m()
+    if course.normal is not None:
+        normal = course.normal
+    if course.touch_m is None:
+        touch = reach[:, int(np.argmin(normal @ reach))] - value("gap_m", lambda r: r.uniform(0.01, 0.2)) * normal
+    else:
+        touch = start + course.touch_m
+    facts = {"motion": motion, **course.facts, "start": np.round(start, 3).tolist()}
+    return _Path(drop, start, touch - body.radius_m * normal, normal, course.falls, facts, reach)
 
 
 def _antenna_values(value: _Draws, sphere: Sphere) -> tuple[AntennaValues, ...]:
@@ -172,12 +232,13 @@ def _antennas(value: _Draws, values: tuple[AntennaValues, ...]) -> tuple[Antenna
 
 
 def _mirrors(
-    value: _Draws, antennas: tuple[Antenna, ...], bottom: Array, normal: Array
+    value: _Draws, antennas: tuple[Antenna, ...], path: _Path
 ) -> tuple[tuple[Mirror, ...], tuple[tuple[Mirror, Mirror], ...]]:
     """Return the floor below the lowest place and the walls around, and the corners between them."""
     share = value("floor", lambda r: r.uniform(0.1, 0.3))
     rng = value.rng("floor surface")
-    offset = float(normal @ bottom) - rng.uniform(0.0, 0.015)
+    normal = path.normal
+    offset = float(normal @ path.bottom_m) - rng.uniform(0.0, 0.015)
     floors: tuple[Mirror, ...] = ()
     if share and value("surface", lambda _: "conductor") == "dielectric":
         floors = (Dielectric(normal, offset, complex(permittivity_of(share))),)
@@ -191,6 +252,8 @@ def _mirrors(
         azimuth = rng.uniform(0.0, 2.0 * np.pi)
         lean = np.radians(rng.normal(0.0, 0.5))
         inward = np.array([-np.cos(lean) * np.cos(azimuth), -np.cos(lean) * np.sin(azimuth), np.sin(lean)])
+        if path.reach_m is not None:
+            distance = max(distance, float((-inward @ path.reach_m).max()) + NEAREST_WALL_M)
         wall = Conductor(inward, -distance)
         walls.append(replace(wall, reflection=_uneven(rng, size) / _lobes_by(wall, antennas)))
     corners = [(wall, ground) for wall in walls for ground in floors] if value("corners", lambda _: False) else []

@@ -132,11 +132,16 @@ def fall(
     start_s: float,
     duration_s: float,
     caught_within_m: float | None = None,
+    velocity_m_s: Array | None = None,
 ) -> Drop:
-    """Let the sphere go at rest and follow it to the end of the record: it bounces and rolls, or is caught once."""
+    """Let the sphere go and follow it to the end of the record: it bounces and rolls, or is caught once.
+
+    It goes from rest, or with the velocity (3,) given.
+    """
     pieces: list[tuple[float, Callable[[Array], Array]]] = []
     impacts: list[Impact] = []
-    time, place, velocity = start_s, release_m, np.zeros(3)
+    time, place = start_s, release_m
+    velocity = np.zeros(3) if velocity_m_s is None else velocity_m_s
     while time < duration_s:
         length, dense = flight(body, floor, place, velocity)
         pieces.append((time, dense))

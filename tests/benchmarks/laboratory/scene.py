@@ -32,6 +32,8 @@ class Scene:
         Whether the samples bring the skew, or only the setup has it.
     facts
         What was drawn, for the printed line.
+    motion, falls
+        Which motion, and whether the sphere flies freely in it.
     """
 
     name: str
@@ -49,6 +51,8 @@ class Scene:
     snr_db: float
     skew_in_file: bool = True
     facts: dict[str, object] = field(default_factory=dict)
+    motion: str = "drop"
+    falls: bool = True
 
 
 @dataclass(frozen=True)

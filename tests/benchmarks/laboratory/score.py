@@ -25,6 +25,10 @@ POOLED = 500
 LEAST_U_M = 1e-12
 WORST_RATIO = 2.5
 """rms(error) / rms(u) above which a scene has to warn."""
+FAR_M, FAR_U = 1e-3, 3.0
+"""A place is far off where a coordinate's error is above both: a millimetre, and so many (combined) u."""
+FAR_SHARE = 0.02
+"""A track with more of its valid motion far off is wrong: 20 to 100 ms of the motions here."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +56,14 @@ class Score:
         |error| / u of every coordinate at times evenly over the motion, shape (n,).
     ratio, ratio_combined
         rms(error) / rms(u).
+    largest_over_u
+        Largest |error| / u of a coordinate over the motion, u combined where there is one.
+    known_share, far_share
+        Share of the motion that is valid, and share of that which is far off.
     e
         Of each impact that is valid and really happened, in time order; `first_e` where the first is among them.
+    false_fall
+        Whether g is told of a motion in which nothing falls freely.
     seconds
         Of processor time.
     """
@@ -71,6 +81,9 @@ class Score:
     error_over_u_combined: Array | None
     ratio: float | None
     ratio_combined: float | None
+    largest_over_u: float | None
+    known_share: float | None
+    far_share: float | None
     missed: int
     false: int
     e: tuple[Figure, ...]
@@ -78,12 +91,20 @@ class Score:
     g: Figure | None
     warnings: tuple[str, ...]
     seconds: float
+    motion: str = "drop"
+    false_fall: bool = False
+
+    @property
+    def wrong(self) -> bool:
+        """Whether a part that matters of a track called ok is far off, whatever was said of it."""
+        return self.status == "ok" and self.far_share is not None and self.far_share > FAR_SHARE
 
     @property
     def silent(self) -> bool:
-        """Whether the uncertainty is too small by far and nothing was said."""
+        """Whether the uncertainty is too small by far, or a motion that is no drop is wrong, and nothing was said."""
         ratio = self.ratio if self.ratio_combined is None else self.ratio_combined
-        return ratio is not None and ratio > WORST_RATIO and not self.warnings
+        small = ratio is not None and ratio > WORST_RATIO
+        return (small or (self.motion != "drop" and self.wrong)) and not self.warnings
 
 
 def score(record: Record, result: RunResult, seconds: float) -> Score:
@@ -98,6 +119,8 @@ def score(record: Record, result: RunResult, seconds: float) -> Score:
     drop, end_s = record.scene.drop, record.scene.drop.duration_s - NEAR_END_S
     seen = [one.time_s for one in drop.impacts if one.after_m_s > SEEN_M_S and one.time_s < end_s]
     first = drop.impacts[0].time_s if drop.impacts else None
+    fall = document["free_fall"]
+    has_g = fall is not None and fall["g_m_s2"] is not None
     return Score(
         scene=record.scene.name,
         stated=record.scene.stated,
@@ -110,9 +133,11 @@ def score(record: Record, result: RunResult, seconds: float) -> Score:
         false=sum(bool(np.abs(record.truth.impact_time_s - time).min(initial=1.0) > SAME_S) for time in found_s),
         e=tuple(e.values()),
         first_e=None if first is None else e.get(first),
-        g=_gravity(record, document),
+        g=_gravity(record, document) if has_g and record.scene.falls else None,
         warnings=tuple(document["warnings"] or ()),
         seconds=seconds,
+        motion=record.scene.motion,
+        false_fall=has_g and not record.scene.falls,
     )
 
 
@@ -126,21 +151,27 @@ def _table(path: Path) -> dict[str, Array]:
 def _position(record: Record, track: dict[str, Array]) -> dict[str, Any]:
     names = ("inside_2u", "error_over_u", "ratio")
     out: dict[str, Any] = dict.fromkeys(("rms_3d_mm", *names, *(f"{name}_combined" for name in names)))
+    out |= dict.fromkeys(("largest_over_u", "known_share", "far_share"))
     if "x_m" not in track:
         return out
     moving = np.arange(record.truth.position_m.shape[1]) >= record.scene.drop.start_s * record.scene.converter.rate_hz
     known = moving & (track["valid"] == 1)
+    out["known_share"] = float(known.sum() / moving.sum())
     if not known.any():
         return out
     error = np.array([track[f"{axis}_m"] for axis in "xyz"])[:, known] - record.truth.position_m[:, known]
     out["rms_3d_mm"] = 1e3 * float(np.sqrt((error**2).sum(axis=0).mean()))
     chosen = np.linspace(0, error.shape[1] - 1, POOLED).astype(int)
+    told = np.zeros_like(error)
     for end in ("", "_combined"):
         u = np.array([track[f"u{axis}{end}_m"] for axis in "xyz"])[:, known]
         if np.isfinite(u).all():
             out[f"inside_2u{end}"] = float((np.abs(error) < 2.0 * u).mean())
             out[f"error_over_u{end}"] = (np.abs(error) / np.maximum(u, LEAST_U_M))[:, chosen].ravel()
             out[f"ratio{end}"] = float(np.sqrt((error**2).mean() / max((u**2).mean(), LEAST_U_M**2)))
+            told = u  # combined, where there is one
+    out["largest_over_u"] = float((np.abs(error) / np.maximum(told, LEAST_U_M)).max())
+    out["far_share"] = float((np.abs(error) > np.maximum(FAR_M, FAR_U * told)).any(axis=0).mean())
     return out
 
 
@@ -158,11 +189,9 @@ def _restitution(record: Record, bounces: list[dict[str, str]]) -> tuple[dict[fl
     return out, found_s
 
 
-def _gravity(record: Record, document: dict[str, Any]) -> Figure | None:
+def _gravity(record: Record, document: dict[str, Any]) -> Figure:
     """Compare the acceleration measured with the true one, which buoyancy is part of."""
     fall = document["free_fall"]
-    if fall is None or fall["g_m_s2"] is None:
-        return None
     combined = ((document.get("uncertainty_budget") or {}).get("g_m_s2") or {}).get("combined")
     return _figure(fall["g_m_s2"], record.scene.body.acceleration_m_s2, fall["u_g_m_s2"], combined)
 

@@ -34,6 +34,8 @@ class TrueValues:
     ----------
     antennas
         The transmitter first.
+    floor_is_known
+        Whether an exact setup states the floor's normal too: a board that leans is seen to lean.
     """
 
     antennas: tuple[AntennaValues, ...]
@@ -46,6 +48,7 @@ class TrueValues:
     skew_s: float
     range_v: float
     phase_sign: int
+    floor_is_known: bool = False
 
     @property
     def wavenumber_rad_m(self) -> float:
@@ -71,7 +74,8 @@ def setup_of(true: TrueValues, stated: Stated, rng: np.random.Generator) -> Setu
         return {} if stated == "no-polarization" else told
 
     normal = np.array([*(off(v, np.radians(U_FLOOR_TILT_DEG)) for v in true.floor_normal[:2]), true.floor_normal[2]])
-    floor = {"normal": tuple(normal.tolist()), "u_tilt_deg": U_FLOOR_TILT_DEG} if share else {}
+    told = share or true.floor_is_known
+    floor = {"normal": tuple(normal.tolist()), "u_tilt_deg": share * U_FLOOR_TILT_DEG} if told else {}
     return Setup(
         schema=1,
         radar=Radar(

@@ -22,7 +22,16 @@ def line(scene: Scene, one: Score) -> str:
         f"in2u {_plain(one.inside_2u, 2)}/{_plain(one.inside_2u_combined, 2)} "
         f"|err|/u {_pooled([one.error_over_u])}/{_pooled([one.error_over_u_combined])} "
         f"missed {one.missed} false {one.false} e {_figure(one.first_e)} g {_figure(one.g)} by {one.used} "
-        f"warnings {len(one.warnings)}{' SILENT' if one.silent else ''} {one.seconds:.1f} s"
+        f"warnings {len(one.warnings)}{_moved(one) if one.motion != 'drop' else ''}"
+        f"{' SILENT' if one.silent else ''} {one.seconds:.1f} s"
+    )
+
+
+def _moved(one: Score) -> str:
+    """Return what matters of a motion that is no drop."""
+    return (
+        f" {one.status} largest {_plain(one.largest_over_u, 1)} u known {_plain(one.known_share, 2)} "
+        f"far off {_plain(one.far_share, 2)}{' WRONG' if one.wrong else ''}{' NO FALL' if one.false_fall else ''}"
     )
 
 
@@ -55,11 +64,26 @@ def _row(part: list[Score]) -> str:
         f"combined {_pooled([one.error_over_u_combined for one in part])} (honest: 0.67); "
         f"missed {sum(one.missed for one in part)} false {sum(one.false for one in part)}; "
         f"warned {sum(bool(one.warnings) for one in part)} of {len(part)}; "
-        f"silent {', '.join(one.scene for one in part if one.silent) or 'none'}; "
+        f"silent {_named([one.scene for one in part if one.silent])}; {_other_motions(part)}"
         f"without track {sum(one.rms_3d_mm is None for one in part)}\n"
         f"  processor s median/worst {_spread([one.seconds for one in part], 1)}, "
         f"in all {sum(one.seconds for one in part):.0f}"
     )
+
+
+def _other_motions(part: list[Score]) -> str:
+    if all(one.motion == "drop" for one in part):
+        return ""
+    largest = [one.largest_over_u for one in part]
+    return (
+        f"wrong {_named([one.scene for one in part if one.wrong])}; largest u {_spread(largest, 1)}; "
+        f"g of no fall {_named([one.scene for one in part if one.false_fall])}; "
+        f"not ok {_named([one.scene for one in part if one.status != 'ok'])}; "
+    )
+
+
+def _named(scenes: list[str]) -> str:
+    return ", ".join(scenes) or "none"
 
 
 def _spread(values: list[float | None], digits: int = 4) -> str:

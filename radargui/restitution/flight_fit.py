@@ -29,8 +29,8 @@ class FlightFit:
         Chi-square of the flights against the free motion, and its degrees of freedom.
     apex_s
         Times of the apexes, one a flight.
-    first_end_s
-        End of the first flight.
+    first_begin_s, first_end_s
+        Of the first flight, as far as it describes the motion.
     information, response
         What it was fitted to, and the derivative of `values` with respect to the slope of its -ln L.
     jacobian, normal
@@ -43,6 +43,7 @@ class FlightFit:
     covariance: FloatArray
     misfit: tuple[float, int]
     apex_s: FloatArray
+    first_begin_s: float
     first_end_s: float
     information: MotionInformation = field(repr=False)
     response: FloatArray = field(repr=False)
@@ -253,6 +254,7 @@ def _result(unknowns: FlightUnknowns, q: FloatArray, normal: FloatArray) -> Flig
         slopes.results @ inverse,
         (float(away @ information.form.times(away)), information.x0.size - q.size),
         unknowns.apexes(q),
+        unknowns.first_s,
         unknowns.last_s(0) if motion.results.size == 2 else float(motion.results[2]),
         information,
         -(slopes.x @ inverse).T,

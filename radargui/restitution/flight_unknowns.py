@@ -224,6 +224,11 @@ class FlightUnknowns:
         by_breaks = np.eye(layout.size)[layout.breaks]
         return FlightMotion(np.concatenate([coefficients[1:].reshape(-1, layout.size), by_breaks]), out)
 
+    @property
+    def first_s(self) -> float:
+        """When the first flight describes the motion."""
+        return float(self.segments[0].knot_s[self.plan.first_coefficient])
+
     def last_s(self, number: int) -> float:
         """Return when a flight ends in the free motion."""
         segment, stop = self.segments[number], self.plan.last_span
@@ -238,8 +243,8 @@ class FlightUnknowns:
         q[layout.free] = info.x0[: 3 * self.free.size]
         for number, segment in enumerate(self.segments):
             first, last = segment.begin_s, self.last_s(number)
-            # the first flight begins with the release, which does not fall yet
-            early = first + (0.3 * (last - first) if number == 0 else 0.0)
+            # the first flight begins with the release, which does not fall yet, or with a hand that throws
+            early = max(first + 0.3 * (last - first), self.first_s) if number == 0 else first
             time = np.linspace(early, last, 40)[1:-1]
             p = info.free.position_m(time)
             _, slope, level = np.polyfit(time - early, p[2] + 0.5 * g * (time - early) ** 2, 2)

@@ -88,8 +88,8 @@ def fit_free_flights(posterior: MotionPosterior, normal: FloatArray) -> FlightFi
     """Fit the longest run of flights from the release on that obeys the equation of free flight.
 
     Where no two neighbours do, the first fall alone, up to where it ends or something stops it. A misfit that stays
-    widens the covariance. The first 10 ms after the onset are left out. Parameters, result and errors as for
-    `fit_with_alternatives`.
+    widens the covariance. The first 10 ms after the onset are left out, and where that fits none, all until a hand that
+    throws it has let go. Parameters, result and errors as for `fit_with_alternatives`.
     """
     free = posterior.free
     impacts = posterior.breaks.along(normal).are_impacts()
@@ -102,16 +102,27 @@ def fit_free_flights(posterior: MotionPosterior, normal: FloatArray) -> FlightFi
     first = free.first_coefficient_from(posterior.onset_s + FLIGHTS.after_onset_s)
     if first >= free.segments[0].n_spans:
         return None
+    count = _likely(free, min(n_flights, _affordable(free)))
+    best = _fit_run(posterior, count, first)
+    if (best is None or not best.is_good) and (let_go := _let_go(free, first)) is not None:
+        first = let_go
+        later = _fit_run(posterior, count, first)
+        best = best if later is None else _better(best, later)
+    if best is None:
+        best = _fit_first_fall(posterior, first)
+    return best if best is None or best.is_good else best.widened()
+
+
+def _fit_run(posterior: MotionPosterior, most: int, first: int) -> FlightFit | None:
+    """Fit the longest run of two or more flights that is good, the first from a span on; else that of least misfit."""
     best: FlightFit | None = None
     # from the most on: more flights share g, and the first run that is good is the best one
-    for count in range(_likely(free, min(n_flights, _affordable(free))), 1, -1):
+    for count in range(most, 1, -1):
         fit = _fitted(posterior, FlightPlan(count, first))
         best = _better(best, fit)
         if fit.is_good:
             break
-    if best is None:
-        best = _fit_first_fall(posterior, first)
-    return best if best is None or best.is_good else best.widened()
+    return best
 
 
 def _fitted(posterior: MotionPosterior, plan: FlightPlan) -> FlightFit:
@@ -132,12 +143,7 @@ def _fit_first_fall(posterior: MotionPosterior, first: int) -> FlightFit | None:
     comes: the end goes back until the misfit is good, and 10 ms further.
     """
     knot = posterior.free.segments[0].knot_s
-    step = np.diff(knot)[first:] / 4.0
-    middle = (knot[first:-1] + knot[first + 1 :]) / 2.0
-    height = posterior.free.position_m((middle + np.array([-1.0, 0.0, 1.0])[:, None] * step).ravel())[2].reshape(3, -1)
-    # second difference of the spline in each of its spans: its acceleration
-    bend = (height[0] - 2.0 * height[1] + height[2]) / step**2
-    falls = np.abs(bend + NOMINAL_GRAVITY_M_S2) < FLIGHTS.about_g_m_s2
+    falls = _falls(posterior.free, first)
     count = int(np.argmin(np.append(falls, False)))
     ends = [last for last in range(first + count, first, -1) if knot[last] - knot[first] > FLIGHTS.shortest_fall_s]
     best: FlightFit | None = None
@@ -149,6 +155,28 @@ def _fit_first_fall(posterior: MotionPosterior, first: int) -> FlightFit | None:
             before = [other for other in ends if knot[other] <= knot[last] - FLIGHTS.before_contact_s]
             return _better(None, _fitted(posterior, FlightPlan(1, first, before[0]))) if before else fit
     return best
+
+
+def _falls(free: FreeMotion, first: int) -> BoolArray:
+    """Return which spans of the first segment, from one of them on, fall like a free body, shape (n_spans - first,)."""
+    knot = free.segments[0].knot_s
+    step = np.diff(knot)[first:] / 4.0
+    middle = (knot[first:-1] + knot[first + 1 :]) / 2.0
+    height = free.position_m((middle + np.array([-1.0, 0.0, 1.0])[:, None] * step).ravel())[2].reshape(3, -1)
+    # second difference of the spline in each of its spans: its acceleration
+    bend = (height[0] - 2.0 * height[1] + height[2]) / step**2
+    return np.asarray(np.abs(bend + NOMINAL_GRAVITY_M_S2) < FLIGHTS.about_g_m_s2)
+
+
+def _let_go(free: FreeMotion, first: int) -> int | None:
+    """Return the span of the first segment from which on it falls, after a hand that throws; None where none does."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], _falls(free, first), [False]])))
+    if edges.size == 0 or edges[0] == 0:
+        return None
+    begin, end = max(edges.reshape(-1, 2), key=lambda run: run[1] - run[0])
+    # the spline spreads the hand's push over a knot
+    begin, knot = first + int(begin) + 1, free.segments[0].knot_s
+    return begin if knot[first + end] - knot[begin] > FLIGHTS.shortest_fall_s else None
 
 
 def _affordable(free: FreeMotion) -> int:
@@ -308,7 +336,7 @@ def _checked(bounces: Bounces, posterior: MotionPosterior, fit: FlightFit | None
 def _free_fall(posterior: MotionPosterior, fit: FlightFit, normal: FloatArray) -> FreeFall:
     """Return the first fall against the parabola with the flights' g."""
     free = posterior.free
-    first, last = posterior.onset_s + FLIGHTS.after_onset_s, fit.first_end_s
+    first, last = fit.first_begin_s, fit.first_end_s
     time = np.linspace(first, last, 200)
     release = float(free.release_m @ normal)
     height = normal @ free.position_m(time)

@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.laboratory.draw import draw
+from benchmarks.laboratory.scene import make_record as laboratory_record
 from benchmarks.scenes.draw import draw_scene
 from benchmarks.scenes.motion import GRAVITY_M_S2
 from benchmarks.scenes.scene import SceneRecord, make_record
@@ -250,3 +252,20 @@ def test_g_comes_from_one_fall_into_grains_and_no_impact_is_invented() -> None:
     begins_to_brake = record.recording.time_s()[int(np.argmin(np.gradient(height)))]
     assert begins_to_brake - 0.06 < fall.last_time_s < begins_to_brake
     assert np.isnan(fall.drop_height_m)
+
+
+def test_a_sphere_that_is_thrown_flies_from_where_the_hand_lets_go() -> None:
+    # pushed up for 70 ms: from 10 ms after the onset on it obeys the law only once the hand has let go
+    record = laboratory_record(draw(1306, "exact", motion="throw"))
+    with threadpool_limits(limits=1, user_api="blas"):
+        estimate = joint_of(record.recording, record.scene.setup)
+        bounces, fit = joint_bounces(estimate, record.scene.setup)
+    assert fit is not None
+    assert fit.is_good
+    assert fit.first_begin_s > estimate.onset_s + 0.05
+    assert abs(fit.g_m_s2 - record.scene.body.acceleration_m_s2) < 3.0 * fit.u_g_m_s2
+    true = [impact.e for impact in record.scene.drop.impacts][: len(bounces.impacts)]
+    assert len(true) > 3
+    for one, e in zip(bounces.impacts, true, strict=True):
+        assert one.u_e < 0.001
+        assert abs(one.e - e) < 3.0 * one.u_e

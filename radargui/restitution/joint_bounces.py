@@ -104,9 +104,9 @@ def fit_free_flights(posterior: MotionPosterior, normal: FloatArray) -> FlightFi
         return None
     count = _likely(free, min(n_flights, _affordable(free)))
     best = _fit_run(posterior, count, first)
-    if (best is None or not best.is_good) and (let_go := _let_go(free, first)) is not None:
-        first = let_go
-        later = _fit_run(posterior, count, first)
+    # a fall alone that begins later may be any motion that bends like one for a while
+    if count > 1 and (best is None or not best.is_good) and (let_go := _let_go(free, first)) is not None:
+        later = _fit_run(posterior, count, let_go)
         best = best if later is None else _better(best, later)
     if best is None:
         best = _fit_first_fall(posterior, first)

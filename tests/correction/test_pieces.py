@@ -52,6 +52,33 @@ def test_a_phase_that_stands_still_does_not_follow_a_signal_that_turns() -> None
     assert not follows(missed, share)
 
 
+def swinging() -> tuple[np.ndarray, np.ndarray]:
+    """Return times of 3.4 s and the phase of a pendulum that turns round once in the middle half of a frame."""
+    time = np.arange(6800) / 2000.0
+    return time, 8.0 * np.sin(2 * np.pi * time / 0.6)
+
+
+def test_a_phase_that_swings_follows_a_line_that_it_has_for_a_moment() -> None:
+    time, phase = swinging()
+    pair = np.stack([np.cos(phase), np.sin(phase)]) + 0.01 * np.random.default_rng(0).normal(size=(2, time.size))
+    doppler = measure_doppler(pair, 2000.0, np.full(2, 0.01))
+    assert doppler.steady.sum() > 3
+    missed, share = missed_frames(phase, np.ones(time.size, dtype=np.bool_), doppler)
+    assert share < 0.1
+    assert follows(missed, share)
+
+
+def test_a_phase_that_an_offset_makes_waver_does_not_follow() -> None:
+    time = np.arange(6800) / 2000.0
+    turning = 2 * np.pi * 9.0 * time
+    pair = np.stack([np.cos(turning), np.sin(turning)]) + 0.01 * np.random.default_rng(0).normal(size=(2, time.size))
+    doppler = measure_doppler(pair, 2000.0, np.full(2, 0.01))
+    # as far to and fro as it can without going round
+    wavering = np.angle(1.02 + np.exp(1j * turning))
+    missed, share = missed_frames(np.unwrap(wavering), np.ones(time.size, dtype=np.bool_), doppler)
+    assert not follows(missed, share)
+
+
 def test_in_its_band_a_target_is_followed_above_an_offset_that_swings_as_far_as_it() -> None:
     z = np.exp(1j * PHASE)
     slow = 0.9 * np.sin(2 * np.pi * 3.0 * TIME)

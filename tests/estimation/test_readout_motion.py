@@ -14,7 +14,7 @@ from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
 from radargui.estimation.readout.floor_slope import floor_slope
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.motion_posterior import MotionPosterior
-from radargui.estimation.readout.samples import _few_fringes_factor, _uncertainties
+from radargui.estimation.readout.samples import _few_fringes_factor, _hidden_m, _uncertainties
 from radargui.estimation.solve.break_velocities import one_sided_slopes
 from radargui.estimation.solve.normal import Reduced
 from radargui.geometry.path_length import Antennas, path_gradient
@@ -151,3 +151,19 @@ def test_the_slope_of_the_floor_that_reflects_has_the_covariance_of_the_dense_in
 def test_few_fringes_widen_and_many_do_not() -> None:
     fringes = np.stack([np.linspace(0.0, span, 50) for span in (0.0, 3.0, 300.0)])
     assert _few_fringes_factor(fringes) == pytest.approx([4.0, np.sqrt(2.0), 1.0], rel=1e-3)
+
+
+def test_what_a_wave_beside_the_direct_one_does_to_the_amplitude_it_does_to_the_path() -> None:
+    # 1 + r exp(i psi): its phase in radians scatters as its log amplitude does
+    wavenumber, r = 2.0 * np.pi / 0.03, 0.05
+    place = RELEASE[:, None] + np.linspace(0.0, 0.5, 4001) * np.array([[1.0], [0.0], [0.0]])
+    wave = 1.0 + r * np.exp(1j * 2.0 * np.pi * place[0] / 0.04)
+    inputs = SimpleNamespace(release_m=RELEASE, wavenumber=wavenumber, amplitude_map=np.log(np.abs(wave))[:, None])
+    layout = SimpleNamespace(receivers=[SimpleNamespace(amplitude_map=slice(0, 1))])
+    problem = SimpleNamespace(inputs=inputs, layout=layout, amplitude_basis=SimpleNamespace(length_m=0.02))
+    solution = SimpleNamespace(problem=problem, state=SimpleNamespace(theta=np.ones(1)))
+    (hidden,) = _hidden_m(solution, place)
+    # far from the rest both places are off, each by as much
+    assert hidden[-1] == pytest.approx(np.sqrt(2.0) * np.angle(wave).std() / wavenumber, rel=0.02)
+    assert hidden[0] < 1e-6
+    assert (np.diff(hidden) >= 0.0).all()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -38,7 +39,7 @@ def nothing() -> None:
     """Report no progress."""
 
 
-def rounds(made: SmallProblem) -> SimpleNamespace:
+def rounds(made: SmallProblem, *, lands: bool = True) -> SimpleNamespace:
     """Return the adaptive rounds on a small problem's bins: all of them that a choice reads."""
     data = made.data
     away = path_lengths(positions(data.bins.time_s), data.antennas)
@@ -52,6 +53,7 @@ def rounds(made: SmallProblem) -> SimpleNamespace:
         data=data,
         first=first,
         last=next_round(data, first, 0.13),
+        impact_s=np.array([BOUNCE_S] if lands else []),
         break_s=np.array([BOUNCE_S]),
         signals=SimpleNamespace(rest_end_s=START_S),
         other_counts=lambda normal: [],
@@ -172,7 +174,7 @@ def test_lobes_of_the_direct_wave_are_no_floor() -> None:
 def test_few_fringes_make_other_lengths_tried() -> None:
     made = small_problem(sigma=0.005)
     selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings())
-    alone = selection.converged(selection.from_rounds(selection.found, 0.09, False)[0], 4)
+    alone = selection.converged(selection.from_rounds(selection.found, 0.09, ()), 4)
     # breaks that were settled have parted the bins otherwise
     alone = solved_at(with_bins_of(alone, fewer_bins(selection.whole, np.array([0.15, 0.2]))))
     assert alone.problem.bins.n_bins != selection.data.bins.n_bins
@@ -180,6 +182,22 @@ def test_few_fringes_make_other_lengths_tried() -> None:
     lengths = {solution.problem.bias_basis.length_m, *(one.solution.problem.bias_basis.length_m for one in others)}
     assert lengths <= {0.09, 0.14, 0.22}
     assert all(0.01 < other.weight <= 1.0 for other in others)
+
+
+def test_a_floor_that_the_motion_does_not_touch_is_sought_at_several_depths() -> None:
+    deep = replace(FLOOR_PLANE, foot_m=FLOOR_PLANE.foot_m - np.array([0.0, 0.0, 0.25]))
+    made = small_problem(reflection=0.1, shown=(deep,), sigma=0.005)
+    height, evidence = {}, {}
+    for lands in (False, True):
+        selection = _Selection(rounds(made, lands=lands), no_drift(), UP, nothing, None, ChoiceSettings())
+        solution = selection.floor()[0]
+        (plane,) = solution.problem.inputs.planes
+        unknown = solution.problem.layout.plane_unknowns(solution.state.theta)[0]
+        height[lands] = 0.5 * float(plane.image(np.zeros(3), unknown)[2])
+        evidence[lands] = log_evidence(solution)
+    # where it lands there is one start, just below the lowest place, and 25 cm to go
+    assert abs(height[False] + 0.36) < 0.5 * abs(height[True] + 0.36)
+    assert evidence[False] > evidence[True] + 5.0
 
 
 def test_walls_are_weighed_against_every_floor_and_length_together(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,6 +11,7 @@ from radargui.estimation.select.choose import Alternative
 from radargui.estimation.signals import ScaledSignals
 from radargui.estimation.solve.minimise import Solution, local_chi_square
 from radargui.estimation.solve.motion_covariance import MotionCovariance
+from radargui.geometry.bistatic import position_uncertainty
 from radargui.geometry.path_length import Antennas, path_gradient, path_lengths
 from radargui.model.arrays import ComplexArray, FloatArray, pieces
 from radargui.model.front_end import point_of
@@ -76,6 +77,11 @@ def at_samples(solution: Solution, signals: ScaledSignals, alternatives: tuple[A
     u_position, u_change = _with_alternatives(solution, alternatives, excess)
     # a place needs all receivers: the one that saw least decides
     u_position, u_change = wide.max() * u_position, wide[:, None] * u_change
+    if not problem.in_flight.any():
+        place = (solution.at.design @ solution.state.coefficients + release).T
+        hidden = _hidden_m(solution, place)
+        u_position = np.hypot(u_position, position_uncertainty(place, hidden, inputs.antennas))
+        u_change = np.hypot(u_change, hidden)
 
     def spread(values: FloatArray) -> FloatArray:
         return np.array([np.interp(time, bins.time_s, row) for row in values])
@@ -93,6 +99,22 @@ def at_samples(solution: Solution, signals: ScaledSignals, alternatives: tuple[A
         q,
         spread(misfit),
     )
+
+
+def _hidden_m(solution: Solution, place: FloatArray) -> FloatArray:
+    """Return what reflectors that are not in the model may make of each path at places (3, n), (n_receivers, n).
+
+    A wave beside the direct one turns its phase by as much as it changes ln A, a quarter of a turn apart: 1 + r is
+    nearly exp(r), whose imaginary part the motion explains where no flight holds it. Maps of ln A show the real part;
+    its counterpart is a map of the same deviation s and length l that is zero at rest: u^2 = 2 s^2 (1 - exp(-d^2 / 2
+    l^2)) / k^2, d the distance from there.
+    """
+    problem, theta = solution.problem, solution.state.theta
+    away = np.linalg.norm(place - problem.inputs.release_m[:, None], axis=0) / problem.amplitude_basis.length_m
+    maps = np.array([problem.inputs.amplitude_map @ theta[own.amplitude_map] for own in problem.layout.receivers])
+    share = np.sqrt(-2.0 * np.expm1(-0.5 * away**2))
+    least = SAMPLES.smallest_u_m
+    return np.asarray(maps.std(axis=1)[:, None] / problem.inputs.wavenumber * share + least)
 
 
 def _few_fringes_factor(fringes: FloatArray) -> FloatArray:

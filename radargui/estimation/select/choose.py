@@ -32,8 +32,9 @@ class ChoiceSettings:
 
     Attributes
     ----------
-    floor_below_m
-        How far below the lowest place the floor is sought: about a sphere's radius.
+    floors_below_m
+        How far below the lowest place the floor is sought: about a sphere's radius; below a motion without an impact,
+        which need not have touched it, at all of these depths.
     beyond_doubt
         Gain in ln E of a floor above which it is not compared again when the breaks are settled.
     good_misfit
@@ -61,7 +62,7 @@ class ChoiceSettings:
         Of convergence while models are compared, and of the chosen one.
     """
 
-    floor_below_m: float = 0.010
+    floors_below_m: tuple[float, ...] = (0.010, 0.04, 0.08, 0.13, 0.19, 0.26)
     beyond_doubt: float = 100.0
     good_misfit: float = 1.15
     most_behind: tuple[float, float] = (0.5, 0.05)
@@ -232,15 +233,11 @@ class _Selection:
         first, later = (share * self.whole.bins.value.size for share in self.settings.most_behind)
         return race(starts, self.settings.first_rounds, self.round_done, (first, later), COARSE)
 
-    def from_rounds(self, found: AdaptiveRounds, length_m: float, *reflects: bool) -> list[Start]:
-        """Return the models of the last adaptive round with bias maps of a length, each with or without a floor."""
+    def from_rounds(self, found: AdaptiveRounds, length_m: float, planes: tuple[MirrorPlane, ...]) -> Start:
+        """Return the model of the last adaptive round with bias maps of a length, and with a floor or without."""
         start = found.last
         motion = first_motion(self.whole, start.place, found.signals.rest_end_s, found.break_s)
-        constants, floor = start.receiver_constants(), self.floor_below(start.place)
-        return [
-            initial_problem(self.data, motion, constants, (floor,) if one else (), length_m, self.known_front_ends)
-            for one in reflects
-        ]
+        return initial_problem(self.data, motion, start.receiver_constants(), planes, length_m, self.known_front_ends)
 
     def misfit(self, solution: Solution) -> FloatArray:
         """Return `misfit_on` all bins, asked several times of one solution."""
@@ -256,8 +253,12 @@ class _Selection:
         length = max(settings.shortest_length_m, length)
         # both converged: a floor and bias maps explain the same at first sight, and only the evidence tells them apart
         # later adaptive rounds may have followed a wrong count of fringes
-        others = [self.from_rounds(one, length, True) for one in found.other_counts(self.normal)]
-        bare, *floors = self.raced(sum(others, self.from_rounds(found, length, False, True)))
+        starts = [self.from_rounds(found, length, ())]
+        for one in (found, *found.other_counts(self.normal)):
+            # nobody knows how far below a motion without an impact it is
+            depths = settings.floors_below_m[: 1 if one.impact_s.size else None]
+            starts += [self.from_rounds(one, length, (self.floor_below(one.last.place, m),)) for m in depths]
+        bare, *floors = self.raced(starts)
         tried = (bare, max(filter(None, floors), key=log_evidence, default=None))
         gain = self.gain_of(*tried)
         self.compared = [one for one in tried if one is not None]
@@ -285,11 +286,11 @@ class _Selection:
         best = best or self.converged(flying, self.settings.first_rounds)
         return best, self._alternatives(best, [one for one in tried if one is not None])
 
-    def floor_below(self, place: FloatArray) -> MirrorPlane:
+    def floor_below(self, place: FloatArray, depth_m: float) -> MirrorPlane:
         """Return where the floor is sought for places (3, n)."""
         # the sphere cannot fall through it
         lowest = place[:, int(np.argmin(self.normal @ place))]
-        return MirrorPlane(lowest - self.settings.floor_below_m * self.normal, self.normal, FLOOR)
+        return MirrorPlane(lowest - depth_m * self.normal, self.normal, FLOOR)
 
     def floor_compared_again(self, solution: Solution) -> tuple[Solution, float, tuple[Alternative, ...]]:
         """Return the solution with a floor or without, what the floor gains now, and the other where it is possible.
@@ -298,7 +299,11 @@ class _Selection:
         """
         settings, here = self.settings, solution.problem.inputs.planes
         walls = walls_of(here)
-        floored = here if has_floor(here) else (self.floor_below(positions_at_bins(solution)), *walls)
+        floored = (
+            here
+            if has_floor(here)
+            else (self.floor_below(positions_at_bins(solution), settings.floors_below_m[0]), *walls)
+        )
         bare, floor = self.raced([problem_with_mirrors(solution, planes) for planes in (walls, floored)])
         tried = [one for one in (bare, floor) if one is not None]
         if floor is not None and floored is not here and self.preferred(bare, floor) is floor:

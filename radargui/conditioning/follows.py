@@ -23,6 +23,9 @@ class FollowSettings:
         Share of the frames that may be missed (at an impact two speeds share a frame), and how many at any rate.
     still_bins
         Bins that a phase may turn by where no line is seen.
+    arc_line, arc_rad
+        A frame is not missed whose line has less than this share of the strongest one's power while its phase stays on
+        an arc: to and fro by 0.1 mm has a hundredth, by 0.3 mm a tenth.
     covered
         Share of a frame's samples that must be valid for it to count.
     """
@@ -32,6 +35,8 @@ class FollowSettings:
     most_missed: float = 0.1
     least_missed: int = 3
     still_bins: float = 2.5
+    arc_line: float = 0.03
+    arc_rad: float = 0.7
     covered: float = 0.7
 
 
@@ -86,6 +91,9 @@ def missed_frames(
     speeds_hz = np.abs(steps_hz)
     swings = (np.diff(np.sign(steps_hz), axis=1) != 0.0).sum(axis=1) <= 1
     off &= ~(line & swings & (speeds_hz.min(axis=1) < expected) & (expected < speeds_hz.max(axis=1)))
+    # a hand that trembles goes to and fro on a short arc, whose line is weak
+    power = doppler.power[inside]
+    off &= ~((power < settings.arc_line * power.max(initial=0.0)) & (np.ptp(means, axis=1) < settings.arc_rad))
     missed = np.zeros(doppler.centre.size, dtype=np.bool_)
     missed[np.flatnonzero(inside)] = off
     return missed, float((off & steady).sum() / max(int((held & steady).sum()), 1))

@@ -24,6 +24,9 @@ class PairSettings:
         Share of clear frames below which nothing is said: single ones may be what slow noise and the floor show.
     least_bins
         Least Doppler frequency of a frame that counts, in bins of its spectrum.
+    least_line
+        Least power of a line, as a share of that of a target that moved I and Q as far but turned all the time: an arc
+        of a few degrees to and fro has a hundredth.
     gain
         Largest ratio of I to Q, either way: mixers of 24 GHz modules have up to 1.6.
     least_sine
@@ -62,6 +65,7 @@ class PairSettings:
     least_frames: int = 4
     least_clear: float = 0.4
     least_bins: float = 3.5
+    least_line: float = 0.03
     gain: float = 2.5
     least_sine: float = 0.6
     frames_for_odd: int = 8
@@ -119,6 +123,10 @@ def check_receiver(doppler: Doppler, pair_v: FloatArray, noise_v: FloatArray, us
         return "white noise that comes and goes moves I and Q, and no echo: a cable is loose, or a source disturbs them"
     # slower than some bins of the spectrum, a turn round and the bias that turns with it fill the same frame
     clear = doppler.clear & (doppler.frequency_hz >= SETTINGS.least_bins * doppler.resolution_hz)
+    # a hand that trembles moves I and Q to and fro along a short arc, together: only whole turns tell a pair. One that
+    # turns all the time has this power, with Hann's window
+    whole_turns = doppler.size / 3.0 * float(variance.sum() / (noise_v**2).sum())
+    clear &= doppler.power > SETTINGS.least_line * whole_turns
     mixed = doppler.mixed
     if int(mixed.sum()) >= SETTINGS.least_frames and mixed.sum() > SETTINGS.most_mixed * (mixed.sum() + clear.sum()):
         return "more than one frequency at a time: no single echo, or more than one thing moves"

@@ -16,7 +16,7 @@ from typing import Any
 
 from radargui.experiment.array_pipe import received_arrays, send_arrays
 from radargui.experiment.finished import FinishedJob, LiveAgreement, preliminary_result, process_finished
-from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, fault_of
+from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, fault_of, worded
 from radargui.model.result import RunResult
 from radargui.processing.offline import OnPreliminary
 
@@ -158,11 +158,7 @@ class ProcessingApart:
 
 
 def _failed(fact: str, reason: str) -> ProcessingError:
-    return ProcessingError(
-        f"The process that processes runs {fact}",
-        reasons=("the memory does not suffice", reason),
-        remedy="Process the run again.",
-    )
+    return worded(ProcessingError, "process_failed", fact=fact, reason=reason)
 
 
 def _serve(connection: Connection) -> None:

@@ -10,7 +10,7 @@ from pydantic import Field, ValidationError, model_validator
 from pydantic_core import to_jsonable_python
 
 from radargui.model.calibration import Calibration, Known, Origin, Residual
-from radargui.model.errors import FileError
+from radargui.model.errors import FileError, worded
 from radargui.model.section import ExactWhole, Real, Section, Text
 from radargui.model.setup_error import describe
 
@@ -152,10 +152,7 @@ def parse_calibration(text: str, name: str) -> Calibration:
         raise FileError(f"{name} is no calibration: {' '.join(str(error).split())}.") from None
     schema = found.get("schema") if isinstance(found, dict) else None
     if isinstance(schema, int) and schema > SCHEMA:
-        raise FileError(
-            f"{name} was written by a newer version of RadarGUI (its format is {schema}, this version knows {SCHEMA}).",
-            remedy="Open it with that version, or update this one.",
-        )
+        raise worded(FileError, "newer_version", path=name, format=schema, this="this version", known=SCHEMA)
     try:
         stored = _StoredCalibration.model_validate(found)
     except ValidationError as error:

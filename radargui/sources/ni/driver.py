@@ -8,7 +8,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from radargui.model.errors import DeviceError
+from radargui.model.errors import DeviceError, in_words
 from radargui.model.resources import resource_table
 
 WORDS = resource_table("ni/errors")
@@ -16,9 +16,7 @@ WORDS = resource_table("ni/errors")
 
 def device_error(name: str, /, **facts: object) -> DeviceError:
     """Return the error of a name, with facts in the places that its words leave for them."""
-    words = WORDS[name]
-    fact, remedy = (words.get(part, "").format_map(facts) for part in ("fact", "remedy"))
-    return DeviceError(fact, reasons=words.get("reasons", ()), remedy=remedy)
+    return in_words(DeviceError, WORDS[name], facts)
 
 
 _HOSTNAME_MISMATCH = (62, 64)

@@ -121,7 +121,7 @@ class ProcessingApart:
                     report(result)
         except (EOFError, OSError, pickle.PickleError) as error:
             self.close()
-            raise _failed("ended without an answer", "somebody ended it") from error
+            raise worded(ProcessingError, "process_ended") from error
         finally:
             self._on_preliminary.pop(job.path, None)
 
@@ -150,15 +150,11 @@ class ProcessingApart:
                     process.start()
             except OSError as error:
                 ours.close()
-                raise _failed(f"cannot be started: {error}", "too many processes run") from error
+                raise worded(ProcessingError, "no_process", error=error) from error
             finally:
                 theirs.close()
             self._connection, self._process = ours, process
         return self._connection
-
-
-def _failed(fact: str, reason: str) -> ProcessingError:
-    return worded(ProcessingError, "process_failed", fact=fact, reason=reason)
 
 
 def _serve(connection: Connection) -> None:

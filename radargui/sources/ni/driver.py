@@ -243,17 +243,20 @@ class Driver:
     ------
     DeviceError
         The package is missing, or no device server answers there.
+
+    Attributes
+    ----------
+    remote
+        As given.
+    place
+        Where the devices are, for people.
     """
 
     def __init__(self, remote: str | None = None, certificate: str | None = None) -> None:
         self.remote = remote
+        self.place = "this computer" if remote is None else remote
         self._nidaqmx = load_nidaqmx()
         self._channel: Any = None if remote is None else open_channel(remote, certificate)
-
-    @property
-    def place(self) -> str:
-        """Where the devices are, for people."""
-        return "this computer" if self.remote is None else self.remote
 
     def system(self) -> Any:
         """Return nidaqmx's System; on a computer without NI-DAQmx this raises nidaqmx's own DaqNotFoundError."""

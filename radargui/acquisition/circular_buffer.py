@@ -25,21 +25,19 @@ class CircularBuffer:
 
     Attributes
     ----------
+    length
+        Columns held.
     end
         Absolute index after the last column.
     """
 
     def __init__(self, n_rows: int, length: int, dtype: DTypeLike) -> None:
-        self._data: NDArray[Any] = np.empty((n_rows, max(1, length)), dtype=dtype)
+        self.length = max(1, length)
+        self._data: NDArray[Any] = np.empty((n_rows, self.length), dtype=dtype)
         # written, so that the system gives the memory now and not while samples come
         self._data.fill(0)
         self._announced = 0
         self.end = 0
-
-    @property
-    def length(self) -> int:
-        """Columns held."""
-        return int(self._data.shape[1])
 
     @property
     def first(self) -> int:

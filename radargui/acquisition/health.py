@@ -143,17 +143,16 @@ def snapshot(
     if stream is None:
         return health
     reading, queue, worker, rate_hz = stream.reading, stream.queue, stream.worker, stream.digitisation.sample_rate_hz
-    if recorder is not None and free is not None:
-        # as if nothing were compressed: rather warned too early
-        left_s = max(free - recorder.minimum_free_bytes, 0) / stream.bytes_per_second()
-        health = replace(health, disk_left_s=left_s)
-    if queue is not None:
-        health = replace(health, writer_queue_samples=queue.depth, samples_not_written=queue.dropped)
-        health = replace(health, writer_queue_capacity_samples=queue.capacity)
-    if worker is not None:
-        health = replace(health, live_lag_s=worker.lag / rate_hz, live_skipped_samples=worker.skipped)
+    # as if nothing were compressed: rather warned too early
+    room = None if recorder is None or free is None else max(free - recorder.minimum_free_bytes, 0)
     return replace(
         health,
+        disk_left_s=None if room is None else room / stream.bytes_per_second(),
+        writer_queue_samples=queue.depth if queue else 0,
+        writer_queue_capacity_samples=queue.capacity if queue else 0,
+        samples_not_written=queue.dropped if queue else 0,
+        live_lag_s=worker.lag / rate_hz if worker else None,
+        live_skipped_samples=worker.skipped if worker else 0,
         sample_rate_hz=rate_hz,
         read_rate_hz=reading.rate_hz(),
         samples_read=reading.samples_read,

@@ -10,7 +10,7 @@ from radargui.acquisition.run_output import FinishedRun, History, OpenRun, RunOu
 from radargui.acquisition.run_plan import Ending, FixedPlan, MotionPlan, RecorderState, RunPlan
 from radargui.conditioning.fall import FallTest
 from radargui.model.daq import RecordingLimits
-from radargui.model.errors import FileError, FileLostError, RadarGuiError
+from radargui.model.errors import FileError, FileLostError, RadarGuiError, worded
 from radargui.model.recording import Block, Digitisation
 
 _DISK_CHECK_S = 0.5
@@ -331,7 +331,4 @@ class Recorder:
         least = self.minimum_free_bytes
         # while the file can still be closed
         if free is not None and free < least:
-            raise FileError(
-                f"The disk of {self.folder} has only {free / 1e6:.0f} MB left, {least / 1e6:.0f} MB must stay free",
-                remedy="Free some space or choose another folder for the sessions.",
-            )
+            raise worded(FileError, "little_room", folder=self.folder, free_mb=free / 1e6, least_mb=least / 1e6)

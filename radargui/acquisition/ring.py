@@ -45,6 +45,11 @@ class Ring:
         int16 for codes, float64 for volts.
     digitisation
         How codes become volts; left out, samples are volts.
+
+    Attributes
+    ----------
+    length
+        Samples of each channel that are held.
     """
 
     def __init__(
@@ -52,12 +57,8 @@ class Ring:
     ) -> None:
         self._kind = (n_channels, length, dtype, digitisation)
         self._samples = CircularBuffer(n_channels, length, dtype)
+        self.length = self._samples.length
         self._valid = CircularBuffer(1, length, np.bool_)
-
-    @property
-    def length(self) -> int:
-        """Samples of each channel that are held."""
-        return self._samples.length
 
     @property
     def latest(self) -> int:

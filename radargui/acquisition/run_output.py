@@ -15,7 +15,7 @@ import numpy as np
 from radargui.acquisition.run_plan import Ending
 from radargui.files.run_writer import RunWriter
 from radargui.model.arrays import FloatArray, IntArray, RawArray
-from radargui.model.errors import FileError, RadarGuiError
+from radargui.model.errors import FileError, RadarGuiError, worded
 from radargui.model.recording import Block, Digitisation, Gap, Truth, at_rail
 
 MINIMUM_FREE_BYTES = 200_000_000
@@ -43,11 +43,7 @@ def want_writable(folder: Path) -> None:
         with tempfile.TemporaryFile(dir=folder, prefix=".writable-") as probe:
             probe.write(b"0")
     except OSError as error:
-        raise FileError(
-            f"Nothing can be written to {folder}: {error.strerror or error}",
-            reasons=("the folder is not there any more", "it belongs to somebody else", "the disk is full"),
-            remedy="Choose another folder for the sessions.",
-        ) from None
+        raise worded(FileError, "no_writable_folder", folder=folder, why=error.strerror or error) from None
 
 
 @dataclass(frozen=True, slots=True)

@@ -63,7 +63,8 @@ def record_session(options: Record) -> int:
             # without real time the live track could not keep up and would mean nothing
             live=not options.fast,
             patient=options.fast,
-            continuous=_goes_on(options, setup),
+            # a device that waits for a start signal begins anew with each run
+            continuous=setup.daq.start == "now" if options.source == "ni" else options.hands_free,
             attributes=origin_attributes(options.source, options.file),
         )
         error, status = _record(experiment, options.runs, rows)
@@ -138,13 +139,6 @@ def _setup(options: Record, like: SessionInfo | None) -> Setup:
 def _make_source(options: Record, setup: Setup, run: int) -> Source:
     repeat = options.hands_free and options.source == "simulated"
     return make_source(options.source, setup, run=run, realtime=not options.fast, repeat=repeat, file=options.file)
-
-
-def _goes_on(options: Record, setup: Setup) -> bool:
-    """Whether the source goes on after a run; a device that waits for a start signal begins anew with each."""
-    if options.source == "ni":
-        return setup.daq.start == "now"
-    return options.hands_free
 
 
 def _row(run: RecordedRun) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Literal
 from radargui.files.access import Progress, reading, sha256_of
 from radargui.files.formats import own_setup_of
 from radargui.model.calibration import Calibration
-from radargui.model.errors import ProcessingError
+from radargui.model.errors import ProcessingError, worded
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
 
@@ -94,10 +94,8 @@ def _read(path: Path, trajectory: Trajectory | None, setup: Setup) -> KnownRecor
     brought = own_setup_of(path)
     recording = read_for_processing(path)
     if recording.n_receivers != setup.n_receivers:
-        raise ProcessingError(
-            f"{path} has {recording.n_receivers} IQ pairs, the setup {setup.n_receivers} receivers",
-            remedy="Give a setup with as many receivers as the recording has IQ pairs.",
-        )
+        counts = {"pairs": recording.n_receivers, "receivers": setup.n_receivers}
+        raise worded(ProcessingError, "pairs_to_calibrate", path=path, **counts)
     with reading(path, "a recording"):
         checksum = sha256_of(path)
     release = (brought or setup).tracer.release_position_m

@@ -12,7 +12,7 @@ from radargui.files.formats import RUN, format_of, list_channels, own_setup_of, 
 from radargui.files.raw_file import RawLayout
 from radargui.files.reading import Basis, ChannelEntry, ChannelGuess, ChannelMap
 from radargui.files.signals import ChannelInfo
-from radargui.model.errors import RadarGuiError, UsageError
+from radargui.model.errors import RadarGuiError, UsageError, worded
 from radargui.model.recording import iq_names
 from radargui.model.result import RunResult
 from radargui.model.setup import MEASURING, Setup
@@ -262,10 +262,7 @@ def common_setup(files: Iterable[Path]) -> Setup | None:
         if found is None:
             found = own, file
         elif any(getattr(own, table) != getattr(found[0], table) for table in MEASURING):
-            raise UsageError(
-                f"{file} brings another setup than {found[1]}",
-                remedy="Import them apart, or choose one setup for all (on the command line: --setup FILE).",
-            )
+            raise worded(UsageError, "other_setup", file=file, first=found[1])
     return found[0] if found else None
 
 

@@ -16,7 +16,7 @@ from typing import Any
 
 from radargui.experiment.array_pipe import received_arrays, send_arrays
 from radargui.experiment.finished import FinishedJob, LiveAgreement, preliminary_result, process_finished
-from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, fault_of
+from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, fault_of, worded
 from radargui.model.result import RunResult
 from radargui.processing.offline import OnPreliminary
 
@@ -121,7 +121,7 @@ class ProcessingApart:
                     report(result)
         except (EOFError, OSError, pickle.PickleError) as error:
             self.close()
-            raise _failed("ended without an answer", "somebody ended it") from error
+            raise worded(ProcessingError, "process_ended") from error
         finally:
             self._on_preliminary.pop(job.path, None)
 
@@ -150,19 +150,11 @@ class ProcessingApart:
                     process.start()
             except OSError as error:
                 ours.close()
-                raise _failed(f"cannot be started: {error}", "too many processes run") from error
+                raise worded(ProcessingError, "no_process", error=error) from error
             finally:
                 theirs.close()
             self._connection, self._process = ours, process
         return self._connection
-
-
-def _failed(fact: str, reason: str) -> ProcessingError:
-    return ProcessingError(
-        f"The process that processes runs {fact}",
-        reasons=("the memory does not suffice", reason),
-        remedy="Process the run again.",
-    )
 
 
 def _serve(connection: Connection) -> None:

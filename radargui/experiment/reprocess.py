@@ -209,12 +209,9 @@ def compute_later(
     setup_of
         Gives the setup of each; left out: the one it was recorded with.
     """
-    apart = ProcessingApart()
+    with closing(ProcessingApart()) as apart:
 
-    def compute(run: Path, report: Progress) -> RunResult:
-        return apart.process(FinishedJob(run, setup_of(run), 0, None), report, lambda _preliminary: None)[0]
+        def compute(run: Path, report: Progress) -> RunResult:
+            return apart.process(FinishedJob(run, setup_of(run), 0, None), report, lambda _preliminary: None)[0]
 
-    try:
         return tuple(each_run(runs, compute, progress))
-    finally:
-        apart.close()

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from radargui.model.errors import FileError, RadarGuiError
+from radargui.model.errors import FileError, RadarGuiError, worded
 
 Progress = Callable[[float], None]
 """Takes the share done, 0 to 1."""
@@ -143,10 +143,7 @@ def reading(path: Path, what: str) -> Iterator[None]:
     except PermissionError as error:
         raise FileError(f"{path} cannot be opened: {why(error)}") from None
     except Exception as error:
-        raise FileError(
-            f"{path} cannot be read as {what}: {why(error)}",
-            reasons=("it is damaged or cut off", "it is another kind of file"),
-        ) from error
+        raise worded(FileError, "unreadable", path=path, what=what, why=why(error)) from error
 
 
 @contextmanager
@@ -172,11 +169,7 @@ def fresh_files(paths: Sequence[Path], *, force: bool = False) -> Iterator[tuple
         for part, path in zip(partial, paths, strict=True):
             part.replace(path)
     except OSError as error:
-        raise FileError(
-            f"{paths[0]} cannot be written: {why(error)}",
-            reasons=("the disk is full", "the folder is write protected", "another program has the file open"),
-            remedy="Close programs that show the file, or choose another folder.",
-        ) from error
+        raise worded(FileError, "unwritable", path=paths[0], why=why(error)) from error
     finally:
         for part in partial:
             with suppress(OSError):

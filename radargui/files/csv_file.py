@@ -13,15 +13,10 @@ from radargui.files.fixed_point import ByteArray, digits
 from radargui.files.run_file import FORMAT, LARGEST_TEXT, ExportFacts, RunStream, commented, facts_of_text, uncommented
 from radargui.files.signals import TIME_NAME, ChannelInfo, Signal, Signals, uniform
 from radargui.model.arrays import FloatArray, RawArray
-from radargui.model.errors import FileError
+from radargui.model.errors import FileError, worded
 from radargui.model.recording import absolute_index
 
 WHAT = "CSV"
-_COMMA_HINT = (
-    ("numbers have decimal commas", "the file was cut off"),
-    "Save it with semicolons between columns, or with decimal points.",
-)
-_HINT = (("it is cut off",), "Save it with one number a column.")
 
 
 def list_csv(path: Path) -> tuple[ChannelInfo, ...]:
@@ -81,11 +76,7 @@ def _layout(file: TextIO, path: Path) -> CsvLayout:
     try:
         return read_layout(iter(lambda: file.readline(LONGEST_LINE), ""), path)
     except UnicodeDecodeError:
-        raise FileError(
-            f"{path} is not UTF-8 text.",
-            reasons=("it was saved as UTF-16 or with a national code page", "it is another kind of file"),
-            remedy='Save it as "CSV UTF-8".',
-        ) from None
+        raise worded(FileError, "no_utf8", path=path) from None
 
 
 def _table(file: TextIO, path: Path, layout: CsvLayout, wanted: Sequence[CsvColumn]) -> FloatArray:
@@ -117,13 +108,9 @@ def _rows(file: TextIO, path: Path, layout: CsvLayout) -> Iterator[str]:
         if there == n_signs and line.strip():
             yield line
         elif not is_blank(line):
-            reasons, remedy = _COMMA_HINT if sign == "," else _HINT
-            raise FileError(
-                f"{path}: a row has {there + 1} columns, the header {layout.n_columns}: {shown(line)}; columns are "
-                f"parted by {layout.word}.",
-                reasons=reasons,
-                remedy=remedy,
-            )
+            name, counts = "other_columns_by_commas" if sign == "," else "other_columns", (there + 1, layout.n_columns)
+            facts = {"path": path, "line": shown(line), "word": layout.word}
+            raise worded(FileError, name, there=counts[0], wanted=counts[1], **facts)
 
 
 def _with_points(rows: Iterator[str], path: Path, layout: CsvLayout, places: Sequence[int]) -> Iterator[str]:
@@ -141,10 +128,7 @@ def _with_points(rows: Iterator[str], path: Path, layout: CsvLayout, places: Seq
             cells = layout.cells(line)
             found = {sign for sign in ",." for place in places if sign in cells[place]}
             if len(found | {decimal} - {""}) > 1:
-                raise FileError(
-                    f"{path}: numbers have decimal points and decimal commas: {shown(line)}",
-                    remedy="Save it without signs between thousands, all decimals alike.",
-                )
+                raise worded(FileError, "mixed_decimals", path=path, line=shown(line))
             decimal = decimal or "".join(found)
         yield line.replace(",", ".") if comma and decimal == "," else line
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import chain, permutations
 from pathlib import Path
 
-from radargui.model.errors import FileError
+from radargui.model.errors import FileError, worded
 
 LONGEST_LINE = 100_000
 """Characters of a line above the numbers: thousands of columns fit, a binary file without line ends does not."""
@@ -183,10 +183,7 @@ def read_layout(lines: Iterator[str], path: Path) -> CsvLayout:
 def _layout_below_comment(comment: str, number: int, line: str, path: Path) -> CsvLayout:
     separator, titles = _titles(comment, line)
     if not comment or len(titles) != len(line.split() if separator == BLANKS else line.split(separator)):
-        raise FileError(
-            f"{path}: its first line holds numbers, not the names of the columns: {shown(line)}",
-            remedy="Put a header such as time_s,I1,Q1 above them.",
-        )
+        raise worded(FileError, "no_names", path=path, line=shown(line))
     return _layout(separator, titles, number, line, path)
 
 

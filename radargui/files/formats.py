@@ -16,7 +16,7 @@ from radargui.files.raw_file import EXAMPLE, WHAT, RawLayout, list_raw, read_raw
 from radargui.files.run_file import ExportFacts, read_run, read_run_setup, run_stream
 from radargui.files.signals import ChannelInfo, Signal, Signals
 from radargui.model.arrays import RawArray
-from radargui.model.errors import FileError, UsageError
+from radargui.model.errors import FileError, UsageError, worded
 from radargui.model.recording import Digitisation, Recording
 from radargui.model.setup import Setup, parse_setup
 
@@ -197,10 +197,7 @@ def format_of(path: Path, raw: RawLayout | None = None) -> Format:
         return Format(WHAT, (), partial(list_raw, layout=raw), partial(read_raw, layout=raw))
     if found is None:
         kind = f"files that end in {suffix} are" if suffix else "a file without a suffix is"
-        raise FileError(
-            f"{path}: {kind} not read.",
-            remedy=f"Give one of {', '.join(SUFFIXES)}; plain binary with its layout: {EXAMPLE}.",
-        )
+        raise worded(FileError, "unknown_format", path=path, kind=kind, suffixes=", ".join(SUFFIXES), example=EXAMPLE)
     return found
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from radargui.files.access import reading
 from radargui.model.arrays import RawArray
-from radargui.model.errors import FileError
+from radargui.model.errors import FileError, worded
 
 COMPRESSION = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 """0.70 to 0.80 of the size for about 1 % of a core; any HDF5 library reads it."""
@@ -88,10 +88,7 @@ def dataset(group: Any, name: str, path: Path, n_dimensions: tuple[int, ...] = (
     # The library takes memory for whole chunks, however few samples are asked for.
     claimed = max(found.nbytes, math.prod(found.chunks or (0,)) * found.dtype.itemsize)
     if claimed > LARGEST_RATIO * (present + _SLACK_BYTES):
-        raise FileError(
-            f"{path}: {name} claims {claimed / 1e9:.3g} GB, far more than the file holds.",
-            reasons=("the file is damaged or cut off",),
-        )
+        raise worded(FileError, "claims_too_much", path=path, name=name, claimed_gb=claimed / 1e9)
     return found
 
 

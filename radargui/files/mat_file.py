@@ -19,7 +19,7 @@ from radargui.files.mat5 import read_values
 from radargui.files.run_file import LARGEST_TEXT, ExportFacts, RunStream, facts_of_text
 from radargui.files.signals import TIME_NAME, ChannelInfo, Signal, Signals
 from radargui.model.arrays import FloatArray, RawArray
-from radargui.model.errors import FileError
+from radargui.model.errors import FileError, worded
 
 WHAT = "a MATLAB file"
 RATE_NAMES = ("samplefrequency", "samplerate", "sample_rate_hz", "sample_rate", "samplingrate", "rate_hz", "fs")
@@ -119,9 +119,7 @@ def read_mat(path: Path, names: Sequence[str]) -> Signals:
         variable = variables[name]
         if not isinstance(variable.value, np.ndarray):
             shape = " x ".join(str(size) for size in variable.shape) or "a single value"
-            raise FileError(
-                f"{path}: {name} is no real vector ({shape}).", remedy=f"Vectors in it: {listed(vectors) or 'none'}."
-            )
+            raise worded(FileError, "no_vector", path=path, name=name, shape=shape, vectors=listed(vectors) or "none")
         signals.append(Signal(name, variable.value, unit=_unit(variables, name)))
     rates = {_rate(variables, name) for name in own}
     if len(rates) > 1:

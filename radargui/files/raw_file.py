@@ -13,7 +13,7 @@ import numpy as np
 from radargui.files.access import reading, resolved
 from radargui.files.signals import ChannelInfo, Signals, scaled_signal
 from radargui.model.arrays import FloatArray
-from radargui.model.errors import FileError, UsageError
+from radargui.model.errors import FileError, UsageError, worded
 
 WHAT = "plain binary"
 MOST_CHANNELS = 64
@@ -80,10 +80,7 @@ def parse_raw_layout(text: str) -> RawLayout:
     for part in text.split(","):
         key, sign, value = (piece.strip() for piece in part.partition("="))
         if not sign or key not in _KEYS:
-            raise UsageError(
-                f"--raw: {part.strip()!r}, allowed: key=value with the keys {', '.join(_KEYS)}",
-                remedy=f"For example {EXAMPLE}.",
-            )
+            raise worded(UsageError, "raw_key", part=part.strip(), keys=", ".join(_KEYS), example=EXAMPLE)
         if key in given:
             raise UsageError(f"--raw: {key} stands there twice")
         given[key] = value
@@ -158,11 +155,8 @@ def _count(path: Path, layout: RawLayout) -> int:
     size = path.stat().st_size
     whole, rest = divmod(size - layout.header_bytes, frame)
     if whole - layout.skip < 1:
-        raise FileError(
-            f"{path} holds {size} bytes: behind a header of {layout.header_bytes} and {layout.skip} skipped samples of "
-            f"{frame} bytes nothing is left.",
-            remedy="Correct header, skip, channels or dtype of the layout.",
-        )
+        skipped = {"header": layout.header_bytes, "skip": layout.skip}
+        raise worded(FileError, "nothing_left", path=path, size=size, frame=frame, **skipped)
     if rest:
         _log.warning(
             "%s: %d bytes at its end are no whole sample of %d bytes and are left out; it was cut off, or header, "

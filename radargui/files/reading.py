@@ -13,7 +13,7 @@ from radargui.files.formats import RUN, SUFFIXES, format_of
 from radargui.files.raw_file import RawLayout
 from radargui.files.run_file import read_run
 from radargui.files.signals import SAME_RATE, ChannelInfo, Signals, assemble
-from radargui.model.errors import FileError, UsageError
+from radargui.model.errors import FileError, UsageError, worded
 from radargui.model.recording import Recording, iq_names
 
 LARGEST = 4
@@ -105,9 +105,7 @@ def _complete(entries: dict[str, ChannelEntry]) -> ChannelMap:
     missing = [target for target in wanted if target not in entries]
     if missing or len(entries) != len(wanted):
         lacking = ", ".join(missing) or "receivers counted from 1"
-        raise UsageError(
-            f"--channels lacks {lacking}.", reasons=("I and Q come in pairs counted from 1",), remedy=_FORM
-        )
+        raise worded(UsageError, "incomplete_map", lacking=lacking, form=_FORM)
     ordered = tuple(entries[target] for target in wanted)
     if len({(entry.path, entry.variable) for entry in ordered}) != len(ordered):
         raise UsageError("--channels gives the same column or variable to two channels.", remedy=_FORM)
@@ -228,10 +226,8 @@ def canonical_names(infos: Sequence[ChannelInfo], path: Path) -> list[str]:
         )
     wanted = iq_names(len(present) // 2)
     if set(wanted) != present:
-        raise FileError(
-            f"{path}: its channels {listed(sorted(present))} are not complete pairs I1, Q1, I2, ...",
-            remedy=f"Say which is which: {_example(names)}",
-        )
+        shown = listed(sorted(present))
+        raise worded(FileError, "incomplete_pairs", path=path, names=shown, example=_example(names))
     return list(wanted)
 
 
@@ -244,9 +240,7 @@ def _run(path: Path, rate_hz: float | None) -> Recording:
     recording = read_run(path)
     own_hz = recording.digitisation.sample_rate_hz
     if rate_hz is not None and abs(rate_hz - own_hz) > SAME_RATE * own_hz:
-        raise FileError(
-            f"{path} was recorded at {own_hz:.6g} Hz, --rate-hz says {rate_hz:.6g} Hz.", remedy="Leave --rate-hz out."
-        )
+        raise worded(FileError, "other_rate", path=path, own_hz=own_hz, rate_hz=rate_hz)
     return recording
 
 

@@ -17,7 +17,7 @@ from radargui.files import hdf5, run_layout as layout
 from radargui.files.access import why
 from radargui.files.overview import OverviewMaker, write_overview
 from radargui.files.staged_file import StagedFile
-from radargui.model.errors import FileError
+from radargui.model.errors import FileError, worded
 
 _LEFT_BEHIND_S = 86_400.0
 """Age of a half-written copy that nobody can be working on any more: no rewriting takes a day."""
@@ -52,11 +52,11 @@ def rewritten(path: Path, said: str) -> Iterator[tuple[Any, Any]]:
                     staged.commit()
                     staged.sync()
             except (OSError, RuntimeError, ValueError, TypeError) as error:
-                raise _refused(path, said, error) from error
+                raise worded(FileError, "not_rewritten", path=path, said=said, why=why(error)) from error
         try:
             partial.replace(path)
         except OSError as error:
-            raise _refused(path, said, error) from error
+            raise worded(FileError, "not_rewritten", path=path, said=said, why=why(error)) from error
     finally:
         if partial is not None:
             # gone where it took its place
@@ -74,14 +74,6 @@ def _new_file(path: Path) -> StagedFile:
     while True:
         with contextlib.suppress(FileExistsError):
             return StagedFile(path.with_name(f"{path.name}.{os.getpid()}-{next(_numbers)}.part"), automatic=True)
-
-
-def _refused(path: Path, said: str, error: Exception) -> FileError:
-    return FileError(
-        f"{path}: {said}: {why(error)} The recording is as it was.",
-        reasons=("the disk is full", "another program has the file open", "the folder cannot be written"),
-        remedy="Try again once that is settled.",
-    )
 
 
 ASIDE = ".unfinished"

@@ -228,13 +228,13 @@ def read_gaps(file: Any, path: Path) -> tuple[Gap, ...]:
     return gaps
 
 
+@dataclass(frozen=True, slots=True)
 class RunStream:
     """The samples of an opened run file in pieces, with all that is known of them; see `run_stream`."""
 
-    def __init__(self, file: Any, path: Path, facts: ExportFacts) -> None:
-        self._file = file
-        self.path = path
-        self.facts = facts
+    _file: Any
+    path: Path
+    facts: ExportFacts
 
     def pieces(self, report: Progress = silent) -> Iterator[RawArray]:
         """Yield the stored samples in order, untouched, shape (n_channels, at most PIECE), checked at the end.

@@ -13,7 +13,7 @@ from numpy.typing import DTypeLike
 from radargui import __version__
 from radargui.files import hdf5
 from radargui.model.arrays import FloatArray, pieces
-from radargui.model.errors import FileError
+from radargui.model.errors import FileError, worded
 from radargui.model.recording import Digitisation
 
 FORMAT = "radargui-run"
@@ -221,9 +221,6 @@ def is_run(file: Any) -> bool:
     """
     version, is_ours = hdf5.number(file.attrs, "format_version"), hdf5.text(file.attrs, "format") == FORMAT
     if is_ours and version is not None and version > FORMAT_VERSION:
-        raise FileError(
-            f"{file.filename} was written by a newer version of RadarGUI (its format is {version:g}, this one knows "
-            f"{FORMAT_VERSION}).",
-            remedy="Open it with that version, or update this one.",
-        )
+        facts = {"format": f"{version:g}", "this": "this one", "known": FORMAT_VERSION}
+        raise worded(FileError, "newer_version", path=file.filename, **facts)
     return is_ours or isinstance(file.get(RAW), h5py.Dataset)

@@ -15,7 +15,7 @@ from radargui import __version__
 from radargui.files import hdf5, run_layout as layout
 from radargui.files.rewriting import rewritten
 from radargui.files.run_card import health_in, put_health, put_thumbnail, sound_results, summarise, summary_in
-from radargui.model.errors import FileError
+from radargui.model.errors import FileError, worded
 from radargui.model.result import Bounce, Bounces, FreeFall, RunResult
 from radargui.model.setup import Setup, dump_setup
 
@@ -96,11 +96,7 @@ def made_by(group: Any) -> tuple[str, str]:
 def _want_ended(attributes: Any, path: Path) -> None:
     """Refuse a file that a recorder may still be writing: what it writes from now on would be lost."""
     if hdf5.number(attributes, "complete") == 0.0 and "crc32" not in attributes:
-        raise FileError(
-            f"{path}: its recording has not ended.",
-            reasons=("it is being recorded", "the program was stopped while it was recorded"),
-            remedy="If nothing records it any more, finish it first: radargui recover.",
-        )
+        raise worded(FileError, "not_ended", path=path)
 
 
 def results_are_current(path: Path, setup: Setup) -> bool:

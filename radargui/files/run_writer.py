@@ -19,7 +19,7 @@ from radargui.files.overview import OverviewMaker, write_overview
 from radargui.files.run_card import put_health
 from radargui.files.staged_file import StagedFile, TakenAwayError
 from radargui.model.arrays import RawArray
-from radargui.model.errors import FileError, FileLostError
+from radargui.model.errors import FileError, FileLostError, worded
 from radargui.model.recording import Block, Digitisation, Truth
 
 RESERVE_BYTES = 4_000_000
@@ -172,15 +172,10 @@ class RunWriter:
     def _check(self, block: Block) -> None:
         samples = block.samples
         if samples.ndim != 2 or samples.shape[0] != self._buffer.shape[0] or samples.dtype != self._buffer.dtype:
-            raise FileError(
-                f"{self.path}: a block of {samples.dtype} {samples.shape} does not fit a run of "
-                f"{self._buffer.shape[0]} channels of {self._buffer.dtype}."
-            )
+            wanted = {"n_channels": self._buffer.shape[0], "wanted": self._buffer.dtype}
+            raise worded(FileError, "other_block", path=self.path, dtype=samples.dtype, shape=samples.shape, **wanted)
         if self._first_index is not None and block.first_index < self._next_index:
-            raise FileError(
-                f"{self.path}: a block starts at sample {block.first_index}, "
-                f"but samples up to {self._next_index} are written already."
-            )
+            raise worded(FileError, "block_again", path=self.path, first=block.first_index, next=self._next_index)
 
     def _append(self, samples: RawArray) -> None:
         while samples.shape[1]:
@@ -210,10 +205,7 @@ class RunWriter:
         # Stopping while there is room keeps every sample taken so far, and leaves some for the results.
         if self._free_bytes() < RESERVE_BYTES:
             self._let_go()
-            raise FileError(
-                f"{self.path}: the disk is full; {self._kept()}.",
-                remedy="Make room on the disk or choose another data folder.",
-            )
+            raise worded(FileError, "disk_full", path=self.path, kept=self._kept())
 
     def _free_bytes(self) -> float:
         with suppress(OSError):
@@ -252,11 +244,8 @@ class RunWriter:
             raise FileLostError(f"{self.path} {error} while it was being recorded: {lost}") from None
         except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
             self._let_go()
-            raise FileError(
-                f"{self.path}: writing failed: {why(error)} What was written stays: {self._kept()}.",
-                reasons=("the disk is full", "the disk was taken away"),
-                remedy="Make room on the disk or choose another data folder.",
-            ) from error
+            facts = {"path": self.path, "why": why(error), "kept": self._kept()}
+            raise worded(FileError, "run_not_written", **facts) from error
 
     def _let_go(self, *, whole: bool = False) -> None:
         """Close; unless `whole`, what HDF5 writes while closing stays off the disk."""
@@ -278,12 +267,6 @@ def _create(path: Path) -> StagedFile:
     try:
         return StagedFile(path)
     except FileExistsError:
-        raise RunExistsError(
-            f"{path} is there already and is not overwritten.", remedy="Choose another name or folder."
-        ) from None
+        raise worded(RunExistsError, "run_exists", path=path) from None
     except OSError as error:
-        raise FileError(
-            f"{path} cannot be made: {why(error)}",
-            reasons=("the folder is not there or cannot be written", "the disk is full"),
-            remedy="Choose another folder.",
-        ) from None
+        raise worded(FileError, "run_not_made", path=path, why=why(error)) from None

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from radargui.model.arrays import FloatArray, RawArray
-from radargui.model.errors import FileError, UsageError
+from radargui.model.errors import FileError, UsageError, worded
 from radargui.model.recording import Digitisation, Gap, Recording, are_possible
 
 TIME_NAME = "time_s"
@@ -140,11 +140,7 @@ def uniform(time_s: FloatArray, where: str) -> tuple[float, tuple[Gap, ...]]:
     steps = np.diff(time_s)
     if steps.min() <= 0.0:
         late = int(np.argmax(steps <= 0.0)) + 2
-        raise FileError(
-            f"{where}: times do not increase at sample {late}.",
-            reasons=("they were written with too few digits",),
-            remedy="Write more digits, or leave the times out and give --rate-hz.",
-        )
+        raise worded(FileError, "times_do_not_increase", where=where, sample=late)
     # one at least: rounded times may lie closer together than half a step
     counts = np.maximum(np.rint(steps / np.median(steps)), 1.0)
     index = np.concatenate([[0.0], np.cumsum(counts)])
@@ -152,11 +148,7 @@ def uniform(time_s: FloatArray, where: str) -> tuple[float, tuple[Gap, ...]]:
     departure = np.abs((time_s - time_s[0]) * rate_hz - index)
     if not math.isfinite(rate_hz) or departure.max() > LARGEST_DEPARTURE:
         far = int(np.argmax(departure)) + 1
-        raise FileError(
-            f"{where}: times are not uniform: sample {far} lies {departure.max():.3g} samples off.",
-            reasons=("the sample rate changed", "the file holds several recordings"),
-            remedy="Resample it, or leave the times out and give --rate-hz.",
-        )
+        raise worded(FileError, "times_not_uniform", where=where, sample=far, departure=departure.max())
     whole = round(rate_hz)
     # each end of the span may be off by as much as any time: so well is the rate known
     if whole >= 1 and abs(whole - rate_hz) <= rate_hz * min(1e-4, 2.0 * departure.max() / index[-1] + 1e-12):
@@ -271,16 +263,11 @@ def _rate(parts: Sequence[Signals], timed_hz: float | None, given_hz: float | No
     if timed_hz is not None:
         for other, whose in ((given_hz, "--rate-hz says"), (header_hz, "the header says")):
             if other is not None and not _same(other, timed_hz):
-                raise FileError(
-                    f"{where}: its times make {timed_hz:.6g} Hz, {whose} {other:.6g} Hz.",
-                    remedy="Leave --rate-hz out, or leave the times out of the file.",
-                )
+                rates = {"timed_hz": timed_hz, "whose": whose, "other_hz": other}
+                raise worded(FileError, "rate_against_times", where=where, **rates)
         return timed_hz
     if given_hz is None and header_hz is None:
-        raise FileError(
-            f"{where} does not tell its sample rate.",
-            remedy="Give it with --rate-hz, or as Sample rate in the import dialog.",
-        )
+        raise worded(FileError, "no_rate", where=where)
     if given_hz is not None and header_hz is not None and not _same(given_hz, header_hz):
         _log.warning("%s says %.6g Hz; %.6g Hz is used, as asked with --rate-hz.", where, header_hz, given_hz)
     return float(given_hz or header_hz or math.nan)
@@ -318,8 +305,5 @@ def _want_numbers(raw: RawArray, signals: Sequence[Signal], where: str) -> None:
     for signal, row in zip(signals, raw, strict=True):
         finite = np.isfinite(row)
         if not finite.all():
-            raise FileError(
-                f"{where}: {signal.name} holds {int((~finite).sum())} samples that are not numbers, "
-                f"the first is sample {int(np.argmin(finite)) + 1}.",
-                remedy="Correct them or cut the recording there.",
-            )
+            count, first = int((~finite).sum()), int(np.argmin(finite)) + 1
+            raise worded(FileError, "no_numbers", where=where, name=signal.name, count=count, first=first)

@@ -14,7 +14,7 @@ from radargui.files.access import Progress, listed, reading, resolved
 from radargui.files.run_file import ExportFacts, RunStream, facts_of_text
 from radargui.files.signals import ChannelInfo, Signal, Signals, rate_of_step
 from radargui.model.arrays import FloatArray
-from radargui.model.errors import FileError
+from radargui.model.errors import FileError, worded
 
 _RAW = 0xFFFFFFFF
 """Input of a scale that takes the samples as they are stored."""
@@ -178,10 +178,7 @@ def _want_whole(file: Any, path: Path, channels: Sequence[Any]) -> None:
     if status.incomplete_final_segment:
         for one in (status.channel_statuses or {}).values():
             if one.read_length < one.expected_length:
-                raise FileError(
-                    f"{path} is cut off: {one.read_length} of {one.expected_length} samples are there.",
-                    reasons=("it was not copied whole", "the program that wrote it crashed"),
-                )
+                raise worded(FileError, "cut_off", path=path, there=one.read_length, expected=one.expected_length)
     if (claimed := sum(map(len, channels))) > path.stat().st_size:
         raise FileError(f"{path} claims {claimed:.3g} samples, far more than it holds.", reasons=("it is damaged",))
 

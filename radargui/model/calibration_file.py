@@ -1,15 +1,16 @@
 """How a calibration is written: as JSON in a file of its own, and as a setup refers to it and carries it along."""
 
 import json
+from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import to_jsonable_python
 
 from radargui.model.calibration import Calibration, Known, Origin, Residual
-from radargui.model.errors import FileError
+from radargui.model.errors import FileError, worded
 from radargui.model.section import ExactWhole, Real, Section, Text
 from radargui.model.setup_error import describe
 
@@ -109,19 +110,17 @@ def content_of(calibration: Calibration) -> CalibrationContent:
         Its values do not fit together.
     """
     try:
-        return CalibrationContent.model_validate(
-            {
-                "made_at": calibration.origin.made_at,
-                "operator": calibration.origin.operator,
-                "verdict": calibration.verdict,
-                "reason": calibration.reason,
-                "names": calibration.names,
-                "values": calibration.values.tolist(),
-                "covariance": calibration.covariance.tolist(),
-            }
-        )
+        return CalibrationContent.model_validate(_table(calibration, CalibrationContent))
     except ValidationError as error:
         raise FileError(f"the calibration cannot be used: {describe(error, CalibrationContent)}.") from None
+
+
+def _table(calibration: Calibration, model: type[Section], nan: Literal["constants", "null"] = "constants") -> Any:
+    """Return what a model holds of a calibration, in its order; arrays are lists."""
+    whole = asdict(calibration)
+    whole |= whole["origin"]
+    known = {key: whole[key] for key in model.model_fields if key in whole}
+    return to_jsonable_python(known, inf_nan_mode=nan, fallback=np.ndarray.tolist)
 
 
 def calibration_text(calibration: Calibration) -> str:
@@ -132,23 +131,11 @@ def calibration_text(calibration: Calibration) -> str:
     FileError
         Its values do not fit together, or are no numbers.
     """
-    origin = calibration.origin
-    whole = {
-        "schema": SCHEMA,
-        **content_of(calibration).model_dump(),
-        "version": origin.version,
-        "files": origin.files,
-        "known": origin.known,
-        "before": calibration.before.tolist(),
-        "u_before": to_jsonable_python(calibration.u_before.tolist(), inf_nan_mode="null"),
-        "undetermined": calibration.undetermined,
-        "residuals": to_jsonable_python(calibration.residuals, inf_nan_mode="null"),
-        "notes": calibration.notes,
-    }
-    try:
-        return json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    except ValueError:
-        raise FileError("the calibration cannot be written: a value before it is no number.") from None
+    content_of(calibration)
+    if not np.isfinite(calibration.before).all():
+        raise FileError("the calibration cannot be written: a value before it is no number.")
+    whole = {"schema": SCHEMA, **_table(calibration, _StoredCalibration, "null")}
+    return json.dumps(whole, indent=1, ensure_ascii=False) + "\n"
 
 
 def parse_calibration(text: str, name: str) -> Calibration:
@@ -165,29 +152,17 @@ def parse_calibration(text: str, name: str) -> Calibration:
         raise FileError(f"{name} is no calibration: {' '.join(str(error).split())}.") from None
     schema = found.get("schema") if isinstance(found, dict) else None
     if isinstance(schema, int) and schema > SCHEMA:
-        raise FileError(
-            f"{name} was written by a newer version of RadarGUI (its format is {schema}, this version knows {SCHEMA}).",
-            remedy="Open it with that version, or update this one.",
-        )
+        raise worded(FileError, "newer_version", path=name, format=schema, this="this version", known=SCHEMA)
     try:
         stored = _StoredCalibration.model_validate(found)
     except ValidationError as error:
         raise FileError(f"{name} is damaged: {describe(error, _StoredCalibration)}.") from None
-
-    n = len(stored.names)
-    return Calibration(
-        stored.names,
-        np.array(stored.before, dtype=np.float64),
-        np.array(stored.values, dtype=np.float64),
-        np.array(stored.u_before, dtype=np.float64),
-        np.array(stored.covariance, dtype=np.float64).reshape(n, n),
-        stored.undetermined,
-        stored.residuals,
-        stored.verdict,
-        stored.reason,
-        Origin(stored.made_at, stored.operator, stored.version, stored.files, stored.known),
-        stored.notes,
-    )
+    n, vectors = len(stored.names), (stored.before, stored.values, stored.u_before)
+    covariance = np.array(stored.covariance, dtype=np.float64).reshape(n, n)
+    before, values, u_before = (np.array(one, dtype=np.float64) for one in vectors)
+    origin = Origin(stored.made_at, stored.operator, stored.version, stored.files, stored.known)
+    found, said = (stored.undetermined, stored.residuals), (stored.verdict, stored.reason)
+    return Calibration(stored.names, before, values, u_before, covariance, *found, *said, origin, stored.notes)
 
 
 def read_calibration(path: Path) -> Calibration:

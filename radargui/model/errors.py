@@ -2,8 +2,9 @@
 
 import logging
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from typing import Any, TypeVar
 
 _logger = logging.getLogger(__name__)
 
@@ -80,6 +81,23 @@ class SolveError(ProcessingError):
 
 class FaultError(RadarGuiError):
     """The program itself failed: nothing about the samples, the setup or the device explains it."""
+
+
+_Error = TypeVar("_Error", bound=RadarGuiError)
+
+
+def in_words(kind: type[_Error], words: Mapping[str, Any], facts: Mapping[str, object]) -> _Error:
+    """Return an error in words of a table of the resources, with facts in the places that they leave for them."""
+    fact, remedy = (words.get(part, "").format_map(facts) for part in ("fact", "remedy"))
+    return kind(fact, reasons=[one.format_map(facts) for one in words.get("reasons", ())], remedy=remedy)
+
+
+def worded(kind: type[_Error], name: str, /, **facts: object) -> _Error:
+    """Return the error of a name in `resources/errors.toml`."""
+    # read when something fails: no command waits for it
+    from radargui.model.resources import resource_table
+
+    return in_words(kind, resource_table("errors")[name], facts)
 
 
 def fault_of(error: BaseException, what: str) -> FaultError:

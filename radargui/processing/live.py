@@ -124,6 +124,7 @@ class LiveProcessor:
         self._digitisation = digitisation
         self._memory = LiveMemory() if memory is None else memory
         self._antennas = place_antennas(setup)
+        self._locates = setup.n_receivers >= LEAST_RECEIVERS
         self._delay = sphere_delay(setup)
         self._release_m = np.array(setup.tracer.release_position_m)
         # the wiring's sign once, here: behind it a longer path is a larger phase
@@ -296,10 +297,6 @@ class LiveProcessor:
 
     def _columns(self, seconds: float) -> int:
         return max(1, round(seconds * self._samples.rate_hz))
-
-    @property
-    def _locates(self) -> bool:
-        return self._antennas.n_receivers >= LEAST_RECEIVERS
 
 
 def _pairs(volts: FloatArray) -> list[FloatArray]:

@@ -53,23 +53,23 @@ class LiveSamples:
         How the samples to be pushed were taken.
     daq
         Tells the multiplexer skew where the samples come without it.
+
+    Attributes
+    ----------
+    rate_hz
+        Block means per second.
     """
 
     def __init__(self, digitisation: Digitisation, daq: Daq) -> None:
         self._n_channels = digitisation.n_channels
-        self._sample_rate_hz = digitisation.sample_rate_hz
         # a mean of n samples has 1 / sqrt(n) of their noise, and its low-pass is far above any Doppler of a drop
         self._averager = Averager(digitisation, max(1, round(digitisation.sample_rate_hz / LIVE_RATE_HZ)))
+        self.rate_hz = digitisation.sample_rate_hz / self._averager.size
         delay_s = np.arange(digitisation.n_channels) * channel_skew(digitisation, daq).delay_s
         # in means: how far back on the line the value at the time of channel 0 lies
         self._share = (delay_s * self.rate_hz)[:, None]
         self._next_index = 0
         self._before: FloatArray | None = None
-
-    @property
-    def rate_hz(self) -> float:
-        """Block means per second."""
-        return self._sample_rate_hz / self._averager.size
 
     def jump(self, first_index: int | None) -> int:
         """Tell where the next samples begin; return how many before them are missing."""

@@ -12,7 +12,7 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.correct import correct
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.model.calibrated_setup import edited_since
-from radargui.model.errors import ProcessingError
+from radargui.model.errors import ProcessingError, worded
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.gravity import drag_of_sphere_1_m
 from radargui.model.recording import Recording
@@ -256,11 +256,9 @@ def _check(recording: Recording, setup: Setup) -> None:
     # a pair too many or too few would give every receiver another one's geometry
     if recording.n_receivers != setup.n_receivers or len(recording.digitisation.channel_names) % 2:
         names = ", ".join(recording.digitisation.channel_names)
-        raise ProcessingError(
-            f"{recording.name} has {len(recording.digitisation.channel_names)} channels ({names}), the setup has "
-            f"{setup.n_receivers} receivers, which need {2 * setup.n_receivers}",
-            remedy="Give a setup with as many receivers as the recording has IQ pairs.",
-        )
+        n, n_channels = setup.n_receivers, recording.digitisation.n_channels
+        facts = {"n_channels": n_channels, "names": names, "receivers": n, "needed": 2 * n}
+        raise worded(ProcessingError, "pairs_to_process", name=recording.name, **facts)
     if recording.n_samples == 0:
         raise ProcessingError(f"{recording.name} holds no samples", reasons=["the recording ended before it began"])
 

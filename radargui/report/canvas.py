@@ -79,7 +79,8 @@ class Canvas(Artist):
         self._drawn.append(_Drawn(places, line, clip, **looks))
 
     def marks(self, places: FloatArray, colour: str, size: float, mark: int = 0, clip: Area | None = None) -> None:
-        """Add a mark of a size in points at each place in mm: a dot, or another of `MARKS`."""
+        """Add a mark of a size in points at each known place in mm: a dot, or another of `MARKS`."""
+        places = places[np.isfinite(places).all(axis=1)]
         if mark == 0:
             places = np.repeat(places, 2, axis=0)
             # a line without length is not drawn
@@ -235,12 +236,7 @@ class Panel:
 
     def dots(self, x: FloatArray, y: FloatArray, colour: str, size: float = 0.35, mark: int = 0) -> None:
         """Draw a dot, or another of `MARKS`, at each place."""
-
-        def draw() -> None:
-            places = self.place(x, y)
-            self.canvas.marks(places[np.isfinite(places).all(axis=1)], colour, size, mark, self.area)
-
-        self.later(draw)
+        self.later(lambda: self.canvas.marks(self.place(x, y), colour, size, mark, self.area))
 
     def upright(self, times: Sequence[float], line: Line) -> None:
         """Draw a line from top to bottom at each of the values of x."""
@@ -305,12 +301,7 @@ class Panel:
 
     def say(self, text: str) -> None:
         """Write in the middle that there is nothing to draw."""
-
-        def write() -> None:
-            left, top, width, height = self.area
-            self.canvas.write(left + 0.5 * width, top + 0.5 * height, text, self.size, 0.5, colour="#808080")
-
-        self.later(write)
+        self.later(lambda: self.canvas.write(*self.area.middle, text, self.size, 0.5, colour="#808080"))
 
     def draw(self, title: str = "") -> None:
         """Draw what is inside, without a frame, below the words above it."""

@@ -139,10 +139,11 @@ def with_powers(text: str) -> str:
 
 @lru_cache(maxsize=1)
 def templates() -> Environment:
-    """Return the templates of HTML; every text is escaped."""
+    """Return the templates; in HTML every text is escaped."""
     # the window shows chapters without them, and would wait for it at its start
-    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 
-    made = Environment(loader=PackageLoader("radargui.report"), autoescape=True, undefined=StrictUndefined)
+    folder = PackageLoader("radargui.report")
+    made = Environment(loader=folder, autoescape=select_autoescape(["html"]), undefined=StrictUndefined)
     made.filters["powers"] = with_powers
     return made

@@ -148,6 +148,8 @@ def _run(path: Path, session: Session, facts: RunFacts) -> RunProvenance:
         own = read_run_setup(path)
         with opened_run(path) as file:
             gaps, device = read_gaps(file, path), text(file.attrs, "device")
+        of_card = ("started_at", "sample_rate_hz", "n_samples", "recovered_at", "markers")
+        clipped = [one.fraction_clipped for one in facts.channels if one.fraction_clipped is not None]
         return RunProvenance(
             path.stem,
             path.name,
@@ -158,18 +160,14 @@ def _run(path: Path, session: Session, facts: RunFacts) -> RunProvenance:
             device,
             imported,
             card.origin.file,
-            card.started_at,
-            card.sample_rate_hz,
-            card.n_samples,
-            len(gaps),
-            sum(gap.count for gap in gaps),
-            max((one.fraction_clipped for one in facts.channels if one.fraction_clipped is not None), default=None),
-            card.recovered_at,
-            set_aside,
-            () if own is None else tuple(setting_changes(session.setup, own)),
-            card.markers,
-            tuple(_processing(one, session.setup) for one in read_stored_results(path)),
-            read_health(path),
+            **{key: getattr(card, key) for key in of_card},
+            n_gaps=len(gaps),
+            n_lost=sum(gap.count for gap in gaps),
+            fraction_clipped=max(clipped, default=None),
+            set_aside=set_aside,
+            settings_changed=() if own is None else tuple(setting_changes(session.setup, own)),
+            processings=tuple(_processing(one, session.setup) for one in read_stored_results(path)),
+            health=read_health(path),
         )
     except RadarGuiError as error:
         return RunProvenance(path.stem, path.name, set_aside=set_aside, problem=in_session(path, error))

@@ -108,10 +108,8 @@ class RunFacts:
     @property
     def verdict(self) -> str:
         """How good the run is, in one or two words."""
-        if self.status != "ok":
-            said = self.status.replace("_", " ")
-        else:
-            said = str((self.figures or {}).get("verdict") or "ok")
+        said = self.status if self.status != "ok" else str((self.figures or {}).get("verdict") or "ok")
+        said = said.replace("_", " ")
         return f"{said}, preliminary" if self.preliminary else said
 
     @property

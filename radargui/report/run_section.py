@@ -80,10 +80,9 @@ def _words(run: RunFacts) -> tuple[Content, ...]:
     return *blocks, *_impacts(run), *_quality(run), *_gaps(run), *_calibration(run)
 
 
-def _refusal(run: RunFacts) -> list[Content]:
-    return (
-        [Note("Rejected: no position, e or g of this run is valid.", warning=True)] if run.status == "rejected" else []
-    )
+def _refusal(run: RunFacts) -> Iterator[Content]:
+    if run.status == "rejected":
+        yield Note("Rejected: no position, e or g of this run is valid.", warning=True)
 
 
 def _result_rows(run: RunFacts) -> Iterator[tuple[str, str]]:
@@ -115,10 +114,10 @@ def _fall_rows(run: RunFacts) -> Iterator[tuple[str, str]]:
     yield "Residual of the fit", f"{plain(fall.residual_rms_m, 3, 'µm', 1e6)} rms"
 
 
-def _impacts(run: RunFacts) -> list[Content]:
-    if not run.bounces.impacts:
-        # without a track nobody looked for one
-        return [Note("No impact was found.")] if run.geometry else []
+def _impacts(run: RunFacts) -> Iterator[Content]:
+    # without a track nobody looked for one
+    if not run.bounces.impacts and run.geometry:
+        yield Note("No impact was found.")
     rows = (
         {
             "impact": str(number),
@@ -135,12 +134,13 @@ def _impacts(run: RunFacts) -> list[Content]:
         }
         for number, impact in enumerate(run.bounces.impacts, 1)
     )
-    return [Grid.of(rows, "Impacts", left=(0, 8, 9))]
+    if run.bounces.impacts:
+        yield Grid.of(rows, "Impacts", left=(0, 8, 9))
 
 
-def _quality(run: RunFacts) -> list[Content]:
+def _quality(run: RunFacts) -> Iterator[Content]:
     if not run.channels:
-        return []
+        return
     rows = (
         {
             "receiver": channel.name,
@@ -156,20 +156,18 @@ def _quality(run: RunFacts) -> list[Content]:
         }
         for channel in run.channels
     )
+    yield Grid.of(rows, "Quality of the receivers", left=(0, 9))
     said = " ".join((run.reason, *run.warnings))
-    reasons = [
-        Note(f"Receiver {channel.name}: {channel.reason}") for channel in run.channels if channel.reason not in said
-    ]
-    return [Grid.of(rows, "Quality of the receivers", left=(0, 9)), *reasons]
+    yield from (Note(f"Receiver {one.name}: {one.reason}") for one in run.channels if one.reason not in said)
 
 
 def _percent(share: float | None) -> str:
     return UNKNOWN if share is None else f"{100.0 * share:.3g} %"
 
 
-def _gaps(run: RunFacts) -> list[Content]:
+def _gaps(run: RunFacts) -> Iterator[Content]:
     if not run.gaps or not run.rate_hz:
-        return []
+        return
     rate = run.rate_hz
     rows = (
         {
@@ -180,24 +178,24 @@ def _gaps(run: RunFacts) -> list[Content]:
         }
         for gap in run.gaps
     )
-    return [Grid.of(rows, "Lost samples", left=(3,))]
+    yield Grid.of(rows, "Lost samples", left=(3,))
 
 
-def _calibration(run: RunFacts) -> list[Content]:
+def _calibration(run: RunFacts) -> Iterator[Content]:
     if run.uncertainty_budget is None:
-        return []
+        return
     header, *rows = budget_rows(run.uncertainty_budget)
-    grid = Grid(header, tuple(rows), "Standard uncertainties", left=(0,))
+    yield Grid(header, tuple(rows), "Standard uncertainties", left=(0,))
     shares = [
         f"{name}: " + ", ".join(f"{share} {100.0 * part:.0f} %" for share, part in variance_shares(line).items())
         for name, line in (("e", run.uncertainty_budget.e), ("g", run.uncertainty_budget.g_m_s2))
         if variance_shares(line)
     ]
-    notes = [Note(f"Shares of the squares. {'; '.join(shares)}.")] if shares else []
+    if shares:
+        yield Note(f"Shares of the squares. {'; '.join(shares)}.")
     if run.uncertainty_budget.assumed:
         said = ", ".join(f"{key} {plain(u, 2)}" for key, u in run.uncertainty_budget.assumed.items())
-        notes.append(Note(f"Assumed, because the setup does not say: {said}."))
-    return [grid, *notes]
+        yield Note(f"Assumed, because the setup does not say: {said}.")
 
 
 def _pictures(run: RunFacts, setup: Setup) -> tuple[Picture, ...]:

@@ -1,5 +1,7 @@
 """What the report says of a setup: antennas, sphere, acquisition, calibration."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
@@ -54,8 +56,7 @@ def setup_blocks(setup: Setup, *, recorded: bool = True, simulated: bool = False
         "Rate": f"{rate}, skew {plain(daq.channel_skew_s, 3, 'µs', 1e6)}" if recorded else "",
         "Processing": f"correction {setup.processing.correction}, geometry {setup.processing.geometry}",
     }
-    matrix = _matrix(setup) if setup.n_receivers >= LEAST_RECEIVERS else []
-    return [Facts.of(rows, "Setup"), _receivers(setup), *_calibration(setup), *matrix]
+    return [Facts.of(rows, "Setup"), _receivers(setup), *_calibration(setup), *_matrix(setup)]
 
 
 def _transmitter(transmitter: Transmitter) -> str:
@@ -86,11 +87,11 @@ def _receivers(setup: Setup) -> Grid:
     return Grid.of(rows, "Receivers")
 
 
-def _calibration(setup: Setup) -> list[Content]:
-    """Return the table of what a calibration found, and which of it is known only together."""
+def _calibration(setup: Setup) -> Iterator[Content]:
+    """Give the table of what a calibration found, and which of it is known only together."""
     content = setup.calibration.content
     if content is None or not content.names:
-        return []
+        return
     covariance = np.array(content.covariance)
     u = np.sqrt(np.diag(covariance))
     rows = (
@@ -104,27 +105,24 @@ def _calibration(setup: Setup) -> list[Content]:
         for unit, scale in [unit_of(name)]
     )
     words = calibration_words(setup)
-    said = f"{words[0].upper()}{words[1:]}: {content.reason.rstrip('.') or UNKNOWN}."
-    edited = edited_since(setup)
+    yield Note(f"{words[0].upper()}{words[1:]}: {content.reason.rstrip('.') or UNKNOWN}.")
+    yield Grid.of(rows, "Calibration", left=(0, 1))
     pairs = [
         f"{setup_key(a)} with {setup_key(b)}: {r:+.2f}"
         for a, b, r in correlations(covariance, content.names, CORRELATED)
     ]
     named = "; ".join(pairs[:_MOST_NAMED]) + (f" and {len(pairs) - _MOST_NAMED} more" * (len(pairs) > _MOST_NAMED))
-    together = [Note(f"Correlated by more than {CORRELATED:g}: {named}.")] if pairs else []
-    return [
-        Note(said),
-        Grid.of(rows, "Calibration", left=(0, 1)),
-        *together,
-        *([Note(f"{edited[0].upper()}{edited[1:]}.", warning=True)] if edited else []),
-    ]
+    if pairs:
+        yield Note(f"Correlated by more than {CORRELATED:g}: {named}.")
+    if edited := edited_since(setup):
+        yield Note(f"{edited[0].upper()}{edited[1:]}.", warning=True)
 
 
-def _matrix(setup: Setup) -> list[Content]:
+def _matrix(setup: Setup) -> Iterator[Content]:
+    if setup.n_receivers < LEAST_RECEIVERS:
+        return
     antennas = place_antennas(setup)
     rows = tuple((str(number), *(f"{value:.5f}" for value in row)) for number, row in enumerate(t_matrix(antennas), 1))
     condition = condition_number(antennas)
-    return [
-        Grid(("receiver", "sin t cos a", "sin t sin a", "1 + cos t"), rows, "Matrix T (plane wave)"),
-        Note(f"Condition number of T: {condition:.3f}", warning=condition > _WORST_CONDITION),
-    ]
+    yield Grid(("receiver", "sin t cos a", "sin t sin a", "1 + cos t"), rows, "Matrix T (plane wave)")
+    yield Note(f"Condition number of T: {condition:.3f}", warning=condition > _WORST_CONDITION)

@@ -81,6 +81,11 @@ class Area(NamedTuple):
         """Return a part of it, measured from its own corner."""
         return Area(self.left + left, self.top + top, width, height)
 
+    @property
+    def middle(self) -> tuple[float, float]:
+        """Its middle, on the figure."""
+        return self.left + 0.5 * self.width, self.top + 0.5 * self.height
+
 
 def new_page(paper: Paper = "a4") -> Figure:
     """Return an empty page."""

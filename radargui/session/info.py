@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from radargui import __version__
 from radargui.files.access import write_whole
 from radargui.model.calibrated_setup import calibration_words
-from radargui.model.errors import SessionError
+from radargui.model.errors import SessionError, worded
 from radargui.model.setup import Setup, plain
 from radargui.model.setup_error import describe
 
@@ -48,11 +48,7 @@ def new_folder(parent: Path, name: str | None, now: datetime) -> Path:
                 folder.mkdir()
                 return folder
     except OSError as error:
-        raise DataFolderError(
-            f"No session can be made in {parent}: {error.strerror or error}.",
-            reasons=("the folder cannot be written", "part of the path is a file", "the disk is full"),
-            remedy="Choose another data folder.",
-        ) from None
+        raise worded(DataFolderError, "no_session", parent=parent, why=error.strerror or error) from None
     raise DataFolderError(f"{parent} holds too many sessions named {name}.", remedy="Choose another name.")
 
 
@@ -67,19 +63,14 @@ def own_subfolder(session: Path, name: str) -> Path:
     """
     folder = session / name
     if not folder.resolve().is_relative_to(session.resolve()):
-        raise SessionError(
-            f"{folder} is a link out of the session, to {folder.resolve()}: nothing is written there.",
-            remedy="Remove the link, or name that folder with --output.",
-        )
+        raise worded(SessionError, "link_out", folder=folder, target=folder.resolve())
     return folder
 
 
 def _fit(name: str) -> str:
     """Return a name that every system can have."""
     if not name or name != name.strip() or name.endswith(".") or _UNFIT.search(name) or _RESERVED.fullmatch(name):
-        raise SessionError(
-            f"{name!r} cannot be the name of a session.", remedy='Use letters, digits, space, "-", "_" and "." inside.'
-        )
+        raise worded(SessionError, "session_name", name=name)
     return name
 
 
@@ -241,19 +232,16 @@ def read_info(folder: Path) -> SessionInfo:
     except OSError as error:
         raise SessionError(f"{path} cannot be read: {error.strerror or error}.") from None
     except (ValueError, RecursionError) as error:
-        raise _damaged(path, str(error)) from None
+        raise worded(SessionError, "damaged_record", path=path, said=error) from None
     if not isinstance(content, dict):
-        raise _damaged(path, "it holds no table")
+        raise worded(SessionError, "damaged_record", path=path, said="it holds no table")
     schema = content.get("schema_version")
     if isinstance(schema, int) and schema > SCHEMA:
-        raise SessionError(
-            f"{path} was written by a newer version of RadarGUI (its format is {schema}, this version knows {SCHEMA}).",
-            remedy="Open it with that version, or update this one.",
-        )
+        raise worded(SessionError, "newer_version", path=path, format=schema, this="this version", known=SCHEMA)
     try:
         info = SessionInfo.model_validate(content)
     except ValidationError as error:
-        raise _damaged(path, describe(error, SessionInfo)) from None
+        raise worded(SessionError, "damaged_record", path=path, said=describe(error, SessionInfo)) from None
     return info.model_copy(update={"setup": _as_given(info.setup, content.get("setup_given"))})
 
 
@@ -266,10 +254,3 @@ def _as_given(setup: Setup, given: object) -> Setup:
         found = Setup.model_validate(given)
         return found if found == setup else setup
     return setup
-
-
-def _damaged(path: Path, text: str) -> SessionError:
-    return SessionError(
-        f"{path} is damaged: {text}.",
-        remedy="Its runs hold their own setup: each run-NNNN.h5 can still be processed by itself.",
-    )

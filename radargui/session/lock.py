@@ -18,7 +18,7 @@ from pathlib import Path
 
 from filelock import BaseFileLock, FileLock, SoftFileLock, Timeout
 
-from radargui.model.errors import SessionError
+from radargui.model.errors import SessionError, worded
 
 FILE_NAME = "session.lock"
 _MARKER_NAME = "session.lock.held"
@@ -183,11 +183,7 @@ def _remove(path: Path) -> None:
 
 
 def _unwritable(path: Path, error: OSError) -> SessionReadOnlyError:
-    return SessionReadOnlyError(
-        f"{path.parent} cannot be written: {error.strerror or error}.",
-        reasons=("it is on a read-only disk", "it belongs to somebody else", "the disk is full"),
-        remedy="It can be looked at; copy it to another folder to add to it.",
-    )
+    return worded(SessionReadOnlyError, "read_only", folder=path.parent, why=error.strerror or error)
 
 
 def _refused(folder: Path, owner: Owner | None) -> SessionLockedError:

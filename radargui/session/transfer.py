@@ -14,7 +14,7 @@ from radargui.files.formats import ExportFormat, export_run, format_of, source_p
 from radargui.files.raw_file import RawLayout
 from radargui.files.reading import ChannelMap, read_mapped, read_recording
 from radargui.files.run_layout import PIECE
-from radargui.model.errors import FileError, RadarGuiError, SessionError
+from radargui.model.errors import FileError, RadarGuiError, SessionError, worded
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.session.info import SessionDetails, own_subfolder, read_info
@@ -124,11 +124,8 @@ class SessionImport:
         try:
             recording = one.read()
             if recording.n_receivers != self.setup.n_receivers:
-                raise FileError(
-                    f"{one.label} gives {recording.n_receivers} IQ pairs, the setup has {self.setup.n_receivers} "
-                    "receivers.",
-                    remedy="Choose other channels or another setup.",
-                )
+                counts = {"pairs": recording.n_receivers, "receivers": self.setup.n_receivers}
+                raise worded(FileError, "pairs_to_import", label=one.label, **counts)
         except RadarGuiError as error:
             return ImportedRun(one, error=error)
         # outside: a folder that cannot be written ends the import

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TypeAlias
 
-from radargui.model.errors import SourceError
+from radargui.model.errors import SourceError, worded
 from radargui.model.plugins import load_plugin, plugins
 from radargui.model.setup import Setup
 from radargui.sources.contract import SYSTEM_CLOCK, Clock, Source
@@ -100,8 +100,6 @@ def _replay(setup: Setup, file: Path | None, *, realtime: bool, clock: Clock) ->
         raise SourceError("No file to replay was named", remedy="Name a recording.")
     recording = read_recording(file)
     if recording.n_receivers != setup.n_receivers:
-        raise SourceError(
-            f"{file.name} holds {recording.n_receivers} IQ pairs, the setup has {setup.n_receivers} receivers",
-            remedy="Use the setup that belongs to the recording.",
-        )
+        counts = {"pairs": recording.n_receivers, "receivers": setup.n_receivers}
+        raise worded(SourceError, "pairs_to_replay", name=file.name, **counts)
     return ReplaySource(recording, realtime=realtime, clock=clock, block_s=setup.daq.read_interval_s)

@@ -13,7 +13,7 @@ from radargui.files.formats import RUN
 from radargui.files.run_card import summarise
 from radargui.files.run_results import results_are_current, write_results
 from radargui.files.stored_results import read_prior
-from radargui.model.errors import CancelledError, FileError, ProcessingError, RadarGuiError, fault_of
+from radargui.model.errors import CancelledError, FileError, ProcessingError, RadarGuiError, fault_of, worded
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup, changed
 from radargui.processing.long_recording import read_for_processing
@@ -119,10 +119,8 @@ def work_on(task: BatchTask, progress: Callable[[float], None] | None = None) ->
 
 def _work_on(task: BatchTask, progress: Callable[[float], None] | None) -> BatchOutcome:
     if task.version != __version__:
-        raise ProcessingError(
-            f"the worker (process {os.getpid()}) has RadarGUI {__version__}, the batch was started by {task.version}.",
-            remedy="Install the same version on all workers.",
-        )
+        versions = {"own": __version__, "version": task.version}
+        raise worded(ProcessingError, "other_version", process=os.getpid(), **versions)
     setup = changed(task.setup or own_setup(task.run), task.changes, "command line")
     to = task.tables
     if not task.force and (to.are_current(to.folder, setup) if to else results_are_current(task.run, setup)):

@@ -12,7 +12,7 @@ from typing import Any
 
 from radargui.experiment.batch.task import BatchOutcome, BatchTask, work_on
 from radargui.experiment.processing_apart import workers_ignoring_interrupts
-from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, UsageError
+from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, UsageError, worded
 from radargui.model.workers import begin_worker
 
 _AHEAD = 2
@@ -45,15 +45,7 @@ def run_local(tasks: Sequence[BatchTask], workers: int | None = None) -> Generat
             guilty: list[BatchTask] = []
             yield from _run_pool(deque([suspect]), 1, guilty)
             if guilty:
-                yield BatchOutcome(suspect.run, "failed", _no_answer())
-
-
-def _no_answer() -> ProcessingError:
-    return ProcessingError(
-        "its worker process ended without an answer.",
-        reasons=("the memory does not suffice", "the file makes a library crash", "somebody killed it"),
-        remedy="Use fewer --workers, or process this run alone.",
-    )
+                yield BatchOutcome(suspect.run, "failed", worded(ProcessingError, "no_answer"))
 
 
 def _run_pool(waiting: deque[BatchTask], count: int, suspects: list[BatchTask]) -> Generator[BatchOutcome, None, None]:
@@ -158,39 +150,23 @@ def _connected(scheduler: str) -> Any:
     try:
         from distributed import Client
     except ImportError:
-        raise UsageError(
-            "--scheduler needs the package dask.distributed, which is not installed.",
-            remedy='Install it with: pip install "radargui[cluster]"',
-        ) from None
+        raise worded(UsageError, "no_dask") from None
     try:
         return Client(scheduler, timeout=ANSWER_S, set_as_default=False)
     except OSError:
         # TimeoutError is one, too.
-        raise RadarGuiError(
-            f"No Dask scheduler answers at {scheduler}.",
-            reasons=("it is not running", "a firewall is between", "its version differs from the one here"),
-            remedy="Start it with `dask scheduler`, or leave --scheduler out to use this computer.",
-        ) from None
+        raise worded(RadarGuiError, "no_scheduler", scheduler=scheduler) from None
 
 
 def _want_workers(client: Any, scheduler: str) -> None:
     try:
         client.wait_for_workers(1, timeout=WORKER_S)
     except TimeoutError:
-        raise RadarGuiError(
-            f"The Dask scheduler at {scheduler} has no workers.", remedy="Start some with `dask worker ADDRESS`."
-        ) from None
+        raise worded(RadarGuiError, "no_workers", scheduler=scheduler) from None
 
 
 def _why(future: Any) -> RadarGuiError:
     error = future.exception() if future.status == "error" else None
     if error is None or type(error).__name__ == "KilledWorker":
-        return ProcessingError(
-            "the workers that had it ended without an answer.",
-            reasons=("their memory does not suffice", "the file makes a library crash"),
-            remedy="Process this run alone.",
-        )
-    return ProcessingError(
-        f"the cluster could not do it: {type(error).__name__}: {error}.",
-        reasons=("RadarGUI is not installed on the workers",),
-    )
+        return worded(ProcessingError, "no_answer_of_cluster")
+    return worded(ProcessingError, "cluster_failed", kind=type(error).__name__, error=error)

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from radargui.model.errors import DeviceError
+from radargui.model.errors import DeviceError, in_words
 from radargui.model.resources import resource_table
 
 WORDS = resource_table("ni/errors")
@@ -16,9 +16,7 @@ WORDS = resource_table("ni/errors")
 
 def device_error(name: str, /, **facts: object) -> DeviceError:
     """Return the error of a name, with facts in the places that its words leave for them."""
-    words = WORDS[name]
-    fact, remedy = (words.get(part, "").format_map(facts) for part in ("fact", "remedy"))
-    return DeviceError(fact, reasons=words.get("reasons", ()), remedy=remedy)
+    return in_words(DeviceError, WORDS[name], facts)
 
 
 _HOSTNAME_MISMATCH = (62, 64)
@@ -245,17 +243,20 @@ class Driver:
     ------
     DeviceError
         The package is missing, or no device server answers there.
+
+    Attributes
+    ----------
+    remote
+        As given.
+    place
+        Where the devices are, for people.
     """
 
     def __init__(self, remote: str | None = None, certificate: str | None = None) -> None:
         self.remote = remote
+        self.place = "this computer" if remote is None else remote
         self._nidaqmx = load_nidaqmx()
         self._channel: Any = None if remote is None else open_channel(remote, certificate)
-
-    @property
-    def place(self) -> str:
-        """Where the devices are, for people."""
-        return "this computer" if self.remote is None else self.remote
 
     def system(self) -> Any:
         """Return nidaqmx's System; on a computer without NI-DAQmx this raises nidaqmx's own DaqNotFoundError."""

@@ -9,7 +9,7 @@ from scipy.integrate import OdeSolution, solve_ivp
 from scipy.interpolate import PPoly
 
 from radargui.model.arrays import FloatArray
-from radargui.model.errors import SetupError
+from radargui.model.errors import SetupError, worded
 from radargui.model.setup import Setup
 from radargui.model.simulation import Simulation
 from radargui.sources.simulated.seeds import Draw, generator
@@ -57,11 +57,7 @@ def contact_plane(setup: Setup) -> Plane:
     release = np.array(setup.tracer.release_position_m)
     tilt, normal = np.radians(setup.simulation.floor_tilt_deg), np.array(setup.floor.normal)
     if normal[2] < _LEAST_NORMAL_Z:
-        raise SetupError(
-            f"floor.normal = {[round(float(part), 3) for part in normal]}: the simulated sphere needs a floor that "
-            "faces up",
-            remedy="Point the normal away from the floor, for example [0, 0, 1].",
-        )
+        raise worded(SetupError, "no_floor", normal=[round(float(part), 3) for part in normal])
     if tilt:
         aside = along_plane(azimuth_direction(setup.simulation.floor_tilt_azimuth_deg), normal)
         normal = np.cos(tilt) * normal + np.sin(tilt) * aside
@@ -73,10 +69,7 @@ def contact_plane(setup: Setup) -> Plane:
         foot = release - np.array([0.0, 0.0, DEFAULT_DROP_M])
     plane = Plane(normal, float(normal @ foot))
     if plane.height_m(release) < _LEAST_DROP_M:
-        raise SetupError(
-            f"The release of the simulated sphere at z = {release[2]:g} m is not above the floor at z = {foot[2]:g} m",
-            remedy="Raise tracer.release_position_m, lower floor.height_m or set simulation.drop_height_m.",
-        )
+        raise worded(SetupError, "release_below_floor", release_m=release[2], floor_m=foot[2])
     return plane
 
 
@@ -255,7 +248,4 @@ def _check_it_ends(simulation: Simulation, height_m: float, upward: float) -> No
     # flights last 2 t e, 2 t e^2, ...: with the first fall t (1 + e) / (1 - e) in all, drag apart
     first_s = float(np.sqrt(2.0 * height_m / (simulation.gravity_m_s2 * upward)))
     if first_s * (1.0 + e) / (1.0 - e) > _LONGEST_S:
-        raise SetupError(
-            f"simulation.restitution = {e:g}: the simulated sphere would bounce for more than {_LONGEST_S:g} s",
-            remedy="Choose a smaller restitution.",
-        )
+        raise worded(SetupError, "bounces_too_long", e=e, longest_s=_LONGEST_S)

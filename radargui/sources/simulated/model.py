@@ -8,7 +8,7 @@ import numpy as np
 
 from radargui.geometry.path_length import Antennas, path_lengths, place_antennas
 from radargui.model.arrays import ComplexArray, FloatArray, RawArray
-from radargui.model.errors import SetupError
+from radargui.model.errors import SetupError, worded
 from radargui.model.recording import Block, Digitisation, Gap, Recording, Truth
 from radargui.model.setup import Setup
 from radargui.model.wiring import wiring_steps
@@ -148,24 +148,13 @@ def check_clearance(setup: Setup, scene: Scene, antennas: Antennas, reflectors: 
     for name, place in zip(names, [antennas.transmitter_m, *antennas.receivers_m], strict=True):
         away = position - place[:, None]
         if float(dot(away, away).min()) < (_CLEARANCE_M + 0.5 * setup.tracer.diameter_m) ** 2:
-            raise SetupError(
-                f"The simulated sphere would hit the {name}",
-                remedy="Check the antennas' distances, tracer.release_position_m and the sizes in [simulation].",
-            )
+            raise worded(SetupError, "hits_antenna", name=name)
     for reflector in reflectors:
         if float(reflector.height_m(position).min()) >= 0.0:
             continue
-        what, change, key = (
-            "the bottom that reflects",
-            "Lower the floor (floor.height_m or simulation.drop_height_m)",
-            "",
-        )
-        if reflector.wall is not None:
-            what, change, key = f"wall {reflector.wall + 1}", "Raise simulation.wall_distance_m", "wall_"
-        raise SetupError(
-            f"The simulated sphere would pass through {what}",
-            remedy=f"{change}, make the motion smaller, or set simulation.{key}reflection = 0.",
-        )
+        if reflector.wall is None:
+            raise worded(SetupError, "passes_bottom")
+        raise worded(SetupError, "passes_wall", number=reflector.wall + 1)
 
 
 def simulate_recording(setup: Setup, *, run: int = 0, name: str = "simulated") -> tuple[Recording, Truth]:

@@ -9,7 +9,7 @@ import numpy as np
 from radargui.geometry.path_length import Antennas, mirror
 from radargui.model import scattering
 from radargui.model.arrays import ComplexArray, FloatArray
-from radargui.model.errors import SetupError
+from radargui.model.errors import SetupError, worded
 from radargui.model.setup import Setup
 from radargui.sources.simulated.fall import Plane, azimuth_direction, contact_plane
 from radargui.sources.simulated.seeds import Draw, generator
@@ -227,10 +227,7 @@ def image_of(antenna: Antenna, reflector: Reflector, phase_rad: float, reference
         if is_wall:
             return None
         place = ", ".join(f"{part:.3g}" for part in antenna.place_m)
-        raise SetupError(
-            f"An antenna at ({place}) m stands below the bottom that reflects in the simulation",
-            remedy="Correct the antenna's tilt and distance or the floor, or set simulation.reflection = 0.",
-        )
+        raise worded(SetupError, "antenna_below_bottom", place=place)
     image = replace(
         antenna,
         place_m=mirror(antenna.place_m, normal, reflector.distance_m),

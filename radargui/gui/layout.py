@@ -142,22 +142,34 @@ def labelled(words: str, field: QtWidgets.QWidget) -> QtWidgets.QLabel:
 
 
 class Group(QtWidgets.QGroupBox):
-    """A titled group of labelled fields."""
+    """A titled group of labelled fields.
 
-    def __init__(self, title: str = "") -> None:
+    Parameters
+    ----------
+    parts
+        What it holds at first, see `put`.
+    """
+
+    def __init__(self, title: str = "", *parts: tuple[str, QtWidgets.QWidget] | QtWidgets.QWidget) -> None:
         super().__init__(title)
         self.rows = QtWidgets.QFormLayout(self, labelAlignment=Qt.AlignmentFlag.AlignLeft, verticalSpacing=4)
         self.rows.setFieldGrowthPolicy(QtWidgets.QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         self.rows.setContentsMargins(8, 6, 8, 8)
+        self.put(*parts)
 
-    def row(self, words: str, field: QtWidgets.QWidget, tip: str = "", fault: QtWidgets.QWidget | None = None) -> None:
-        """Add a field; `words` names it with its unit, and what is wrong with it stands beneath."""
+    def put(self, *parts: tuple[str, QtWidgets.QWidget] | QtWidgets.QWidget) -> None:
+        """Add fields, each with the words that name it, and widgets that take the whole width."""
+        for part in parts:
+            self.row(*part) if isinstance(part, tuple) else self.whole(part)
+
+    def row(self, words: str, field: QtWidgets.QWidget, tip: str = "") -> None:
+        """Add a field; `words` names it with its unit, and what is wrong with a path stands beneath."""
         tip = tip or TIPS["fields"].get(words, "")
         # of a line with a button the line is what the keys come to
         (field.focusProxy() or field).setAccessibleName(words)
         self.rows.addRow(having(labelled(words, field), toolTip=tip), having(field, toolTip=tip))
-        if fault is not None:
-            self.rows.addRow(fault)
+        if isinstance(field, PathField):
+            self.rows.addRow(field.fault)
 
     def whole(self, widget: QtWidgets.QWidget) -> None:
         """Add a widget over the whole width."""

@@ -162,8 +162,8 @@ def test_sample_target_and_notes_of_a_moment_are_kept(
     monkeypatch.setattr(Session, "mark", mark_and_tell)
     monkeypatch.setattr(RunWriter, "close", close_when_marked)
     panel = window.session_panel
-    panel._sample.setText("glass sphere")
-    panel._target.setText("granular bed")
+    panel._lines["Sample"].setText("glass sphere")
+    panel._lines["Target"].setText("granular bed")
     window.actions_.record.trigger()
     wait_for(lambda: window.control.session is not None and window.control.session.recording is not None)
     panel._mark.setText("door slammed")

@@ -6,18 +6,8 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
+from PySide6 import QtWidgets
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QSizePolicy,
-    QSlider,
-    QStackedWidget,
-    QVBoxLayout,
-    QWidget,
-)
 
 from radargui.acquisition.health import Health
 from radargui.acquisition.run_output import Level
@@ -44,7 +34,7 @@ _SPANS = [(seconds, f"{seconds:g} s") for seconds in WINDOWS_S]
 _BANDS = [(hertz, f"±{hertz / 1e3:g} kHz" if hertz >= 1e3 else f"±{hertz:g} Hz") for hertz in BANDS_HZ]
 
 
-class TimeView(QWidget):
+class TimeView(QtWidgets.QWidget):
     """I and Q of each receiver against time, the level of each channel beside them."""
 
     def __init__(self, theme: Theme) -> None:
@@ -52,12 +42,12 @@ class TimeView(QWidget):
         self._theme = theme
         self.scopes: list[Scope] = []
         self.levels: list[LevelBar] = []
-        self._columns: list[QWidget] = []
+        self._columns: list[QtWidgets.QWidget] = []
         self._envelope: Envelope | None = None
         self._live: tuple[object, ...] = ()
         self._held: tuple[object, ...] = ()
         self.gain = button("Gain…", self.ask_gain)
-        self._grid = QGridLayout(self)
+        self._grid = QtWidgets.QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
         self._grid.setSpacing(2)
         self.any_lost = False
@@ -72,12 +62,12 @@ class TimeView(QWidget):
         self.scopes = [Scope(self._theme, index + 1, with_time=index == last) for index in range(count)]
         names = [(part, index) for index in range(1, count + 1) for part in "IQ"]
         self.levels = [LevelBar(self._theme, f"{part}{index}", part.lower(), full_scale_v) for part, index in names]
-        self._columns = [QWidget() for _ in range(count)]
+        self._columns = [QtWidgets.QWidget() for _ in range(count)]
         for index, (scope, column) in enumerate(zip(self.scopes, self._columns, strict=True)):
             scope.setXLink(None if index == last else self.scopes[last])
             scope.view.sigXRangeChanged.connect(self.look_again)
             below = [self.gain] if index == last else []
-            fill(QVBoxLayout(column), 1, *self.levels[2 * index : 2 * index + 2], 1, *below)
+            fill(QtWidgets.QVBoxLayout(column), 1, *self.levels[2 * index : 2 * index + 2], 1, *below)
             self._grid.addWidget(scope, index, 0)
             self._grid.addWidget(column, index, 1)
             # the last one holds the time axis as well
@@ -150,7 +140,7 @@ class TimeView(QWidget):
         self.any_lost = bool(lost.any())
 
 
-class ScopePanel(QWidget):
+class ScopePanel(QtWidgets.QWidget):
     """What comes in, looked at in one of four ways; pausing holds the picture, never the samples.
 
     Parameters
@@ -182,24 +172,24 @@ class ScopePanel(QWidget):
         self.span.setCurrentIndex(max(0, self.span.findData(window_s)))
         self.band.setCurrentIndex(1)
         self.let_go = button("Hold anew", self.alignment.bars.let_go)
-        self.pause = QCheckBox("Pause")
+        self.pause = QtWidgets.QCheckBox("Pause")
         self.pause.setToolTip(TIPS["scopes"]["Pause"])
         self.key = Key(theme, *IQ_KEY)
         parts = (self.view, self.span, self.band, self.let_go, self.pause, 1, self.key)
-        top = fill(QHBoxLayout(), *parts, margins=(6, 4, 6, 0), spacing=6)
+        top = fill(QtWidgets.QHBoxLayout(), *parts, margins=(6, 4, 6, 0), spacing=6)
 
-        self.when = QLabel()
-        self.back = QSlider(Qt.Orientation.Horizontal)
+        self.when = QtWidgets.QLabel()
+        self.back = QtWidgets.QSlider(Qt.Orientation.Horizontal)
         self.back.setAccessibleName("Back through what is held")
         self.back.setToolTip(TIPS["scopes"]["Back through what is held"])
         self.back.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self._past = QWidget()
-        fill(QHBoxLayout(self._past), self.when, (self.back, 1), margins=(6, 2, 6, 0), spacing=8)
+        self._past = QtWidgets.QWidget()
+        fill(QtWidgets.QHBoxLayout(self._past), self.when, (self.back, 1), margins=(6, 2, 6, 0), spacing=8)
         self._past.hide()
-        self._stack = QStackedWidget()
+        self._stack = QtWidgets.QStackedWidget()
         for page in self._pages:
             self._stack.addWidget(page)
-        fill(QVBoxLayout(self), top, self._past, (self._stack, 1))
+        fill(QtWidgets.QVBoxLayout(self), top, self._past, (self._stack, 1))
 
         self.view.currentIndexChanged.connect(self._choose)
         self.pause.toggled.connect(self._pause)
@@ -302,14 +292,14 @@ class ScopePanel(QWidget):
     def _choose(self) -> None:
         name = self.view.currentData()
         self._stack.setCurrentIndex(self.view.currentIndex())
-        ignored, preferred = QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred
+        ignored, preferred = QtWidgets.QSizePolicy.Policy.Ignored, QtWidgets.QSizePolicy.Policy.Preferred
         for page in self._pages:
             # the room that one view needs is not asked for another
             policy = preferred if page is self._stack.currentWidget() else ignored
             page.setSizePolicy(policy, policy)
         short = name == "time"
         self.key.setMinimumWidth(0 if short else 40)
-        self.key.setSizePolicy(QSizePolicy.Policy.Minimum if short else preferred, preferred)
+        self.key.setSizePolicy(QtWidgets.QSizePolicy.Policy.Minimum if short else preferred, preferred)
         self.let_go.setVisible(name == "alignment")
         self.band.setVisible(name in ("spectrum", "waterfall"))
         self.span.setVisible(name != "alignment")

@@ -54,10 +54,9 @@ class MappingForm(Group):
         self.boxes: list[QtWidgets.QComboBox] = []
         self.words, self.fault = PlainLabel("Choose files first."), FaultText()
         self.count = QtWidgets.QSpinBox(minimum=1, maximum=LARGEST)
-        self.count.setMaximumWidth(70)
+        having(self.count, maximumWidth=70, accessibleName="Receivers")
         self.count.valueChanged.connect(lambda _count: self._fill(self.names))
-        self.row("Receivers", side_by_side(self.count, self.words), fault=self.fault)
-        self.count.setAccessibleName("Receivers")
+        self.put(("Receivers", side_by_side(self.count, self.words)), self.fault)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -140,15 +139,11 @@ class ImportDialog(Dialog):
         self.rate.editingFinished.connect(self._preview)
         self.rate.valueChanged.connect(lambda _hz: self._show_fault())
 
-        files, how = Group("Files"), Group("Session")
-        files.row("Chosen", side_by_side(self._named, button("Choose files…", self._choose)))
-        how.row("Sample rate [Hz]", self.rate, fault=self.rate_fault)
-        other = button("Another setup file…", self._choose_setup)
-        how.row("Setup", side_by_side(self.setup, other))
-        for part in (self.files_fault, self.together, self.binary):
-            files.whole(part)
-        for part in (self.setup_fault, self.process):
-            how.whole(part)
+        chosen = side_by_side(self._named, button("Choose files…", self._choose))
+        files = Group("Files", ("Chosen", chosen), self.files_fault, self.together, self.binary)
+        setup = side_by_side(self.setup, button("Another setup file…", self._choose_setup))
+        how = Group("Session", ("Sample rate [Hz]", self.rate), self.rate_fault)
+        how.put(("Setup", setup), self.setup_fault, self.process)
         self._beside = FormScroll(self.raw)
         self._beside.hide()
         sides = fill(QtWidgets.QHBoxLayout(), (FormScroll(files, self.mapping, how), 1), (self._beside, 1), spacing=6)

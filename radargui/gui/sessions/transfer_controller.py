@@ -64,10 +64,8 @@ class ReprocessDialog(Dialog):
             "IQ correction": self.correction,
             "Geometry": self.geometry_choice,
         }
-        group = Group("With")
-        for words, choice in self._choices.items():
-            group.row(words, choice)
-            choice.currentIndexChanged.connect(lambda _index: self._forget())
+        for choice in self._choices.values():
+            choice.currentIndexChanged.connect(self._forget)
         self.compare = button("Process and compare", self._compare, default=True)
         self.work = WorkStrip(services.jobs)
         self.settings, self.words = PlainLabel(), PlainLabel()
@@ -75,6 +73,7 @@ class ReprocessDialog(Dialog):
         self.keep = button("Keep the new results", self._keep)
         self.discard = button("Discard", self.reject)
         ends = side_by_side(self.keep, self.discard)
+        group = Group("With", *self._choices.items())
         self.lay_out(group, self.compare, self.work, self.settings, (self.table, 1), self.words, ends)
         self._show_buttons()
 
@@ -180,11 +179,7 @@ class ExportDialog(Dialog):
         self.fault = self.folder.fault
         self.replace = QCheckBox("Replace files that are there")
         self.go = button("Export", self._order, default=True)
-        group = Group()
-        group.row("What", self.what)
-        group.row("Format", self.kind)
-        group.row("Folder", self.folder, fault=self.fault)
-        group.whole(self.replace)
+        group = Group("", ("What", self.what), ("Format", self.kind), ("Folder", self.folder), self.replace)
         self.lay_out(group, side_by_side(self.go, button("Cancel", self.reject)))
         self.folder.line.textChanged.connect(lambda text: self.go.setEnabled(bool(text.strip())))
         for changed in (self.replace.toggled, self.kind.activated, self.what.activated):

@@ -208,11 +208,9 @@ class AntennaPanel(FormPanel):
         self.sketch, self.map = GeometrySketch(model, theme), UncertaintyMapView(model, jobs, theme)
         self.only_shows = (self.map,)
         self.table, self.matrix, self.calibration = ReceiverTable(model), TMatrixView(model), CalibrationGroup(model)
-        receivers = Group("Receivers")
-        receivers.whole(self.table)
         wave, tracer, site = (SetupForm(name, model) for name in ("wave", "tracer", "site"))
         self._place = wave.rows
-        upper = (receivers, self.calibration, self.matrix, self.map, wave)
+        upper = (Group("Receivers", self.table), self.calibration, self.matrix, self.map, wave)
         # above what scrolls: it follows the typing wherever that is
         self.lay_out(*upper, PolarizationForm(model, theme), tracer, site, above=self.sketch)
 

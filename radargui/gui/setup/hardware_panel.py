@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QFileDialog, QProgressBar, QWidget
 
 from radargui.experiment.importing import valid_setup_of
 from radargui.gui.background import Jobs, Then, Work
-from radargui.gui.layout import Answer, Choice, FaultText, Group, PathField, PlainLabel, button, follow, side_by_side
+from radargui.gui.layout import Answer, Choice, FaultText, Group, PathField, PlainLabel, button, having, side_by_side
 from radargui.gui.panels import Actions
 from radargui.gui.setup.channels import ChannelGroup
 from radargui.gui.setup.fields import FormPanel, ModelGroup, SetupForm
@@ -90,15 +90,11 @@ class ReplayForm(Group):
         self._model, self._jobs = model, jobs
         self._own: Setup | None = None
         self._file = PathField("File to replay", path, FILTER)
-        self._file.line.setPlaceholderText("recording to play back")
-        self._file.line.setObjectName("replay.file")
+        having(self._file.line, placeholderText="recording to play back", objectName="replay.file")
         self.fault = self._file.fault
-        self.row("File", self._file, fault=self.fault)
-        self.whole(PlainLabel("Runs of RadarGUI, CSV, MATLAB, TDMS and SigMF files with channels I1, Q1, …"))
-        self.other = PlainLabel()
-        self.take_own = button("Use the recording's setup", self._take)
-        for part in (self.other, self.take_own):
-            self.whole(part)
+        said = PlainLabel("Runs of RadarGUI, CSV, MATLAB, TDMS and SigMF files with channels I1, Q1, …")
+        self.other, self.take_own = PlainLabel(), button("Use the recording's setup", self._take)
+        self.put(("File", self._file), said, self.other, self.take_own)
         self._file.line.textChanged.connect(self._look)
         model.changed.connect(self._compare)
         self._look()
@@ -150,23 +146,20 @@ class NiForm(SetupForm):
         self._jobs, self._find, self._rates = jobs, find, rates
         self.check: Callable[[Setup], Any] = check_setup
         self.add("daq.remote_certificate", beside=[button("Choose…", self._browse)])
-        self.found = Choice()
-        self.found.setVisible(False)
-        self.found.setToolTip("The NI devices that answered: the one chosen here is used")
+        self.found = having(Choice(), toolTip="The NI devices that answered: the one chosen here is used")
         self.found.activated.connect(self._take)
         self.button = button("Find devices", self.search)
         self.answer, self.checked = Answer(), Answer()
-        for part in (self.button, self.found, self.answer):
-            self.whole(part)
+        self.put(self.button, self.found, self.answer)
+        self.found.hide()
         self.add(*FORMS["ni_inputs"]["keys"])
         start = self.fields["daq.start"]
         if isinstance(start, Choice):
             start.activated.connect(lambda _index: self._settle(start.currentData()))
         self.check_button = button("Check this setup", self.try_out)
-        for part in (self.check_button, self.checked):
-            self.whole(part)
+        self.put(self.check_button, self.checked)
         model.changed.connect(self._setup_changed)
-        follow(model.changed, self._show_start)
+        self._setup_changed()
 
     def _settle(self, start: str) -> None:
         """Let what goes with a start that was just chosen be there, and nothing that cannot go with it."""
@@ -175,8 +168,11 @@ class NiForm(SetupForm):
         elif self._model.value("daq.start_source") is None:
             self._model.assign("daq.start_source", "PFI0" if start == "digital" else "I1")
 
-    def _show_start(self) -> None:
-        """Hide what does not belong to the chosen start."""
+    def _setup_changed(self) -> None:
+        # what was found is about another setup
+        self.checked.say("")
+        self.check_button.setEnabled(self._model.valid)
+        # what does not belong to the chosen start is hidden
         start = self._model.value("daq.start")
         shown = dict.fromkeys(("daq.start_source", "daq.start_edge", "daq.start_pretrigger"), start != "now")
         shown["daq.start_level_v"] = start == "analog"
@@ -215,11 +211,6 @@ class NiForm(SetupForm):
         lines = (f"{what.capitalize()}: {how}" for what, how in found.lines)
         self.checked.say("\n".join((f"The setup works on {found.device.title}.", *lines)))
 
-    def _setup_changed(self) -> None:
-        # what was found is about another setup
-        self.checked.say("")
-        self.check_button.setEnabled(self._model.valid)
-
     def _browse(self) -> None:
         name, _ = QFileDialog.getOpenFileName(self, "Certificate of the device server", "", CERTIFICATES)
         if name:
@@ -227,18 +218,16 @@ class NiForm(SetupForm):
 
     def _show(self, devices: Sequence[Any]) -> None:
         self._rates.take(*devices)
-        self.found.clear()
-        for device in devices:
-            simulated = ", simulated by the driver" if device.simulated else ""
-            absent = "" if device.connected else ", not connected"
-            self.found.addItem(f"{device.title}{simulated}{absent}", device.name)
+        titles = []
+        for one in devices:
+            facts = {"simulated by the driver": one.simulated, "not connected": not one.connected}
+            titles.append((one.name, ", ".join((one.title, *(words for words, holds in facts.items() if holds)))))
+        self.found.offer(titles, self._model.value("daq.device"))
         self.found.setVisible(bool(devices))
         if not devices:
             self.answer.say("No device found. Is it plugged in and powered, and does NI MAX show it?")
             return
         self.answer.say(f"{len(devices)} device{'s' if len(devices) > 1 else ''} found: choose one.")
-        index = self.found.findData(self._model.value("daq.device"))
-        self.found.setCurrentIndex(max(index, 0))
         if len(devices) == 1:
             self._take(0)
 
@@ -289,9 +278,7 @@ class HardwarePanel(FormPanel):
     ) -> None:
         super().__init__(model)
         self.source = Choice([*SOURCES.items(), *((name, name) for name in plugins("sources"))])
-        self.source.setObjectName("source")
-        group = Group("Source")
-        group.row("Samples from", self.source)
+        group = Group("Source", ("Samples from", having(self.source, objectName="source")))
         self.replay = ReplayForm(model, jobs, replay_file)
         self.rates, self.channels = RateView(model), ChannelGroup(model, does, theme)
         self.only_shows = (self.rates, self.channels)

@@ -10,7 +10,7 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QWidget
 
 from radargui.gui.background import Jobs
-from radargui.gui.layout import TIPS, Group, PlainLabel, fill, ticking
+from radargui.gui.layout import TIPS, Group, PlainLabel, fill, having, ticking
 from radargui.gui.plots.key import ColourBar
 from radargui.gui.plots.plot import Plot
 from radargui.gui.setup.geometry_sketch import HALF_FIELD_M
@@ -83,20 +83,13 @@ class UncertaintyMapView(Group):
         self.shown: UncertaintyMap | None = None
         self._of: tuple[Setup, float] | None = None
         self.snr = QDoubleSpinBox(minimum=0.0, maximum=120.0, decimals=0, suffix=" dB")
-        self.snr.setObjectName("map.snr")
+        having(self.snr, objectName="map.snr", value=model.setup.simulation.snr_db)
         self._own_snr = False
-        self.snr.setValue(model.setup.simulation.snr_db)
-        self.row("SNR", self.snr)
         self._theme, self._images = theme, list[pg.ImageItem]()
-        self.scale, self.words, self.here = (
-            ColourBar(TIPS["plots"]["Colours of the uncertainty"]),
-            PlainLabel(),
-            PlainLabel(),
-        )
-        both = QWidget()
+        self.scale, both = ColourBar(TIPS["plots"]["Colours of the uncertainty"]), QWidget()
+        self.words, self.here = PlainLabel(), PlainLabel()
         self._row = fill(QHBoxLayout(both))
-        for part in (both, self.scale, self.words, self.here):
-            self.whole(part)
+        self.put(("SNR", self.snr), both, self.scale, self.words, self.here)
         self._soon = ticking(self, _CALM_MS, self._begin, once=True)
         model.changed.connect(self._changed)
         self.snr.valueChanged.connect(self._snr_changed)

@@ -145,7 +145,7 @@ def take(window: MainWindow, clock: HeldClock, data: Path) -> Iterator[tuple[str
     window.sessions.open(sessions[0])
     wait(partial(is_idle, window))
     window.panels.go_to("series")
-    window.series_controller.compare(tuple(sessions[1:]))
+    window.series.show_beside(tuple(sessions[1:]))
     wait(lambda: window.series.facts is not None and len(window.series.facts.sessions) == len(sessions))
     for name, page in (("speeds", window.series.speeds), ("falls", window.series.falls)):
         window.series.pages.setCurrentWidget(page)

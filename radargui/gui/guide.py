@@ -12,7 +12,7 @@ from shiboken6 import isValid
 from radargui.experiment.event import RecordedRun
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState
-from radargui.gui.layout import Dialog, PlainLabel, button, fill, ticking
+from radargui.gui.layout import Dialog, PlainLabel, button, fill, having, ticking
 from radargui.gui.panels import Panels
 from radargui.gui.plots.plot import Plot
 from radargui.gui.services import Services
@@ -34,11 +34,9 @@ class Step(QFrame):
         self.done = False
         self._title = f"{number}. {title}"
         self.sign, self.title, self.words = QLabel(_LATER), QLabel(self._title), PlainLabel(words, selectable=False)
-        self.sign.setFixedWidth(2 * self.fontMetrics().averageCharWidth())
-        self.sign.setAlignment(Qt.AlignmentFlag.AlignTop)
+        having(self.sign, fixedWidth=2 * self.fontMetrics().averageCharWidth(), alignment=Qt.AlignmentFlag.AlignTop)
         self.go = button("Show me", go, f"Brings the panel to the front in which this happens: {title.lower()}")
-        self.words.setFixedWidth(_WORDS_PX)
-        self.words.setMinimumHeight(self.words.heightForWidth(_WORDS_PX))
+        having(self.words, fixedWidth=_WORDS_PX, minimumHeight=self.words.heightForWidth(_WORDS_PX))
         column = fill(QVBoxLayout(), self.title, self.words, spacing=1)
         fill(QHBoxLayout(self), self.sign, (column, 1), self.go, spacing=6)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from PySide6 import QtWidgets
-from PySide6.QtCore import QObject, QSignalBlocker, QSize, Qt, QTimer, SignalInstance
+from PySide6.QtCore import QMargins, QObject, QSignalBlocker, QSize, Qt, QTimer, SignalInstance
 from PySide6.QtGui import QPaintEvent, QWheelEvent
 
 from radargui.model.resources import resource_table
@@ -26,6 +26,7 @@ Edge = Literal["bright-text", "link-visited", "link"]
 """Of a strip: an alarm, something to look at, something that is being done."""
 _Box = TypeVar("_Box", bound=QtWidgets.QBoxLayout)
 _Widget = TypeVar("_Widget", bound=QtWidgets.QWidget)
+_Holder = TypeVar("_Holder", QtWidgets.QStackedWidget, QtWidgets.QSplitter, QtWidgets.QToolBar)
 _Thing = TypeVar("_Thing")
 
 
@@ -55,6 +56,23 @@ def fill(box: _Box, *parts: Part, margins: Margins = (0, 0, 0, 0), spacing: int 
         what, share = part if isinstance(part, tuple) else (part, 0)
         box.addLayout(what, share) if isinstance(what, QtWidgets.QLayout) else box.addWidget(what, share)
     return box
+
+
+def boxed(box: QtWidgets.QBoxLayout, *parts: Part, **room: Any) -> QtWidgets.QWidget:
+    """Return a widget that holds parts as `fill` puts them into a box."""
+    return having(QtWidgets.QWidget(), layout=fill(box, *parts, **room))
+
+
+def grid(parent: QtWidgets.QWidget, spacing: int = 2) -> QtWidgets.QGridLayout:
+    """Return an empty grid without room around it."""
+    return having(QtWidgets.QGridLayout(parent), contentsMargins=QMargins(), spacing=spacing)
+
+
+def holding(what: _Holder, *widgets: QtWidgets.QWidget) -> _Holder:
+    """Return a stack, a splitter or a bar with widgets in it."""
+    for widget in widgets:
+        what.addWidget(widget)
+    return what
 
 
 class Pages(QtWidgets.QTabWidget):
@@ -117,11 +135,7 @@ class Dialog(QtWidgets.QDialog):
         self, title: str, size: tuple[int, int], parent: QtWidgets.QWidget | None = None, name: str = ""
     ) -> None:
         super().__init__(parent)
-        having(self, windowTitle=title, objectName=name).fit_screen(*size)
-
-    def fit_screen(self, width: int, height: int) -> None:
-        """Be so large, where the screen has room for it."""
-        fit_screen(self, width, height)
+        fit_screen(having(self, windowTitle=title, objectName=name), *size)
 
     def lay_out(self, *parts: Part, margins: Margins = (9, 9, 9, 9), spacing: int = 6) -> None:
         """Put the parts one beneath the other."""
@@ -221,9 +235,7 @@ def ticking(
 
 def side_by_side(*widgets: QtWidgets.QWidget) -> QtWidgets.QWidget:
     """Return a box that holds widgets beside each other."""
-    box = QtWidgets.QWidget()
-    fill(QtWidgets.QHBoxLayout(box), *widgets, margins=_FOCUS_ROOM, spacing=4)
-    return box
+    return boxed(QtWidgets.QHBoxLayout(), *widgets, margins=_FOCUS_ROOM, spacing=4)
 
 
 class PlainLabel(QtWidgets.QLabel):
@@ -275,8 +287,7 @@ class Answer(PlainLabel):
 
     def say(self, text: str) -> None:
         """Show words; an empty text: there are none."""
-        self.setText(text)
-        self.setVisible(bool(text))
+        having(self, text=text, visible=bool(text))
 
 
 class FaultText(Answer):
@@ -362,8 +373,7 @@ class Scroll(QtWidgets.QScrollArea):
         super().__init__(widgetResizable=True)
         self.content = content
         self.setWidget(content)
-        self.setFrameShape(QtWidgets.QFrame.Shape.NoFrame)
-        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        having(self, frameShape=QtWidgets.QFrame.Shape.NoFrame, focusPolicy=Qt.FocusPolicy.NoFocus)
         if not across:
             self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
 
@@ -372,9 +382,8 @@ class FormScroll(Scroll):
     """Scrolls a column of groups up and down, and is never narrower than it."""
 
     def __init__(self, *groups: QtWidgets.QWidget) -> None:
-        super().__init__(QtWidgets.QWidget())
-        self.content.setObjectName("form")
-        fill(QtWidgets.QVBoxLayout(self.content), *groups, 1, margins=(6, 6, 6, 6), spacing=6)
+        column = boxed(QtWidgets.QVBoxLayout(), *groups, 1, margins=(6, 6, 6, 6), spacing=6)
+        super().__init__(having(column, objectName="form"))
         # plots take what room there is, forms only what they need
         self.setSizePolicy(QtWidgets.QSizePolicy.Policy.Preferred, QtWidgets.QSizePolicy.Policy.Expanding)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QCloseEvent
-from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout
 
 from radargui.experiment.calibrating import Calibrate, calibrate_files
 from radargui.gui.background import Jobs, WorkStrip
@@ -16,19 +16,19 @@ from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
 from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
 from radargui.gui.dock_titles import DockTitles
 from radargui.gui.guide import EmptyPlots, FirstSteps
-from radargui.gui.layout import fill
+from radargui.gui.layout import boxed
 from radargui.gui.log_window import LogWindow
 from radargui.gui.notices import NoticeBoard, NoticeStrip
 from radargui.gui.opengl_probe import OpenGLProbe
 from radargui.gui.panels import About, Actions, FocusMark, Panels, RunKeys, fill_menus, show_help
-from radargui.gui.runs.across import AcrossController, AcrossView
+from radargui.gui.runs.across import AcrossView
 from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_keeping import RunKeeping
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_panel import RunPanel
 from radargui.gui.scopes.iq_plane_panel import IQPlanePanel
 from radargui.gui.scopes.scope_panel import WINDOWS_S, ScopePanel
-from radargui.gui.series import SeriesController, SeriesPanel
+from radargui.gui.series import SeriesPanel
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_controller import LaterOffer, RecoveryOffer, SessionController
 from radargui.gui.sessions.transfer_controller import TransferController
@@ -89,6 +89,8 @@ class MainWindow(QMainWindow):
         self.setup_model = first_setup(setup_path, settings, board)
         self.control = RunControl(source_maker, self)
         self.actions_ = Actions(self)
+        self.work = WorkStrip(self.jobs)
+        services = Services(theme, settings, board, self.jobs, self.work, self)
         self.opengl_answer = ""
         self._health_due = 0.0
         self._left = False
@@ -110,7 +112,8 @@ class MainWindow(QMainWindow):
         self.track = TrackPanel(theme, self.setup_model.setup, self.jobs.start)
         self.runs = RunListPanel(self.actions_)
         self.run = RunPanel(theme, self.jobs.start)
-        self.series = SeriesPanel(theme, self.actions_.sessions.trigger)
+        glances = Glances()
+        self.series = SeriesPanel(self.control, self.runs, self.actions_.sessions.trigger, glances, services)
         self.panels = Panels(
             *(self.hardware, self.antennas, self.session_panel, self.scopes, self.planes),
             *(self.track, self.runs, self.run, self.series),
@@ -119,8 +122,6 @@ class MainWindow(QMainWindow):
         self.bar.runs.setValue(int(settings.number("runs", 1, 1, MOST_RUNS)))
         self.strip = NoticeStrip(board)
         self.health = HealthLine()
-        self.work = WorkStrip(self.jobs)
-        services = Services(theme, settings, board, self.jobs, self.work, self)
         self.recovery = RecoveryOffer(self.control, self.session_panel, services)
         self.closing = ClosingStrip(self.unfinished, lambda: self.control.end(Asked.LEAVE))
         self.stopping = StoppingStrip(self.control)
@@ -137,17 +138,15 @@ class MainWindow(QMainWindow):
         control, model, panel, runs = self.control, self.setup_model, self.session_panel, self.runs
         does = self.actions_
         self.setup_file = SetupFileController(model, services)
-        glances = Glances()
         self.run_controller = RunController(runs, self.run, self.track, glances, services)
         self.keeping = RunKeeping(
             control, runs, self.run_controller, self.health, self.bar.state, self.stopping, self.strip, does, services
         )
-        self.across = AcrossController(self.keeping, AcrossView(theme, self, does.across))
+        self.across = AcrossView(self.keeping)
         self.wiring = WiringCheck(control, model, self.hardware, services)
         self.sessions = SessionController(control, panel, runs, self.run_controller, self.setup_file, services)
         browser, group = self.sessions.browser, self.antennas.calibration
         self.calibration = CalibrationController(control, model, panel, browser, group, calibrator, services)
-        self.series_controller = SeriesController(control, runs, self.series, glances, services)
         self.transfer = TransferController(control, panel, runs, model, self.sessions, services)
         self._connect()
         self.panels.restore_within(self, settings)
@@ -229,11 +228,9 @@ class MainWindow(QMainWindow):
         self.panels.bring_up("scopes")
 
     def _put_together(self) -> None:
-        centre = QWidget()
         offers = (self.recovery, self.later)
         self.place = MessagePlace(self.bar.runs, self.closing, self.stopping, self.strip, *offers, self.work)
-        fill(QVBoxLayout(centre), self.bar, self.place, (self.panels, 1))
-        self.setCentralWidget(centre)
+        self.setCentralWidget(boxed(QVBoxLayout(), self.bar, self.place, (self.panels, 1)))
         self.statusBar().addWidget(self.health, 1)
 
     def _connect(self) -> None:
@@ -252,7 +249,7 @@ class MainWindow(QMainWindow):
         self.setup_model.changed.connect(self._show_setup)
 
         self.sessions.browser.compare_asked.connect(lambda _sessions: self.panels.bring_up("series"))
-        self.sessions.browser.compare_asked.connect(self.series_controller.compare)
+        self.sessions.browser.compare_asked.connect(self.series.show_beside)
         self.sessions.setup_taken.connect(lambda: self.panels.bring_up("hardware"))
         self.recovery.recovered.connect(lambda _runs: self.sessions.reread())
         self.closing.over.connect(self.close)

@@ -64,7 +64,6 @@ class FocusMark(QtWidgets.QFocusFrame):
         """Draw the frame; Qt lets through only its edge."""
         painter = QtGui.QPainter(self)
         painter.fillRect(self.rect(), self.palette().color(QtGui.QPalette.ColorRole.Highlight))
-        painter.end()
 
     def _follow(self, _old: QtWidgets.QWidget | None, now: QtWidgets.QWidget | None) -> None:
         mine = now is not None and belongs(now, self._window)
@@ -202,8 +201,7 @@ class Actions:
         self._entries = resource_table("window/actions")["actions"]
         self._made = {name: _action(window, one) for name, one in self._entries.items()}
         for action in (self.start, self.record, self.stop):
-            action.setIconText(f"{action.text()}\n{action.shortcut().toString()}")
-            action.setAutoRepeat(False)
+            having(action, iconText=f"{action.text()}\n{action.shortcut().toString()}", autoRepeat=False)
         self.in_space.setEnabled(False)
 
     def __getattr__(self, name: str) -> QtGui.QAction:
@@ -341,7 +339,6 @@ class HelpBrowser(Dialog):
 
     def __init__(self, url: QUrl, parent: QWidget) -> None:
         super().__init__("Help", (820, 720), parent)
-        self.pages = QTextBrowser(openExternalLinks=True)
-        self.pages.setSource(url)
+        self.pages = having(QTextBrowser(openExternalLinks=True), source=url)
         back = button("Back", self.pages.backward)
         self.lay_out(self.pages, fill(QHBoxLayout(), back, 1, button("Close", self.reject, default=True)))

@@ -3,13 +3,13 @@
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout
 
 from radargui.acquisition.ring import Ring
 from radargui.experiment.wiring import GuideState, WiringGuide
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Feed
-from radargui.gui.layout import Dialog, PlainLabel, Scroll, button, fill, having, take_out, ticking
+from radargui.gui.layout import Dialog, PlainLabel, Scroll, boxed, button, fill, having, take_out, ticking
 from radargui.gui.services import Services
 from radargui.gui.setup.hardware_panel import HardwarePanel
 from radargui.gui.setup.setup_model import SetupModel
@@ -59,13 +59,11 @@ class WiringCheck(Dialog):
         self.scene: Callable[[Setup], Source] = simulated_operator
         self.findings: list[QLabel] = []
         self.when = PlainLabel(selectable=False)
-        self.step = PlainLabel(_WELCOME, selectable=False)
-        self.step.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
+        top = Qt.AlignmentFlag.AlignTop
+        self.step = having(PlainLabel(_WELCOME, selectable=False), alignment=top | Qt.AlignmentFlag.AlignLeft)
         self.progress = QProgressBar(textVisible=False)
-        findings = QWidget()
-        self._lines = fill(QVBoxLayout(findings), spacing=6)
-        self._lines.setAlignment(Qt.AlignmentFlag.AlignTop)
-        self._area = Scroll(findings)
+        self._lines = having(QVBoxLayout(), alignment=top)
+        self._area = Scroll(boxed(self._lines, spacing=6))
         self.begin = button("Begin", self.check, default=True)
         self.take = button("Take over the proposals", self.take_over)
         for one in (self.begin, self.take):

@@ -15,6 +15,7 @@ from pytestqt.qtbot import QtBot
 from support.changed import changed
 from support.results import drop_result
 from support.small_setups import quick_setup
+from support.work_at_once import at_once
 
 from radargui.files.overview import Overview
 from radargui.gui.runs.figures_view import FiguresView, page_of
@@ -46,7 +47,7 @@ def setup() -> Setup:
 
 @pytest.fixture
 def panel(qtbot: QtBot, theme: Theme) -> RunPanel:
-    panel = RunPanel(theme)
+    panel = RunPanel(theme, at_once)
     qtbot.addWidget(panel)
     panel.show()
     return panel
@@ -82,7 +83,7 @@ def test_no_motion_is_an_answer(panel: RunPanel, qtbot: QtBot, theme: Theme, set
     assert result.status == "no_motion"
     look_through(panel, result)
     assert "no motion" in panel.figures.toPlainText()
-    track = TrackPanel(theme, setup)
+    track = TrackPanel(theme, setup, at_once)
     qtbot.addWidget(track)
     track.show_result(result, "run-0001")
     assert track.shown is None

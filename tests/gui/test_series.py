@@ -158,7 +158,7 @@ def test_of_several_samples_each_fit_says_of_which_it_is(window: MainWindow, wai
     ]
     opened(window, paths[0], wait_for)
     window.panels.go_to("series")
-    window.series_controller.compare(tuple(paths[1:]))
+    window.series.show_beside(tuple(paths[1:]))
     panel = window.series
     wait_for(lambda: panel.facts is not None and len(panel.facts.sessions) == 2)
     fits = [line for line in panel.words.toPlainText().splitlines() if "constant: e0" in line]
@@ -176,7 +176,7 @@ def test_the_key_of_many_sessions_takes_the_lines_it_needs(window: MainWindow, w
     paths = [make_height(tmp_path / "data", 10 + day, 0.18) for day in range(5)]
     opened(window, paths[0], wait_for)
     window.panels.go_to("series")
-    window.series_controller.compare(tuple(paths[1:]))
+    window.series.show_beside(tuple(paths[1:]))
     panel = window.series
     wait_for(lambda: panel.facts is not None and len(panel.facts.sessions) == 5)
     for page in (panel.speeds, panel.falls):

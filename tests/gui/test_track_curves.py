@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 from support.results import drop_result
+from support.work_at_once import at_once
 
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import live_track
@@ -25,7 +26,7 @@ def result() -> RunResult:
 
 @pytest.fixture
 def panel(qtbot: QtBot, theme: Theme, result: RunResult) -> TrackPanel:
-    panel = TrackPanel(theme, result.setup)
+    panel = TrackPanel(theme, result.setup, at_once)
     qtbot.addWidget(panel)
     panel.resize(500, 600)
     panel.show()

@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 
 from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLayout
 
 from radargui.experiment.calibrating import Calibrate, CalibrationOrder
 from radargui.experiment.event import RecordedRun
@@ -15,7 +15,7 @@ from radargui.files.calibration_file import free_path, write_calibration
 from radargui.gui.background import WorkStrip
 from radargui.gui.calibration.pages import Recorded, RecordingList, ResultView, UnknownsForm
 from radargui.gui.control.run_control import RunControl
-from radargui.gui.layout import TIPS, Dialog, FaultText, PlainLabel, button, fill, having
+from radargui.gui.layout import TIPS, Dialog, FaultText, PlainLabel, boxed, button, fill, having, holding
 from radargui.gui.services import Services
 from radargui.gui.sessions.browser import SessionBrowser
 from radargui.gui.setup.antenna_panel import CalibrationGroup
@@ -59,11 +59,8 @@ class CalibrationDialog(Dialog):
         self.recordings = RecordingList(lambda: panel.data_folder)
         self.unknowns, self.view = UnknownsForm(), ResultView(services.theme)
         self.work, self.doing = WorkStrip(services.jobs), PlainLabel()
-        fit = QWidget()
-        fill(QVBoxLayout(fit), self.doing, self.work, 1, spacing=6)
-        self.pages = QStackedWidget()
-        for page in (self.recordings, self.unknowns, fit, self.view):
-            self.pages.addWidget(page)
+        fit = boxed(QVBoxLayout(), self.doing, self.work, 1, spacing=6)
+        self.pages = holding(QStackedWidget(), self.recordings, self.unknowns, fit, self.view)
         self.back = button("Back", self._back)
         self.next = button("Next", self._next, default=True)
         self.use = button("Use in the setup", self._use)
@@ -139,8 +136,7 @@ class CalibrationDialog(Dialog):
         page = self.pages.currentIndex()
         for one in (self.use, self.save, self.compare):
             one.setVisible(page == _RESULT)
-        self.next.setVisible(page in (_RECORDINGS, _UNKNOWNS))
-        self.next.setText("Calibrate" if page == _UNKNOWNS else "Next")
+        having(self.next, visible=page in (_RECORDINGS, _UNKNOWNS), text="Calibrate" if page == _UNKNOWNS else "Next")
         goes = bool(self.unknowns.free if page == _UNKNOWNS else self.recordings.entries)
         missing = "Check what is unknown" if page == _UNKNOWNS else "Add recordings, or open a session with drops"
         having(self.next, enabled=goes, toolTip=TIPS["buttons"]["Next"] if goes else f"{missing} first")

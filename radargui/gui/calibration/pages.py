@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QLabel, QSpli
 from radargui.calibration.unknowns import U_UNSTATED, USUAL
 from radargui.experiment.calibrating import FALL
 from radargui.files.formats import SUFFIXES
-from radargui.gui.layout import TIPS, Group, Paragraph, PlainLabel, button, fill, follow
+from radargui.gui.layout import TIPS, Group, Paragraph, PlainLabel, boxed, button, fill, follow, having, holding
 from radargui.gui.plots.plot import Plot
 from radargui.gui.setup.words import UNKNOWNS, called, words_of
 from radargui.gui.table import RowModel, RowTable, WordTable
@@ -66,8 +66,7 @@ class RecordingList(QWidget):
             "Folder": lambda one: str(one.file.parent),
         }
         self.rows = RowModel[Recorded](columns, lambda one: str(one.file))
-        self.table = RowTable(self.rows, "calibration.recordings", many=True)
-        self.table.setAccessibleName("Recordings")
+        self.table = having(RowTable(self.rows, "calibration.recordings", many=True), accessibleName="Recordings")
         self.add = button("Add recordings…", self._ask_files)
         self.fall = button("Known: free fall", lambda: self.say_known(FALL))
         self.path = button("Known: path…", self._ask_path)
@@ -128,8 +127,7 @@ class UnknownsForm(QWidget):
         self._priors: dict[str, PlainLabel] = {}
         for name, unknown in UNKNOWNS.items():
             box, prior = QCheckBox(unknown["title"]), PlainLabel()
-            box.setToolTip(TIPS["fields"].get(box.text(), ""))
-            box.setChecked(name in USUAL)
+            having(box, toolTip=TIPS["fields"].get(box.text(), ""), checked=name in USUAL)
             box.toggled.connect(self.changed)
             self.boxes[name], self._priors[name] = box, prior
             group.rows.addRow(box, prior)
@@ -192,14 +190,10 @@ class ResultView(QWidget):
             for when, symbol, size in (("after", "o", 8), ("before", "x", 9))
         )
         self.key = QLabel()
-        left, right = QWidget(), QWidget()
-        fill(QVBoxLayout(left), self.compared, (self.parameters, 1), spacing=4)
-        fill(QVBoxLayout(right), (self.residuals, 3), (self.plot, 4), self.key, spacing=4)
-        parts = QSplitter(Qt.Orientation.Horizontal, childrenCollapsible=False)
-        parts.setObjectName("calibration.parts")
-        for part in (left, right):
-            parts.addWidget(part)
-        parts.setSizes([490, 550])
+        left = boxed(QVBoxLayout(), self.compared, (self.parameters, 1), spacing=4)
+        right = boxed(QVBoxLayout(), (self.residuals, 3), (self.plot, 4), self.key, spacing=4)
+        parts = holding(QSplitter(Qt.Orientation.Horizontal, childrenCollapsible=False), left, right)
+        having(parts, objectName="calibration.parts", sizes=[490, 550])
         fill(QVBoxLayout(self), self.title, self.words, (parts, 1), spacing=6)
         follow(theme.changed, self._colour)
 

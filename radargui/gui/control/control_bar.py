@@ -8,15 +8,14 @@ from radargui.acquisition.health import Health
 from radargui.acquisition.run_plan import AcquisitionState
 from radargui.gui.control.state import AppState
 from radargui.gui.layout import ALARM, TIPS, OneLine, Scroll, fill, having, labelled
-from radargui.gui.theme import Theme, scaled_font
+from radargui.gui.theme import Theme, fitting_font, scaled_font
 from radargui.model.rounding import UNKNOWN
 
 _WORD, _DETAIL = 0.42, 0.5
 """Share of the width that the longest state takes, and size of what stands behind it: two lines beside one word."""
-_MOST_POINTS = 34.0
-"""Read across a room of five metres: letters of 8 mm on a usual screen (chosen by hand)."""
-_LEAST_POINTS = 11.0
-"""Below these nothing is read across a room; where the words do not fit their end is told by the tool tip."""
+_POINTS = (11.0, 34.0)
+"""The most is read across a room of five metres: letters of 8 mm on a usual screen (chosen by hand). Below the least
+nothing is read across a room; where the words do not fit their end is told by the tool tip."""
 
 
 class StateView(QtWidgets.QWidget):
@@ -66,16 +65,11 @@ class StateView(QtWidgets.QWidget):
         painter.setPen(QColor(colours.text))
         lines = wrapped(self._detail, painter.fontMetrics(), rest.width(), rest.height())
         painter.drawText(rest, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, lines)
-        painter.end()
 
     def word_font(self) -> QFont:
         """Return the letters of the state: as large as the place lets the longest one be, whatever is shown now."""
-        font = scaled_font(self.font(), _MOST_POINTS / self.font().pointSizeF(), bold=True)
-        metrics = QFontMetricsF(font)
-        longest = max(metrics.horizontalAdvance(state.value) for state in AppState)
-        share = min(1.0, _WORD * self.width() / longest, (self.height() - 8) / metrics.height())
-        font.setPointSizeF(max(_LEAST_POINTS, _MOST_POINTS * share))
-        return font
+        longest = max((state.value for state in AppState), key=self.fontMetrics().horizontalAdvance)
+        return fitting_font(self.font(), longest, _WORD * self.width(), self.height() - 8, _POINTS)
 
 
 def wrapped(text: str, metrics: QFontMetrics, width: int, height: int) -> str:
@@ -184,8 +178,7 @@ class HealthLine(QtWidgets.QWidget):
 
     def show_run(self, text: str) -> None:
         """Show how the last run was recorded."""
-        self.run.setText(text)
-        self.run.setToolTip(f"How the last run was recorded. {text}".strip())
+        having(self.run, text=text, toolTip=f"How the last run was recorded. {text}".strip())
 
 
 def figures(health: Health | None) -> dict[str, tuple[str, bool]]:

@@ -7,7 +7,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
-from radargui.gui.layout import follow
+from radargui.gui.layout import follow, having
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
 
@@ -72,8 +72,7 @@ class ColourBar(QWidget):
         self.ends = ("", "")
         self._table: FloatArray = np.empty((0, 4))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setFixedHeight(self.fontMetrics().height() + 4)
-        self.setToolTip(tip)
+        having(self, fixedHeight=self.fontMetrics().height() + 4, toolTip=tip)
 
     def show_ends(self, table: FloatArray, low: str, high: str) -> None:
         """Show colours, red, green, blue, alpha from 0 to 1, shape (n, 4), and what the first and the last mean."""
@@ -93,4 +92,3 @@ class ColourBar(QWidget):
         foot = self.height() - metrics.descent() - 2.0
         painter.drawText(QPointF(2.0, foot), self.ends[0])
         painter.drawText(QPointF(self.width() - right + 4.0, foot), self.ends[1])
-        painter.end()

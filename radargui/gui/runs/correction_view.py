@@ -8,7 +8,7 @@ from PySide6.QtCore import QSignalBlocker, Qt, Signal
 
 from radargui.correction.ellipse import Ellipse
 from radargui.experiment.compare import OverlaidMethod
-from radargui.gui.layout import Choice, button, fill, having
+from radargui.gui.layout import Choice, OneLine, button, fill, having
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.setup.words import words_of
@@ -47,15 +47,13 @@ class CorrectionView(QtWidgets.QWidget):
         self._shown: tuple[RunResult, RunCurves] | None = None
         self.receiver = having(QtWidgets.QComboBox(), accessibleName="Receiver")
         self.receiver.currentIndexChanged.connect(self._draw)
-        self._words = QtWidgets.QLabel()
         # never makes the panel wider than its dock
-        self._words.setSizePolicy(QtWidgets.QSizePolicy.Policy.Ignored, QtWidgets.QSizePolicy.Policy.Preferred)
+        self._words = OneLine()
         above = (QtWidgets.QLabel("Receiver"), self.receiver, (self._words, 1))
         top = fill(QtWidgets.QHBoxLayout(), *above, margins=(6, 3, 6, 0), spacing=6)
         self.key = Key(theme)
         self.raw = tuple(RawPlot(theme, part) for part in "IQ")
-        self.rest = Plot(theme, "", "", left_px=_LEFT)
-        self.rest.getPlotItem().getAxis("bottom").setStyle(showValues=False)
+        self.rest = Plot(theme, left_px=_LEFT, figures_below=False)
         self.rest_lines = tuple(self.rest.still_line(part.lower(), part) for part in "IQ")
         self.plane = Plot(theme, "I raw [V]", "Q raw [V]", left_px=_LEFT, equal=True)
         self.dots = self.plane.marker("i", size=2, name="as recorded")
@@ -65,11 +63,10 @@ class CorrectionView(QtWidgets.QWidget):
         self.decided = having(QtWidgets.QPlainTextEdit(readOnly=True), accessibleName="What was found and decided")
         having(self.decided, frameShape=QtWidgets.QFrame.Shape.NoFrame, focusPolicy=Qt.FocusPolicy.NoFocus)
         self.decided.setFixedHeight(_LINES * self.fontMetrics().lineSpacing() + 8)
-        over_time = (*self.raw, self.rest, self.corrected)
-        parts = (*self.raw, self.rest, self.plane, self.corrected)
-        shares = ((plot, 2 if plot is self.plane else 1) for plot in parts)
+        self._plots = (*self.raw, self.rest, self.plane, self.corrected)
+        shares = ((plot, 2 if plot is self.plane else 1) for plot in self._plots)
         fill(QtWidgets.QVBoxLayout(self), top, self.decided, self.key, *shares, spacing=1)
-        for plot in over_time[:-1]:
+        for plot in (*self.raw, self.rest):
             plot.setXLink(self.corrected)
         self._clear_plots()
 
@@ -92,7 +89,7 @@ class CorrectionView(QtWidgets.QWidget):
         self._clear_plots()
 
     def _clear_plots(self) -> None:
-        for plot in (*self.raw, self.rest, self.plane, self.corrected):
+        for plot in self._plots:
             plot.show_nothing()
         for widget in (self.rest, self.plane, self.decided):
             widget.hide()
@@ -122,8 +119,8 @@ class CorrectionView(QtWidgets.QWidget):
         method = corrected.method if corrected else ""
         self._words.setText(f"correction: {method}" if method else "nothing was corrected")
         decided = " ".join(corrected.decisions) if corrected else ""
-        self.decided.setPlainText(decided or _ellipse_words(found))
-        self.decided.setVisible(bool(self.decided.toPlainText()))
+        said = decided or _ellipse_words(found)
+        having(self.decided, plainText=said, visible=bool(said))
         self.corrected.relabel(f"time after the {curves.since} [s]")
         self.corrected.setXRange(*curves.span_s, padding=0.02)
         for plot in (*self.raw, self.rest, self.corrected):
@@ -158,8 +155,7 @@ class RawPlot(Plot):
     """A channel as recorded, with what a method found in it."""
 
     def __init__(self, theme: Theme, part: str) -> None:
-        super().__init__(theme, "", f"{part} raw [V]", left_px=_LEFT)
-        self.getPlotItem().getAxis("bottom").setStyle(showValues=False)
+        super().__init__(theme, "", f"{part} raw [V]", left_px=_LEFT, figures_below=False)
         self.raw = self.still_line(part.lower(), part)
         self.found = {
             "upper": self.still_line("fit", "spline through the peaks"),
@@ -215,12 +211,10 @@ class MethodsView(QtWidgets.QWidget):
         self.compute = button("Compute", self._ask)
         self.quantity = having(Choice(), accessibleName="Quantity")
         self.quantity.currentIndexChanged.connect(self._draw)
-        self.words = QtWidgets.QLabel()
-        self.words.setSizePolicy(QtWidgets.QSizePolicy.Policy.Ignored, QtWidgets.QSizePolicy.Policy.Fixed)
+        self.words = OneLine()
         self.rows = RowModel(_COLUMNS)
         self.table = RowTable(self.rows, "methods")
-        self.curves = Plot(theme, "", "z [mm]", left_px=_LEFT)
-        self.curves.getPlotItem().getAxis("bottom").setStyle(showValues=False)
+        self.curves = Plot(theme, "", "z [mm]", left_px=_LEFT, figures_below=False)
         self.differences = Plot(theme, "time [s]", "Δz [mm]", left_px=_LEFT)
         self.curves.setXLink(self.differences)
         self.key = Key(theme)

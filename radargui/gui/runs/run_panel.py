@@ -11,7 +11,7 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from radargui.files.overview import Overview
-from radargui.gui.background import StartWork, at_once
+from radargui.gui.background import StartWork
 from radargui.gui.layout import Pages, fill, take_out
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import Plot
@@ -47,7 +47,7 @@ class RunPanel(QWidget):
     methods_asked = Signal(object)
     """Names of the corrections that shall be laid over the one that is shown."""
 
-    def __init__(self, theme: Theme, start: StartWork = at_once) -> None:
+    def __init__(self, theme: Theme, start: StartWork) -> None:
         super().__init__()
         self.result: RunResult | None = None
         self._curves: RunCurves | None = None
@@ -206,10 +206,9 @@ class PhaseView(QWidget):
 
     def __init__(self, theme: Theme) -> None:
         super().__init__()
-        self.phase = Plot(theme, "", "phase [turns]", left_px=_LEFT)
+        self.phase = Plot(theme, "", "phase [turns]", left_px=_LEFT, figures_below=False)
         self.path = Plot(theme, "time [s]", "change of L [mm]", left_px=_LEFT)
         self.phase.setXLink(self.path)
-        self.phase.getPlotItem().getAxis("bottom").setStyle(showValues=False)
         self._key = Key(theme)
         fill(QVBoxLayout(self), self._key, (self.phase, 1), (self.path, 1), spacing=1)
 

@@ -6,14 +6,14 @@ import math
 
 import numpy as np
 from PySide6.QtCore import QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
 from radargui.gui.layout import PlainLabel, fill
 from radargui.gui.plots.ranges import round_up
 from radargui.gui.scopes.shown import Follower, Shown
 from radargui.gui.scopes.spectrum_view import decibels
-from radargui.gui.theme import Theme
+from radargui.gui.theme import Theme, fitting_font
 from radargui.model.arrays import FloatArray
 from radargui.model.rounding import UNKNOWN
 
@@ -26,8 +26,8 @@ _DEPTH_DB = 40.0
 _STEP_DB = 10.0
 """From line to line of the scale; its upper end is a whole number of them, so that it seldom moves."""
 _WIDEST, _WIDEST_BELOW = "−88.8 dB", "88.8 dB below 88.888 V"
-_LARGEST_PT, _SMALLEST_PT = 72.0, 7.0
-"""Of the figures, as large as there is room for: read from the antennas; no smaller than is read at all (by hand)."""
+_POINTS = (7.0, 72.0)
+"""Least and most of the figures: large, for they are read from the antennas; less is not read at all (by hand)."""
 _QUIET = 0.01
 """Of the range: a smaller amplitude is no sphere that moves in front of the antennas (chosen by hand)."""
 
@@ -95,8 +95,8 @@ class Bars(QWidget):
         count = len(self.amplitude_v)
         scale_px = QFontMetricsF(self.font()).horizontalAdvance("−88 dB ") + 6
         width = (self.width() - scale_px) / max(1, count)
-        large = self._fitting(_WIDEST, width - 12, self.height() / 6)
-        small = self._fitting(_WIDEST_BELOW, width - 8, self.height() / 15)
+        large = fitting_font(self.font(), _WIDEST, width - 12, self.height() / 6, _POINTS)
+        small = fitting_font(self.font(), _WIDEST_BELOW, width - 8, self.height() / 15, _POINTS)
         heights = [QFontMetricsF(font).height() for font in (large, small, small)]
         title_px = heights[1] + 6
         bar = QRectF(scale_px, title_px, self.width() - scale_px, self.height() - sum(heights) - 12 - title_px)
@@ -119,7 +119,6 @@ class Bars(QWidget):
                 painter.setPen(QColor(colours.text))
                 painter.drawText(QRectF(left, y, width, high), Qt.AlignmentFlag.AlignCenter, words)
                 y += high
-        painter.end()
 
     def _draw_scale(self, painter: QPainter, bar: QRectF) -> None:
         colours, top = self._theme.colours, self._top_db
@@ -132,15 +131,6 @@ class Bars(QWidget):
             words = f"{top - step * _STEP_DB:.0f} dB".replace("-", "−")
             box = QRectF(0, y - 10, bar.left() - 6, 20)
             painter.drawText(box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, words)
-
-    def _fitting(self, widest: str, width: float, height: float) -> QFont:
-        font = QFont(self.font())
-        font.setBold(True)
-        font.setPointSizeF(_LARGEST_PT)
-        metrics = QFontMetricsF(font)
-        share = min(1.0, width / metrics.horizontalAdvance(widest), height / metrics.height())
-        font.setPointSizeF(max(_SMALLEST_PT, _LARGEST_PT * share))
-        return font
 
 
 class AlignmentView(QWidget):

@@ -1,10 +1,10 @@
 """The IQ planes, one column a receiver: as the converter gave it above, corrected onto the unit circle below."""
 
 import numpy as np
-from PySide6.QtWidgets import QGridLayout
+from PySide6.QtCore import QMargins
 
 from radargui.gui.control.state import Feed
-from radargui.gui.layout import take_out
+from radargui.gui.layout import grid, having, take_out
 from radargui.gui.plots.envelope import thin
 from radargui.gui.plots.per_receiver import PerReceiver
 from radargui.gui.plots.plot import Plot
@@ -77,9 +77,7 @@ class IQPlanePanel(PerReceiver):
         self._drawn = -1
         self.raw: list[IQPlane] = []
         self.corrected: list[IQPlane] = []
-        self._grid = QGridLayout(self)
-        self._grid.setContentsMargins(2, 2, 2, 2)
-        self._grid.setSpacing(2)
+        self._grid = having(grid(self), contentsMargins=QMargins(2, 2, 2, 2))
 
     def make_plots(self, count: int) -> None:
         """Make two planes a receiver."""

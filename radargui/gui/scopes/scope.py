@@ -240,4 +240,3 @@ class LevelBar(QWidget):
         painter.fillRect(room, QColor(colours.raised))
         room.setWidth(min(1.0, self._share) * room.width())
         painter.fillRect(room, QColor(alarm or colours.role(self._role)))
-        painter.end()

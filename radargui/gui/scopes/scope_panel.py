@@ -12,7 +12,7 @@ from PySide6.QtCore import Qt
 from radargui.acquisition.health import Health
 from radargui.acquisition.run_output import Level
 from radargui.gui.control.state import Feed
-from radargui.gui.layout import TIPS, Choice, button, fill, take_out
+from radargui.gui.layout import TIPS, Choice, boxed, button, fill, grid, having, holding, take_out
 from radargui.gui.plots.envelope import Envelope, look
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import LAST, NOW
@@ -47,9 +47,7 @@ class TimeView(QtWidgets.QWidget):
         self._live: tuple[object, ...] = ()
         self._held: tuple[object, ...] = ()
         self.gain = button("Gain…", self.ask_gain)
-        self._grid = QtWidgets.QGridLayout(self)
-        self._grid.setContentsMargins(0, 0, 0, 0)
-        self._grid.setSpacing(2)
+        self._grid = grid(self)
         self.any_lost = False
 
     def set_receivers(self, count: int, full_scale_v: float) -> None:
@@ -62,12 +60,13 @@ class TimeView(QtWidgets.QWidget):
         self.scopes = [Scope(self._theme, index + 1, with_time=index == last) for index in range(count)]
         names = [(part, index) for index in range(1, count + 1) for part in "IQ"]
         self.levels = [LevelBar(self._theme, f"{part}{index}", part.lower(), full_scale_v) for part, index in names]
-        self._columns = [QtWidgets.QWidget() for _ in range(count)]
-        for index, (scope, column) in enumerate(zip(self.scopes, self._columns, strict=True)):
+        self._columns = []
+        for index, scope in enumerate(self.scopes):
             scope.setXLink(None if index == last else self.scopes[last])
             scope.view.sigXRangeChanged.connect(self.look_again)
             below = [self.gain] if index == last else []
-            fill(QtWidgets.QVBoxLayout(column), 1, *self.levels[2 * index : 2 * index + 2], 1, *below)
+            column = boxed(QtWidgets.QVBoxLayout(), 1, *self.levels[2 * index : 2 * index + 2], 1, *below)
+            self._columns.append(column)
             self._grid.addWidget(scope, index, 0)
             self._grid.addWidget(column, index, 1)
             # the last one holds the time axis as well
@@ -162,33 +161,25 @@ class ScopePanel(QtWidgets.QWidget):
         self._pages = (self.time, self.spectrum, self.waterfall, self.alignment)
 
         self.view, self.span, self.band = Choice(VIEWS.items()), Choice(_SPANS), Choice(_BANDS)
-        names = {"view": "What the scopes show", "window": "Window of time", "band": "Band of the spectrum"}
-        for choice, (name, what) in zip((self.view, self.span, self.band), names.items(), strict=True):
-            choice.setObjectName(f"scope.{name}")
-            choice.setAccessibleName(what)
-            choice.setToolTip(TIPS["scopes"][what])
-            # in a narrow dock their words are cut before the plots are
-            choice.setMinimumWidth(46)
         self.span.setCurrentIndex(max(0, self.span.findData(window_s)))
         self.band.setCurrentIndex(1)
         self.let_go = button("Hold anew", self.alignment.bars.let_go)
         self.pause = QtWidgets.QCheckBox("Pause")
-        self.pause.setToolTip(TIPS["scopes"]["Pause"])
         self.key = Key(theme, *IQ_KEY)
         parts = (self.view, self.span, self.band, self.let_go, self.pause, 1, self.key)
         top = fill(QtWidgets.QHBoxLayout(), *parts, margins=(6, 4, 6, 0), spacing=6)
 
         self.when = QtWidgets.QLabel()
-        self.back = QtWidgets.QSlider(Qt.Orientation.Horizontal)
-        self.back.setAccessibleName("Back through what is held")
-        self.back.setToolTip(TIPS["scopes"]["Back through what is held"])
-        self.back.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self._past = QtWidgets.QWidget()
-        fill(QtWidgets.QHBoxLayout(self._past), self.when, (self.back, 1), margins=(6, 2, 6, 0), spacing=8)
+        self.back = having(QtWidgets.QSlider(Qt.Orientation.Horizontal), focusPolicy=Qt.FocusPolicy.StrongFocus)
+        self._past = boxed(QtWidgets.QHBoxLayout(), self.when, (self.back, 1), margins=(6, 2, 6, 0), spacing=8)
         self._past.hide()
-        self._stack = QtWidgets.QStackedWidget()
-        for page in self._pages:
-            self._stack.addWidget(page)
+        choices = {"What the scopes show": self.view, "Window of time": self.span, "Band of the spectrum": self.band}
+        for what, part in (choices | {"Back through what is held": self.back, "Pause": self.pause}).items():
+            having(part, accessibleName=what, toolTip=TIPS["scopes"][what])
+        for choice in choices.values():
+            # in a narrow dock their words are cut before the plots are
+            choice.setMinimumWidth(46)
+        self._stack = holding(QtWidgets.QStackedWidget(), *self._pages)
         fill(QtWidgets.QVBoxLayout(self), top, self._past, (self._stack, 1))
 
         self.view.currentIndexChanged.connect(self._choose)

@@ -11,7 +11,7 @@ from PySide6.QtCore import QRectF
 from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout
 
 from radargui.acquisition.baseband import Baseband, SpectralLine, Spectrum
-from radargui.gui.layout import fill, take_out
+from radargui.gui.layout import fill, having, take_out
 from radargui.gui.plots.per_receiver import PerReceiver
 from radargui.gui.plots.plot import LAST, Plot
 from radargui.gui.scopes.shown import Follower, Shown
@@ -165,8 +165,8 @@ class SpectrumView(_OfFrequencies):
         said = (
             f"{spectrum.span_s:.2g} s of samples, so lines {plain(spectrum.resolution_hz, 2)} Hz apart are told apart"
         )
-        self.words.setText("\n".join((*lines, said)))
-        self.words.setToolTip(self.words.text())
+        words = "\n".join((*lines, said))
+        having(self.words, text=words, toolTip=words)
 
     @staticmethod
     def _line(shown: Shown, spectrum: Spectrum, receiver: int, mains: list[SpectralLine]) -> str:

@@ -23,6 +23,7 @@ from radargui.gui.layout import (
     PlainLabel,
     button,
     fill,
+    fit_screen,
     having,
     side_by_side,
 )
@@ -131,8 +132,7 @@ class ImportDialog(Dialog):
         self.rate = QtWidgets.QDoubleSpinBox(maximum=_FASTEST_HZ, decimals=3)
         self.setup = having(QtWidgets.QComboBox(), accessibleName="Setup")
         self.setup.currentIndexChanged.connect(lambda _index: self._show_fault())
-        self.process = QtWidgets.QCheckBox("Process the runs")
-        self.process.setChecked(True)
+        self.process = having(QtWidgets.QCheckBox("Process the runs"), checked=True)
         self.files_fault, self.rate_fault, self.setup_fault = FaultText(), FaultText(), FaultText()
         self.go = button("Import as a session", self._order, default=True)
         self.mapping.changed.connect(self._show_fault)
@@ -165,7 +165,7 @@ class ImportDialog(Dialog):
         shown = self.binary.isChecked()
         if shown != self._beside.isVisibleTo(self):
             self._beside.setVisible(shown)
-            self.fit_screen(_SIZE[0] * (2 if shown else 1), _SIZE[1])
+            fit_screen(self, _SIZE[0] * (2 if shown else 1), _SIZE[1])
         self._renew_look()
 
     def _choose(self) -> None:

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QLabel, QSizePolicy, QToolButton, QWidget
 
 from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
 from radargui.gui.background import Jobs
-from radargui.gui.layout import Answer, FaultText, Group, PlainLabel, button
+from radargui.gui.layout import Answer, FaultText, Group, PlainLabel, button, having
 from radargui.gui.setup.fields import AntennaGrid, FormPanel, ModelGroup, SetupForm
 from radargui.gui.setup.geometry_sketch import GeometrySketch
 from radargui.gui.setup.setup_model import SetupModel
@@ -233,9 +233,7 @@ class ReceiverTable(AntennaGrid):
 
     def beside(self, number: int) -> list[QWidget]:
         """Return the button that removes a receiver."""
-        remove = QToolButton()
-        remove.setText("−")
-        remove.setToolTip(f"Remove receiver {number}")
+        remove = having(QToolButton(), text="−", toolTip=f"Remove receiver {number}")
         remove.clicked.connect(partial(self._model.remove_receiver, number))
         return [remove]
 

@@ -14,7 +14,7 @@ from radargui.acquisition.health import ChannelFacts, channel_facts
 from radargui.gui.background import Jobs
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Feed
-from radargui.gui.layout import PlainLabel, button, ticking
+from radargui.gui.layout import PlainLabel, button, having, ticking
 from radargui.gui.panels import Actions
 from radargui.gui.setup.fields import ModelGroup
 from radargui.gui.setup.setup_model import SetupModel
@@ -80,8 +80,7 @@ class ChannelGroup(ModelGroup):
 
     def __init__(self, model: SetupModel, does: Actions, theme: Theme) -> None:
         self.rows_ = ChannelModel(theme)
-        self.table = RowTable(self.rows_, "channels")
-        self.table.setSelectionMode(RowTable.SelectionMode.NoSelection)
+        self.table = having(RowTable(self.rows_, "channels"), selectionMode=RowTable.SelectionMode.NoSelection)
         self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         # as high as its rows; its columns fit the narrowest panel
         for scrolled in (self.table.setVerticalScrollBarPolicy, self.table.setHorizontalScrollBarPolicy):

@@ -196,26 +196,26 @@ class AntennaGrid(QtWidgets.QWidget):
     def __init__(self, model: SetupModel, names: Sequence[str], first: int = 1) -> None:
         super().__init__()
         self._model = model
-        self._grid = grid = QtWidgets.QGridLayout(self)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setSpacing(4)
+        self._grid = QtWidgets.QGridLayout(self)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setSpacing(4)
         for column, name in enumerate(names, start=1):
-            grid.addWidget(QtWidgets.QLabel(words_of(f"receiver.{name}").label), 0, column)
+            self._grid.addWidget(QtWidgets.QLabel(words_of(f"receiver.{name}").label), 0, column)
         self.rows: dict[int, list[QtWidgets.QWidget]] = {}
         self.fields: dict[int, list[LineField]] = {}
         for number in range(first, MOST_RECEIVERS + 1):
             antenna, table = (f"Rx {number}", f"receiver[{number}]") if number else ("Tx", "transmitter")
             self.fields[number] = fields = [LineField(model, f"{table}.{name}") for name in names]
             self.rows[number] = row = [QtWidgets.QLabel(antenna), *fields, *self.beside(number)]
-            line = grid.rowCount()
+            line = self._grid.rowCount()
             for place, field in enumerate(fields, start=line + 1):
                 words = words_of(field.key)
                 field.setAccessibleName(f"{antenna} {words.label}")
                 field.setToolTip(words.tip)
                 # beneath the row: a column is too narrow for a sentence
-                grid.addWidget(field.changed.fault, place, 0, 1, len(row))
+                self._grid.addWidget(field.changed.fault, place, 0, 1, len(row))
             for column, widget in enumerate(row):
-                grid.addWidget(widget, line, column)
+                self._grid.addWidget(widget, line, column)
         follow(model.changed, self.refresh)
 
     def beside(self, number: int) -> list[QtWidgets.QWidget]:

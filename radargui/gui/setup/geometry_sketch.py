@@ -150,7 +150,6 @@ class GeometrySketch(QWidget):
         for view in range(len(_VIEWS)):
             self._draw(painter, view)
         self._bar(painter)
-        painter.end()
 
     def _draw(self, painter: QPainter, view: int) -> None:
         title, across, up, axes = _VIEWS[view]

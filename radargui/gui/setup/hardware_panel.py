@@ -251,8 +251,7 @@ class SetupFileGroup(ModelGroup):
         name = path.name if path else "not saved yet"
         kind = " (shipped)" if self._model.shipped else ""
         counted = f", {len(changed)} value{'s' if len(changed) > 1 else ''} changed" if changed else ""
-        self._name.setText(f"{name}{kind}{counted}")
-        self._name.setToolTip(str(path or ""))
+        having(self._name, text=f"{name}{kind}{counted}", toolTip=str(path or ""))
         self.undo_all.setEnabled(self._model.modified)
         self.undo_all.setToolTip("\n".join(("Back to what the file says:", *map(called, changed))))
         for one in self._save_buttons:

@@ -74,8 +74,7 @@ class SessionPanel(QWidget):
     def show_session(self, path: Path | None, *, read_only: bool = False) -> None:
         """Name the session that runs go to; one for looking only takes no changes."""
         name = path.name if path else "none yet: made at the first Record"
-        self._open.setText(f"{name}, for looking only" if read_only else name)
-        self._open.setToolTip(str(path or ""))
+        having(self._open, text=f"{name}, for looking only" if read_only else name, toolTip=str(path or ""))
         self._notes.setReadOnly(read_only)
         for line in self._lines.values():
             line.setReadOnly(read_only)

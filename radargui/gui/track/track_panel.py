@@ -10,9 +10,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontDatabase
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
-from radargui.gui.background import StartWork, at_once
+from radargui.gui.background import StartWork
 from radargui.gui.control.state import Feed
-from radargui.gui.layout import fill
+from radargui.gui.layout import boxed, fill, having, holding
 from radargui.gui.plots.envelope import thin
 from radargui.gui.plots.plot import Plot
 from radargui.gui.theme import Theme
@@ -91,7 +91,7 @@ class TrackPanel(QWidget):
         Runs work away from the thread that draws, see `Jobs.start`.
     """
 
-    def __init__(self, theme: Theme, setup: Setup, start: StartWork = at_once) -> None:
+    def __init__(self, theme: Theme, setup: Setup, start: StartWork) -> None:
         super().__init__()
         self._theme, self._start = theme, start
         self._feed: Feed | None = None
@@ -105,8 +105,8 @@ class TrackPanel(QWidget):
 
         self._colours = SpeedColours(theme)
         self.speed_bar = SpeedBar(theme, self._colours)
-        self._stack, self.projections = QStackedWidget(), Projections(theme, self._colours)
-        self._stack.addWidget(self.projections)
+        self.projections = Projections(theme, self._colours)
+        self._stack = holding(QStackedWidget(), self.projections)
         self._space_view: SpaceView | None = None
         selectable = Qt.TextInteractionFlag.TextSelectableByMouse
         self.where = QLabel(alignment=Qt.AlignmentFlag.AlignHCenter, textInteractionFlags=selectable)
@@ -116,14 +116,11 @@ class TrackPanel(QWidget):
         self._title = QLabel()
         self._title.setContentsMargins(6, 3, 6, 0)
 
-        splitter = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
-        splitter.setObjectName("track.parts")
-        upper = QWidget()
-        fill(QVBoxLayout(upper), (self._stack, 1), fill(QHBoxLayout(), 1, self.speed_bar), spacing=0)
-        for place, (part, share) in enumerate(((upper, 3), (self.curves, 2))):
-            splitter.addWidget(part)
+        upper = boxed(QVBoxLayout(), (self._stack, 1), fill(QHBoxLayout(), 1, self.speed_bar), spacing=0)
+        splitter = holding(QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False), upper, self.curves)
+        for place, share in enumerate((3, 2)):
             splitter.setStretchFactor(place, share)
-        splitter.setSizes([2500, 2500])
+        having(splitter, objectName="track.parts", sizes=[2500, 2500])
         fill(QVBoxLayout(self), self._title, (splitter, 1), spacing=0)
         self.show_setup(setup)
         self.clear()

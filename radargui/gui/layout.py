@@ -201,9 +201,9 @@ class Choice(QtWidgets.QComboBox):
         What may be chosen, each value with the words that show it.
     """
 
-    def __init__(self, items: Iterable[tuple[Any, str]] = ()) -> None:
+    def __init__(self, items: Iterable[tuple[Any, str]] = (), chosen: Any = None) -> None:
         super().__init__()
-        self.offer(items)
+        self.offer(items, chosen)
 
     def offer(self, items: Iterable[tuple[Any, str]], chosen: Any = None) -> None:
         """Let other values be chosen, `chosen` at first where it is one of them; nobody is told."""

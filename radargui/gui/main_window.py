@@ -95,15 +95,7 @@ class MainWindow(QMainWindow):
         self._health_due = 0.0
         self._left = False
 
-        self.hardware = HardwarePanel(
-            self.setup_model,
-            self.jobs,
-            self.actions_,
-            theme,
-            source=source,
-            replay_file=settings.path("replay_file"),
-            find_devices=find_devices,
-        )
+        self.hardware = HardwarePanel(self.setup_model, self.actions_, services, source, find_devices)
         self.antennas = AntennaPanel(self.setup_model, self.jobs, theme)
         data_folder = settings.path("data_folder") or default_data_folder()
         self.session_panel = SessionPanel(self.actions_, data_folder, settings.text("operator"))
@@ -113,11 +105,9 @@ class MainWindow(QMainWindow):
         self.runs = RunListPanel(self.actions_)
         self.run = RunPanel(theme, self.jobs.start)
         glances = Glances()
-        self.series = SeriesPanel(self.control, self.runs, self.actions_.sessions.trigger, glances, services)
-        self.panels = Panels(
-            *(self.hardware, self.antennas, self.session_panel, self.scopes, self.planes),
-            *(self.track, self.runs, self.run, self.series),
-        )
+        self.series = SeriesPanel(self.control, self.runs, self.actions_, glances, services)
+        forms, live = (self.hardware, self.antennas, self.session_panel), (self.scopes, self.planes, self.track)
+        self.panels = Panels(*forms, *live, self.runs, self.run, self.series)
         self.bar = ControlBar(theme, self.actions_.start, self.actions_.record, self.actions_.stop)
         self.bar.runs.setValue(int(settings.number("runs", 1, 1, MOST_RUNS)))
         self.strip = NoticeStrip(board)
@@ -139,9 +129,8 @@ class MainWindow(QMainWindow):
         does = self.actions_
         self.setup_file = SetupFileController(model, services)
         self.run_controller = RunController(runs, self.run, self.track, glances, services)
-        self.keeping = RunKeeping(
-            control, runs, self.run_controller, self.health, self.bar.state, self.stopping, self.strip, does, services
-        )
+        said = self.health, self.bar.state, self.stopping, self.strip
+        self.keeping = RunKeeping(control, runs, self.run_controller, *said, does, services)
         self.across = AcrossView(self.keeping)
         self.wiring = WiringCheck(control, model, self.hardware, services)
         self.sessions = SessionController(control, panel, runs, self.run_controller, self.setup_file, services)

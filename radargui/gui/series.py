@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QPlainTextEdit, QVBoxLayout, 
 from radargui.gui.background import OneAtATime
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.layout import Choice, OneLine, Pages, button, fill, having
+from radargui.gui.panels import Actions
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.runs.run_list_panel import RunListPanel
@@ -233,12 +234,7 @@ class SeriesPanel(QWidget):
     """Of the session that is open, and of those that it is compared with: statistics, what is drawn, what is said."""
 
     def __init__(
-        self,
-        control: RunControl,
-        runs: RunListPanel,
-        ask_sessions: Callable[[], object],
-        glances: Glances,
-        services: Services,
+        self, control: RunControl, runs: RunListPanel, does: Actions, glances: Glances, services: Services
     ) -> None:
         super().__init__()
         self._control, self._glances, self._services = control, glances, services
@@ -254,7 +250,7 @@ class SeriesPanel(QWidget):
         self._stale = set[str]()
         self.pages = Pages(_PAGES, table=self.table, words=self.words)
         self._title = OneLine("No session")
-        self.compare = button("Compare sessions…", ask_sessions)
+        self.compare = button("Compare sessions…", does.sessions.trigger)
         self.alone = button("Only this one", lambda: self.show_beside(()))
         top = fill(QHBoxLayout(), (self._title, 1), self.compare, self.alone, margins=(6, 3, 6, 0), spacing=6)
         fill(QVBoxLayout(self), top, (self.pages, 1), spacing=1)

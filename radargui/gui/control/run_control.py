@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 
@@ -362,10 +363,9 @@ class RunControl(QObject):
 
 def card_of(run: RecordedRun) -> RunCard:
     """Return what the file of a run says of it; an empty card where it cannot be read."""
-    try:
+    with suppress(RadarGuiError):
         return RunCard() if run.path is None else read_run_card(run.path)
-    except RadarGuiError:
-        return RunCard()
+    return RunCard()
 
 
 def restart_words(count: int) -> str:

@@ -2,6 +2,7 @@
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from functools import cached_property
@@ -100,10 +101,7 @@ class RunEntry:
     @property
     def clock(self) -> str:
         """Time of day of the first sample."""
-        try:
-            return datetime.fromisoformat(self.started_at).strftime("%H:%M:%S")
-        except ValueError:
-            return UNKNOWN
+        return written_time(self.started_at, "%H:%M:%S", UNKNOWN)
 
     @property
     def verdict(self) -> str:
@@ -261,11 +259,18 @@ def entry_of_recorded(recorded: RecordedRun, path: Path, card: RunCard | None = 
 
 def notes_of_file(path: Path) -> tuple[str, str]:
     """Return the agreement of live and offline, and the health line, from a run's file; empty where unknown."""
-    try:
+    health: Mapping[str, object] = {}
+    with suppress(RadarGuiError):
         health = read_health(path) or {}
-    except RadarGuiError:
-        return "", ""
     return agreement_words(health), str(health.get("line", ""))
+
+
+def written_time(at: str, how: str, otherwise: str) -> str:
+    """Return a time in ISO 8601 as `strftime` writes it; what is none is said `otherwise`."""
+    try:
+        return datetime.fromisoformat(at).strftime(how)
+    except ValueError:
+        return otherwise
 
 
 def agreement_words(health: Mapping[str, object]) -> str:

@@ -160,9 +160,7 @@ class ScopePanel(QtWidgets.QWidget):
         self.waterfall, self.alignment = WaterfallView(theme), AlignmentView(theme)
         self._pages = (self.time, self.spectrum, self.waterfall, self.alignment)
 
-        self.view, self.span, self.band = Choice(VIEWS.items()), Choice(_SPANS), Choice(_BANDS)
-        self.span.setCurrentIndex(max(0, self.span.findData(window_s)))
-        self.band.setCurrentIndex(1)
+        self.view, self.span, self.band = Choice(VIEWS.items()), Choice(_SPANS, window_s), Choice(_BANDS, BANDS_HZ[1])
         self.let_go = button("Hold anew", self.alignment.bars.let_go)
         self.pause = QtWidgets.QCheckBox("Pause")
         self.key = Key(theme, *IQ_KEY)

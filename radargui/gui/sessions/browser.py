@@ -124,7 +124,15 @@ class SessionBrowser(Dialog):
         self.compare = button("Compare", lambda: self.compare_asked.emit(self._paths))
         self.compare.clicked.connect(self.hide)
         self.elsewhere = button("Open another folder…", self.elsewhere_asked)
-        self._lay_out()
+        lower = QWidget()
+        fill(QVBoxLayout(lower), self.details, (self.thumbnails, 1))
+        parts = having(QSplitter(Qt.Orientation.Vertical), objectName="sessions.parts")
+        parts.addWidget(self.table)
+        parts.addWidget(lower)
+        parts.setSizes([360, 240])
+        buttons = fill(QHBoxLayout(), self.review, self.take_setup, self.calibrate, 1, spacing=6)
+        above = fill(QHBoxLayout(), (self.words, 1), self.compare, self.series, self.elsewhere, spacing=6)
+        self.lay_out(self.search, above, (parts, 1), buttons)
         self.search.changed.connect(self.refresh)
         self.table.selectionModel().selectionChanged.connect(self._chosen)
         self.table.doubleClicked.connect(lambda _index: self._ask(self.open_asked))
@@ -171,10 +179,9 @@ class SessionBrowser(Dialog):
         self._show_buttons()
         chosen = self.table.chosen
         self.thumbnails.show_runs(())
+        self.details.setText(f"{chosen.name}: reading …" if chosen else "")
         if chosen is None:
-            self.details.setText("")
             return
-        self.details.setText(f"{chosen.name}: reading …")
 
         def show(look: tuple[tuple[RunEntry, ...], str, str]) -> None:
             runs, calibration, busy = look
@@ -206,17 +213,6 @@ class SessionBrowser(Dialog):
         self.compare.setEnabled(sound)
         for one in (self.review, self.take_setup, self.calibrate):
             one.setEnabled(len(several) == 1 and not several[0].problem)
-
-    def _lay_out(self) -> None:
-        lower = QWidget()
-        fill(QVBoxLayout(lower), self.details, (self.thumbnails, 1))
-        parts = having(QSplitter(Qt.Orientation.Vertical), objectName="sessions.parts")
-        parts.addWidget(self.table)
-        parts.addWidget(lower)
-        parts.setSizes([360, 240])
-        buttons = fill(QHBoxLayout(), self.review, self.take_setup, self.calibrate, 1, spacing=6)
-        above = fill(QHBoxLayout(), (self.words, 1), self.compare, self.series, self.elsewhere, spacing=6)
-        self.lay_out(self.search, above, (parts, 1), buttons)
 
 
 def _find(folder: Path, query: Query, task: Task) -> tuple[SessionSummary, ...]:

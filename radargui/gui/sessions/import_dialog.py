@@ -90,8 +90,8 @@ class MappingForm(Group):
         self.boxes = []
         for row, target in enumerate(iq_names(self.count.value()) if self._infos else ()):
             facts = ((one.name, filter(None, (f"{one.count} samples", one.unit))) for one in self._infos)
-            box = Choice((("", "not chosen"), *((name, f"{name}  ({', '.join(said)})") for name, said in facts)))
-            box.setCurrentIndex(max(box.findData(names[row]) if row < len(names) else 0, 0))
+            offered = (("", "not chosen"), *((name, f"{name}  ({', '.join(said)})") for name, said in facts))
+            box = Choice(offered, names[row] if row < len(names) else "")
             box.currentIndexChanged.connect(lambda _index: self.changed.emit())
             self.row(target, box)
             self.boxes.append(box)
@@ -122,15 +122,14 @@ class ImportDialog(Dialog):
         self._other: tuple[Setup, Path] | None = None
         self._named = PlainLabel("none")
         self.together = QtWidgets.QCheckBox("The files together are one run: each holds some of its channels")
-        self.together.setEnabled(False)
-        self.together.toggled.connect(lambda _on: self._renew_look())
+        having(self.together, enabled=False).toggled.connect(self._renew_look)
         self.binary = QtWidgets.QCheckBox("Plain binary: its layout stands beside")
         self.raw = RawForm(services.theme)
         self.binary.toggled.connect(self._show_raw)
         self.raw.changed.connect(self._renew_look)
         self.mapping = MappingForm()
         self.rate = QtWidgets.QDoubleSpinBox(maximum=_FASTEST_HZ, decimals=3)
-        self.setup = having(QtWidgets.QComboBox(), accessibleName="Setup")
+        self.setup = having(Choice(), accessibleName="Setup")
         self.setup.currentIndexChanged.connect(lambda _index: self._show_fault())
         self.process = having(QtWidgets.QCheckBox("Process the runs"), checked=True)
         self.files_fault, self.rate_fault, self.setup_fault = FaultText(), FaultText(), FaultText()
@@ -153,8 +152,7 @@ class ImportDialog(Dialog):
 
     def choose(self, files: list[Path]) -> None:
         """Look into files."""
-        self._look, self._chosen = None, ()
-        self._files = tuple(files)
+        self._look, self._chosen, self._files = None, (), tuple(files)
         self._named.setText(", ".join(file.name for file in files))
         self.together.setEnabled(len(files) > 1)
         with QSignalBlocker(self.binary):
@@ -247,14 +245,14 @@ class ImportDialog(Dialog):
         self.rate.setSpecialValueText(f"as in the file: {rate:g}" if rate else unsaid)
 
     def _show_setups(self, wanted: str = "window") -> None:
-        with QSignalBlocker(self.setup):
-            self.setup.clear()
-            self.setup.addItem("Setup in the window", "window")
-            if self._look is not None and self._look.setup is not None:
-                self.setup.addItem("Setup that the file brings", "own")
-            if self._other is not None:
-                self.setup.addItem(self._other[1].name, "other")
-            self.setup.setCurrentIndex(max(self.setup.findData(wanted), 0) if wanted else -1)
+        offered = {"window": "Setup in the window"}
+        if self._look is not None and self._look.setup is not None:
+            offered["own"] = "Setup that the file brings"
+        if self._other is not None:
+            offered["other"] = self._other[1].name
+        self.setup.offer(offered.items(), wanted)
+        if not wanted:
+            self.setup.setCurrentIndex(-1)
         self._show_fault()
 
     def _chosen_setup(self) -> tuple[Setup, Path | None]:

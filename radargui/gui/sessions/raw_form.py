@@ -32,8 +32,8 @@ class RawForm(Group):
 
     def __init__(self, theme: Theme) -> None:
         super().__init__("Layout of the binary file")
-        self.kind = Choice((name, f"{8 * int(name[1])} bit, {_SIGNS[name[0]]} ({name})") for name in TYPES)
-        self.kind.setCurrentIndex(TYPES.index("i2"))
+        kinds = ((name, f"{8 * int(name[1])} bit, {_SIGNS[name[0]]} ({name})") for name in TYPES)
+        self.kind = Choice(kinds, "i2")
         self.order = Choice((("le", "lowest byte first (le)"), ("be", "highest byte first (be)")))
         self.columns = QSpinBox(minimum=1, maximum=MOST_CHANNELS, value=2)
         self.header, self.skip = (QSpinBox(maximum=_LARGEST_FIELD) for _ in range(2))

@@ -84,9 +84,7 @@ class RecoveryOffer(_Offer):
     what = "looking for unfinished runs"
 
     def _find(self, folder: Path, task: Task) -> tuple[RunLine, ...]:
-        with Catalogue(folder) as catalogue:
-            catalogue.refresh(task.report)
-        return unfinished_runs(folder)
+        return unfinished_runs(folder, progress=task.report)
 
     def _offer(self, runs: tuple[RunLine, ...]) -> None:
         recording = self._control.session
@@ -100,8 +98,14 @@ class RecoveryOffer(_Offer):
         self.setVisible(bool(self.runs))
 
     def _accept(self) -> None:
+        def recover(path: Path, report: Progress) -> RecoveredRun:
+            return recover_run(path, now=datetime.now().astimezone(), progress=report)
+
+        def work(task: Task) -> tuple[Outcome[RecoveredRun], ...]:
+            return tuple(each_run(paths, recover, task.report))
+
         self.hide()
-        work = partial(_recovered, [run.path for run in self.runs])
+        paths = [run.path for run in self.runs]
         self._services.work.start("recovering runs", work, self._done, cancelled=self.look)
 
     def _done(self, outcomes: tuple[Outcome[RecoveredRun], ...]) -> None:
@@ -172,13 +176,6 @@ class LaterOffer(_Offer):
 
 def _counted(runs: Sequence[object], one: str, many: str) -> str:
     return f"1 run {one}" if len(runs) == 1 else f"{len(runs)} runs {many}"
-
-
-def _recovered(paths: list[Path], task: Task) -> tuple[Outcome[RecoveredRun], ...]:
-    def recover(path: Path, report: Progress) -> RecoveredRun:
-        return recover_run(path, now=datetime.now().astimezone(), progress=report)
-
-    return tuple(each_run(paths, recover, task.report))
 
 
 def _reported_series(sessions: tuple[Path, ...], output: Path, task: Task) -> Path:

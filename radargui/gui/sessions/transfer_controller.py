@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QCheckBox, QDialog
 from radargui.experiment.compare import RunComparison, compare_with
 from radargui.experiment.importing import Imported, ImportOrder, import_recordings
 from radargui.files.access import Outcome, each_run, make_folder
-from radargui.files.formats import EXPORT_FORMATS, ExportFormat
+from radargui.files.formats import EXPORT_FORMATS
 from radargui.gui.background import WorkStrip
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.layout import Choice, Dialog, Group, PathField, PlainLabel, button, side_by_side
@@ -55,15 +55,12 @@ class ReprocessDialog(Dialog):
         one = [((chosen,), f"The chosen run, {chosen.stem}")] if chosen is not None else []
         self.what = Choice((*one, (runs, f"All {len(runs)} runs of the session")))
         self.setup = Choice(((None, "As recorded"), (setup, "Setup in the window")))
-        as_set = (None, "As in the setup")
-        self.correction = Choice((as_set, *words_of("processing.correction").choices.items()))
-        self.geometry_choice = Choice((as_set, *words_of("processing.geometry").choices.items()))
-        self._choices = {
-            "Runs": self.what,
-            "Antennas and processing": self.setup,
-            "IQ correction": self.correction,
-            "Geometry": self.geometry_choice,
-        }
+        self.correction, self.geometry_choice = (
+            Choice(((None, "As in the setup"), *words_of(f"processing.{name}").choices.items()))
+            for name in ("correction", "geometry")
+        )
+        self._choices = {"Runs": self.what, "Antennas and processing": self.setup}
+        self._choices |= {"IQ correction": self.correction, "Geometry": self.geometry_choice}
         for choice in self._choices.values():
             choice.currentIndexChanged.connect(self._forget)
         self.compare = button("Process and compare", self._compare, default=True)
@@ -191,7 +188,12 @@ class ExportDialog(Dialog):
             return
         what, kind, force = self.what.currentData(), EXPORT_FORMATS[self.kind.currentData()], self.replace.isChecked()
         self.go.setEnabled(False)
-        work = partial(_planned, Path(what), kind, folder, force=force)
+
+        def work() -> ExportPlan:
+            plan = plan_export(Path(what), kind, folder, force=force)
+            make_folder(folder)
+            return plan
+
         self._jobs.start("looking at the folder", work, self._accept, self._refuse)
 
     def _accept(self, plan: ExportPlan) -> None:
@@ -304,9 +306,3 @@ class TransferController(QObject):
         self.dialog = dialog
         answered.connect(does)
         dialog.show()
-
-
-def _planned(what: Path, kind: ExportFormat, folder: Path, *, force: bool) -> ExportPlan:
-    plan = plan_export(what, kind, folder, force=force)
-    make_folder(folder)
-    return plan

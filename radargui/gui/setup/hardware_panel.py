@@ -12,17 +12,17 @@ from radargui.experiment.importing import valid_setup_of
 from radargui.gui.background import Jobs, Then, Work
 from radargui.gui.layout import Answer, Choice, FaultText, Group, PathField, PlainLabel, button, having, side_by_side
 from radargui.gui.panels import Actions
+from radargui.gui.services import Services
 from radargui.gui.setup.channels import ChannelGroup
 from radargui.gui.setup.fields import FormPanel, ModelGroup, SetupForm
 from radargui.gui.setup.setup_model import MOST_NAMED, SetupModel
 from radargui.gui.setup.words import FORMS, called, in_words
-from radargui.gui.theme import Theme
 from radargui.model.errors import DeviceError
 from radargui.model.plugins import plugins
 from radargui.model.setup import MEASURING, Setup
 from radargui.sources.factory import SourceKind
 from radargui.sources.ni.checks import check_rate, rate_limit_hz, rate_sentence
-from radargui.sources.ni.discovery import NiDevice, find_devices
+from radargui.sources.ni.discovery import NiDevice
 from radargui.sources.ni.source import check_setup
 
 CERTIFICATES = "Certificates (*.pem *.crt *.cer);;All files (*)"
@@ -85,7 +85,7 @@ FILTER = "Recordings (*.h5 *.csv *.mat *.tdms *.sigmf-meta *.sigmf-data *.sigmf)
 class ReplayForm(Group):
     """The file whose samples are played back in real time; it says where the setup is not that of the recording."""
 
-    def __init__(self, model: SetupModel, jobs: Jobs, path: Path | None = None) -> None:
+    def __init__(self, model: SetupModel, jobs: Jobs, path: Path | None) -> None:
         super().__init__("Replay")
         self._model, self._jobs = model, jobs
         self._own: Setup | None = None
@@ -141,7 +141,7 @@ class NiForm(SetupForm):
         Tries a setup on its device; tests put another one here.
     """
 
-    def __init__(self, model: SetupModel, jobs: Jobs, rates: RateView, find: FindDevices = find_devices) -> None:
+    def __init__(self, model: SetupModel, jobs: Jobs, rates: RateView, find: FindDevices) -> None:
         super().__init__("ni", model)
         self._jobs, self._find, self._rates = jobs, find, rates
         self.check: Callable[[Setup], Any] = check_setup
@@ -265,32 +265,20 @@ class HardwarePanel(FormPanel):
     """Chooses the source and edits its settings; closed for changes while samples come in."""
 
     def __init__(
-        self,
-        model: SetupModel,
-        jobs: Jobs,
-        does: Actions,
-        theme: Theme,
-        *,
-        source: SourceKind = "simulated",
-        replay_file: Path | None = None,
-        find_devices: FindDevices = find_devices,
+        self, model: SetupModel, does: Actions, services: Services, source: SourceKind, find_devices: FindDevices
     ) -> None:
         super().__init__(model)
         self.source = Choice([*SOURCES.items(), *((name, name) for name in plugins("sources"))])
         group = Group("Source", ("Samples from", having(self.source, objectName="source")))
-        self.replay = ReplayForm(model, jobs, replay_file)
-        self.rates, self.channels = RateView(model), ChannelGroup(model, does, theme)
+        self.replay = ReplayForm(model, services.jobs, services.settings.path("replay_file"))
+        self.rates, self.channels = RateView(model), ChannelGroup(model, does, services.theme)
         self.only_shows = (self.rates, self.channels)
-        self.ni = NiForm(model, jobs, self.rates, find_devices)
-        self._forms: dict[str, Group] = {
-            "simulated": SetupForm("simulated", model),
-            "ni": self.ni,
-            "replay": self.replay,
-        }
+        self.ni = NiForm(model, services.jobs, self.rates, find_devices)
+        simulated = SetupForm("simulated", model)
+        self._forms: dict[str, Group] = {"simulated": simulated, "ni": self.ni, "replay": self.replay}
         others = (SetupForm(name, model) for name in ("recording", "processing"))
-        file = SetupFileGroup(model, does)
-        self.undo_all = file.undo_all
-        self.lay_out(file, group, *self._forms.values(), self.rates, self.channels, *others)
+        self.file = SetupFileGroup(model, does)
+        self.lay_out(self.file, group, *self._forms.values(), self.rates, self.channels, *others)
         self.choose(source)
         self.source.currentIndexChanged.connect(self._show_form)
         self._show_form()

@@ -113,16 +113,11 @@ class FirstSteps(Dialog):
 
     def _state_changed(self) -> None:
         state = self._control.state
-        if state.running:
-            # who starts has chosen, be it what stood there
-            self.tick("source")
-        if state is AppState.LIVE:
-            self.tick("monitor")
-        if state is AppState.ARMED:
-            self.tick("arm")
-        if state.holds_a_run:
-            # a short one is seen only while it is processed
-            self.tick("drop")
+        # who starts has chosen, be it what stood there; a short drop is seen only while it is processed
+        does = {"source": state.running, "monitor": state is AppState.LIVE, "arm": state is AppState.ARMED}
+        for name, done in (does | {"drop": state.holds_a_run}).items():
+            if done:
+                self.tick(name)
 
     def _recorded(self, recorded: RecordedRun) -> None:
         if recorded.result is not None and recorded.result.bounces.impacts:

@@ -107,7 +107,7 @@ def test_the_joint_estimate_shows_its_model_what_it_leaves_and_what_was_decided(
     show(view, result)
     assert view.decided.toPlainText() == " ".join(result.corrected.decisions)
     assert "floor that reflects" in view.decided.toPlainText()
-    raw, model = (np.stack(item.getOriginalDataset()) for item in (view.raw[0].raw, view.raw[0].found["model"]))
+    raw, model = (np.stack(item.getOriginalDataset()) for item in (view.raw[0].raw, view.raw[0].found["fitted"]))
     rest_mv = view.rest_lines[0].getOriginalDataset()[1]
     assert raw.shape == model.shape
     known = np.isfinite(model[1])
@@ -120,9 +120,9 @@ def test_the_joint_estimate_shows_its_model_what_it_leaves_and_what_was_decided(
 def test_the_adaptive_one_shows_its_circle_and_none_only_the_samples(view: CorrectionView, by: Any) -> None:
     show(view, by("adaptive"))
     assert "circle at the phase found" in view.key.text().replace("&nbsp;", " ")
-    assert view.raw[0].found["model"].getOriginalDataset()[0].size > 100
+    assert view.raw[0].found["fitted"].getOriginalDataset()[0].size > 100
     show(view, by("none"))
-    assert view.raw[0].found["model"].getOriginalDataset()[0] is None
+    assert view.raw[0].found["fitted"].getOriginalDataset()[0] is None
     assert not view.rest.isVisible()
     assert "none" in view._words.text()
 

@@ -346,7 +346,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         """Take over the colours of the theme."""
         colours = self._paper or self._theme.colours
         self.setBackground(colours.base)
-        for axis in map(self.getPlotItem().getAxis, ("bottom", "left")):
+        for axis in map(self.getPlotItem().getAxis, ("bottom", "left", "top")):
             axis.setPen(pg.mkPen(colours.line))
             axis.setTextPen(pg.mkPen(colours.text))
         self._write_inside()

@@ -1,7 +1,7 @@
 """The correction of a run at work, receiver by receiver; and several corrections of it laid over each other."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from PySide6 import QtWidgets
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
@@ -28,6 +28,11 @@ _PUBLISHED = (
     ("+", "faint", "zero crossings"),
 )
 _MADE = {"model": "the model that was fitted", "circle": "offset and circle at the phase found"}
+_BELOW = {
+    "scale": ("scale [V]", 1.0, "What the signal less its bias is divided by, piece by piece between its extremes"),
+    "rest": ("rest [mV]", 1e3, "What the samples have and the fit has not: noise, and what is not described"),
+}
+"""What is drawn below I and Q, by its name in what was found: words of the axis, scale, tip."""
 _LEFT = 58
 """Width of the left axes in pixels (chosen by hand): in less the figures are cut, more is taken from the curves."""
 _LINES = 3
@@ -98,7 +103,7 @@ class CorrectionView(QtWidgets.QWidget):
         number = self.receiver.currentIndex()
         if self._shown is None or number < 0:
             return
-        (result, curves), self_key = self._shown, [*IQ_KEY]
+        (result, curves), key = self._shown, [*IQ_KEY]
         receiver, corrected = curves.receivers[number], result.corrected
         self._clear_plots()
         for plot, curve in zip(self.raw, receiver.raw, strict=False):
@@ -107,15 +112,15 @@ class CorrectionView(QtWidgets.QWidget):
             line.setData(curve.x, curve.y)
         found = corrected.steps[number] if corrected and number < len(corrected.steps) else None
         if receiver.steps:
-            self_key += _PUBLISHED
-            self._draw_published(receiver.steps)
+            key += _PUBLISHED
+            self._draw_found(receiver.steps, "scale")
         elif receiver.circles:
-            self_key.append(("▬", "fit", _MADE[receiver.circles[0].kind]))
-            self._draw_fitted(receiver.circles)
+            key.append(("▬", "fit", _MADE[receiver.circles[0].kind]))
+            self._draw_found(receiver.circles, "rest")
         elif isinstance(found, Ellipse):
-            self_key.append(("▬", "fit", "ellipse through the samples of the motion"))
+            key.append(("▬", "fit", "ellipse through the samples of the motion"))
             self._draw_ellipse(receiver, found)
-        self.key.show_entries(*self_key)
+        self.key.show_entries(*key)
         method = corrected.method if corrected else ""
         self._words.setText(f"correction: {method}" if method else "nothing was corrected")
         decided = " ".join(corrected.decisions) if corrected else ""
@@ -126,21 +131,17 @@ class CorrectionView(QtWidgets.QWidget):
         for plot in (*self.raw, self.rest, self.corrected):
             plot.enableAutoRange(axis="y")
 
-    def _draw_published(self, steps: tuple[StepCurves, ...]) -> None:
-        for plot, line, one in zip(self.raw, self.rest_lines, steps, strict=True):
-            plot.show_steps(one)
-            line.setData(one.scale.x, one.scale.y)
-        self.rest.relabel("", "scale [V]")
-        self.rest.setToolTip("What the signal less its bias is divided by, piece by piece between its extremes")
-        self.rest.show()
-
-    def _draw_fitted(self, circles: tuple[CircleCurves, ...]) -> None:
-        for plot, line, one in zip(self.raw, self.rest_lines, circles, strict=True):
-            plot.found["model"].setData(one.fitted.x, one.fitted.y)
-            line.setData(one.rest.x, 1e3 * one.rest.y)
-        self.rest.relabel("", "rest [mV]")
-        self.rest.setToolTip("What the samples have and the fit has not: noise, and what is not described")
-        self.rest.show()
+    def _draw_found(self, found: Sequence[StepCurves | CircleCurves], below: str) -> None:
+        """Draw what a method found in I and Q, and what of it stands below them, see `_BELOW`."""
+        words, scale, tip = _BELOW[below]
+        for plot, line, one in zip(self.raw, self.rest_lines, found, strict=True):
+            for name, item in plot.found.items():
+                curve: Curve = getattr(one, name, EMPTY)
+                item.setData(curve.x, curve.y)
+            left: Curve = getattr(one, below)
+            line.setData(left.x, scale * left.y)
+        self.rest.relabel("", words)
+        having(self.rest, toolTip=tip).show()
 
     def _draw_ellipse(self, receiver: ReceiverCurves, found: Ellipse) -> None:
         plane = receiver.raw.plane
@@ -160,19 +161,13 @@ class RawPlot(Plot):
         self.found = {
             "upper": self.still_line("fit", "spline through the peaks"),
             "lower": self.still_line("fit", "spline through the valleys"),
-            "model": self.still_line("fit", "model"),
+            "fitted": self.still_line("fit", "model"),
             "bias": self.still_line("text", "bias", dashed=True),
             # told apart by their shape: all hues mean something else
             "peaks": self.marker("text", "t1", 7, "peaks"),
             "valleys": self.marker("text", "t", 7, "valleys"),
             "zero_crossings": self.marker("faint", "+", 6, "zero crossings"),
         }
-
-    def show_steps(self, steps: StepCurves) -> None:
-        """Draw what the published procedure found."""
-        for name, item in self.found.items():
-            curve: Curve = getattr(steps, name, EMPTY)
-            item.setData(curve.x, curve.y)
 
 
 def _ellipse_words(found: object) -> str:
@@ -207,8 +202,8 @@ class MethodsView(QtWidgets.QWidget):
         self.boxes: dict[str, QtWidgets.QCheckBox] = {}
         for method, words in words_of("processing.correction").choices.items():
             box = self.boxes[method] = having(QtWidgets.QCheckBox(method), toolTip=words)
-            box.toggled.connect(lambda _on: self._show_buttons())
-        self.compute = button("Compute", self._ask)
+            box.toggled.connect(self._show_buttons)
+        self.compute = button("Compute", lambda: self.asked.emit(self._missing))
         self.quantity = having(Choice(), accessibleName="Quantity")
         self.quantity.currentIndexChanged.connect(self._draw)
         self.words = OneLine()
@@ -257,9 +252,6 @@ class MethodsView(QtWidgets.QWidget):
         self._all = [known for known in self._all if known.method != one.method] + [one]
         self.words.setText("")
         self._refresh()
-
-    def _ask(self) -> None:
-        self.asked.emit(self._missing)
 
     @property
     def _missing(self) -> tuple[str, ...]:

@@ -157,9 +157,7 @@ class AlignmentView(QWidget):
     def draw(self, shown: Shown) -> None:
         """Draw what is new; called each frame."""
         band = self._follower.follow(shown, HALF_BAND_HZ)
-        if (band, band.end) == self._drawn:
-            return
-        amplitude = band.amplitude_v(SPAN_S)
+        amplitude = band.amplitude_v(SPAN_S) if (band, band.end) != self._drawn else np.empty(0)
         if not amplitude.size:
             return
         self._drawn = (band, band.end)

@@ -12,7 +12,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent
 from PySide6.QtWidgets import QDoubleSpinBox, QGridLayout, QHBoxLayout, QLabel, QWidget
 
 from radargui.acquisition.run_output import Level
-from radargui.gui.layout import Dialog, button, fill
+from radargui.gui.layout import Dialog, button, fill, having
 from radargui.gui.plots.plot import LAST, Plot
 from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.theme import Theme, scaled_font
@@ -164,10 +164,9 @@ class GainDialog(Dialog):
             name = f"{'IQ'[row % 2]}{row // 2 + 1}"
             factor = QDoubleSpinBox(minimum=0.1, maximum=10_000.0, decimals=1, value=gain.factor, prefix="× ")
             offset = QDoubleSpinBox(minimum=-100.0, maximum=100.0, decimals=3, singleStep=0.01, value=gain.offset_v)
+            tip = "Drawn: gain × (voltage − offset). Only the picture changes, no sample does"
             for column, field, what in ((1, factor, "Gain"), (2, offset, "Offset [V]")):
-                field.setAccessibleName(f"{what} of {name}")
-                field.setToolTip("Drawn: gain × (voltage − offset). Only the picture changes, no sample does")
-                field.valueChanged.connect(self._apply)
+                having(field, accessibleName=f"{what} of {name}", toolTip=tip).valueChanged.connect(self._apply)
                 grid.addWidget(field, row + 1, column)
             grid.addWidget(QLabel(name), row + 1, 0)
             self.fields.append((factor, offset))
@@ -203,7 +202,6 @@ class LevelBar(QWidget):
         super().__init__()
         self._theme, self.name, self._role, self._full_scale_v = theme, name, role, full_scale_v
         self._held = 0
-        self._peak_v: float | None = None
         width = self.fontMetrics().horizontalAdvance("I1 00.00 V") + 8
         self.setFont(scaled_font(self.font(), 0.85))
         self.setFixedSize(width, self.fontMetrics().height() + _BAR_PX + 3)
@@ -219,12 +217,10 @@ class LevelBar(QWidget):
         """Show a level; None: nothing is known."""
         clipped = level is not None and level.clipped
         self._held = _HOLD_LOOKS if clipped else max(0, self._held - 1) if level is not None else 0
-        self._peak_v = None if level is None else level.peak_v
         self._full_scale_v = (level and level.full_scale_v) or self._full_scale_v
-        self._share = (self._peak_v or 0.0) / self._full_scale_v
-        peak, said = (
-            ("–", "") if level is None else (f"{level.peak_v:.2f} V", f"{100.0 * self._share:.0f} % of the range")
-        )
+        self._share = (level.peak_v if level else 0.0) / self._full_scale_v
+        peak = "–" if level is None else f"{level.peak_v:.2f} V"
+        said = "" if level is None else f"{100.0 * self._share:.0f} % of the range"
         self.setToolTip(f"{self.name}: {said}{', clipping: lower the gain or raise the range' * self.clipping}")
         self.setAccessibleName(f"{self.name} {'CLIP' if self.clipping else peak}")
         self.update()

@@ -58,29 +58,20 @@ class SpectrumPlot(_FrequencyPlot):
             theme, "Doppler frequency [Hz], positive: the path gets longer", "amplitude [dB re 1 V]", live=True
         )
         self.getPlotItem().showAxis("top")
-        self._speed.setLabel("speed of the path, dL/dt [m/s]")
+        axis = self.getPlotItem().getAxis("top")
+        axis.setLabel("speed of the path, dL/dt [m/s]")
         # no figures before the wavelength is known
-        self._speed.setStyle(tickLength=-4, showValues=False)
+        axis.setStyle(tickLength=-4, showValues=False)
         self.setXRange(-BANDS_HZ[1], BANDS_HZ[1], padding=0)
         self.curves_ = [self.fast_line(f"receivers.{n}", f"Rx {n + 1}") for n in range(MOST_RECEIVERS)]
         self._mains = self.marker("text", "t", 9, "mains")
         self.setYRange(-100.0, 0.0, padding=0)
 
-    @property
-    def _speed(self) -> pg.AxisItem:
-        return self.getPlotItem().getAxis("top")
-
     def set_scale(self, wavelength_m: float, half_band_hz: float) -> None:
         """Show +-half the band, and its speeds on the upper axis."""
         super().set_scale(wavelength_m, half_band_hz)
-        self._speed.setScale(wavelength_m)
-        self._speed.setStyle(showValues=True)
-
-    def retheme(self) -> None:
-        """Take over the colours of the theme."""
-        super().retheme()
-        self._speed.setPen(pg.mkPen(self.colour("line")))
-        self._speed.setTextPen(pg.mkPen(self.colour("text")))
+        self.getPlotItem().getAxis("top").setScale(wavelength_m)
+        self.getPlotItem().getAxis("top").setStyle(showValues=True)
 
     def draw(self, spectrum: Spectrum, mains: list[SpectralLine]) -> None:
         """Draw spectra, and a mark at each line of the mains."""
@@ -117,11 +108,16 @@ class _OfFrequencies(PerReceiver):
             plot.show_nothing()
         self._drawn = ()
 
-    def _news(self, shown: Shown) -> Baseband | None:
-        """Return what came since the last picture, in the frames that draw."""
+    def draw(self, shown: Shown) -> None:
+        """Draw what came since the last picture, in the frames that draw; called each frame."""
         band = self._follower.follow(shown, self.half_band_hz)
         self._frame += 1
-        return band if self.plots and self._frame % self._every == 0 and (band, band.end) != self._drawn else None
+        if self.plots and self._frame % self._every == 0 and (band, band.end) != self._drawn:
+            self.draw_band(shown, band)
+
+    def draw_band(self, shown: Shown, band: Baseband) -> None:
+        """Draw the signals of what is shown."""
+        raise NotImplementedError
 
 
 class SpectrumView(_OfFrequencies):
@@ -147,11 +143,8 @@ class SpectrumView(_OfFrequencies):
         self.spectrum = None
         self.words.setText("Start shows the spectrum of what comes in")
 
-    def draw(self, shown: Shown) -> None:
-        """Draw what is new; called each frame."""
-        band = self._news(shown)
-        if band is None:
-            return
+    def draw_band(self, shown: Shown, band: Baseband) -> None:
+        """Draw the spectra, and say which lines they have."""
         spectrum = band.spectrum()
         if spectrum is None:
             self.words.setText("Too few samples since the last ones that were lost")
@@ -257,11 +250,8 @@ class WaterfallView(_OfFrequencies):
         super().show_nothing()
         self.words.setText("Start shows the spectrum of what comes in, moment by moment")
 
-    def draw(self, shown: Shown) -> None:
-        """Draw what is new; called each frame."""
-        band = self._news(shown)
-        if band is None:
-            return
+    def draw_band(self, shown: Shown, band: Baseband) -> None:
+        """Draw the spectra of all moments."""
         count = band.samples_v.shape[1]
         hop = max(_SIZE // 8, count // _MOST_FRAMES)
         amplitude = band.waterfall(_SIZE, hop)

@@ -1,7 +1,7 @@
 """The titles of the panels: said once, on the tab or above the panel, with buttons that are seen in every look."""
 
-from PySide6.QtCore import QObject, QPoint, QRectF, Qt
-from PySide6.QtGui import QColor, QIcon, QPainter, QPen, QPixmap
+from PySide6.QtCore import QObject, QPoint, Qt
+from PySide6.QtGui import QIcon, QPixmap
 from PySide6.QtWidgets import QAbstractButton, QDockWidget, QMainWindow, QMenu, QTabBar, QWidget
 
 from radargui.gui.layout import follow, having, ticking
@@ -9,8 +9,9 @@ from radargui.gui.theme import Theme
 
 _BUTTONS = {"float": "Let the panel stand by itself, or put it back", "close": "Close the panel; View brings it back"}
 _TAB_TIP = "Double click: let the panel stand by itself; right click: close it"
-_SIZE = 16
-"""Edge of the square in which the signs are drawn; their bitmap has four pixels for each unit."""
+_LINES = {"float": "M3.5 6.5h6v6h-6z M6 4H12V10", "close": "M4 4L12 12 M4 12L12 4"}
+_SIGN = """<svg xmlns="http://www.w3.org/2000/svg" width="64" height="64" viewBox="0 0 16 16">
+<path d="{lines}" fill="none" stroke="{colour}" stroke-width="1.5"/></svg>"""
 
 
 class DockTitles(QObject):
@@ -76,17 +77,6 @@ class DockTitles(QObject):
 
 
 def _icon(name: str, colour: str) -> QIcon:
-    pixmap = QPixmap(4 * _SIZE, 4 * _SIZE)
-    pixmap.fill(Qt.GlobalColor.transparent)
-    painter = QPainter(pixmap)
-    painter.scale(4.0, 4.0)
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    painter.setPen(QPen(QColor(colour), 1.5))
-    if name == "close":
-        painter.drawLine(4, 4, 12, 12)
-        painter.drawLine(4, 12, 12, 4)
-    else:
-        painter.drawRect(QRectF(3.5, 6.5, 6.0, 6.0))
-        painter.drawPolyline([QPoint(6, 4), QPoint(12, 4), QPoint(12, 10)])
-    painter.end()
+    pixmap = QPixmap()
+    pixmap.loadFromData(_SIGN.format(lines=_LINES[name], colour=colour).encode())
     return QIcon(pixmap)

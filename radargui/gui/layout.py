@@ -150,9 +150,7 @@ class Dialog(QtWidgets.QDialog):
 
 def labelled(words: str, field: QtWidgets.QWidget) -> QtWidgets.QLabel:
     """Return the label of a field, which leads to it."""
-    label = QtWidgets.QLabel(words)
-    label.setBuddy(field)
-    return label
+    return having(QtWidgets.QLabel(words), buddy=field)
 
 
 class Group(QtWidgets.QGroupBox):

@@ -16,7 +16,7 @@ from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
 from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
 from radargui.gui.dock_titles import DockTitles
 from radargui.gui.guide import EmptyPlots, FirstSteps
-from radargui.gui.layout import boxed
+from radargui.gui.layout import boxed, having, ticking
 from radargui.gui.log_window import LogWindow
 from radargui.gui.notices import NoticeBoard, NoticeStrip
 from radargui.gui.opengl_probe import OpenGLProbe
@@ -147,8 +147,7 @@ class MainWindow(QMainWindow):
         if probe is not None:
             probe.answered.connect(self._opengl_answered)
             probe.start()
-        self._timer = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
-        self._timer.timeout.connect(self.refresh)
+        self._timer = having(ticking(self, FRAME_MS, self.refresh), timerType=Qt.TimerType.PreciseTimer)
         self._timer.start()
 
     def start(self) -> None:

@@ -272,7 +272,7 @@ def test_many_runs_are_selected_rejected_and_copied(window: MainWindow, wait_for
     assert [line[0] for line in lines[1:]] == ["1", "2", "3"]
     assert lines[1][4] == window.runs.model.entries[0].restitution()
     window.actions_.reject.trigger()
-    wait_for(lambda: window.runs.model.n_rejected == 3)
+    wait_for(lambda: sum(bool(one.rejected) for one in window.runs.model.entries) == 3)
     idle(window, wait_for)
     assert len(window.control.session.rejected) == 3
     assert window.board.notices[0].text.startswith("3 runs are rejected")

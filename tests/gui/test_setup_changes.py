@@ -52,7 +52,7 @@ def answers(monkeypatch: pytest.MonkeyPatch) -> tuple[list[Answer], list[str]]:
 VALUES = (
     ("receiver[2].tilt_deg", "55", "40 °"),
     ("receiver[1].distance_m", "-3", "700 mm"),
-    ("tracer.release_position_m[2]", "11x", "120 mm"),
+    ("tracer.release_position_m[3]", "11x", "120 mm"),
     ("radar.frequency_hz", "", "10 GHz"),
     ("floor.height_m", "", "-140 mm"),
 )

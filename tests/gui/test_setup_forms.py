@@ -49,7 +49,7 @@ def test_a_new_tilt_changes_the_matrix_at_once(window: MainWindow) -> None:
 
 def test_distances_are_typed_in_mm_and_kept_in_m(window: MainWindow) -> None:
     type_into(field(window, "receiver[1].distance_m"), "702,5")
-    type_into(field(window, "tracer.release_position_m[2]"), "118")
+    type_into(field(window, "tracer.release_position_m[3]"), "118")
     assert window.setup_model.setup.receiver[0].distance_m == 0.7025
     assert window.setup_model.setup.tracer.release_position_m == (0.0, 0.0, 0.118)
 
@@ -61,7 +61,7 @@ BAD_VALUES = (
     ("antennas", "radar.frequency_hz", "3", None),
     ("antennas", "radar.frequency_hz", "0.01", "Frequency: 0.01 is not allowed: a number from 0.1 to 1000 GHz"),
     ("antennas", "tracer.diameter_m", "600", "Diameter: 600 is not allowed: a number above 0 to 500 mm"),
-    ("antennas", "tracer.release_position_m[1]", "1e9", "Release y: 1000000000 is not allowed: a number from -1"),
+    ("antennas", "tracer.release_position_m[2]", "1e9", "Release y: 1000000000 is not allowed: a number from -1"),
     ("antennas", "floor.height_m", "deep", "Floor z: deep is not allowed: a number from -"),
     ("hardware", "daq.rate_hz", "-1", "Rate per channel: -1 is not allowed: a number from 10 to 1e7 Hz"),
     ("hardware", "daq.rate_hz", "", "Rate per channel: a value is needed: a number from 10 to 1e7 Hz"),

@@ -27,6 +27,7 @@ from PySide6.QtCore import (
 from PySide6.QtGui import QColor, QImage, QPageSize, QPaintDevice, QPainter, QPdfWriter
 from PySide6.QtSvg import QSvgGenerator
 
+from radargui.gui.layout import having
 from radargui.model.arrays import FloatArray
 from radargui.model.rounding import UNKNOWN
 
@@ -201,17 +202,12 @@ def picture_of(plot: Plot) -> QMimeData:
     data = QMimeData()
     with plot.on_paper():
         svg, pdf, image = QBuffer(), QBuffer(), QImage(size * _SCALE, QImage.Format.Format_RGB32)
-        vector = QSvgGenerator()
-        vector.setOutputDevice(svg)
-        vector.setSize(size)
-        vector.setViewBox(QRectF(0, 0, size.width(), size.height()))
-        vector.setTitle(plot.words("left"))
+        whole = QRectF(0, 0, size.width(), size.height())
+        vector = having(QSvgGenerator(), outputDevice=svg, size=size, viewBox=whole, title=plot.words("left"))
         _paint(plot, vector, size)
         pdf.open(QIODevice.OpenModeFlag.WriteOnly)
-        paper = QPdfWriter(pdf)
-        paper.setResolution(96)
-        paper.setPageMargins(QMarginsF())
-        paper.setPageSize(QPageSize(QSizeF(size) * _POINT, QPageSize.Unit.Point))
+        page = QPageSize(QSizeF(size) * _POINT, QPageSize.Unit.Point)
+        paper = having(QPdfWriter(pdf), resolution=96, pageMargins=QMarginsF(), pageSize=page)
         _paint(plot, paper, size)
         pdf.close()
         image.setDevicePixelRatio(_SCALE)

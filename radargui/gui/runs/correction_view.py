@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from PySide6 import QtWidgets
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 
 from radargui.correction.ellipse import Ellipse
 from radargui.experiment.compare import OverlaidMethod
@@ -50,7 +50,7 @@ class CorrectionView(QtWidgets.QWidget):
     def __init__(self, theme: Theme) -> None:
         super().__init__()
         self._shown: tuple[RunResult, RunCurves] | None = None
-        self.receiver = having(QtWidgets.QComboBox(), accessibleName="Receiver")
+        self.receiver = having(Choice(), accessibleName="Receiver")
         self.receiver.currentIndexChanged.connect(self._draw)
         # never makes the panel wider than its dock
         self._words = OneLine()
@@ -78,11 +78,8 @@ class CorrectionView(QtWidgets.QWidget):
     def show_curves(self, result: RunResult, curves: RunCurves) -> None:
         """Show a result, the same receiver as before."""
         self._shown = result, curves
-        chosen = max(0, self.receiver.currentIndex())
-        with QSignalBlocker(self.receiver):
-            self.receiver.clear()
-            self.receiver.addItems([one.name for one in curves.receivers])
-            self.receiver.setCurrentIndex(min(chosen, self.receiver.count() - 1))
+        names = [one.name for one in curves.receivers]
+        self.receiver.offer(zip(names, names, strict=True), self.receiver.currentData())
         self._draw()
 
     def clear(self) -> None:

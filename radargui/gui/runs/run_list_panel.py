@@ -111,7 +111,7 @@ class RunListPanel(QWidget):
             hidden = bool(entry.rejected) and not self.rejected.isChecked()
             self.table.setRowHidden(self.table.shown_row(row), hidden)
         self.table.setColumnHidden(list(COLUMNS).index("Note"), not any(one.note for one in self.model.entries))
-        count = self.model.n_rejected
+        count = sum(bool(entry.rejected) for entry in self.model.entries)
         self.rejected.setText(f"Show rejected ({count})" if count else "Show rejected")
 
     def _fit_columns(self, entries: list[RunEntry]) -> None:

@@ -211,11 +211,6 @@ class RunModel(RowModel[RunEntry]):
         if self.entries:
             self.dataChanged.emit(self.index(0, 0), self.index(len(self.entries) - 1, len(COLUMNS) - 1))
 
-    @property
-    def n_rejected(self) -> int:
-        """How many runs do not count."""
-        return sum(bool(entry.rejected) for entry in self.entries)
-
     def entry_of(self, path: Path | None) -> RunEntry | None:
         """Return the entry of a file; None where there is no such file."""
         return next((entry for entry in self.entries if entry.path == path), None)

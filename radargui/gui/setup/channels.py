@@ -7,8 +7,7 @@ from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject, Qt
-from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QSizePolicy
+from PySide6.QtWidgets import QApplication, QSizePolicy
 
 from radargui.acquisition.health import ChannelFacts, channel_facts
 from radargui.gui.background import Jobs
@@ -19,7 +18,6 @@ from radargui.gui.panels import Actions
 from radargui.gui.setup.fields import ModelGroup
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.table import RowModel, RowTable
-from radargui.gui.theme import Theme
 from radargui.model.rounding import UNKNOWN
 
 MOMENT_S = 1.0
@@ -52,34 +50,31 @@ class Channel:
         return UNKNOWN if self.shows is None else "CLIPS" if self.shows.level.clipped else "no"
 
 
+# title of a column, and what stands in it; 1e3: from V to mV
+_COLUMNS: dict[str, Callable[[Channel], str]] = {
+    "Channel": lambda one: f"Rx {one.name[1:]} {one.name[0]}",
+    "Input": lambda one: one.wired_to,
+    "Level [V]": lambda one: one.level,
+    "Offset [V]": lambda one: UNKNOWN if one.shows is None else f"{one.shows.offset_v:+.3f}",
+    "Noise [mV]": lambda one: UNKNOWN if one.shows is None else f"{1e3 * one.shows.noise_v:.2f}",
+    "Clips": lambda one: one.clips,
+}
+
+
 class ChannelModel(RowModel[Channel]):
     """Rows of channels; one that clips is said in the alarm's colour too."""
 
-    def __init__(self, theme: Theme) -> None:
-        self._theme = theme
-        super().__init__(
-            {
-                "Channel": lambda one: f"Rx {one.name[1:]} {one.name[0]}",
-                "Input": lambda one: one.wired_to,
-                "Level [V]": lambda one: one.level,
-                "Offset [V]": lambda one: UNKNOWN if one.shows is None else f"{one.shows.offset_v:+.3f}",
-                "Noise [mV]": lambda one: UNKNOWN if one.shows is None else f"{1e3 * one.shows.noise_v:.2f}",
-                "Clips": lambda one: one.clips,
-            }
-        )
-
     def cell(self, entry: Channel, column: int, role: int) -> Any:
         """Return what Qt asks of a cell."""
-        if role == Qt.ItemDataRole.ForegroundRole and entry.clips == "CLIPS":
-            return QColor(self._theme.colours.alarm)
-        return super().cell(entry, column, role)
+        alarm = role == Qt.ItemDataRole.ForegroundRole and entry.clips == "CLIPS"
+        return QApplication.palette().brightText().color() if alarm else super().cell(entry, column, role)
 
 
 class ChannelGroup(ModelGroup):
     """The table, and the button that fills it without recording."""
 
-    def __init__(self, model: SetupModel, does: Actions, theme: Theme) -> None:
-        self.rows_ = ChannelModel(theme)
+    def __init__(self, model: SetupModel, does: Actions) -> None:
+        self.rows_ = ChannelModel(_COLUMNS)
         self.table = having(RowTable(self.rows_, "channels"), selectionMode=RowTable.SelectionMode.NoSelection)
         self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         # as high as its rows; its columns fit the narrowest panel

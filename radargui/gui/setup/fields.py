@@ -164,22 +164,15 @@ class SetupForm(Group):
         """Add the fields of some keys, each as its kind wants it, with what helps to fill them `beside`."""
         for key in keys:
             words, kind = words_of(key), kind_of(key)
-            if kind == "place":
-                axes = [LineField(self._model, f"{key}[{axis}]") for axis in (1, 2, 3)]
-                self.row(words.label, side_by_side(*axes), words.tip)
-                for axis, one in enumerate(axes):
-                    one.setObjectName(f"{key}[{axis}]")
-                    one.setAccessibleName(words_of(one.key).label)
-                    self.whole(one.changed.fault)
-                continue
             made: type[Field] = CheckField if kind == "boolean" else ChoiceField if words.choices else LineField
-            self.fields[key] = field = made(self._model, key)
-            if kind == "boolean":
-                self.whole(field)
-            else:
-                self.row(words.label, side_by_side(field, *beside) if beside else field, words.tip)
-                field.setAccessibleName(words.label)
-            self.whole(field.changed.fault)
+            parts = [f"{key}[{axis}]" for axis in (1, 2, 3)] if kind == "place" else [key]
+            fields = {part: made(self._model, part) for part in parts}
+            self.fields |= fields
+            box = side_by_side(*fields.values(), *beside) if len(parts) > 1 or beside else fields[key]
+            self.whole(box) if kind == "boolean" else self.row(words.label, box, words.tip)
+            for part, field in fields.items():
+                field.setAccessibleName(words_of(part).label)
+                self.whole(field.changed.fault)
 
 
 class AntennaGrid(QtWidgets.QWidget):

@@ -111,16 +111,6 @@ class SetupModel(QObject):
         self.path, self._saved, self._of_file = path, setup, setup.model_dump()
         self.replace(setup)
 
-    def load(self, path: Path) -> None:
-        """Read a setup file.
-
-        Raises
-        ------
-        SetupError
-            The file cannot be used; the draft stays as it was.
-        """
-        self.take(read_setup(path), path)
-
     def save(self, path: Path) -> None:
         """Write the setup; comments of a file that is there survive, else those of the file it came from.
 
@@ -300,7 +290,7 @@ class SetupFileController(QObject):
 
     def open(self, path: Path) -> bool:
         """Read a setup file; what is wrong with it is shown and the setup stays."""
-        return tried(lambda: self._model.load(path), self._services.board.post_error)
+        return tried(lambda: self._model.take(read_setup(path), path), self._services.board.post_error)
 
     def save(self) -> bool:
         """Save where the setup came from; a shipped file is never written over."""

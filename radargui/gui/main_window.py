@@ -154,7 +154,7 @@ class MainWindow(QMainWindow):
         """Show what the source gives, without recording."""
         if self._ready():
             self.follow_live()
-            self.control.start_live(self.setup_model.setup, self.hardware.kind, self.hardware.replay.path)
+            self.control.start_live(self.setup_model.setup, self.hardware.kind, self.hardware.replay.file.path)
 
     def record(self) -> None:
         """Record as many runs as the bar says."""
@@ -167,7 +167,7 @@ class MainWindow(QMainWindow):
             RunRequest(
                 setup=self.setup_model.setup,
                 kind=self.hardware.kind,
-                file=self.hardware.replay.path,
+                file=self.hardware.replay.file.path,
                 n_runs=self.bar.runs.value(),
                 data_folder=self.session_panel.data_folder,
                 details=self.session_panel.details,
@@ -195,7 +195,7 @@ class MainWindow(QMainWindow):
     def _ready(self) -> bool:
         if self.closing.active or (self.control.state.running and self.control.state is not AppState.LIVE):
             return False
-        self.session_panel.folder_fault.say("")
+        self.session_panel.folder.fault.say("")
         if fault := self.setup_model.error or self.hardware.check():
             self.board.post("error", fault)
         return not fault
@@ -204,7 +204,7 @@ class MainWindow(QMainWindow):
         """Say what failed at the field that is to be corrected, besides the message."""
         self.session_panel.say_at_field(error)
         if self.hardware.kind == "replay" and not isinstance(error, SessionError) and not self.control.had_source:
-            self.hardware.replay.fault.say(f"File: {error}")
+            self.hardware.replay.file.fault.say(f"File: {error}")
 
     def reprocess(self) -> None:
         """Process the chosen run again with the setup in the window."""
@@ -374,7 +374,7 @@ class MainWindow(QMainWindow):
         put("data_folder", self.session_panel.data_folder)
         put("runs", self.bar.runs.value())
         put("scope_window_s", self.scopes.window_s)
-        if self.hardware.replay.path is not None:
-            put("replay_file", self.hardware.replay.path)
+        if self.hardware.replay.file.path is not None:
+            put("replay_file", self.hardware.replay.file.path)
         self.setup_file.remember()
         self.settings.sync()

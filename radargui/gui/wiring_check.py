@@ -184,7 +184,7 @@ class WiringCheck(Dialog):
         hardware, setup = self._hardware, self._setup_model.setup
         self._own_view = True
         scene = self.scene if hardware.kind == "simulated" else None
-        self._control.start_live(setup, hardware.kind, hardware.replay.path, make=scene)
+        self._control.start_live(setup, hardware.kind, hardware.replay.file.path, make=scene)
 
     def _feed_changed(self, feed: Feed | None) -> None:
         if feed is None or not self._wanted or feed.ring is None or feed.acquisition.digitisation is None:

@@ -190,10 +190,10 @@ def window(
         window.theme.apply("light")
     window.board.clear()
     window.hardware.choose("simulated")
-    window.hardware.replay._file.line.clear()
+    window.hardware.replay.file.line.clear()
     path = write_lab(tmp_path)
     window.setup_model.take(read_setup(path), path)
-    window.session_panel._folder.line.setText(str(tmp_path / "data"))
+    window.session_panel.folder.line.setText(str(tmp_path / "data"))
     window.bar.runs.setValue(1)
     window.resize(1400, 900)
     yield window

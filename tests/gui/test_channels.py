@@ -68,7 +68,7 @@ def test_a_file_that_is_shorter_than_a_moment_is_read_whole(window: MainWindow, 
     path = tmp_path / "short.csv"
     np.savetxt(path, table, delimiter=",", header="time_s,I1,Q1,I2,Q2,I3,Q3", comments="", fmt="%.9f")
     window.hardware.choose("replay")
-    window.hardware.replay._file.line.setText(str(path))
+    window.hardware.replay.file.line.setText(str(path))
     entries = read(window, wait_for)
     assert "the last 0.60 s" in window.hardware.channels.words.text()
     # the rule of the corrections, and no other

@@ -163,7 +163,7 @@ def test_a_data_folder_that_cannot_be_made_fails_before_recording(
 ) -> None:
     blocking = tmp_path / "a file"
     blocking.write_text("", encoding="utf-8")
-    window.session_panel._folder.line.setText(str(blocking / "data"))
+    window.session_panel.folder.line.setText(str(blocking / "data"))
     window.actions_.record.trigger()
     wait_for(lambda: window.control.state is AppState.FAILED)
     assert "No session can be made" in window.strip.texts()[0]
@@ -204,7 +204,7 @@ def test_a_changed_setup_or_data_folder_makes_a_new_session(
     window.setup_model.assign("tracer.diameter_m", 0.012)
     record_one(window)
     second = window.control.session
-    window.session_panel._folder.line.setText(str(tmp_path / "other"))
+    window.session_panel.folder.line.setText(str(tmp_path / "other"))
     assert window.control.session is None
     assert window.runs.model.entries == []
     record_one(window)

@@ -59,7 +59,7 @@ def test_three_heights_are_compared(window: MainWindow, wait_for: Any, three: li
     assert panel.table.isColumnHidden(0), "of one session its name need not stand in each row"
     panel.compare.click()
     browser = window.sessions.browser
-    wait_for(lambda: not browser.looking and len(browser.model.entries) == 3)
+    wait_for(lambda: not browser.looks.busy and len(browser.model.entries) == 3)
     browser.table.selectAll()
     browser.compare.click()
     wait_for(lambda: panel.facts is not None and len(panel.facts.sessions) == 3)

@@ -39,14 +39,14 @@ def searched(window: MainWindow, wait_for: Any, **texts: str) -> list[str]:
     for name, field in browser.search.fields.items():
         field.setText(texts.get(name, ""))
     browser.search.changed.emit()
-    wait_for(lambda: not browser.looking)
+    wait_for(lambda: not browser.looks.busy)
     return found(window)
 
 
 def test_sessions_are_found_again_and_their_runs_seen(data_folder: Path, window: MainWindow, wait_for: Any) -> None:
     window.actions_.sessions.trigger()
     browser = window.sessions.browser
-    wait_for(lambda: not browser.looking)
+    wait_for(lambda: not browser.looks.busy)
     assert found(window) == ["Grace", "Ada"]
     assert "2 sessions with 3 runs" in browser.words.text()
     e, _, rest = browser.model.index(1, 5).data().partition(" ± ")
@@ -86,7 +86,7 @@ def test_a_session_is_opened_for_review_and_its_setup_taken(
 ) -> None:
     window.actions_.sessions.trigger()
     browser = window.sessions.browser
-    wait_for(lambda: not browser.looking)
+    wait_for(lambda: not browser.looks.busy)
     browser.table.selectRow(1)
     browser.review.click()
     assert window.control.session is not None
@@ -106,7 +106,7 @@ def test_sessions_chosen_together_are_reported_as_a_series(
 ) -> None:
     own_window.actions_.sessions.trigger()
     browser = own_window.sessions.browser
-    wait_for(lambda: not browser.looking)
+    wait_for(lambda: not browser.looks.busy)
     browser.table.selectRow(0)
     assert not browser.series.isEnabled()
     browser.table.selectAll()

@@ -79,31 +79,26 @@ class RecordingList(QWidget):
         fill(QVBoxLayout(self), Paragraph(words), (self.table, 1), buttons, spacing=6)
         self.show_recordings(())
 
-    @property
-    def entries(self) -> list[Recorded]:
-        """The recordings in order."""
-        return self.rows.entries
-
     def put(self, files: Iterable[Path]) -> None:
         """Add recordings that are not there yet."""
-        there = {one.file for one in self.entries}
-        self.show_recordings([*self.entries, *(Recorded(file) for file in files if file not in there)])
+        there = {one.file for one in self.rows.entries}
+        self.show_recordings([*self.rows.entries, *(Recorded(file) for file in files if file not in there)])
 
     def say_known(self, known: str) -> None:
         """Say what is known of the chosen recordings."""
-        chosen = self.table.all_chosen or self.entries
-        self.show_recordings([replace(one, known=known) if one in chosen else one for one in self.entries])
+        chosen = self.table.all_chosen or self.rows.entries
+        self.show_recordings([replace(one, known=known) if one in chosen else one for one in self.rows.entries])
 
     def show_recordings(self, entries: Iterable[Recorded]) -> None:
         """Show these and no others."""
         self.table.show_rows(entries)
         for one in (self.fall, self.path, self.remove):
-            one.setEnabled(bool(self.entries))
+            one.setEnabled(bool(self.rows.entries))
         self.changed.emit()
 
     def _remove(self) -> None:
         chosen = self.table.all_chosen
-        self.show_recordings([one for one in self.entries if one not in chosen])
+        self.show_recordings([one for one in self.rows.entries if one not in chosen])
 
     def _ask_files(self) -> None:
         names, _ = QFileDialog.getOpenFileNames(self, "Recordings to calibrate from", str(self._start()), _RECORDINGS)

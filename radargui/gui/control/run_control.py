@@ -14,7 +14,7 @@ from radargui.experiment.event import Event, EventKind, ExperimentState, Recorde
 from radargui.experiment.experiment import Experiment
 from radargui.files.run_card import RunCard, origin_attributes, read_run_card
 from radargui.gui.background import Mailbox
-from radargui.gui.control.state import AppState, Asked, Backlog, Feed, MakeSource, Reached, RunRequest, WorkerState
+from radargui.gui.control.state import AppState, Asked, Backlog, Feed, MakeSource, RunRequest, WorkerState
 from radargui.model.daq import Daq
 from radargui.model.errors import RadarGuiError, SourceError
 from radargui.model.setup import Setup
@@ -65,7 +65,7 @@ class RunControl(QObject):
 
     def _begin(self, setup: Setup | None) -> None:
         """Forget what Record or Start was asked for before."""
-        self._setup, self._of_worker = setup, WorkerState()
+        self._setup, self.reached = setup, WorkerState()
         self._pulled: Acquisition | None = None
         self._next: RunRequest | None = None
         self._restarts, self._continuous, self.waits_for = 0, False, ""
@@ -78,11 +78,6 @@ class RunControl(QObject):
         """The newest snapshot of the running acquisition; None where none runs. Taken by its worker, not here."""
         reached = self.reached
         return reached.health if self.state.running and not reached.only_processes else None
-
-    @property
-    def reached(self) -> Reached:
-        """What the worker has made so far, and what is wanted of it."""
-        return self._of_worker.reached
 
     @property
     def recorded_s(self) -> float:
@@ -117,13 +112,13 @@ class RunControl(QObject):
             looked = at_once(setup)
             source = make(looked) if make else self._make(kind, looked, repeat=True, file=file)
             acquisition = Acquisition(source, looked)
-            state.put(source=source, live=acquisition)
+            state.source, state.live = source, acquisition
             if state.stops:
                 acquisition.request_stop()
             acquisition.start()
             while not acquisition.wait(_HEALTH_S):
                 # a disk or device that does not answer must not hold up the window: the window never asks them
-                state.put(health=acquisition.health)
+                state.health = acquisition.health
             acquisition.stop()
             if acquisition.error is not None:
                 raise acquisition.error
@@ -164,7 +159,7 @@ class RunControl(QObject):
 
             def source_of(run: int) -> Source:
                 source = self._make(request.kind, setup, run=done + run, repeat=continuous, file=request.file)
-                state.put(source=source)
+                state.source = source
                 return source
 
             experiment = Experiment(
@@ -176,7 +171,7 @@ class RunControl(QObject):
                 attributes=origin_attributes(request.kind, request.file if request.kind == "replay" else None),
                 memory=memory,
             )
-            state.put(experiment=experiment)
+            state.experiment = experiment
             if state.stops:
                 return
             try:
@@ -198,8 +193,8 @@ class RunControl(QObject):
         SessionError
             No such run, or the session cannot be written.
         """
-        session, state = self.session, self._of_worker
-        experiment = state.reached.experiment
+        session, state = self.session, self.reached
+        experiment = state.experiment
         if session is None:
             return
         if back:
@@ -217,7 +212,7 @@ class RunControl(QObject):
 
         Asked again, or while there is nothing but processing, that ends too: what stands already is kept.
         """
-        again = self._of_worker.stops or self.reached.only_processes
+        again = self.reached.stops or self.reached.only_processes
         self.end(Asked.CANCEL if again else Asked.FINISH)
 
     def poll(self) -> None:
@@ -235,7 +230,7 @@ class RunControl(QObject):
             self._pulled = acquisition
             self.feed = Feed(acquisition, setup)
             self.feed_changed.emit(self.feed)
-        if self._of_worker.stops:
+        if self.reached.stops:
             return
         if reached.source is not None:
             self.waits_for = edge_words(setup.daq) if reached.source.is_waiting else ""
@@ -265,8 +260,8 @@ class RunControl(QObject):
         if not self.state.running:
             return
         self._next = None
-        state, worker = self._of_worker, self._worker
-        state.ask(asked)
+        state, worker = self.reached, self._worker
+        state.asked = max(asked, state.asked)
         self._enter(AppState.STOPPING)
         if worker is None or (self._stopper is not None and self._stopper.is_alive()):
             return
@@ -275,7 +270,7 @@ class RunControl(QObject):
 
     def _launch(self, work: Callable[[WorkerState], None], what: str) -> None:
         self._enter(AppState.STARTING)
-        state = self._of_worker
+        state = self.reached
 
         def run() -> None:
             failure: Exception | None = None
@@ -291,11 +286,11 @@ class RunControl(QObject):
     def _hear(self, event: Event, state: WorkerState, n_runs: int) -> None:
         """Take an event of the experiment, in its thread; `n_runs` is 0 where its events do not number the runs."""
         if event.kind is EventKind.PROGRESS and event.fraction is not None:
-            state.put(progress=event.fraction)
+            state.progress = event.fraction
         elif event.kind is EventKind.HEALTH:
-            state.put(health=event.health)
+            state.health = event.health
         elif event.kind is EventKind.STATE and n_runs:
-            state.put(run_number=min(event.number, n_runs))
+            state.run_number = min(event.number, n_runs)
         elif event.kind is EventKind.PRELIMINARY:
             self._post(state, self.run_preliminary.emit, event.run)
         elif event.kind is EventKind.RECORDED and event.run is not None:
@@ -308,7 +303,7 @@ class RunControl(QObject):
         """Let a call be made in the window's thread, unless another worker runs by then; from any thread."""
 
         def deliver() -> None:
-            if state is self._of_worker:
+            if state is self.reached:
                 call(*values)
 
         self._mailbox.post(deliver)
@@ -332,7 +327,7 @@ class RunControl(QObject):
             self.backlog.remove(recorded.path)
         self.kept += recorded.path is not None and not recorded.set_aside
         self.run_recorded.emit(recorded)
-        self._of_worker.put(progress=0.0)
+        self.reached.progress = 0.0
 
     def _ended(self, error: BaseException | None) -> None:
         if self._worker is not None:
@@ -340,7 +335,7 @@ class RunControl(QObject):
         request = self._next
         self.had_source = self.reached.source is not None
         if error is not None:
-            self._finish(AppState.IDLE if self._of_worker.stops else AppState.FAILED)
+            self._finish(AppState.IDLE if self.reached.stops else AppState.FAILED)
             self.failed.emit(error)
         elif request is not None:
             self._finish(AppState.IDLE)
@@ -351,7 +346,7 @@ class RunControl(QObject):
     def _finish(self, state: AppState) -> None:
         self._worker = self._pulled = None
         self.waits_for, self.feed = "", None
-        self._of_worker.put(source=None, live=None, experiment=None)
+        self.reached.source = self.reached.live = self.reached.experiment = None
         self.feed_changed.emit(None)
         self._enter(state)
 

@@ -191,19 +191,9 @@ class ScopePanel(QtWidgets.QWidget):
         """Seconds shown."""
         return float(self.span.currentData())
 
-    @property
-    def scopes(self) -> list[Scope]:
-        """Of each receiver, against time."""
-        return self.time.scopes
-
-    @property
-    def levels(self) -> list[LevelBar]:
-        """Of each channel."""
-        return self.time.levels
-
     def set_receivers(self, count: int, full_scale_v: float) -> None:
         """Show so many receivers."""
-        if count == len(self.scopes):
+        if count == len(self.time.scopes):
             return
         self.time.set_receivers(count, full_scale_v)
         # made anew it would come last of all
@@ -297,7 +287,7 @@ class ScopePanel(QtWidgets.QWidget):
 
     def _say(self) -> None:
         if self.view.currentData() == "spectrum":
-            receivers = (("▬", f"receivers.{number}", f"Rx {number + 1}") for number in range(len(self.scopes)))
+            receivers = (("▬", f"receivers.{number}", f"Rx {number + 1}") for number in range(len(self.time.scopes)))
             self.key.show_entries(*receivers)
         else:
             self.key.show_entries(*IQ_KEY, *([_LOST] if self.time.any_lost else []))
@@ -307,10 +297,10 @@ class ScopePanel(QtWidgets.QWidget):
         self.time.look_again()
         self.spectrum.half_band_hz = self.waterfall.half_band_hz = float(self.band.currentData())
         words = HELD if self._back_s else LAST if self._held is not None or self._feed is None else NOW
-        for scope in self.scopes:
+        for scope in self.time.scopes:
             scope.view.show_all()
             scope.set_window(self.window_s, -self._back_s)
-        for plot in (*self.scopes[-1:], *self.waterfall.plots[-1:]):
+        for plot in (*self.time.scopes[-1:], *self.waterfall.plots[-1:]):
             # the only ones with words on their time axes
             plot.relabel(words)
         self._say()

@@ -105,7 +105,7 @@ class SessionBrowser(Dialog):
     def __init__(self, services: Services, data_folder: Callable[[], Path]) -> None:
         super().__init__("Sessions", (1040, 620), services.parent, "sessions")
         self._jobs, self._work, self._data_folder = services.jobs, services.work, data_folder
-        self._looks = OneAtATime(services.jobs, "the list of sessions", self.refresh)
+        self.looks = OneAtATime(services.jobs, "the list of sessions", self.refresh)
         self._task, self._folder_words = Task(), ""
         # the first look at a large folder takes its time
         self._timer = ticking(self, _SHARE_MS, self._show_share)
@@ -141,16 +141,11 @@ class SessionBrowser(Dialog):
     def refresh(self) -> None:
         """Look at the folders again, in the background."""
         folder = self._data_folder()
-        if not self.looking:
+        if not self.looks.busy:
             self._task, self._folder_words = self._work.quiet(), f"Looking at {folder} …"
             self._show_share()
             self._timer.start()
-        self._looks.start(partial(_find, folder, self.search.query, self._task), self._show_found, self._failed)
-
-    @property
-    def looking(self) -> bool:
-        """Whether the folders are being looked at."""
-        return self._looks.busy
+        self.looks.start(partial(_find, folder, self.search.query, self._task), self._show_found, self._failed)
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         """Look for what came since it was shown last."""

@@ -173,14 +173,13 @@ class ExportDialog(Dialog):
         self.what = Choice((*one, (session, f"All runs of the session {session.name}")))
         self.kind = Choice((one.name, f"{one.title} ({', '.join(one.suffixes)})") for one in EXPORT_FORMATS.values())
         self.folder = PathField("Export to", session / FOLDER)
-        self.fault = self.folder.fault
         self.replace = QCheckBox("Replace files that are there")
         self.go = button("Export", self._order, default=True)
         group = Group("", ("What", self.what), ("Format", self.kind), ("Folder", self.folder), self.replace)
         self.lay_out(group, side_by_side(self.go, button("Cancel", self.reject)))
         self.folder.line.textChanged.connect(lambda text: self.go.setEnabled(bool(text.strip())))
         for changed in (self.replace.toggled, self.kind.activated, self.what.activated):
-            changed.connect(lambda _value: self.fault.say(""))
+            changed.connect(lambda _value: self.folder.fault.say(""))
 
     def _order(self) -> None:
         folder = self.folder.path
@@ -204,7 +203,7 @@ class ExportDialog(Dialog):
     def _refuse(self, error: BaseException) -> None:
         self.go.setEnabled(True)
         said = f"Folder: {error}" if isinstance(error, FileError) else str(error)
-        self.fault.say(said.replace("write over with --force", f"tick “{self.replace.text()}”"))
+        self.folder.fault.say(said.replace("write over with --force", f"tick “{self.replace.text()}”"))
 
 
 @dataclass(eq=False, repr=False)

@@ -89,29 +89,23 @@ class ReplayForm(Group):
         super().__init__("Replay")
         self._model, self._jobs = model, jobs
         self._own: Setup | None = None
-        self._file = PathField("File to replay", path, FILTER)
-        having(self._file.line, placeholderText="recording to play back", objectName="replay.file")
-        self.fault = self._file.fault
+        self.file = PathField("File to replay", path, FILTER)
+        having(self.file.line, placeholderText="recording to play back", objectName="replay.file")
         said = PlainLabel("Runs of RadarGUI, CSV, MATLAB, TDMS and SigMF files with channels I1, Q1, …")
         self.other, self.take_own = PlainLabel(), button("Use the recording's setup", self._take)
-        self.put(("File", self._file), said, self.other, self.take_own)
-        self._file.line.textChanged.connect(self._look)
+        self.put(("File", self.file), said, self.other, self.take_own)
+        self.file.line.textChanged.connect(self._look)
         model.changed.connect(self._compare)
         self._look()
 
-    @property
-    def path(self) -> Path | None:
-        """The chosen file."""
-        return self._file.path
-
     def _look(self) -> None:
         self._found(None)
-        path = self.path
+        path = self.file.path
         # a name that is being typed is no file yet
         if path is not None and path.suffix:
             what, work = "the setup of the recording", partial(valid_setup_of, path)
             # what is wrong with the file is said when it is played
-            self._jobs.start(what, work, self._found, lambda _: self._found(None), lambda: path == self.path)
+            self._jobs.start(what, work, self._found, lambda _: self._found(None), lambda: path == self.file.path)
 
     def _found(self, setup: Setup | None) -> None:
         self._own = setup
@@ -293,8 +287,8 @@ class HardwarePanel(FormPanel):
         """Return why the source chosen cannot be started, also said at its field; empty where nothing is known."""
         if self.kind == "ni":
             return self.rates.fault
-        missing = self.kind == "replay" and self.replay.path is None
-        self.replay.fault.say("No file to replay is chosen" if missing else "")
+        missing = self.kind == "replay" and self.replay.file.path is None
+        self.replay.file.fault.say("No file to replay is chosen" if missing else "")
         return "No file to replay is chosen. Choose one under Hardware setup." if missing else ""
 
     def choose(self, kind: SourceKind) -> None:

@@ -23,10 +23,9 @@ class SessionPanel(QWidget):
 
     def __init__(self, does: Actions, data_folder: Path, operator: str = "") -> None:
         super().__init__()
-        self._folder = PathField("Data folder", data_folder)
-        having(self._folder.line, objectName="session.data_folder", placeholderText=str(default_data_folder()))
-        self._folder.line.textChanged.connect(self.folder_changed)
-        self.folder_fault = self._folder.fault
+        self.folder = PathField("Data folder", data_folder)
+        having(self.folder.line, objectName="session.data_folder", placeholderText=str(default_data_folder()))
+        self.folder.line.textChanged.connect(self.folder_changed)
         self._lines = {words: QLineEdit() for words in ("Operator", "Sample", "Target")}
         self._lines["Operator"].setText(operator)
         for words, line in self._lines.items():
@@ -41,7 +40,7 @@ class SessionPanel(QWidget):
         self._keep_mark = button("Keep", self.ask_mark)
         self._marked, self._open = PlainLabel(), PlainLabel()
         self._buttons = (button("New session", does.new_session.trigger), button("Open…", does.sessions.trigger))
-        group = Group("Session", ("Data folder", self._folder), *self._lines.items(), ("Notes", self._notes))
+        group = Group("Session", ("Data folder", self.folder), *self._lines.items(), ("Notes", self._notes))
         group.put(("Note now", side_by_side(self._mark, self._keep_mark)), ("", self._marked), ("Now open", self._open))
         group.put(side_by_side(*self._buttons))
         fill(QVBoxLayout(self), FormScroll(group))
@@ -50,7 +49,7 @@ class SessionPanel(QWidget):
     @property
     def data_folder(self) -> Path:
         """Where new sessions go; the folder that the empty field shows, where nothing was typed."""
-        return self._folder.path or default_data_folder()
+        return self.folder.path or default_data_folder()
 
     @property
     def details(self) -> Details:
@@ -69,7 +68,7 @@ class SessionPanel(QWidget):
     def say_at_field(self, error: BaseException) -> None:
         """Say what is wrong with the data folder, where it is that."""
         if isinstance(error, DataFolderError):
-            self.folder_fault.say(f"Data folder: {error}")
+            self.folder.fault.say(f"Data folder: {error}")
 
     def show_session(self, path: Path | None, *, read_only: bool = False) -> None:
         """Name the session that runs go to; one for looking only takes no changes."""
@@ -101,5 +100,5 @@ class SessionPanel(QWidget):
 
     def set_running(self, running: bool) -> None:
         """Close or open what must not change while runs are recorded; notes stay open."""
-        for widget in (self._folder, *self._buttons):
+        for widget in (self.folder, *self._buttons):
             widget.setEnabled(not running)

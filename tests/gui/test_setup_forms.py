@@ -152,7 +152,7 @@ def test_a_replay_says_where_the_setup_is_not_that_of_the_recording_and_takes_it
     wait_for(lambda: replay.other.isVisibleTo(window.hardware))
     # what was edited stands in no file
     assert not replay.take_own.isEnabled()
-    window.setup_model.undo()
+    window.setup_model.undo_all()
     assert not replay.other.isVisibleTo(window.hardware)
 
 

@@ -6,7 +6,6 @@ from datetime import datetime
 from functools import cached_property
 from pathlib import Path
 
-from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLayout
 
 from radargui.experiment.calibrating import Calibrate, CalibrationOrder
@@ -61,7 +60,8 @@ class CalibrationDialog(Dialog):
         self.work, self.doing = WorkStrip(services.jobs), PlainLabel()
         fit = boxed(QVBoxLayout(), self.doing, self.work, 1, spacing=6)
         self.pages = holding(QStackedWidget(), self.recordings, self.unknowns, fit, self.view)
-        self.back = button("Back", self._back)
+        back = {_UNKNOWNS: _RECORDINGS, _RESULT: _UNKNOWNS}
+        self.back = button("Back", lambda: self._go(back[self.pages.currentIndex()]))
         self.next = button("Next", self._next, default=True)
         self.use = button("Use in the setup", self._use)
         self.save = button("Save as…", self._ask_save)
@@ -108,9 +108,6 @@ class CalibrationDialog(Dialog):
             self._failed,
             lambda: self._stopped("Cancelled; nothing was changed."),
         )
-
-    def _back(self) -> None:
-        self._go(_UNKNOWNS if self.pages.currentIndex() == _RESULT else _RECORDINGS)
 
     def _show_found(self, found: Calibration) -> None:
         self.found = found
@@ -190,7 +187,7 @@ class CalibrationDialog(Dialog):
 
 
 @dataclass(eq=False, repr=False)
-class CalibrationController(QObject):
+class CalibrationController:
     """Joins dialog, antenna panel, session browser and the runs that are recorded."""
 
     control: RunControl
@@ -202,7 +199,6 @@ class CalibrationController(QObject):
     services: Services
 
     def __post_init__(self) -> None:
-        super().__init__(self.services.parent)
         self.group.asked.connect(self.begin)
         self.browser.calibrate_asked.connect(self.begin_with)
         self.control.run_recorded.connect(self._recorded)
@@ -236,7 +232,7 @@ class CalibrationController(QObject):
             self.services.jobs.start("the check of the calibration", lambda: check_calibration(result), self._checked)
 
     def _checked(self, check: CalibrationCheck | None) -> None:
-        self.group.show_check(check)
+        self.group.checked.say("" if check is None else f"Last check: {check.words}")
         if check is not None:
             words = f"{check.words[0].upper()}{check.words[1:]}."
             self.services.board.post("info" if check.holds else "warning", words)

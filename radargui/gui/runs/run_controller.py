@@ -9,7 +9,6 @@ from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog
 
 from radargui import __version__
@@ -45,13 +44,12 @@ _KEPT = 3
 """Results held in memory; others are read again when chosen."""
 
 
-class RunController(QObject):
+class RunController:
     """Joins the run list, the run panel, the track and the work behind them."""
 
     def __init__(
         self, runs: RunListPanel, run: RunPanel, track: TrackPanel, glances: Glances, services: Services
     ) -> None:
-        super().__init__(services.parent)
         self._runs, self._run, self._track = runs, run, track
         self._work, self._jobs, self._board = services.work, services.jobs, services.board
         self._window = services.parent

@@ -105,9 +105,9 @@ class RunKeeping(QObject):
     @property
     def coming(self) -> str:
         """What the run is called that is armed or recorded: `drop 3 (3 of 10)`."""
-        control, model = self.control, self.runs.model
-        n_replays = sum(one.label.startswith("R") for one in model.entries)
-        coming = f"replay {n_replays + 1}" if control.kind == "replay" else f"drop {model.n_drops + 1}"
+        control, labels = self.control, [one.label for one in self.runs.model.entries]
+        n_replays, n_drops = sum(one.startswith("R") for one in labels), sum(map(str.isdecimal, labels))
+        coming = f"replay {n_replays + 1}" if control.kind == "replay" else f"drop {n_drops + 1}"
         return coming + (f" ({control.run_number} of {control.n_runs})" if control.n_runs > 1 else "")
 
     @property

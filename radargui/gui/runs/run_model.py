@@ -190,11 +190,6 @@ class RunModel(RowModel[RunEntry]):
         return row
 
     @property
-    def n_drops(self) -> int:
-        """How many drops there are, those that the operator rejected among them, replays not."""
-        return sum(entry.label.isdecimal() for entry in self.entries)
-
-    @property
     def simulated(self) -> bool:
         """Whether there are runs, and all of them are simulated."""
         return bool(self.entries) and all(one.origin and one.origin.kind == "simulated" for one in self.entries)

@@ -64,11 +64,7 @@ class Scope(Plot):
         self.gains = (Gain(), Gain())
         self._bin = 1
         self.setYRange(-1.0, 1.0, padding=0)
-        self.set_window(3.0)
-
-    def set_window(self, seconds: float, end_s: float = 0.0) -> None:
-        """Show so many seconds up to a time."""
-        self.setXRange(end_s - seconds, end_s, padding=0)
+        self.setXRange(-3.0, 0.0, padding=0)
 
     def set_gains(self, i: Gain, q: Gain) -> None:
         """Draw the channels otherwise, and say so on the axis and in the plot."""

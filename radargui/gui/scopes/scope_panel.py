@@ -299,7 +299,7 @@ class ScopePanel(QtWidgets.QWidget):
         words = HELD if self._back_s else LAST if self._held is not None or self._feed is None else NOW
         for scope in self.time.scopes:
             scope.view.show_all()
-            scope.set_window(self.window_s, -self._back_s)
+            scope.setXRange(-self._back_s - self.window_s, -self._back_s, padding=0)
         for plot in (*self.time.scopes[-1:], *self.waterfall.plots[-1:]):
             # the only ones with words on their time axes
             plot.relabel(words)

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, Signal, SignalInstance
+from PySide6.QtCore import Signal, SignalInstance
 from PySide6.QtWidgets import QCheckBox, QDialog
 
 from radargui.experiment.compare import RunComparison, compare_with
@@ -207,7 +207,7 @@ class ExportDialog(Dialog):
 
 
 @dataclass(eq=False, repr=False)
-class TransferController(QObject):
+class TransferController:
     """Joins the dialogs of import, export and comparison with the work strip and the session that is open."""
 
     control: RunControl
@@ -218,7 +218,6 @@ class TransferController(QObject):
     services: Services
 
     def __post_init__(self) -> None:
-        super().__init__(self.services.parent)
         self.dialog: QDialog | None = None
         self._say = partial(self.services.board.post, "info")
 

@@ -22,7 +22,6 @@ from radargui.model.assumed import ASSUMED
 from radargui.model.calibrated_setup import calibration_words, edited_since, too_old
 from radargui.model.radar import MOST_RECEIVERS
 from radargui.model.scattering import LEAST_SHARE, received_fields
-from radargui.processing.calibration_check import CalibrationCheck
 
 _ASSUMED_DEG = ASSUMED["u_polarization_deg"]
 _HEIGHT, _MARGIN = 108, 4
@@ -293,7 +292,3 @@ class CalibrationGroup(ModelGroup):
         self.words.setText(f"{words[0].upper()}{words[1:]}")
         faults = filter(None, (too_old(setup, datetime.now().astimezone()), in_words(edited_since(setup))))
         self.fault.say(". ".join(f"{one[0].upper()}{one[1:]}" for one in faults))
-
-    def show_check(self, check: CalibrationCheck | None) -> None:
-        """Show what the last first drop said."""
-        self.checked.say("" if check is None else f"Last check: {check.words}")

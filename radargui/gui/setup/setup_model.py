@@ -99,12 +99,13 @@ class SetupModel(QObject):
         """Return the keys whose values are not those of another setup."""
         return list(_changes(other.model_dump(), self.setup.model_dump()))
 
-    def undo(self, key: str = "") -> None:
-        """Take back what was changed since the file was read or saved; without a key everything."""
-        if key:
-            self.assign(key, _found(plain(self._saved), key))
-        else:
-            self.replace(self._saved)
+    def undo(self, key: str) -> None:
+        """Take back a value that was changed since the file was read or saved."""
+        self.assign(key, _found(plain(self._saved), key))
+
+    def undo_all(self) -> None:
+        """Take back all that was changed since the file was read or saved."""
+        self.replace(self._saved)
 
     def take(self, setup: Setup, path: Path | None = None) -> None:
         """Begin with a setup; without a path it belongs to no file."""
@@ -245,16 +246,11 @@ def tried(step: Callable[[], None], say: Callable[[RadarGuiError], object]) -> b
     return True
 
 
-class SetupFileController(QObject):
+class SetupFileController:
     """The dialogs around the setup file."""
 
     def __init__(self, model: SetupModel, services: Services) -> None:
-        super().__init__(services.parent)
         self._model, self._services = model, services
-
-    def undo(self) -> None:
-        """Take back all that was changed since the file was read or saved."""
-        self._model.undo()
 
     def may_discard(self) -> bool:
         """Ask before edits are lost that stand in no file; saving them first is an answer too."""

@@ -131,14 +131,14 @@ def take(window: MainWindow, clock: HeldClock, data: Path) -> Iterator[tuple[str
     window.panels.resizeDocks([docks["scopes"], docks["track"]], [780, 260], turned.Horizontal)
     window.panels.resizeDocks([docks["scopes"], docks["runs"]], [640, 120], turned.Vertical)
     window.panels.go_to("run")
-    for name, page in (("correction", window.run.steps), ("methods", window.run.methods)):
+    for name, page in (("correction", window.run.tabs.page("steps")), ("methods", window.run.tabs.page("methods"))):
         window.run.tabs.setCurrentWidget(page)
         wait(partial(is_idle, window))
-        if page is window.run.methods:
+        if page is window.run.tabs.page("methods"):
             for method in ("published", "ellipse"):
                 page.boxes[method].setChecked(True)
             page.compute.click()
-            wait(lambda: not window.work.busy and len(window.run.methods.rows.entries) == 3)
+            wait(lambda: not window.work.busy and len(window.run.tabs.page("methods").rows.entries) == 3)
         yield name, part_of(window, window.panels.docks["run"])
 
     sessions = [recorded(data / "series", height) for height in HEIGHTS_M]
@@ -147,7 +147,7 @@ def take(window: MainWindow, clock: HeldClock, data: Path) -> Iterator[tuple[str
     window.panels.go_to("series")
     window.series.show_beside(tuple(sessions[1:]))
     wait(lambda: window.series.facts is not None and len(window.series.facts.sessions) == len(sessions))
-    for name, page in (("speeds", window.series.speeds), ("falls", window.series.falls)):
+    for name, page in (("speeds", window.series.pages.page("speeds")), ("falls", window.series.pages.page("falls"))):
         window.series.pages.setCurrentWidget(page)
         wait(partial(is_idle, window))
         yield name, part_of(window, window.panels.docks["series"])

@@ -25,7 +25,6 @@ TIPS: dict[str, dict[str, str]] = resource_table("window/tips")
 Edge = Literal["bright-text", "link-visited", "link"]
 """Of a strip: an alarm, something to look at, something that is being done."""
 _Box = TypeVar("_Box", bound=QtWidgets.QBoxLayout)
-_Widget = TypeVar("_Widget", bound=QtWidgets.QWidget)
 _Holder = TypeVar("_Holder", QtWidgets.QStackedWidget, QtWidgets.QSplitter, QtWidgets.QToolBar)
 _Thing = TypeVar("_Thing")
 
@@ -76,17 +75,28 @@ def holding(what: _Holder, *widgets: QtWidgets.QWidget) -> _Holder:
 
 
 class Pages(QtWidgets.QTabWidget):
-    """Pages under titles; those that are not `made` at first come later: the window starts sooner without them.
+    """Pages under titles; some are made when they are first looked at: the window starts sooner without them.
 
     Parameters
     ----------
     titles
         What stands on the tab of each page, by its name.
+    later
+        Makes each of those that come later.
+    made
+        The others.
+
+    Attributes
+    ----------
+    made
+        Those that there are, by name.
     """
 
-    def __init__(self, titles: Mapping[str, str], **made: QtWidgets.QWidget) -> None:
+    def __init__(
+        self, titles: Mapping[str, str], later: Mapping[str, Callable[[], QtWidgets.QWidget]], **made: Any
+    ) -> None:
         super().__init__(documentMode=True)
-        self._names = tuple(titles)
+        self._names, self._later, self.made = tuple(titles), later, made
         for name, title in titles.items():
             self.addTab(made.get(name) or QtWidgets.QWidget(), title)
 
@@ -95,15 +105,17 @@ class Pages(QtWidgets.QTabWidget):
         """Name of the page in front."""
         return self._names[self.currentIndex()]
 
-    def put(self, name: str, page: _Widget) -> _Widget:
-        """Put a page where an empty one was, and return it."""
-        shown, place = self.currentIndex(), self._names.index(name)
-        title = self.tabText(place)
-        with QSignalBlocker(self):
-            self.removeTab(place)
-            self.insertTab(place, page, title)
-            self.setCurrentIndex(shown)
-        return page
+    def page(self, name: str) -> Any:
+        """Return a page, which is made where it was not there."""
+        if name not in self.made:
+            self.made[name] = self._later[name]()
+            shown, place = self.currentIndex(), self._names.index(name)
+            title = self.tabText(place)
+            with QSignalBlocker(self):
+                self.removeTab(place)
+                self.insertTab(place, self.made[name], title)
+                self.setCurrentIndex(shown)
+        return self.made[name]
 
 
 def take_out(layout: QtWidgets.QLayout, *widgets: QtWidgets.QWidget) -> None:

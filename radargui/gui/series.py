@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -248,7 +248,9 @@ class SeriesPanel(QWidget):
         words = QPlainTextEdit(readOnly=True, placeholderText=empty)
         self.words = having(words, accessibleName="The series in words")
         self._stale = set[str]()
-        self.pages = Pages(_PAGES, table=self.table, words=self.words)
+        views: dict[str, Callable[[Theme], QWidget]] = {"speeds": SpeedView, "falls": FallsView}
+        later = {name: partial(view, services.theme) for name, view in views.items()}
+        self.pages = Pages(_PAGES, later, table=self.table, words=self.words)
         self._title = OneLine("No session")
         self.compare = button("Compare sessions…", does.sessions.trigger)
         self.alone = button("Only this one", lambda: self.show_beside(()))
@@ -258,16 +260,6 @@ class SeriesPanel(QWidget):
         for changed in (runs.model.rowsInserted, runs.model.dataChanged, runs.model.modelReset):
             changed.connect(lambda *_: self.refresh())
         self.show_facts(None)
-
-    @cached_property
-    def speeds(self) -> SpeedView:
-        """The page of e against speed; made when it is first looked at, for the window starts sooner without it."""
-        return self.pages.put("speeds", SpeedView(self._services.theme))
-
-    @cached_property
-    def falls(self) -> FallsView:
-        """The page of the falls; the same holds."""
-        return self.pages.put("falls", FallsView(self._services.theme))
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         """Read what is new."""
@@ -309,8 +301,7 @@ class SeriesPanel(QWidget):
     def _draw(self, _index: int = 0) -> None:
         if (name := self.pages.shown) in self._stale:
             self._stale.discard(name)
-            view: SpeedView | FallsView = getattr(self, name)
-            view.show_facts(self.facts)
+            self.pages.page(name).show_facts(self.facts)
 
     def show_facts(self, facts: ReportFacts | None, nothing: str = "No session") -> None:
         """Show what one session or several found; None: there is `nothing`."""

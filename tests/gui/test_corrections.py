@@ -147,7 +147,7 @@ def test_methods_are_computed_in_the_background_and_laid_over_the_result(
     window.runs.table.selectRow(0)
     wait_for(lambda: window.run.result is not None and not window.jobs.running)
     window.panels.go_to("run")
-    view = window.run.methods
+    view = window.run.tabs.page("methods")
     window.run.tabs.setCurrentWidget(view)
     assert view.boxes["published"].isChecked()
     assert not view.boxes["published"].isEnabled(), "it is the one that is shown"
@@ -189,7 +189,7 @@ def test_a_method_that_cannot_be_computed_does_not_stop_the_others(by: Any, monk
 def test_a_method_that_fails_says_why(qtbot: QtBot, theme: Theme, by: Any) -> None:
     from radargui.gui.runs.correction_view import MethodsView
 
-    view = MethodsView(theme)
+    view = MethodsView(theme, lambda _methods: None)
     qtbot.addWidget(view)
     view.show_result(by("joint"))
     view.add(overlaid(by("joint"), by("joint"), "joint", 100))

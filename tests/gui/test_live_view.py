@@ -189,12 +189,12 @@ def test_keys_name_only_what_is_drawn(own_window: MainWindow, record_one: Any, w
     key = own_window.track.curves.key
     wait_for(lambda: all(words in key.text() for words in ("parabola", "impacts")))
     own_window.panels.go_to("run")
-    own_window.run.tabs.setCurrentWidget(own_window.run.steps)
-    wait_for(lambda: own_window.run.steps.key.text())
-    assert "peaks" not in own_window.run.steps.key.text()
+    own_window.run.tabs.setCurrentWidget(own_window.run.tabs.page("steps"))
+    wait_for(lambda: own_window.run.tabs.page("steps").key.text())
+    assert "peaks" not in own_window.run.tabs.page("steps").key.text()
     own_window.setup_model.assign("processing.correction", "published")
     own_window.actions_.reprocess.trigger()
-    wait_for(lambda: "peaks" in own_window.run.steps.key.text())
+    wait_for(lambda: "peaks" in own_window.run.tabs.page("steps").key.text())
     # a circle asks for more samples than a drop of the tests
     own_window.setup_model.assign("daq.rate_hz", 12000.0)
     own_window.setup_model.assign("simulation.scene", "circle")

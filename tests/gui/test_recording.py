@@ -42,8 +42,8 @@ def test_a_recorded_run_is_listed_shown_and_can_be_reported(
     for page in range(window.run.tabs.count()):
         window.run.tabs.setCurrentIndex(page)
     assert "First fall" in window.run.figures.toPlainText()
-    window.run.tabs.setCurrentWidget(window.run.steps)
-    wait_for(lambda: window.run.steps.receiver.count() == 3)
+    window.run.tabs.setCurrentWidget(window.run.tabs.page("steps"))
+    wait_for(lambda: window.run.tabs.page("steps").receiver.count() == 3)
 
     window.run_controller.export(tmp_path / "tables")
     window.actions_.report.trigger()

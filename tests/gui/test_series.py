@@ -81,23 +81,23 @@ def test_three_heights_are_compared(window: MainWindow, wait_for: Any, three: li
     assert cells(panel.table, row)[4:6] == [plain(e.standard_deviation, 2), plain(e.standard_error, 2)]
 
     # e against the impact speed: three groups of first impacts, where the heights say
-    panel.pages.setCurrentWidget(panel.speeds)
-    dots = [item for item in panel.speeds.plot.getPlotItem().listDataItems() if item.opts.get("symbol")]
+    panel.pages.setCurrentWidget(panel.pages.page("speeds"))
+    dots = [item for item in panel.pages.page("speeds").plot.getPlotItem().listDataItems() if item.opts.get("symbol")]
     assert len({item.opts["symbol"] for item in dots}) == 3
-    assert all(sign in panel.speeds.key.text() for sign in "●■▲")
+    assert all(sign in panel.pages.page("speeds").key.text() for sign in "●■▲")
     fastest = sorted(float(item.xData.max()) for item in dots)
     assert fastest == pytest.approx(sorted(np.sqrt(2.0 * G * np.array(HEIGHTS_M))), rel=0.01)
     for item in dots:
         # of the first impacts, which have the most samples
         assert item.yData[item.xData > 0.9 * item.xData.max()] == pytest.approx(0.5, abs=0.002)
-    panel.speeds.model.setCurrentIndex(panel.speeds.model.findData("power"))
-    (fit,) = panel.speeds.fits
+    panel.pages.page("speeds").model.setCurrentIndex(panel.pages.page("speeds").model.findData("power"))
+    (fit,) = panel.pages.page("speeds").fits
     assert fit == next(one for one in found.samples[0].fits if one.model == "power")
-    assert fit.words in panel.speeds.words.text()
+    assert fit.words in panel.pages.page("speeds").words.text()
 
     # all falls lie on one parabola
-    panel.pages.setCurrentWidget(panel.falls)
-    items = [item for item in panel.falls.fallen.getPlotItem().items if hasattr(item, "xData")]
+    panel.pages.setCurrentWidget(panel.pages.page("falls"))
+    items = [item for item in panel.pages.page("falls").fallen.getPlotItem().items if hasattr(item, "xData")]
     *falls, parabola = [item for item in items if not item.opts.get("symbol")]
     assert len(falls) == 3, "one curve a session"
     assert len({item.opts["symbol"] for item in items if item.opts.get("symbol")}) == 3
@@ -111,7 +111,7 @@ def test_three_heights_are_compared(window: MainWindow, wait_for: Any, three: li
         assert fall.yData[known] == pytest.approx(on_parabola, abs=1.5)
     ends = sorted(float(np.nanmax(fall.yData)) for fall in falls)
     assert ends == pytest.approx(sorted(1e3 * np.array(HEIGHTS_M)), rel=0.05)
-    assert "180 mm" in panel.falls.key.text().replace("&nbsp;", " ")
+    assert "180 mm" in panel.pages.page("falls").key.text().replace("&nbsp;", " ")
 
     # in words, and as rows for a spreadsheet
     assert found.sentence in panel.words.toPlainText()
@@ -163,9 +163,11 @@ def test_of_several_samples_each_fit_says_of_which_it_is(window: MainWindow, wai
     wait_for(lambda: panel.facts is not None and len(panel.facts.sessions) == 2)
     fits = [line for line in panel.words.toPlainText().splitlines() if "constant: e0" in line]
     assert [line.partition(":")[0] for line in fits] == ["steel on glass", "agate on glass"]
-    panel.pages.setCurrentWidget(panel.speeds)
-    panel.speeds.model.setCurrentIndex(panel.speeds.model.findData("power"))
-    assert [one.partition(":")[0] for one in panel.speeds.words.text().split("; ") if " law: " in one] == [
+    panel.pages.setCurrentWidget(panel.pages.page("speeds"))
+    panel.pages.page("speeds").model.setCurrentIndex(panel.pages.page("speeds").model.findData("power"))
+    assert [
+        one.partition(":")[0] for one in panel.pages.page("speeds").words.text().split("; ") if " law: " in one
+    ] == [
         "steel on glass",
         "agate on glass",
     ]
@@ -179,7 +181,7 @@ def test_the_key_of_many_sessions_takes_the_lines_it_needs(window: MainWindow, w
     window.series.show_beside(tuple(paths[1:]))
     panel = window.series
     wait_for(lambda: panel.facts is not None and len(panel.facts.sessions) == 5)
-    for page in (panel.speeds, panel.falls):
+    for page in (panel.pages.page("speeds"), panel.pages.page("falls")):
         panel.pages.setCurrentWidget(page)
         key = page.key
         wait_for(lambda key=key: key.height() >= key.heightForWidth(key.width()))
@@ -315,7 +317,7 @@ def test_a_click_on_a_title_sorts_by_size_and_rows_stay_what_they_are(
     for row, entry in enumerate(entries):
         table.selectRow(row)
         assert table.chosen.name == entry.name
-    own_window.runs.reject(entries[0].path, BY_OPERATOR)
+    own_window.runs.change(entries[0].path, rejected=BY_OPERATOR)
     assert [table.isRowHidden(row) for row in range(3)] == [True, False, False]
     table.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
     assert [cells(table, row)[0] for row in range(3)] == ["1", "2", "3"]
@@ -357,7 +359,7 @@ def test_an_empty_series_says_what_to_wait_for(window: MainWindow, wait_for: Any
     window.panels.go_to("series")
     idle(window, wait_for)
     assert window.series._title.text() == "No session"
-    window.series.pages.setCurrentWidget(window.series.speeds)
-    assert window.series.speeds.plot._inside_text == "no valid impact yet"
-    window.series.pages.setCurrentWidget(window.series.falls)
-    assert window.series.falls.fallen._inside_text == "no fall was fitted yet"
+    window.series.pages.setCurrentWidget(window.series.pages.page("speeds"))
+    assert window.series.pages.page("speeds").plot._inside_text == "no valid impact yet"
+    window.series.pages.setCurrentWidget(window.series.pages.page("falls"))
+    assert window.series.pages.page("falls").fallen._inside_text == "no fall was fitted yet"

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from PySide6 import QtWidgets
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 
 from radargui.correction.ellipse import Ellipse
 from radargui.experiment.compare import OverlaidMethod
@@ -186,11 +186,15 @@ _COLUMNS: dict[str, Callable[[OverlaidMethod], str]] = {
 
 
 class MethodsView(QtWidgets.QWidget):
-    """Boxes to choose methods, a table of what each gave, curves above, differences below."""
+    """Boxes to choose methods, a table of what each gave, curves above, differences below.
 
-    asked = Signal(object)
+    Parameters
+    ----------
+    ask
+        Takes the names of the corrections that shall be computed.
+    """
 
-    def __init__(self, theme: Theme) -> None:
+    def __init__(self, theme: Theme, ask: Callable[[tuple[str, ...]], object]) -> None:
         super().__init__()
         self._all: list[OverlaidMethod] = []
         self._own = ""
@@ -200,7 +204,7 @@ class MethodsView(QtWidgets.QWidget):
         for method, words in words_of("processing.correction").choices.items():
             box = self.boxes[method] = having(QtWidgets.QCheckBox(method), toolTip=words)
             box.toggled.connect(self._show_buttons)
-        self.compute = button("Compute", lambda: self.asked.emit(self._missing))
+        self.compute = button("Compute", lambda: ask(self._missing))
         self.quantity = having(Choice(), accessibleName="Quantity")
         self.quantity.currentIndexChanged.connect(self._draw)
         self.words = OneLine()

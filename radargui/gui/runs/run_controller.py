@@ -192,7 +192,7 @@ class RunController:
 
     def _overlay(self, methods: tuple[str, ...]) -> None:
         """Compute the run that is shown by other methods, in the background, and lay them over it."""
-        path, result, view = self._wanted, self._run.result, self._run.methods
+        path, result, view = self._wanted, self._run.result, self._run.tabs.page("methods")
         if path is None or result is None:
             return
         own = result.quality.method if result.quality else ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
@@ -155,9 +155,8 @@ class RunKeeping(QObject):
 
         def show(_done: object) -> None:
             for entry in entries:
-                known = self.runs.model.entry_of(entry.path)
-                if known is not None and session is self.control.session:
-                    self.runs.put(replace(known, note=session.info.notes_of(entry.path.name)))
+                if session is self.control.session:
+                    self.runs.change(entry.path, note=session.info.notes_of(entry.path.name))
 
         self.services.jobs.start("a note", work, show)
 
@@ -182,7 +181,7 @@ class RunKeeping(QObject):
 
         def show(_done: object) -> None:
             for entry in entries:
-                self.runs.reject(entry.path, "" if back else reason)
+                self.runs.change(entry.path, rejected="" if back else reason)
             are, them, counts = ("is", "it", "counts") if len(entries) == 1 else ("are", "them", "count")
             words = f"{are} rejected: kept, not counted. The same key (Del) takes {them} back."
             if not back:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QSignalBlocker, QUrl, Signal
 from PySide6.QtGui import QDesktopServices
@@ -89,11 +90,11 @@ class RunListPanel(QWidget):
             self.table.viewport().update()
         self._refresh_buttons()
 
-    def reject(self, path: Path, reason: str) -> None:
-        """Show that a run does not count; an empty reason: that it does."""
+    def change(self, path: Path, **facts: Any) -> None:
+        """Show that something else is known of a run."""
         entry = self.model.entry_of(path)
         if entry is not None:
-            self.put(replace(entry, rejected=reason))
+            self.put(replace(entry, **facts))
 
     def show_report(self, file: Path | None = None, *, busy: bool = False) -> None:
         """Show that a report is being made, is there, or failed."""

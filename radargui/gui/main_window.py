@@ -93,7 +93,7 @@ class MainWindow(QMainWindow):
         services = Services(theme, settings, board, self.jobs, self.work, self)
         self.opengl_answer = ""
         self._health_due = 0.0
-        self._left = False
+        self._left = self._turn = False
 
         self.hardware = HardwarePanel(self.setup_model, self.actions_, services, source, find_devices)
         self.antennas = AntennaPanel(self.setup_model, self.jobs, theme)
@@ -188,9 +188,12 @@ class MainWindow(QMainWindow):
             self.keeping.look()
             self.across.look()
         self.scopes.refresh(health)
-        if not self.scopes.pause.isChecked():
+        # each costs as much as all scopes, and fifteen pictures a second are smooth enough: they take turns
+        self._turn = not self._turn
+        if self._turn:
+            self.track.refresh()
+        elif not self.scopes.pause.isChecked():
             self.planes.refresh()
-        self.track.refresh()
 
     def _ready(self) -> bool:
         if self.closing.active or (self.control.state.running and self.control.state is not AppState.LIVE):

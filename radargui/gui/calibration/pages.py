@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QLabel, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
 from radargui.calibration.unknowns import U_UNSTATED, USUAL
 from radargui.experiment.calibrating import FALL
 from radargui.files.formats import SUFFIXES
 from radargui.gui.layout import TIPS, Group, Paragraph, PlainLabel, boxed, button, fill, follow, having, holding
+from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.setup.words import UNKNOWNS, called, words_of
 from radargui.gui.table import RowModel, RowTable, WordTable
@@ -168,7 +169,7 @@ class ResultView(QWidget):
     def __init__(self, theme: Theme) -> None:
         super().__init__()
         self._theme = theme
-        self._verdict, self._receivers = "", 0
+        self._verdict = ""
         self.title, self.words = PlainLabel(), Paragraph()
         self.title.setFont(scaled_font(self.font(), _TITLE, bold=True))
         self.compared = PlainLabel()
@@ -184,7 +185,7 @@ class ResultView(QWidget):
             [self.plot.marker(f"receivers.{n}", symbol, size, f"Rx {n + 1} {when}") for n in range(MOST_RECEIVERS)]
             for when, symbol, size in (("after", "o", 8), ("before", "x", 9))
         )
-        self.key = QLabel()
+        self.key = Key(theme)
         left = boxed(QVBoxLayout(), self.compared, (self.parameters, 1), spacing=4)
         right = boxed(QVBoxLayout(), (self.residuals, 3), (self.plot, 4), self.key, spacing=4)
         parts = holding(QSplitter(Qt.Orientation.Horizontal, childrenCollapsible=False), left, right)
@@ -222,7 +223,9 @@ class ResultView(QWidget):
         self.parameters.show_rows(rows)
 
     def _draw(self, residuals: Sequence[Residual]) -> None:
-        self._receivers = max((one.receiver for one in residuals), default=0)
+        count = max((one.receiver for one in residuals), default=0)
+        receivers = [("●", f"receivers.{number}", f"Rx {number + 1}") for number in range(count)]
+        self.key.show_entries(*receivers, ("●", "text", "after"), ("×", "text", "before"))
         files = list(dict.fromkeys(one.file for one in residuals))
         known = [1e3 * x for one in residuals for x in (one.rms_m, one.rms_before_m) if x > 0.0]
         if known:
@@ -238,9 +241,6 @@ class ResultView(QWidget):
         colours = self._theme.colours
         colour = {"good": colours.good, "usable": colours.busy, "refused": colours.alarm}.get(self._verdict)
         self.title.setStyleSheet(f"color: {colour or colours.text};")
-        shown = enumerate(colours.receivers[: self._receivers], 1)
-        receivers = " ".join(f'<span style="color:{own}">● Rx {n}</span>' for n, own in shown)
-        self.key.setText(f"{receivers} after, × before")
 
 
 def found_words(found: Calibration) -> list[str]:

@@ -15,8 +15,6 @@ SPAN_S = 1.5
 """Shown at once: some turns of the circle, of a slow hand too, before they cover one another."""
 _POINTS = 1200
 """Of each plane: as many as its circle has pixels."""
-_EVERY = 2
-"""Frames: six small plots cost as much as all scopes, and fifteen pictures a second are smooth enough here."""
 
 
 _LEFT = 36
@@ -73,7 +71,6 @@ class IQPlanePanel(PerReceiver):
         super().__init__()
         self._theme = theme
         self._feed: Feed | None = None
-        self._frame = 0
         self._drawn = -1
         self.raw: list[IQPlane] = []
         self.corrected: list[IQPlane] = []
@@ -104,12 +101,9 @@ class IQPlanePanel(PerReceiver):
             plane.draw(np.empty(0), np.empty(0))
 
     def refresh(self) -> None:
-        """Draw the latest points; called by the window's timer."""
+        """Draw the latest points; called by the window."""
         feed = self._feed
-        self._frame += 1
-        if feed is None or feed.ring is None or not self.isVisible() or self._frame % _EVERY:
-            return
-        if feed.ring.latest == self._drawn:
+        if feed is None or feed.ring is None or not self.isVisible() or feed.ring.latest == self._drawn:
             return
         self._drawn, count = feed.ring.latest, feed.samples(SPAN_S)
         volts = feed.ring.thinned(count, _POINTS)

@@ -14,10 +14,11 @@ from radargui.gui.background import StartWork
 from radargui.gui.control.state import Feed
 from radargui.gui.layout import boxed, fill, having, holding
 from radargui.gui.plots.envelope import thin
+from radargui.gui.plots.key import ColourBar
 from radargui.gui.plots.plot import Plot
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space, live_track, result_track, space_of
-from radargui.gui.track.speed_colours import SpeedBar, SpeedColours, SpeedTrail
+from radargui.gui.track.speed_colours import SpeedColours, SpeedTrail
 from radargui.gui.track.track_curves import TrackCurves
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
@@ -72,8 +73,6 @@ class Projections(QWidget):
 
 _MOST_LIVE_POINTS = 1500
 """One each 2.7 ms of `LIVE_S`: 8 mm at the 3.1 m/s of a drop of half a metre."""
-_EVERY = 2
-"""Frames: three projections and two curves cost more than all scopes, and the IQ planes are drawn in those between."""
 LIVE_S = 4.0
 """Of the live track: a drop of half a metre with its first ten bounces."""
 HOLD_S = 0.8
@@ -96,7 +95,6 @@ class TrackPanel(QWidget):
         self._theme, self._start = theme, start
         self._feed: Feed | None = None
         self._drawn = -1
-        self._frame = 0
         self.shown: ShownTrack | None = None
         self._result: RunResult | None = None
         self._held_until = 0.0
@@ -104,7 +102,9 @@ class TrackPanel(QWidget):
         self.paused = False
 
         self._colours = SpeedColours(theme)
-        self.speed_bar = SpeedBar(theme, self._colours)
+        self.speed_bar = ColourBar("Colour of the trail: speed of the sphere in m/s")
+        self.speed_bar.setFixedWidth(self.fontMetrics().horizontalAdvance("0  10.0 m/s ") + 64)
+        theme.changed.connect(self._show_colours)
         self.projections = Projections(theme, self._colours)
         self._stack = holding(QStackedWidget(), self.projections)
         self._space_view: SpaceView | None = None
@@ -166,7 +166,7 @@ class TrackPanel(QWidget):
         """Show the field of view of another setup."""
         self._setup, self._space = setup, space_of(setup)
         self._colours.fit(self._space)
-        self.speed_bar.refresh()
+        self._show_colours()
         for view in (self.view, self.curves.height_plot):
             view.show_space(self._space)
 
@@ -189,7 +189,7 @@ class TrackPanel(QWidget):
             if result.setup != self._setup:
                 self.show_setup(result.setup)
             self._colours.fit(self._space, track)
-            self.speed_bar.refresh()
+            self._show_colours()
             self._draw(track)
             self.curves.show_result(track)
 
@@ -220,8 +220,7 @@ class TrackPanel(QWidget):
         """Draw the newest of the trail; called by the window's timer."""
         feed = self._feed
         live = feed.live if feed is not None else None
-        self._frame += 1
-        if feed is None or live is None or self.paused or live.latest == self._drawn or not self._frame % _EVERY:
+        if feed is None or live is None or self.paused or live.latest == self._drawn:
             return
         self._drawn = live.latest
         span = live.since(max(0, self._drawn - feed.samples(LIVE_S)))
@@ -238,6 +237,10 @@ class TrackPanel(QWidget):
             self._draw(track)
             self.curves.show_live(track)
             self._show_where(track.position_mm[:, -1])
+
+    def _show_colours(self) -> None:
+        """Show the colours of the look, and the speed that they reach."""
+        self.speed_bar.show_ends(self._colours.table(), "0", f"{self._colours.most_m_s:g} m/s")
 
     def _follow(self) -> None:
         self.curves.follow(self._feed is not None and not self.paused)

@@ -127,9 +127,7 @@ class Scope(Plot):
     def retheme(self) -> None:
         """Take over the colours of the theme."""
         super().retheme()
-        colour = QColor(self.colour("gap"))
-        colour.setAlpha(150)
-        self._lost.setOpts(brush=colour)
+        self._lost.setOpts(brush=having(QColor(self.colour("gap")), alpha=150))
 
     def _shade(self, time_s: FloatArray, lost: BoolArray) -> None:
         edges = np.flatnonzero(np.diff(np.concatenate(([False], lost, [False])).astype(np.int8)))

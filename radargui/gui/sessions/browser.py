@@ -61,11 +61,6 @@ class SearchForm(QWidget):
         """What is asked for."""
         return Query(**{name: value for name, value in self._values().items() if value is not None})
 
-    @property
-    def faulty(self) -> tuple[str, ...]:
-        """Fields whose text cannot be read."""
-        return tuple(name for name, value in self._values().items() if value is None)
-
     def _values(self) -> dict[str, Any]:
         values: dict[str, Any] = {}
         for name, _, _, read, *_ in _FIELDS:
@@ -78,7 +73,7 @@ class SearchForm(QWidget):
         return values
 
     def _typed(self) -> None:
-        faulty = self.faulty
+        faulty = [name for name, value in self._values().items() if value is None]
         for name, field in self.fields.items():
             field.setStyleSheet(FRAMED if name in faulty else "")
             self.faults[name].say(f"Write it as {field.placeholderText()}" if name in faulty else "")

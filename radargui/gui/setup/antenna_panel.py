@@ -170,10 +170,8 @@ class PolarizationSketch(QWidget):
             painter.drawLine(_at(middle, radius, antenna.strongest_deg), _at(middle, radius, across))
         if antenna.angle_deg is None:
             return
-        wedge = QColor(colour)
-        wedge.setAlpha(120)
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(wedge)
+        painter.setBrush(having(QColor(colour), alpha=120))
         for end_deg in (antenna.angle_deg, antenna.angle_deg + 180.0):
             # sixteenths of a degree, counted as the angle is
             painter.drawPie(box, round(16.0 * (end_deg - antenna.u_deg)), round(32.0 * antenna.u_deg))

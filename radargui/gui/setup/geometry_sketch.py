@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from radargui.geometry.path_length import place_antennas
-from radargui.gui.layout import follow
+from radargui.gui.layout import follow, having
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
@@ -89,9 +89,8 @@ class GeometrySketch(QWidget):
         self.places: tuple[DrawnPlace, ...] = ()
         self.floor_m: float | None = None
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMinimumHeight(_LEAST)
-        self.setMaximumHeight(_HEIGHT)
-        self.setAccessibleName("Drawing of the setup, from the side and from above")
+        named = "Drawing of the setup, from the side and from above"
+        having(self, minimumHeight=_LEAST, maximumHeight=_HEIGHT, accessibleName=named)
         theme.application.focusChanged.connect(self._focus_moved)
         theme.changed.connect(self.update)
         follow(model.changed, self.refresh)
@@ -207,9 +206,7 @@ class GeometrySketch(QWidget):
         if edited:
             painter.setPen(QPen(colour, 2.0))
             painter.drawEllipse(where, 2.4 * size, 2.4 * size)
-        font = self.font()
-        font.setBold(edited)
-        painter.setFont(font)
+        painter.setFont(having(self.font(), bold=edited))
         metrics = painter.fontMetrics()
         wide, high = metrics.horizontalAdvance(one.name) + 2.0, float(metrics.height())
         room = QRectF(self.rect())

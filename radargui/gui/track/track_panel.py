@@ -142,7 +142,7 @@ class TrackPanel(QWidget):
         if wanted:
             from radargui.gui.track.space_view import SpaceView
 
-            self._space_view = SpaceView(self._theme, self._colours)
+            self._space_view = SpaceView(self._theme, self._colours, self._space)
             self._stack.addWidget(self._space_view)
             self._stack.setCurrentIndex(1)
         elif self._space_view is not None:

@@ -187,13 +187,13 @@ class WiringCheck(Dialog):
         self._control.start_live(setup, hardware.kind, hardware.replay.file.path, make=scene)
 
     def _feed_changed(self, feed: Feed | None) -> None:
-        if feed is None or not self._wanted or feed.ring is None or feed.acquisition.digitisation is None:
+        if feed is None or not self._wanted:
             return
         self._wanted = False
         self._ring = feed.ring
         # a view of its own is followed from its first sample
         first = 0 if self._own_view else feed.ring.latest
-        self._guide = WiringGuide(feed.setup, feed.acquisition.digitisation, first_index=first)
+        self._guide = WiringGuide(feed.setup, feed.digitisation, first_index=first)
         self._timer.start()
 
     def _state_changed(self) -> None:

@@ -226,10 +226,12 @@ class RunControl(QObject):
             if self.feed is not None:
                 self.feed = None
                 self.feed_changed.emit(None)
-        elif acquisition is not None and acquisition is not self._pulled and acquisition.digitisation is not None:
-            self._pulled = acquisition
-            self.feed = Feed(acquisition, setup)
-            self.feed_changed.emit(self.feed)
+        elif acquisition is not None and acquisition is not self._pulled:
+            ring, digitisation = acquisition.ring, acquisition.digitisation
+            if ring is not None and digitisation is not None:
+                self._pulled = acquisition
+                self.feed = Feed(ring, digitisation, acquisition.live, setup)
+                self.feed_changed.emit(self.feed)
         if self.reached.stops:
             return
         if reached.source is not None:

@@ -12,6 +12,7 @@ from radargui.acquisition.ring import LiveTrack, Ring
 from radargui.acquisition.run_plan import RecorderState
 from radargui.experiment.event import ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
+from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
 from radargui.sources.contract import Source
 from radargui.sources.factory import SourceKind
@@ -64,27 +65,17 @@ class Feed:
 
     Parameters
     ----------
-    acquisition
-        What samples come through; already open.
+    ring, digitisation
+        The last seconds of samples, and how they are digitised.
+    live
+        The last seconds of live estimates; None without live track.
     setup
         Under which it runs.
     """
 
-    def __init__(self, acquisition: Acquisition, setup: Setup) -> None:
-        self.acquisition, self.setup = acquisition, setup
-        digitisation = acquisition.digitisation
-        self.n_receivers = digitisation.n_receivers if digitisation else setup.n_receivers
-        self.rate_hz = digitisation.sample_rate_hz if digitisation else setup.daq.rate_hz
-
-    @property
-    def ring(self) -> Ring | None:
-        """The last seconds of samples."""
-        return self.acquisition.ring
-
-    @property
-    def live(self) -> LiveTrack | None:
-        """The last seconds of live estimates."""
-        return self.acquisition.live
+    def __init__(self, ring: Ring, digitisation: Digitisation, live: LiveTrack | None, setup: Setup) -> None:
+        self.ring, self.digitisation, self.live, self.setup = ring, digitisation, live, setup
+        self.n_receivers, self.rate_hz = digitisation.n_receivers, digitisation.sample_rate_hz
 
     def samples(self, seconds: float) -> int:
         """Return how many samples so many seconds are."""

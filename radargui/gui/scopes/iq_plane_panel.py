@@ -103,7 +103,7 @@ class IQPlanePanel(PerReceiver):
     def refresh(self) -> None:
         """Draw the latest points; called by the window."""
         feed = self._feed
-        if feed is None or feed.ring is None or not self.isVisible() or feed.ring.latest == self._drawn:
+        if feed is None or not self.isVisible() or feed.ring.latest == self._drawn:
             return
         self._drawn, count = feed.ring.latest, feed.samples(SPAN_S)
         volts = feed.ring.thinned(count, _POINTS)

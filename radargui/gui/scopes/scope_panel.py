@@ -243,9 +243,9 @@ class ScopePanel(QtWidgets.QWidget):
         held = self._held
         # after the end the last samples are there for every view
         feed = (self._feed or self._last) if held is None else held.feed
-        ring = held.ring if held is not None else feed.ring if feed is not None else None
-        if feed is None or ring is None:
+        if feed is None:
             return None
+        ring = feed.ring if held is None else held.ring
         zero = ring.latest
         end = zero - round(self._back_s * feed.rate_hz)
         return Shown(ring, feed.rate_hz, feed.setup, end, zero, self.window_s, live=held is None)
@@ -258,7 +258,7 @@ class ScopePanel(QtWidgets.QWidget):
     def _pause(self) -> None:
         feed = self._feed or self._last
         self._held = None
-        if self.pause.isChecked() and feed is not None and feed.ring is not None:
+        if self.pause.isChecked() and feed is not None:
             self._held = Held(feed, feed.ring.held(), self._clock())
             held_s = (self._held.ring.latest - self._held.ring.first) / feed.rate_hz
             self.back.setRange(0, max(0, round((held_s - self.window_s) * _PER_S)))

@@ -159,7 +159,7 @@ class ChannelWatch(QObject):
 
     def _look(self) -> None:
         feed = self._feed
-        if feed is None or feed.ring is None:
+        if feed is None:
             return
         if self._own and self._control.state is AppState.LIVE and feed.ring.latest >= feed.samples(MOMENT_S):
             self._control.stop()
@@ -168,8 +168,7 @@ class ChannelWatch(QObject):
             self._take(feed)
 
     def _take(self, feed: Feed, *, over: bool = False) -> None:
-        digitisation = feed.acquisition.digitisation
-        if feed.ring is None or digitisation is None or (self._busy and not over):
+        if self._busy and not over:
             return
         own, self._own = self._own and over, self._own and not over
         seconds = min(feed.ring.latest, feed.samples(MOMENT_S)) / feed.rate_hz
@@ -186,5 +185,5 @@ class ChannelWatch(QObject):
             self._jobs.show_error(error)
 
         self._busy = True
-        work = partial(channel_facts, feed.ring, digitisation, feed.samples(MOMENT_S))
+        work = partial(channel_facts, feed.ring, feed.digitisation, feed.samples(MOMENT_S))
         self._jobs.start("the levels of the channels", work, show, failed)

@@ -183,7 +183,10 @@ class EmptyPlots(QObject):
         if label is None or not isValid(label) or label.parentWidget() is not plot:
             if label is not None and isValid(label):
                 label.deleteLater()
-            label = self.labels[name] = _label(plot)
+            label = self.labels[name] = QLabel(plot, wordWrap=True, alignment=Qt.AlignmentFlag.AlignCenter)
+            label.setStyleSheet("background: palette(base);")
+            label.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+            label.show()
         label.setText(words)
         room = _room(plot)
         place = QRect(room.topLeft(), _needed(plot, words) or room.size())
@@ -211,11 +214,3 @@ def _best(plots: list[Plot]) -> Plot:
     equals = [plot for plot, area in zip(plots, areas, strict=True) if area >= _ALIKE * max(areas)]
     equals.sort(key=lambda plot: plot.mapToGlobal(QPoint()).toTuple())
     return equals[(len(equals) - 1) // 2]
-
-
-def _label(plot: Plot) -> QLabel:
-    made = QLabel(plot, wordWrap=True, alignment=Qt.AlignmentFlag.AlignCenter)
-    made.setStyleSheet("background: palette(base);")
-    made.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-    made.show()
-    return made

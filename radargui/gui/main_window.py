@@ -116,7 +116,10 @@ class MainWindow(QMainWindow):
         self.closing = ClosingStrip(self.unfinished, lambda: self.control.end(Asked.LEAVE))
         self.stopping = StoppingStrip(self.control)
         self.later = LaterOffer(self.control, self.session_panel, services)
-        self._put_together()
+        offers = (self.recovery, self.later)
+        self.place = MessagePlace(self.bar.runs, self.closing, self.stopping, self.strip, *offers, self.work)
+        self.setCentralWidget(boxed(QVBoxLayout(), self.bar, self.place, (self.panels, 1)))
+        self.statusBar().addWidget(self.health, 1)
         self._keys = (FocusMark(self, theme.application), RunKeys(self, theme.application))
         self.titles = DockTitles(self.panels, theme)
         self.guide = FirstSteps(self.control, self.hardware, self.panels, services)
@@ -217,12 +220,6 @@ class MainWindow(QMainWindow):
         """Show the live track and the scopes."""
         self.track.show_live()
         self.panels.bring_up("scopes")
-
-    def _put_together(self) -> None:
-        offers = (self.recovery, self.later)
-        self.place = MessagePlace(self.bar.runs, self.closing, self.stopping, self.strip, *offers, self.work)
-        self.setCentralWidget(boxed(QVBoxLayout(), self.bar, self.place, (self.panels, 1)))
-        self.statusBar().addWidget(self.health, 1)
 
     def _connect(self) -> None:
         does = self.actions_

@@ -4,7 +4,6 @@ import platform
 from functools import partial
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
 
 import pyqtgraph
 from PySide6 import QtGui, QtWidgets, __version__ as pyside_version
@@ -199,7 +198,15 @@ class Actions:
 
     def __init__(self, window: QtWidgets.QMainWindow) -> None:
         self._entries = resource_table("window/actions")["actions"]
-        self._made = {name: _action(window, one) for name, one in self._entries.items()}
+        self._made: dict[str, QtGui.QAction] = {}
+        reach = Qt.ShortcutContext
+        for name, entry in self._entries.items():
+            words, keys = entry["words"], entry["keys"]
+            action = self._made[name] = QtGui.QAction(words, window, checkable=entry.get("checkable", False))
+            action.setShortcuts([QtGui.QKeySequence(key) for key in keys])
+            action.setToolTip(f"{entry.get('tip') or words.rstrip('…')} ({', '.join(keys)})")
+            action.setShortcutContext(reach.WindowShortcut if entry.get("in_window") else reach.ApplicationShortcut)
+            window.addAction(action)
         for action in (self.start, self.record, self.stop):
             having(action, iconText=f"{action.text()}\n{action.shortcut().toString()}", autoRepeat=False)
         self.in_space.setEnabled(False)
@@ -223,17 +230,6 @@ class Actions:
         for name, entry in self._entries.items():
             if "needs" in entry:
                 self._made[name].setEnabled(all(now[one] for one in entry["needs"]))
-
-
-def _action(window: QWidget, entry: dict[str, Any]) -> QtGui.QAction:
-    words, keys = entry["words"], entry["keys"]
-    action = QtGui.QAction(words, window, checkable=entry.get("checkable", False))
-    action.setShortcuts([QtGui.QKeySequence(key) for key in keys])
-    action.setToolTip(f"{entry.get('tip') or words.rstrip('…')} ({', '.join(keys)})")
-    reach = Qt.ShortcutContext
-    action.setShortcutContext(reach.WindowShortcut if entry.get("in_window") else reach.ApplicationShortcut)
-    window.addAction(action)
-    return action
 
 
 class RunKeys(QObject):

@@ -59,10 +59,10 @@ class ReprocessDialog(Dialog):
             Choice(((None, "As in the setup"), *words_of(f"processing.{name}").choices.items()))
             for name in ("correction", "geometry")
         )
-        self._choices = {"Runs": self.what, "Antennas and processing": self.setup}
-        self._choices |= {"IQ correction": self.correction, "Geometry": self.geometry_choice}
-        for choice in self._choices.values():
+        for choice in (self.what, self.setup, self.correction, self.geometry_choice):
             choice.currentIndexChanged.connect(self._forget)
+        self.choices = Group("With", ("Runs", self.what), ("Antennas and processing", self.setup))
+        self.choices.put(("IQ correction", self.correction), ("Geometry", self.geometry_choice))
         self.compare = button("Process and compare", self._compare, default=True)
         self.work = WorkStrip(services.jobs)
         self.settings, self.words = PlainLabel(), PlainLabel()
@@ -70,8 +70,7 @@ class ReprocessDialog(Dialog):
         self.keep = button("Keep the new results", self._keep)
         self.discard = button("Discard", self.reject)
         ends = side_by_side(self.keep, self.discard)
-        group = Group("With", *self._choices.items())
-        self.lay_out(group, self.compare, self.work, self.settings, (self.table, 1), self.words, ends)
+        self.lay_out(self.choices, self.compare, self.work, self.settings, (self.table, 1), self.words, ends)
         self._show_buttons()
 
     def done(self, result: int) -> None:
@@ -128,8 +127,8 @@ class ReprocessDialog(Dialog):
 
     def _show_buttons(self) -> None:
         busy = self.work.busy
-        for widget in (self.compare, *self._choices.values()):
-            widget.setEnabled(not busy)
+        self.compare.setEnabled(not busy)
+        self.choices.setEnabled(not busy)
         self.keep.setEnabled(bool(self._good) and not busy and not self._read_only)
         if self._read_only:
             self.keep.setToolTip("The session is opened for looking only.")

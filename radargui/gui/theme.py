@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from PySide6.QtCore import QObject, QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPalette
+from PySide6.QtCore import QObject, QPointF, QRectF, QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPalette, QPen
 from PySide6.QtWidgets import QApplication
 
 from radargui.gui.layout import having
@@ -146,3 +146,22 @@ def fitting_font(base: QFont, longest: str, width: float, height: float, points:
     metrics = QFontMetricsF(font)
     share = min(1.0, width / metrics.horizontalAdvance(longest), height / metrics.height())
     return having(font, pointSizeF=max(least, most * share))
+
+
+CENTRED = int(Qt.AlignmentFlag.AlignCenter)
+
+
+def write(
+    painter: QPainter, box: QRectF, words: str, colour: str, align: int = CENTRED, font: QFont | None = None
+) -> None:
+    """Write words into a box in a colour; without a `font` in that of the painter."""
+    if font is not None:
+        painter.setFont(font)
+    painter.setPen(QColor(colour))
+    painter.drawText(box, align, words)
+
+
+def draw_line(painter: QPainter, start: QPointF, end: QPointF, pen: QPen) -> None:
+    """Draw a line."""
+    painter.setPen(pen)
+    painter.drawLine(start, end)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QRect, Qt
+from PySide6.QtCore import QEvent, QRectF, Qt
 from PySide6.QtGui import QCloseEvent, QColor, QFont, QFontMetricsF, QKeyEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 
@@ -13,6 +13,7 @@ from radargui.experiment.event import RecordedRun
 from radargui.gui.control.state import AppState
 from radargui.gui.layout import having
 from radargui.gui.runs.run_keeping import RunKeeping
+from radargui.gui.theme import CENTRED, write
 
 _WIDEST = {
     "state": "PROCESSING",
@@ -101,25 +102,20 @@ class AcrossView(QWidget):
         painter = QPainter(self)
         colours, shown = self._theme.colours, self.situation
         painter.fillRect(self.rect(), QColor(colours.base))
-        role = QColor(colours.role(shown.state.role))
-        fonts, centred = self.fonts(), Qt.AlignmentFlag.AlignCenter
-        margin, top = int(_MARGIN * self.width()), 0
+        fonts, wraps = self.fonts(), CENTRED | int(Qt.TextFlag.TextWordWrap)
+        margin, top = _MARGIN * self.width(), 0.0
         lines = {"state": shown.state.value, "result": shown.result, "run": shown.run, "next": shown.next}
         for name, words in lines.items():
-            box = QRect(margin, top, self.width() - 2 * margin, int(_SHARES[name] * self.height()))
+            box = QRectF(margin, top, self.width() - 2.0 * margin, _SHARES[name] * self.height())
             if name == "state":
-                painter.fillRect(QRect(0, 0, self.width(), box.height()), role)
-            painter.setPen(QColor(colours.base if name == "state" else colours.text))
-            painter.setFont(fonts[name])
-            if name == "next":
-                painter.drawText(box, int(centred | Qt.TextFlag.TextWordWrap), words)
-            else:
-                shorter = painter.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, box.width())
-                painter.drawText(box, centred, shorter)
+                band = QRectF(0.0, 0.0, self.width(), box.height())
+                painter.fillRect(band, QColor(colours.role(shown.state.role)))
+            shorter = QFontMetricsF(fonts[name]).elidedText(words, Qt.TextElideMode.ElideRight, box.width())
+            colour = colours.base if name == "state" else colours.text
+            write(painter, box, words if name == "next" else shorter, colour, wraps, fonts[name])
             top += box.height()
-        painter.setFont(fonts["keys"])
-        painter.setPen(QColor(colours.faint))
-        painter.drawText(QRect(0, top, self.width(), self.height() - top), centred, _KEYS)
+        keys = QRectF(0.0, top, self.width(), self.height() - top)
+        write(painter, keys, _KEYS, colours.faint, font=fonts["keys"])
 
     def event(self, event: QEvent) -> bool:
         """Keep Esc, which stops a recording elsewhere."""

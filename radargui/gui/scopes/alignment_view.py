@@ -13,7 +13,7 @@ from radargui.gui.layout import PlainLabel, fill
 from radargui.gui.plots.ranges import round_up
 from radargui.gui.scopes.shown import Follower, Shown
 from radargui.gui.scopes.spectrum_view import decibels
-from radargui.gui.theme import Theme, fitting_font
+from radargui.gui.theme import Theme, fitting_font, write
 from radargui.model.arrays import FloatArray
 from radargui.model.rounding import UNKNOWN
 
@@ -103,34 +103,29 @@ class Bars(QWidget):
         self._draw_scale(painter, bar)
         for number, (now, held) in enumerate(zip(self.amplitude_v, self.held_v, strict=True)):
             left = scale_px + number * width
-            colour = QColor(colours.role(f"receivers.{number % len(colours.receivers)}"))
-            painter.setFont(small)
-            painter.setPen(colour)
-            painter.drawText(QRectF(left, 2, width, title_px), Qt.AlignmentFlag.AlignCenter, f"Rx {number + 1}")
+            colour = colours.role(f"receivers.{number % len(colours.receivers)}")
+            write(painter, QRectF(left, 2, width, title_px), f"Rx {number + 1}", colour, font=small)
             if math.isfinite(now):
                 high = bar.height() * self.shares[number]
-                painter.fillRect(QRectF(left + 0.15 * width, bar.bottom() - high, 0.7 * width, high), colour)
+                painter.fillRect(QRectF(left + 0.15 * width, bar.bottom() - high, 0.7 * width, high), QColor(colour))
             if math.isfinite(held):
                 at = bar.bottom() - bar.height() * float(self._share(held))
                 painter.fillRect(QRectF(left + 0.05 * width, at - 1.5, 0.9 * width, 3), QColor(colours.text))
             y = bar.bottom() + 4
             for font, words, high in zip((large, small, small), _said(now, held), heights, strict=False):
-                painter.setFont(font)
-                painter.setPen(QColor(colours.text))
-                painter.drawText(QRectF(left, y, width, high), Qt.AlignmentFlag.AlignCenter, words)
+                write(painter, QRectF(left, y, width, high), words, colours.text, font=font)
                 y += high
 
     def _draw_scale(self, painter: QPainter, bar: QRectF) -> None:
         colours, top = self._theme.colours, self._top_db
         painter.setFont(self.font())
+        right = int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         for step in range(int(_DEPTH_DB / _STEP_DB) + 1):
             y = bar.top() + bar.height() * step * _STEP_DB / _DEPTH_DB
             painter.setPen(QColor(colours.line))
             painter.drawLine(int(bar.left()), int(y), int(bar.right()), int(y))
-            painter.setPen(QColor(colours.text))
             words = f"{top - step * _STEP_DB:.0f} dB".replace("-", "−")
-            box = QRectF(0, y - 10, bar.left() - 6, 20)
-            painter.drawText(box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, words)
+            write(painter, QRectF(0, y - 10, bar.left() - 6, 20), words, colours.text, right)
 
 
 class AlignmentView(QWidget):

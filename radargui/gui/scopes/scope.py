@@ -15,7 +15,7 @@ from radargui.acquisition.run_output import Level
 from radargui.gui.layout import Dialog, button, fill, having
 from radargui.gui.plots.plot import LAST, Plot
 from radargui.gui.plots.ranges import SteadyRange
-from radargui.gui.theme import Theme, scaled_font
+from radargui.gui.theme import Theme, scaled_font, write
 from radargui.model.arrays import BoolArray, FloatArray
 
 _FAR_V = 1000.0
@@ -224,8 +224,7 @@ class LevelBar(QWidget):
         colours, room = self._theme.colours, QRectF(self.rect()).adjusted(4.0, 1.0, -4.0, -1.0)
         alarm = colours.alarm if self.clipping else ""
         painter = QPainter(self)
-        painter.setPen(QColor(alarm or colours.text))
-        painter.drawText(room, Qt.AlignmentFlag.AlignTop, self.accessibleName())
+        write(painter, room, self.accessibleName(), alarm or colours.text, int(Qt.AlignmentFlag.AlignTop))
         room.setTop(room.bottom() - _BAR_PX)
         painter.fillRect(room, QColor(colours.raised))
         room.setWidth(min(1.0, self._share) * room.width())

@@ -15,7 +15,7 @@ from radargui.files.run_card import Thumbnail, read_run_card, read_thumbnail
 from radargui.gui.layout import having
 from radargui.gui.runs.run_model import RunEntry, written_time
 from radargui.gui.table import Index
-from radargui.gui.theme import Theme
+from radargui.gui.theme import CENTRED, Theme, write
 from radargui.model.calibrated_setup import calibration_words
 from radargui.model.errors import RadarGuiError
 from radargui.model.rounding import UNKNOWN
@@ -126,14 +126,12 @@ class _Painter(QStyledItemDelegate):
         painter.drawRect(box)
         line = painter.fontMetrics().height()
         head = having(box.adjusted(4, 1, -4, 0), height=line + 2)
-        painter.setPen(QColor(colours.text))
-        painter.drawText(head, Qt.AlignmentFlag.AlignLeft, look.cells[0])
         e = look.restitution().partition(" ± ")[0]
-        painter.drawText(head, Qt.AlignmentFlag.AlignRight, "" if e == UNKNOWN else f"e = {e}")
+        write(painter, head, look.cells[0], colours.text, int(Qt.AlignmentFlag.AlignLeft))
+        write(painter, head, "" if e == UNKNOWN else f"e = {e}", colours.text, int(Qt.AlignmentFlag.AlignRight))
         body = box.adjusted(4, line + 4, -4, -4)
         if look.thumbnail is None:
-            painter.setPen(QColor(colours.faint))
-            painter.drawText(body, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, look.verdict)
+            write(painter, body, look.verdict, colours.faint, CENTRED | int(Qt.TextFlag.TextWordWrap))
         else:
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
             painter.setPen(QPen(QColor(colours.track), 1.3))

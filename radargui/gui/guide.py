@@ -58,12 +58,12 @@ class FirstSteps(Dialog):
         By their names, in their order.
     """
 
-    def __init__(self, control: RunControl, hardware: HardwarePanel, panels: Panels, services: Services) -> None:
+    def __init__(self, hardware: HardwarePanel, panels: Panels, services: Services) -> None:
         super().__init__("First steps", (420, 300), services.parent, "first steps")
         # beside the main window, never in its way: the keys stay where they are
         self.setWindowFlag(Qt.WindowType.Tool)
         self.setAttribute(Qt.WidgetAttribute.WA_ShowWithoutActivating)
-        self._control, self._settings, self._window = control, services.settings, services.parent
+        self._control, self._settings, self._window = services.control, services.settings, services.parent
         self._antennas = panels.held["antennas"]
         table = resource_table("window/guide")["steps"]
         self.steps = {
@@ -75,8 +75,8 @@ class FirstSteps(Dialog):
         self.lay_out(*self.steps.values(), self.end, 1, fill(QHBoxLayout(), 1, closes), spacing=4)
         hardware.source.activated.connect(lambda _index: self.tick("source"))
         panels.docks["antennas"].visibilityChanged.connect(lambda seen: self.tick("antennas") if seen else None)
-        control.state_changed.connect(self._state_changed)
-        control.run_recorded.connect(self._recorded)
+        self._control.state_changed.connect(self._state_changed)
+        self._control.run_recorded.connect(self._recorded)
         self._show()
 
     def show_at_first(self) -> None:

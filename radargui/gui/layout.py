@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from PySide6 import QtWidgets
-from PySide6.QtCore import QMargins, QObject, QSignalBlocker, QSize, Qt, QTimer, SignalInstance
+from PySide6.QtCore import QObject, QSignalBlocker, QSize, Qt, QTimer, SignalInstance
 from PySide6.QtGui import QPaintEvent, QWheelEvent
 
 from radargui.model.resources import resource_table
@@ -60,11 +60,6 @@ def fill(box: _Box, *parts: Part, margins: Margins = (0, 0, 0, 0), spacing: int 
 def boxed(box: QtWidgets.QBoxLayout, *parts: Part, **room: Any) -> QtWidgets.QWidget:
     """Return a widget that holds parts as `fill` puts them into a box."""
     return having(QtWidgets.QWidget(), layout=fill(box, *parts, **room))
-
-
-def grid(parent: QtWidgets.QWidget, spacing: int = 2) -> QtWidgets.QGridLayout:
-    """Return an empty grid without room around it."""
-    return having(QtWidgets.QGridLayout(parent), contentsMargins=QMargins(), spacing=spacing)
 
 
 def holding(what: _Holder, *widgets: QtWidgets.QWidget) -> _Holder:

@@ -10,7 +10,6 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPlainTextEdit, QVBoxLayout, QWidget
 
 from radargui.gui.background import OneAtATime
-from radargui.gui.control.run_control import RunControl
 from radargui.gui.layout import Choice, OneLine, Pages, button, fill, having
 from radargui.gui.panels import Actions
 from radargui.gui.plots.key import Key
@@ -21,7 +20,6 @@ from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme
 from radargui.model.rounding import COVERAGE, UNKNOWN, alone, plain
 from radargui.report.facts import (
-    Glances,
     ReportFacts,
     e_span,
     mean_gravity,
@@ -233,11 +231,9 @@ def _height(found: Statistics) -> str:
 class SeriesPanel(QWidget):
     """Of the session that is open, and of those that it is compared with: statistics, what is drawn, what is said."""
 
-    def __init__(
-        self, control: RunControl, runs: RunListPanel, does: Actions, glances: Glances, services: Services
-    ) -> None:
+    def __init__(self, runs: RunListPanel, does: Actions, services: Services) -> None:
         super().__init__()
-        self._control, self._glances, self._services = control, glances, services
+        self._services = services
         self._others: tuple[Path, ...] = ()
         self._of: Path | None = None
         self._reads = OneAtATime(services.jobs, "the series", self.refresh)
@@ -273,7 +269,7 @@ class SeriesPanel(QWidget):
 
     def refresh(self) -> None:
         """Read what has changed, where it is seen; what comes meanwhile is read afterwards."""
-        own, glances = self._control.session, self._glances
+        own, glances = self._services.control.session, self._services.glances
         path = own.path if own is not None else None
         if path != self._of:
             # nothing of the session before is left to be read off

@@ -7,7 +7,6 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout
 
 from radargui.acquisition.ring import Ring
 from radargui.experiment.wiring import GuideState, WiringGuide
-from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Feed
 from radargui.gui.layout import Dialog, PlainLabel, Scroll, boxed, button, fill, having, take_out, ticking
 from radargui.gui.services import Services
@@ -47,11 +46,10 @@ class WiringCheck(Dialog):
         Makes what a simulated check looks at: an operator who does what the guide says. Tests put another one here.
     """
 
-    def __init__(
-        self, control: RunControl, setup_model: SetupModel, hardware: HardwarePanel, services: Services
-    ) -> None:
+    def __init__(self, setup_model: SetupModel, hardware: HardwarePanel, services: Services) -> None:
         super().__init__("Wiring check", (900, 560), services.parent)
-        self._control, self._setup_model, self._hardware, self._services = control, setup_model, hardware, services
+        self._setup_model, self._hardware, self._services = setup_model, hardware, services
+        self._control = control = services.control
         self._guide: WiringGuide | None = None
         self._ring: Ring | None = None
         self._wanted = self._own_view = self._measuring = False

@@ -13,7 +13,6 @@ from radargui.experiment.event import RecordedRun
 from radargui.files.calibration_file import free_path, write_calibration
 from radargui.gui.background import WorkStrip
 from radargui.gui.calibration.pages import Recorded, RecordingList, ResultView, UnknownsForm
-from radargui.gui.control.run_control import RunControl
 from radargui.gui.layout import TIPS, Dialog, FaultText, PlainLabel, boxed, button, fill, having, holding
 from radargui.gui.services import Services
 from radargui.gui.sessions.browser import SessionBrowser
@@ -190,7 +189,6 @@ class CalibrationDialog(Dialog):
 class CalibrationController:
     """Joins dialog, antenna panel, session browser and the runs that are recorded."""
 
-    control: RunControl
     model: SetupModel
     panel: SessionPanel
     browser: SessionBrowser
@@ -201,7 +199,7 @@ class CalibrationController:
     def __post_init__(self) -> None:
         self.group.asked.connect(self.begin)
         self.browser.calibrate_asked.connect(self.begin_with)
-        self.control.run_recorded.connect(self._recorded)
+        self.services.control.run_recorded.connect(self._recorded)
 
     @cached_property
     def dialog(self) -> CalibrationDialog:
@@ -212,7 +210,7 @@ class CalibrationController:
 
     def begin(self) -> None:
         """Calibrate from the runs of the session that is open, or from what the operator adds."""
-        session = self.control.session
+        session = self.services.control.session
         self.dialog.begin(() if session is None else session.run_paths())
 
     def begin_with(self, session: Path) -> None:
@@ -227,8 +225,8 @@ class CalibrationController:
 
     def _recorded(self, run: RecordedRun) -> None:
         """Let the first drop of a series say whether the calibration still holds."""
-        result = run.result
-        if result is not None and result.setup.calibration.content and self.control.kept == 1 and not run.set_aside:
+        result, is_first = run.result, self.services.control.kept == 1 and not run.set_aside
+        if result is not None and result.setup.calibration.content and is_first:
             self.services.jobs.start("the check of the calibration", lambda: check_calibration(result), self._checked)
 
     def _checked(self, check: CalibrationCheck | None) -> None:

@@ -32,7 +32,6 @@ from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.offline import STOPPED
 from radargui.processing.result_of_run import result_of_run, setup_of_result, stored_result
-from radargui.report.facts import Glances
 from radargui.session.info import REPORT_FOLDER
 from radargui.session.session import Session
 
@@ -47,9 +46,7 @@ _KEPT = 3
 class RunController:
     """Joins the run list, the run panel, the track and the work behind them."""
 
-    def __init__(
-        self, runs: RunListPanel, run: RunPanel, track: TrackPanel, glances: Glances, services: Services
-    ) -> None:
+    def __init__(self, runs: RunListPanel, run: RunPanel, track: TrackPanel, services: Services) -> None:
         self._runs, self._run, self._track = runs, run, track
         self._work, self._jobs, self._board = services.work, services.jobs, services.board
         self._window = services.parent
@@ -57,7 +54,7 @@ class RunController:
         self._kept: dict[Path, RunResult] = {}
         self._wanted: Path | None = None
         self._reading: Task | None = None
-        self.report_preview = ReportPreview(glances, services)
+        self.report_preview = ReportPreview(services)
         for changed in (runs.model.rowsInserted, runs.model.dataChanged):
             changed.connect(lambda *_: self.report_preview.refresh())
         runs.run_chosen.connect(self._choose)

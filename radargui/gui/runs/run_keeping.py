@@ -12,7 +12,6 @@ from PySide6.QtWidgets import QApplication, QInputDialog
 
 from radargui.experiment.event import RecordedRun
 from radargui.gui.control.control_bar import HealthLine, StateView
-from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState
 from radargui.gui.control.waiting import StoppingStrip
 from radargui.gui.layout import having
@@ -22,7 +21,6 @@ from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
-from radargui.gui.settings import Settings
 from radargui.session.session import BY_OPERATOR, reason_of
 
 REASONS = ("touched something on its way", "released badly", "not the first bounce", "wrong sample")
@@ -46,7 +44,6 @@ class RunKeeping(QObject):
         The newest result as the banner says it: which run, what it gave; empty where there is none yet.
     """
 
-    control: RunControl
     runs: RunListPanel
     controller: RunController
     health: HealthLine
@@ -58,11 +55,12 @@ class RunKeeping(QObject):
 
     def __post_init__(self) -> None:
         super().__init__(self.services.parent)
-        control, does, put = self.control, self.does, self.services.settings.put
+        self.control = control = self.services.control
+        does, put = self.does, self.services.settings.put
         self.last_result = self._failure = ""
         self._of_result: Path | None = None
         self._heard: set[Path] = set()
-        self.sounds = Sounds(control, does, self.services.settings, self)
+        self.sounds = Sounds(does, self.services, self)
         does.show_rejected.setChecked(self.services.settings.text("show_rejected", "no") == "yes")
         does.show_rejected.toggled.connect(lambda on: put("show_rejected", "yes" if on else "no"))
         control.run_preliminary.connect(self._preliminary)
@@ -239,8 +237,9 @@ _SWITCHES = {"result": ("sound", "on"), "trigger": ("sound_trigger", "off"), "fa
 class Sounds(QObject):
     """Plays a pattern where its switch is on; the switches are remembered."""
 
-    def __init__(self, control: RunControl, does: Actions, settings: Settings, parent: QObject) -> None:
+    def __init__(self, does: Actions, services: Services, parent: QObject) -> None:
         super().__init__(parent)
+        control, settings = services.control, services.settings
         self._control, self._state = control, control.state
         self._switches = {name: getattr(does, key) for name, (key, _) in _SWITCHES.items()}
         self._switches["rejected"] = self._switches["result"]

@@ -2,9 +2,10 @@
 
 import numpy as np
 from PySide6.QtCore import QMargins
+from PySide6.QtWidgets import QGridLayout
 
 from radargui.gui.control.state import Feed
-from radargui.gui.layout import grid, having, take_out
+from radargui.gui.layout import having, take_out
 from radargui.gui.plots.envelope import thin
 from radargui.gui.plots.per_receiver import PerReceiver
 from radargui.gui.plots.plot import Plot
@@ -74,7 +75,7 @@ class IQPlanePanel(PerReceiver):
         self._drawn = -1
         self.raw: list[IQPlane] = []
         self.corrected: list[IQPlane] = []
-        self._grid = having(grid(self), contentsMargins=QMargins(2, 2, 2, 2))
+        self._grid = having(QGridLayout(self), contentsMargins=QMargins(2, 2, 2, 2), spacing=2)
 
     def make_plots(self, count: int) -> None:
         """Make two planes a receiver."""

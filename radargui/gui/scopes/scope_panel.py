@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from PySide6 import QtWidgets
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QMargins, Qt
 
 from radargui.acquisition.health import Health
 from radargui.acquisition.run_output import Level
 from radargui.gui.control.state import Feed
-from radargui.gui.layout import TIPS, Choice, boxed, button, fill, grid, having, holding, take_out
+from radargui.gui.layout import TIPS, Choice, boxed, button, fill, having, holding, take_out
 from radargui.gui.plots.envelope import Envelope, look
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import LAST, NOW
@@ -47,7 +47,7 @@ class TimeView(QtWidgets.QWidget):
         self._live: tuple[object, ...] = ()
         self._held: tuple[object, ...] = ()
         self.gain = button("Gain…", self.ask_gain)
-        self._grid = grid(self)
+        self._grid = having(QtWidgets.QGridLayout(self), contentsMargins=QMargins(), spacing=2)
         self.any_lost = False
 
     def set_receivers(self, count: int, full_scale_v: float) -> None:

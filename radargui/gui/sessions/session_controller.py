@@ -13,7 +13,6 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox
 from radargui.experiment.reprocess import RecoveredRun, compute_later, recover_run, unfinished_runs
 from radargui.files.access import Outcome, Progress, each_run
 from radargui.gui.background import Task
-from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import Asked, Details
 from radargui.gui.layout import Edge, Strip, button, having, ticking
 from radargui.gui.runs.run_controller import RunController
@@ -44,11 +43,11 @@ class _Offer(Strip):
     after_ms = 0
     only_at_rest = False
 
-    def __init__(self, control: RunControl, panel: SessionPanel, services: Services) -> None:
+    def __init__(self, panel: SessionPanel, services: Services) -> None:
         self.accept = button(self.accepted, self._accept, self.tip)
         self.refuse = button("Not now", self.hide, self.refusal_tip)
         super().__init__(self.edge, self.accept, self.refuse)
-        self._control, self._panel, self._services = control, panel, services
+        self._control, self._panel, self._services = services.control, panel, services
         self.runs: tuple[RunLine, ...] = ()
         QTimer.singleShot(self.after_ms, self, self.look)
 
@@ -134,9 +133,9 @@ class LaterOffer(_Offer):
     only_at_rest = True
     what = "looking for runs to compute"
 
-    def __init__(self, control: RunControl, panel: SessionPanel, services: Services) -> None:
-        super().__init__(control, panel, services)
-        control.state_changed.connect(self._look_again)
+    def __init__(self, panel: SessionPanel, services: Services) -> None:
+        super().__init__(panel, services)
+        self._control.state_changed.connect(self._look_again)
 
     def _find(self, folder: Path, task: Task) -> tuple[RunLine, ...]:
         with Catalogue(folder) as catalogue:
@@ -201,7 +200,6 @@ _SAVE_DETAILS_MS = 800
 class SessionController(QObject):
     """Joins browser, session panel and the session that is open."""
 
-    control: RunControl
     panel: SessionPanel
     runs: RunListPanel
     run_controller: RunController
@@ -211,7 +209,7 @@ class SessionController(QObject):
     setup_taken = Signal()
 
     def __post_init__(self) -> None:
-        panel, services = self.panel, self.services
+        panel, services, self.control = self.panel, self.services, self.services.control
         super().__init__(services.parent)
         self.browser = SessionBrowser(services, lambda: panel.data_folder)
         services.settings.restore_sizes(self.browser)

@@ -14,7 +14,6 @@ from radargui.experiment.importing import Imported, ImportOrder, import_recordin
 from radargui.files.access import Outcome, each_run, make_folder
 from radargui.files.formats import EXPORT_FORMATS
 from radargui.gui.background import WorkStrip
-from radargui.gui.control.run_control import RunControl
 from radargui.gui.layout import Choice, Dialog, Group, PathField, PlainLabel, button, side_by_side
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry
@@ -209,7 +208,6 @@ class ExportDialog(Dialog):
 class TransferController:
     """Joins the dialogs of import, export and comparison with the work strip and the session that is open."""
 
-    control: RunControl
     panel: SessionPanel
     runs: RunListPanel
     setup_model: SetupModel
@@ -227,7 +225,7 @@ class TransferController:
 
     def ask_export(self) -> None:
         """Let the operator choose what to export."""
-        session = self.control.session
+        session = self.services.control.session
         if session is None:
             self.services.board.post("warning", "There is nothing to export: record a run, or open a session.")
             return
@@ -236,8 +234,8 @@ class TransferController:
 
     def ask_compare(self) -> None:
         """Let the operator process runs with other settings."""
-        session = self.control.session
-        if session is None or not session.run_paths() or self.control.state.holds_a_run:
+        session = self.services.control.session
+        if session is None or not session.run_paths() or self.services.control.state.holds_a_run:
             self.services.board.post("warning", "There is no run to process again: record one, or open a session.")
             return
         dialog = ReprocessDialog(self.services, session, self._chosen, self.setup_model.setup)
@@ -273,7 +271,7 @@ class TransferController:
             return
         count = "1 run was" if len(imported.paths) == 1 else f"{len(imported.paths)} runs were"
         self._say(f"{count} imported as session {imported.session.name}")
-        if not self.control.state.running:
+        if not self.services.control.state.running:
             self.sessions.open(imported.session)
 
     def _taken(self, plan: ExportPlan, runs: tuple[Outcome[tuple[Path, ...]], ...]) -> None:

@@ -34,7 +34,6 @@ from radargui.gui.sessions.session_controller import LaterOffer, RecoveryOffer, 
 from radargui.gui.sessions.transfer_controller import TransferController
 from radargui.gui.settings import LAYOUT_VERSION, Settings
 from radargui.gui.setup.antenna_panel import AntennaPanel
-from radargui.gui.setup.channels import ChannelWatch
 from radargui.gui.setup.hardware_panel import FindDevices, HardwarePanel
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupFileController, first_setup
@@ -123,22 +122,19 @@ class MainWindow(QMainWindow):
         self.titles = DockTitles(self.panels, theme)
         self.guide = FirstSteps(self.hardware, self.panels, services)
         self.empty = EmptyPlots(self.panels.held, self.control, self)
-        self.channels = ChannelWatch(self.control, self.hardware.channels, self.jobs, self.start)
         self.log = LogWindow(self.setup_model, services)
         self.theme_actions = fill_menus(self.menuBar(), self.actions_, self.panels, theme, settings)
 
-        model, panel, runs = self.setup_model, self.session_panel, self.runs
-        does = self.actions_
+        model, does = self.setup_model, self.actions_
         self.setup_file = SetupFileController(model, services)
-        self.run_controller = RunController(runs, self.run, self.track, services)
+        self.run_controller = RunController(self.runs, self.run, self.track, services)
         said = self.health, self.bar.state, self.stopping, self.strip
-        self.keeping = RunKeeping(runs, self.run_controller, *said, does, services)
+        self.keeping = RunKeeping(self.run_controller, *said, does, services)
         self.across = AcrossView(self.keeping)
         self.wiring = WiringCheck(model, self.hardware, services)
-        self.sessions = SessionController(panel, runs, self.run_controller, self.setup_file, services)
-        browser, group = self.sessions.browser, self.antennas.calibration
-        self.calibration = CalibrationController(model, panel, browser, group, calibrator, services)
-        self.transfer = TransferController(panel, runs, model, self.sessions, services)
+        self.sessions = SessionController(self.session_panel, self.run_controller, self.setup_file, services)
+        self.calibration = CalibrationController(self.sessions, self.antennas.calibration, calibrator)
+        self.transfer = TransferController(self.sessions)
         self._connect()
         self.panels.restore_within(self, settings)
         self._show_setup()

@@ -1,7 +1,6 @@
 """The guided dialog: recordings, unknowns, the fit with its progress, and what to do with what it found."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
@@ -15,7 +14,7 @@ from radargui.gui.background import WorkStrip
 from radargui.gui.calibration.pages import Recorded, RecordingList, ResultView, UnknownsForm
 from radargui.gui.layout import TIPS, Dialog, FaultText, PlainLabel, boxed, button, fill, having, holding
 from radargui.gui.services import Services
-from radargui.gui.sessions.browser import SessionBrowser
+from radargui.gui.sessions.session_controller import SessionController
 from radargui.gui.setup.antenna_panel import CalibrationGroup
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupModel, tried
@@ -185,20 +184,14 @@ class CalibrationDialog(Dialog):
         return tried(step, lambda error: self.fault.say(str(error)))
 
 
-@dataclass(eq=False, repr=False)
 class CalibrationController:
     """Joins dialog, antenna panel, session browser and the runs that are recorded."""
 
-    model: SetupModel
-    panel: SessionPanel
-    browser: SessionBrowser
-    group: CalibrationGroup
-    calibrate: Calibrate
-    services: Services
-
-    def __post_init__(self) -> None:
-        self.group.asked.connect(self.begin)
-        self.browser.calibrate_asked.connect(self.begin_with)
+    def __init__(self, sessions: SessionController, group: CalibrationGroup, calibrate: Calibrate) -> None:
+        self.group, self.calibrate = group, calibrate
+        self.panel, self.model, self.services = sessions.panel, sessions.setup_file.model, sessions.services
+        group.asked.connect(self.begin)
+        sessions.browser.calibrate_asked.connect(self.begin_with)
         self.services.control.run_recorded.connect(self._recorded)
 
     @cached_property

@@ -18,7 +18,6 @@ from radargui.gui.layout import having
 from radargui.gui.notices import NoticeStrip
 from radargui.gui.panels import Actions
 from radargui.gui.runs.run_controller import RunController
-from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
 from radargui.session.session import BY_OPERATOR, reason_of
@@ -44,7 +43,6 @@ class RunKeeping(QObject):
         The newest result as the banner says it: which run, what it gave; empty where there is none yet.
     """
 
-    runs: RunListPanel
     controller: RunController
     health: HealthLine
     view: StateView
@@ -56,7 +54,7 @@ class RunKeeping(QObject):
     def __post_init__(self) -> None:
         super().__init__(self.services.parent)
         self.control = control = self.services.control
-        does, put = self.does, self.services.settings.put
+        self.runs, does, put = self.controller.runs, self.does, self.services.settings.put
         self.last_result = self._failure = ""
         self._of_result: Path | None = None
         self._heard: set[Path] = set()

@@ -1,7 +1,6 @@
 """What the window does with sessions: offers at the start; browse, open, take the setup of one, keep what is said."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -16,7 +15,6 @@ from radargui.gui.background import Task
 from radargui.gui.control.state import Asked, Details
 from radargui.gui.layout import Edge, Strip, button, having, ticking
 from radargui.gui.runs.run_controller import RunController
-from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.services import Services
 from radargui.gui.sessions.browser import SessionBrowser
 from radargui.gui.setup.session_panel import SessionPanel
@@ -196,21 +194,15 @@ _SAVE_DETAILS_MS = 800
 """After the last key (chosen by hand): a shorter wait writes within a word, a longer one loses more at a crash."""
 
 
-@dataclass(eq=False, repr=False)
 class SessionController(QObject):
     """Joins browser, session panel and the session that is open."""
 
-    panel: SessionPanel
-    runs: RunListPanel
-    run_controller: RunController
-    setup_file: SetupFileController
-    services: Services
-
     setup_taken = Signal()
 
-    def __post_init__(self) -> None:
-        panel, services, self.control = self.panel, self.services, self.services.control
+    def __init__(self, panel: SessionPanel, runs: RunController, file: SetupFileController, services: Services) -> None:
         super().__init__(services.parent)
+        self.panel, self.run_controller, self.setup_file, self.services = panel, runs, file, services
+        self.control, self.runs = services.control, runs.runs
         self.browser = SessionBrowser(services, lambda: panel.data_folder)
         services.settings.restore_sizes(self.browser)
         self.browser.open_asked.connect(self.open)

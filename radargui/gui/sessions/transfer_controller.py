@@ -1,7 +1,6 @@
 """Import, export and processing again: the dialogs, the work behind them, and what is said afterwards."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,13 +14,10 @@ from radargui.files.access import Outcome, each_run, make_folder
 from radargui.files.formats import EXPORT_FORMATS
 from radargui.gui.background import WorkStrip
 from radargui.gui.layout import Choice, Dialog, Group, PathField, PlainLabel, button, side_by_side
-from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
 from radargui.gui.sessions.import_dialog import ImportDialog
 from radargui.gui.sessions.session_controller import SessionController
-from radargui.gui.setup.session_panel import SessionPanel
-from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.words import words_of
 from radargui.gui.table import WordTable
 from radargui.model.errors import FileError
@@ -204,23 +200,18 @@ class ExportDialog(Dialog):
         self.folder.fault.say(said.replace("write over with --force", f"tick “{self.replace.text()}”"))
 
 
-@dataclass(eq=False, repr=False)
 class TransferController:
     """Joins the dialogs of import, export and comparison with the work strip and the session that is open."""
 
-    panel: SessionPanel
-    runs: RunListPanel
-    setup_model: SetupModel
-    sessions: SessionController
-    services: Services
-
-    def __post_init__(self) -> None:
+    def __init__(self, sessions: SessionController) -> None:
+        self.sessions, self.setup_model = sessions, sessions.setup_file.model
+        self.services = services = sessions.services
         self.dialog: QDialog | None = None
-        self._say = partial(self.services.board.post, "info")
+        self._say = partial(services.board.post, "info")
 
     def ask_import(self) -> None:
         """Let the operator choose what to import."""
-        dialog = ImportDialog(self.services, self.setup_model, self.panel)
+        dialog = ImportDialog(self.services, self.setup_model, self.sessions.panel)
         self._show(dialog, dialog.ordered, self.bring_in)
 
     def ask_export(self) -> None:
@@ -262,7 +253,7 @@ class TransferController:
 
     def _not_brought_in(self, error: BaseException) -> None:
         self.services.board.post_error(error)
-        self.panel.say_at_field(error)
+        self.sessions.panel.say_at_field(error)
 
     def _brought_in(self, imported: Imported) -> None:
         for error in imported.errors:
@@ -293,7 +284,7 @@ class TransferController:
 
     @property
     def _chosen(self) -> Path | None:
-        entry = self.runs.table.chosen
+        entry = self.sessions.runs.table.chosen
         return entry.path if entry else None
 
     def _show(self, dialog: QDialog, answered: SignalInstance, does: Callable[..., None]) -> None:

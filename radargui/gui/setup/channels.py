@@ -6,15 +6,14 @@ from datetime import datetime
 from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QObject, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QSizePolicy
 
 from radargui.acquisition.health import ChannelFacts, channel_facts
-from radargui.gui.background import Jobs
-from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Feed
 from radargui.gui.layout import PlainLabel, button, having, ticking
 from radargui.gui.panels import Actions
+from radargui.gui.services import Services
 from radargui.gui.setup.fields import ModelGroup
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.table import RowModel, RowTable
@@ -71,9 +70,13 @@ class ChannelModel(RowModel[Channel]):
 
 
 class ChannelGroup(ModelGroup):
-    """The table, and the button that fills it without recording."""
+    """The table: of the acquisition that runs, or of a live view that ends by itself after a moment."""
 
-    def __init__(self, model: SetupModel, does: Actions) -> None:
+    def __init__(self, model: SetupModel, does: Actions, services: Services) -> None:
+        self._start, self._services, self._control = does.start, services, services.control
+        self._feed: Feed | None = None
+        self._own = self._busy = False
+        self._looks = 0
         self.rows_ = ChannelModel(_COLUMNS)
         self.table = having(RowTable(self.rows_, "channels"), selectionMode=RowTable.SelectionMode.NoSelection)
         self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -84,6 +87,9 @@ class ChannelGroup(ModelGroup):
         self.read = button("Read a moment", does.moment.trigger, does.moment.toolTip())
         self.words = PlainLabel("Nothing was read yet.")
         super().__init__("Channels", model, self.table, self.read, self.words)
+        self._timer = ticking(self, _LOOK_MS, self._look)
+        self._control.feed_changed.connect(self._feed_changed)
+        self._control.state_changed.connect(self._state_changed)
 
     def show_facts(self, facts: tuple[ChannelFacts, ...]) -> None:
         """Show what the channels show; none: nothing is known any more."""
@@ -107,35 +113,13 @@ class ChannelGroup(ModelGroup):
         if [one.wired_to for one in self.rows_.entries] != self._wires:
             self.show_facts(())
 
-
-class ChannelWatch(QObject):
-    """Fills the table: of the acquisition that runs, or of a live view that ends by itself after a moment.
-
-    Parameters
-    ----------
-    control, group, jobs
-        What runs, where it is shown, what computes.
-    start
-        Begins a live view, or says why not.
-    """
-
-    def __init__(self, control: RunControl, group: ChannelGroup, jobs: Jobs, start: Callable[[], None]) -> None:
-        super().__init__(group)
-        self._control, self._group, self._jobs, self._start = control, group, jobs, start
-        self._feed: Feed | None = None
-        self._own = self._busy = False
-        self._looks = 0
-        self._timer = ticking(self, _LOOK_MS, self._look)
-        control.feed_changed.connect(self._feed_changed)
-        control.state_changed.connect(self._state_changed)
-
-    def read(self) -> None:
+    def read_moment(self) -> None:
         """Read a moment from the source chosen; nothing is recorded."""
         if self._control.state.running:
             return
         self._own = True
-        self._group.words.setText("Reading …")
-        self._start()
+        self.words.setText("Reading …")
+        self._start.trigger()
         # refused before anything ran
         self._state_changed()
 
@@ -152,10 +136,10 @@ class ChannelWatch(QObject):
 
     def _state_changed(self) -> None:
         running = self._control.state.running
-        self._group.read.setEnabled(not running)
+        self.read.setEnabled(not running)
         if not running and self._own:
             self._own = False
-            self._group.words.setText("Nothing could be read: see the message above.")
+            self.words.setText("Nothing could be read: see the message above.")
 
     def _look(self) -> None:
         feed = self._feed
@@ -164,7 +148,7 @@ class ChannelWatch(QObject):
         if self._own and self._control.state is AppState.LIVE and feed.ring.latest >= feed.samples(MOMENT_S):
             self._control.stop()
         self._looks += 1
-        if not self._own and self._looks % _EVERY == 0 and self._group.isVisible():
+        if not self._own and self._looks % _EVERY == 0 and self.isVisible():
             self._take(feed)
 
     def _take(self, feed: Feed, *, over: bool = False) -> None:
@@ -177,13 +161,13 @@ class ChannelWatch(QObject):
 
         def show(facts: tuple[ChannelFacts, ...]) -> None:
             self._busy = False
-            self._group.show_facts(facts)
-            self._group.words.setText(words if facts else "No samples came.")
+            self.show_facts(facts)
+            self.words.setText(words if facts else "No samples came.")
 
         def failed(error: BaseException) -> None:
             self._busy = False
-            self._jobs.show_error(error)
+            self._services.board.post_error(error)
 
         self._busy = True
         work = partial(channel_facts, feed.ring, feed.digitisation, feed.samples(MOMENT_S))
-        self._jobs.start("the levels of the channels", work, show, failed)
+        self._services.jobs.start("the levels of the channels", work, show, failed)

@@ -265,7 +265,7 @@ class HardwarePanel(FormPanel):
         self.source = Choice([*SOURCES.items(), *((name, name) for name in plugins("sources"))])
         group = Group("Source", ("Samples from", having(self.source, objectName="source")))
         self.replay = ReplayForm(model, services.jobs, services.settings.path("replay_file"))
-        self.rates, self.channels = RateView(model), ChannelGroup(model, does)
+        self.rates, self.channels = RateView(model), ChannelGroup(model, does, services)
         self.only_shows = (self.rates, self.channels)
         self.ni = NiForm(model, services.jobs, self.rates, find_devices)
         simulated = SetupForm("simulated", model)

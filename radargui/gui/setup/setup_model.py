@@ -250,11 +250,11 @@ class SetupFileController:
     """The dialogs around the setup file."""
 
     def __init__(self, model: SetupModel, services: Services) -> None:
-        self._model, self._services = model, services
+        self.model, self._services = model, services
 
     def may_discard(self) -> bool:
         """Ask before edits are lost that stand in no file; saving them first is an answer too."""
-        changed = self._model.unsaved
+        changed = self.model.unsaved
         if not changed:
             return True
         named = ", ".join(map(called, changed[:MOST_NAMED])) + (" …" if len(changed) > MOST_NAMED else "")
@@ -272,45 +272,45 @@ class SetupFileController:
         """Take over the setup of a session, unless the operator wants to keep what he edited."""
         may = self.may_discard()
         if may:
-            self._model.take(setup)
+            self.model.take(setup)
         return may
 
     def ask_open(self) -> None:
         """Let the operator choose a setup file."""
         if not self.may_discard():
             return
-        start = str(self._model.path.parent) if self._model.path else ""
+        start = str(self.model.path.parent) if self.model.path else ""
         name, _ = QFileDialog.getOpenFileName(self._services.parent, "Open setup", start, FILTER)
         if name:
             self.open(Path(name))
 
     def open(self, path: Path) -> bool:
         """Read a setup file; what is wrong with it is shown and the setup stays."""
-        return tried(lambda: self._model.take(read_setup(path), path), self._services.board.post_error)
+        return tried(lambda: self.model.take(read_setup(path), path), self._services.board.post_error)
 
     def save(self) -> bool:
         """Save where the setup came from; a shipped file is never written over."""
-        if self._model.path is None or self._model.shipped:
+        if self.model.path is None or self.model.shipped:
             return self.ask_save()
-        return self.save_to(self._model.path)
+        return self.save_to(self.model.path)
 
     def ask_save(self) -> bool:
         """Let the operator choose where to save."""
-        folder = Path.home() if self._model.path is None or self._model.shipped else self._model.path.parent
-        start = folder / (self._model.path.name if self._model.path else "setup.toml")
+        folder = Path.home() if self.model.path is None or self.model.shipped else self.model.path.parent
+        start = folder / (self.model.path.name if self.model.path else "setup.toml")
         name, _ = QFileDialog.getSaveFileName(self._services.parent, "Save setup", str(start), FILTER)
         return bool(name) and self.save_to(Path(name))
 
     def save_to(self, path: Path) -> bool:
         """Save; comments of the user's file survive."""
-        if not self._model.valid:
-            self._services.board.post("error", f"The setup is not saved: {self._model.error}")
+        if not self.model.valid:
+            self._services.board.post("error", f"The setup is not saved: {self.model.error}")
             return False
-        return tried(lambda: self._model.save(path), self._services.board.post_error)
+        return tried(lambda: self.model.save(path), self._services.board.post_error)
 
     def remember(self) -> None:
         """Keep the file's name, and edits that were not saved."""
-        settings, model = self._services.settings, self._model
+        settings, model = self._services.settings, self.model
         if model.path is not None:
             settings.put(_FILE, model.path)
         if model.valid and (model.modified or model.path is None):

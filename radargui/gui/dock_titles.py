@@ -2,9 +2,10 @@
 
 from PySide6.QtCore import QObject, QPoint, Qt
 from PySide6.QtGui import QIcon, QPixmap
-from PySide6.QtWidgets import QAbstractButton, QDockWidget, QMainWindow, QMenu, QTabBar, QWidget
+from PySide6.QtWidgets import QAbstractButton, QDockWidget, QMenu, QTabBar, QWidget
 
 from radargui.gui.layout import follow, having, ticking
+from radargui.gui.panels import Panels
 from radargui.gui.theme import Theme
 
 _BUTTONS = {"float": "Let the panel stand by itself, or put it back", "close": "Close the panel; View brings it back"}
@@ -17,22 +18,19 @@ _SIGN = """<svg xmlns="http://www.w3.org/2000/svg" width="64" height="64" viewBo
 class DockTitles(QObject):
     """Takes the title off a panel whose tab says it, and puts it back; what the title's buttons do the tab does too."""
 
-    def __init__(self, holder: QMainWindow, theme: Theme) -> None:
+    def __init__(self, holder: Panels, theme: Theme) -> None:
         super().__init__(holder)
         self._holder, self._theme = holder, theme
         self._soon = ticking(self, 0, self.refresh, once=True)
         self._known: set[QTabBar] = set()
-        for dock in self._docks():
+        for dock in self._holder.docks.values():
             for changed in (dock.visibilityChanged, dock.topLevelChanged, dock.dockLocationChanged):
                 changed.connect(lambda *_: self._soon.start())
         follow(theme.changed, self._draw)
 
-    def _docks(self) -> list[QDockWidget]:
-        return self._holder.findChildren(QDockWidget)
-
     def refresh(self) -> None:
         """Look which panels have a tab."""
-        for dock in self._docks():
+        for dock in self._holder.docks.values():
             beside = any(not other.isHidden() for other in self._holder.tabifiedDockWidgets(dock))
             tabbed = beside and not dock.isFloating() and not dock.isHidden()
             if tabbed != (dock.titleBarWidget() is not None):
@@ -51,7 +49,7 @@ class DockTitles(QObject):
         self._draw()
 
     def _of(self, bar: QTabBar, tab: int) -> QDockWidget:
-        return next(dock for dock in self._docks() if dock.windowTitle() == bar.tabText(tab))
+        return next(dock for dock in self._holder.docks.values() if dock.windowTitle() == bar.tabText(tab))
 
     def _ask(self, bar: QTabBar, where: QPoint) -> None:
         tab = bar.tabAt(where)
@@ -69,7 +67,7 @@ class DockTitles(QObject):
     def _draw(self) -> None:
         """Give the buttons of the titles signs in the colour of the writing: the style's own are grey on grey."""
         icons = {name: _icon(name, self._theme.colours.text) for name in _BUTTONS}
-        for dock in self._docks():
+        for dock in self._holder.docks.values():
             for name, tip in _BUTTONS.items():
                 button = dock.findChild(QAbstractButton, f"qt_dockwidget_{name}button")
                 if button is not None:

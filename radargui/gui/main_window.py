@@ -284,7 +284,7 @@ class MainWindow(QMainWindow):
     def write_mark(self) -> None:
         """Let the operator type a note of this moment."""
         self.panels.bring_up("session")
-        self.session_panel.write_mark()
+        self.session_panel.mark.setFocus()
 
     def _opengl_answered(self, usable: bool, good: bool, words: str) -> None:
         self.opengl_answer = words

@@ -166,7 +166,7 @@ def test_sample_target_and_notes_of_a_moment_are_kept(
     panel._lines["Target"].setText("granular bed")
     window.actions_.record.trigger()
     wait_for(lambda: window.control.session is not None and window.control.session.recording is not None)
-    panel._mark.setText("door slammed")
+    panel.mark.setText("door slammed")
     panel._keep_mark.click()
     wait_for(lambda: window.control.state in (AppState.DONE, AppState.FAILED))
     wait_for(lambda: "door slammed" in panel._marked.text())

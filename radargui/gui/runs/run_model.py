@@ -99,11 +99,6 @@ class RunEntry:
         return drop_of(self.name, self.origin or RunOrigin("unknown" if self.problem else "measured"), self.summary)
 
     @property
-    def clock(self) -> str:
-        """Time of day of the first sample."""
-        return written_time(self.started_at, "%H:%M:%S", UNKNOWN)
-
-    @property
     def verdict(self) -> str:
         """How good the run is, in words; and that it is no measurement, where it is none."""
         mark = self.origin.mark if self.origin and not self.rejected else ""
@@ -142,7 +137,7 @@ class RunEntry:
 # title of a column, and what stands in it; 1000: from m to mm
 COLUMNS: dict[str, Callable[[RunEntry], str]] = {
     "Drop": attrgetter("label"),
-    "Time": attrgetter("clock"),
+    "Time": lambda run: written_time(run.started_at, "%H:%M:%S", UNKNOWN),
     "Fall [mm]": lambda run: plain(figure_in(run.summary, "drop_height_m"), scale=1000.0),
     "Impact [m/s]": lambda run: plain(figure_in(run.summary, "impact_speed_m_s")),
     "e": RunEntry.restitution,

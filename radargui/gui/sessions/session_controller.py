@@ -334,8 +334,9 @@ class SessionController(QObject):
         if self.control.state.running:
             self.services.board.post("warning", "Stop before the setup is changed.")
             return
-        if not self.setup_file.take(info.setup):
+        if not self.setup_file.may_discard():
             return
+        self.setup_file.model.take(info.setup)
         self.control.use_session(None)
         self.setup_taken.emit()
         self.services.board.post("info", f"Set up as in {info.name}. The next Record makes a new session.")

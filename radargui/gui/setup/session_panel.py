@@ -34,14 +34,14 @@ class SessionPanel(QWidget):
         self._notes = QPlainTextEdit(placeholderText="what else is worth knowing …", tabChangesFocus=True)
         having(self._notes, objectName="session.notes", minimumHeight=48, maximumHeight=90)
         self._notes.textChanged.connect(self.details_changed)
-        self._mark = QLineEdit(placeholderText="kept with time and sample")
-        having(self._mark, objectName="session.mark", accessibleName="Note now")
-        self._mark.returnPressed.connect(self.ask_mark)
+        self.mark = QLineEdit(placeholderText="kept with time and sample")
+        having(self.mark, objectName="session.mark", accessibleName="Note now")
+        self.mark.returnPressed.connect(self.ask_mark)
         self._keep_mark = button("Keep", self.ask_mark)
         self._marked, self._open = PlainLabel(), PlainLabel()
         self._buttons = (button("New session", does.new_session.trigger), button("Open…", does.sessions.trigger))
         group = Group("Session", ("Data folder", self.folder), *self._lines.items(), ("Notes", self._notes))
-        group.put(("Note now", side_by_side(self._mark, self._keep_mark)), ("", self._marked), ("Now open", self._open))
+        group.put(("Note now", side_by_side(self.mark, self._keep_mark)), ("", self._marked), ("Now open", self._open))
         group.put(side_by_side(*self._buttons))
         fill(QVBoxLayout(self), FormScroll(group))
         self.show_session(None)
@@ -77,19 +77,15 @@ class SessionPanel(QWidget):
         self._notes.setReadOnly(read_only)
         for line in self._lines.values():
             line.setReadOnly(read_only)
-        for widget in (self._mark, self._keep_mark):
+        for widget in (self.mark, self._keep_mark):
             widget.setEnabled(path is not None and not read_only)
         self._marked.setText("")
 
-    def write_mark(self) -> None:
-        """Let the operator type a note."""
-        self._mark.setFocus()
-
     def ask_mark(self) -> None:
         """Ask for the typed note to be kept."""
-        text = self._mark.text().strip()
+        text = self.mark.text().strip()
         if text:
-            self._mark.clear()
+            self.mark.clear()
             self.mark_asked.emit(text)
 
     def show_marked(self, entry: JournalEntry) -> None:

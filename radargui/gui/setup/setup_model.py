@@ -268,13 +268,6 @@ class SetupFileController:
         )
         return answer == button.Discard or (answer == button.Save and self.save())
 
-    def take(self, setup: Setup) -> bool:
-        """Take over the setup of a session, unless the operator wants to keep what he edited."""
-        may = self.may_discard()
-        if may:
-            self.model.take(setup)
-        return may
-
     def ask_open(self) -> None:
         """Let the operator choose a setup file."""
         if not self.may_discard():

@@ -20,15 +20,7 @@ from radargui.gui.setup.words import UNKNOWNS, called, words_of
 from radargui.gui.table import RowModel, RowTable, WordTable
 from radargui.gui.theme import Theme, scaled_font
 from radargui.model.assumed import uncertain_inputs
-from radargui.model.calibrated_setup import (
-    KNOWN_TOGETHER,
-    Change,
-    change,
-    changes_since,
-    correlations,
-    setup_key,
-    unit_of,
-)
+from radargui.model.calibrated_setup import KNOWN_TOGETHER, Change, change, changes_since, correlations, setup_key
 from radargui.model.calibration import Calibration, Residual
 from radargui.model.radar import MOST_RECEIVERS
 from radargui.model.resources import resources_folder
@@ -148,9 +140,8 @@ class UnknownsForm(QWidget):
             said = [f"{called(one.key).partition(':')[0]} ± {words_of(one.key).with_unit(one.u)}" for one in own]
             if ends and not said:
                 # of the first receiver: all are written in one unit
-                key = f"receiver[1]{ends[0]}" if ends[0].startswith(".") else "tracer.u_release_m"
-                unit, scale = unit_of(key)
-                said = [f"no uncertainty given: ± {U_UNSTATED[name] * scale:g} {unit} taken"]
+                key = f"receiver[1]{ends[0]}" if ends[0].startswith(".") else "tracer.release_position_m"
+                said = [f"no uncertainty given: ± {words_of(key).with_unit(U_UNSTATED[name])} taken"]
             self._priors[name].setText(", ".join(said))
 
 

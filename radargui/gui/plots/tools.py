@@ -12,18 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import (
-    QBuffer,
-    QByteArray,
-    QIODevice,
-    QMarginsF,
-    QMimeData,
-    QRectF,
-    QSignalBlocker,
-    QSize,
-    QSizeF,
-    Qt,
-)
+from PySide6.QtCore import QBuffer, QIODevice, QMarginsF, QMimeData, QRectF, QSignalBlocker, QSize, QSizeF, Qt
 from PySide6.QtGui import QColor, QImage, QPageSize, QPaintDevice, QPainter, QPdfWriter
 from PySide6.QtSvg import QSvgGenerator
 
@@ -242,5 +231,5 @@ def table_of(columns: Sequence[tuple[str, FloatArray]], notes: Sequence[str] = (
     lines = (*(f"# {note}" for note in notes), *map("\t".join, (titles, *cells)))
     data = QMimeData()
     data.setText("\n".join(lines) + "\n")
-    data.setData("text/tab-separated-values", QByteArray(data.text().encode()))
+    data.setData("text/tab-separated-values", data.text().encode())
     return data

@@ -156,7 +156,7 @@ class AlignmentView(QWidget):
         if not amplitude.size:
             return
         self._drawn = (band, band.end)
-        range_v = shown.setup.daq.range_v
+        range_v = shown.feed.setup.daq.range_v
         self.bars.show_amplitudes(amplitude, range_v)
         still = bool(np.nanmax(amplitude, initial=0.0) < _QUIET * range_v)
         turn = "Turn an antenna until its bar is highest; the line is the highest so far. dB are re 1 V of amplitude"

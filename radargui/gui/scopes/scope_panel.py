@@ -18,7 +18,7 @@ from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import LAST, NOW
 from radargui.gui.scopes.alignment_view import SPAN_S, AlignmentView
 from radargui.gui.scopes.scope import HELD, GainDialog, LevelBar, Scope
-from radargui.gui.scopes.shown import Held, Shown
+from radargui.gui.scopes.shown import Shown, ago
 from radargui.gui.scopes.spectrum_view import BANDS_HZ, SpectrumView, WaterfallView
 from radargui.gui.theme import Theme
 from radargui.model.arrays import BoolArray, FloatArray
@@ -106,17 +106,17 @@ class TimeView(QtWidgets.QWidget):
         return max(200, min(2000, self.scopes[0].width() if self.scopes else 0))
 
     def _draw_live(self, shown: Shown) -> None:
-        window = round(shown.window_s * shown.rate_hz)
-        if self._envelope is None or self._live != (shown.ring, window):
-            self._live = (shown.ring, window)
+        window = round(shown.window_s * shown.feed.rate_hz)
+        if self._envelope is None or self._live != (shown.feed.ring, window):
+            self._live = (shown.feed.ring, window)
             self._envelope = Envelope(2 * len(self.scopes), window, self._bins)
         envelope = self._envelope
         if shown.end == envelope.end:
             return
-        span = shown.ring.span(max(envelope.end, shown.first), shown.end)
+        span = shown.feed.ring.span(max(envelope.end, shown.first), shown.end)
         envelope.push(span.first_index, span.volts)
         index, pairs, lost = envelope.view()
-        self._put((index - envelope.end) / shown.rate_hz, pairs, lost, envelope.bin)
+        self._put((index - envelope.end) / shown.feed.rate_hz, pairs, lost, envelope.bin)
 
     def _draw_held(self, shown: Shown) -> None:
         self._envelope = None
@@ -125,12 +125,12 @@ class TimeView(QtWidgets.QWidget):
         first, last = shown.first, shown.end
         if self.scopes and self.scopes[-1].view.zoomed:
             # as fine as the samples are, where it is looked at closely
-            left, right = (round(x * shown.rate_hz) + shown.zero for x in self.scopes[-1].view.viewRange()[0])
-            first, last = max(shown.ring.first, left), min(shown.zero, right)
+            left, right = (round(x * shown.feed.rate_hz) + shown.zero for x in self.scopes[-1].view.viewRange()[0])
+            first, last = max(shown.feed.ring.first, left), min(shown.zero, right)
         if last <= first:
             return
-        index, pairs, lost, size = look(shown.ring, first, last, self._bins)
-        self._put((index - shown.zero) / shown.rate_hz, pairs, lost, size)
+        index, pairs, lost, size = look(shown.feed.ring, first, last, self._bins)
+        self._put((index - shown.zero) / shown.feed.rate_hz, pairs, lost, size)
         self._held = shown.part
 
     def _put(self, time_s: FloatArray, pairs: FloatArray, lost: BoolArray, size: int) -> None:
@@ -155,7 +155,8 @@ class ScopePanel(QtWidgets.QWidget):
         self._theme, self._clock = theme, clock
         self._feed: Feed | None = None
         self._last: Feed | None = None
-        self._held: Held | None = None
+        self._held: Feed | None = None
+        self._held_at_s = 0.0
         self.time, self.spectrum = TimeView(theme), SpectrumView(theme)
         self.waterfall, self.alignment = WaterfallView(theme), AlignmentView(theme)
         self._pages = (self.time, self.spectrum, self.waterfall, self.alignment)
@@ -231,7 +232,8 @@ class ScopePanel(QtWidgets.QWidget):
         if health is not None:
             self.time.show_levels(health.levels)
         if self._held is not None:
-            self.when.setText(self._held.words(self._clock()))
+            at = time.strftime("%H:%M:%S", time.localtime(self._held_at_s))
+            self.when.setText(f"paused at {at}, {ago(self._clock() - self._held_at_s)} ago")
         shown = self._shown()
         if shown is None or not self.isVisible():
             return
@@ -240,15 +242,13 @@ class ScopePanel(QtWidgets.QWidget):
         self._say()
 
     def _shown(self) -> Shown | None:
-        held = self._held
         # after the end the last samples are there for every view
-        feed = (self._feed or self._last) if held is None else held.feed
+        feed = self._held or self._feed or self._last
         if feed is None:
             return None
-        ring = feed.ring if held is None else held.ring
-        zero = ring.latest
+        zero = feed.ring.latest
         end = zero - round(self._back_s * feed.rate_hz)
-        return Shown(ring, feed.rate_hz, feed.setup, end, zero, self.window_s, live=held is None)
+        return Shown(feed, end, zero, self.window_s, live=self._held is None)
 
     @property
     def _back_s(self) -> float:
@@ -259,8 +259,10 @@ class ScopePanel(QtWidgets.QWidget):
         feed = self._feed or self._last
         self._held = None
         if self.pause.isChecked() and feed is not None:
-            self._held = Held(feed, feed.ring.held(), self._clock())
-            held_s = (self._held.ring.latest - self._held.ring.first) / feed.rate_hz
+            # a copy, so that the recording goes on beneath it
+            ring, self._held_at_s = feed.ring.held(), self._clock()
+            self._held = Feed(ring, feed.digitisation, feed.live, feed.setup)
+            held_s = (ring.latest - ring.first) / feed.rate_hz
             self.back.setRange(0, max(0, round((held_s - self.window_s) * _PER_S)))
             self.back.setPageStep(round(self.window_s * _PER_S))
             self.back.setSingleStep(max(1, round(0.1 * self.window_s * _PER_S)))

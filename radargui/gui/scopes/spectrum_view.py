@@ -150,7 +150,7 @@ class SpectrumView(_OfFrequencies):
             self.words.setText("Too few samples since the last ones that were lost")
             return
         if not self._drawn or self._drawn[0] is not band:
-            self.plots[0].set_scale(shown.setup.radar.wavelength_m, band.half_band_hz)
+            self.plots[0].set_scale(shown.feed.setup.radar.wavelength_m, band.half_band_hz)
         self._drawn, self.spectrum = (band, band.end), spectrum
         mains = [spectrum.mains(receiver) for receiver in range(len(spectrum.amplitude_v))]
         self.plots[0].draw(spectrum, list(chain(*mains)))
@@ -167,7 +167,7 @@ class SpectrumView(_OfFrequencies):
         said = "no line above the noise"
         if line is not None:
             # dL/dt: how fast the path Tx - sphere - Rx gets longer
-            speed = shown.setup.radar.wavelength_m * line.frequency_hz
+            speed = shown.feed.setup.radar.wavelength_m * line.frequency_hz
             said = f"strongest {line.frequency_hz:+.1f} Hz = {speed:+.3f} m/s, {_level(line)}"
         hum = ", ".join(f"{one.frequency_hz:.1f} Hz {_level(one)}" for one in mains)
         return f"Rx {receiver + 1}: {said}" + (f"; mains ▼ {hum}" if hum else "")
@@ -268,7 +268,7 @@ class WaterfallView(_OfFrequencies):
         low = min(_STEP_DB * np.floor(float(np.nanmedian(level)) / _STEP_DB), top - _STEP_DB)
         for plot, rows in zip(self.plots, level, strict=False):
             plot.draw(time_s, frequency, rows, (low, top))
-            plot.set_scale(shown.setup.radar.wavelength_m, band.half_band_hz)
+            plot.set_scale(shown.feed.setup.radar.wavelength_m, band.half_band_hz)
         self.plots[-1].setXRange(shown.time_s(shown.end) - shown.window_s, shown.time_s(shown.end), padding=0)
         self.words.setText(
             f"Light: {top:z.0f} dB re 1 V, dark: {low:z.0f} dB; lines {plain(2 * band.rate_hz / _SIZE, 2)} Hz apart"

@@ -138,7 +138,7 @@ def take(window: MainWindow, clock: HeldClock, data: Path) -> Iterator[tuple[str
             for method in ("published", "ellipse"):
                 page.boxes[method].setChecked(True)
             page.compute.click()
-            wait(lambda: not window.work.busy and len(window.run.tabs.page("methods").rows.entries) == 3)
+            wait(lambda: not window.work.busy and len(window.run.tabs.page("methods").table.rows.entries) == 3)
         yield name, part_of(window, window.panels.docks["run"])
 
     sessions = [recorded(data / "series", height) for height in HEIGHTS_M]

@@ -238,8 +238,7 @@ class SeriesPanel(QWidget):
         self._of: Path | None = None
         self._reads = OneAtATime(services.jobs, "the series", self.refresh)
         self.facts: ReportFacts | None = None
-        self.rows = RowModel(COLUMNS, lambda _row: TIP)
-        self.table = RowTable(self.rows, "series", many=True)
+        self.table = RowTable(RowModel(COLUMNS, lambda _row: TIP), "series", many=True)
         empty = "What the series found is said here once runs have results."
         words = QPlainTextEdit(readOnly=True, placeholderText=empty)
         self.words = having(words, accessibleName="The series in words")

@@ -161,15 +161,15 @@ def test_methods_are_computed_in_the_background_and_laid_over_the_result(
     assert not view.compute.isEnabled()
     assert window.work.busy
     wait_for(lambda: not window.work.busy)
-    assert [one.method for one in view.rows.entries] == ["published", "ellipse", "none"]
-    assert view.rows.entries[0].summary["e"] == window.run.result.bounces.impacts[0].e
+    assert [one.method for one in view.table.rows.entries] == ["published", "ellipse", "none"]
+    assert view.table.rows.entries[0].summary["e"] == window.run.result.bounces.impacts[0].e
     assert len(view.curves.getPlotItem().listDataItems()) == 3
     assert len(view.differences.getPlotItem().listDataItems()) == 2
     assert view.quantity.isVisible()
     view.quantity.setCurrentIndex(view.quantity.findData("L2"))
     assert view.differences.getPlotItem().getAxis("left").labelText == "ΔL2 [mm]"
     window.run.show_result(window.run.result, "again")
-    assert view.rows.entries == [], "another result begins anew"
+    assert view.table.rows.entries == [], "another result begins anew"
 
 
 def test_a_method_that_cannot_be_computed_does_not_stop_the_others(by: Any, monkeypatch: pytest.MonkeyPatch) -> None:

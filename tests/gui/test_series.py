@@ -74,7 +74,7 @@ def test_three_heights_are_compared(window: MainWindow, wait_for: Any, three: li
     for one in found.sessions:
         assert shown[one.name].series.e == one.series.e
         assert shown[one.name].series.g_m_s2 == one.series.g_m_s2
-    assert panel.rows.rowCount() == 12
+    assert panel.table.rows.rowCount() == 12
     row = next(row for row in range(12) if cells(panel.table, row)[:2] == [three[1].name, "e"])
     e = next(one for one in found.sessions if one.name == three[1].name).series.e
     assert cells(panel.table, row)[2] == "2"
@@ -128,7 +128,7 @@ def test_three_heights_are_compared(window: MainWindow, wait_for: Any, three: li
 
     panel.alone.click()
     wait_for(lambda: len(panel.facts.sessions) == 1)
-    assert panel.rows.rowCount() == 4
+    assert panel.table.rows.rowCount() == 4
 
 
 def test_the_series_runs_along_with_each_run_and_reads_nothing_unseen(
@@ -141,11 +141,11 @@ def test_the_series_runs_along_with_each_run_and_reads_nothing_unseen(
     idle(own_window, wait_for)
     assert read == []
     own_window.panels.go_to("series")
-    wait_for(lambda: own_window.series.facts is not None and own_window.series.rows.entries[0].found.n == 1)
-    assert own_window.series.rows.entries[0].found == own_window.runs.model.series.e
+    wait_for(lambda: own_window.series.facts is not None and own_window.series.table.rows.entries[0].found.n == 1)
+    assert own_window.series.table.rows.entries[0].found == own_window.runs.model.series.e
     record_one(own_window)
-    wait_for(lambda: own_window.series.rows.entries[0].found.n == 2)
-    assert own_window.series.rows.entries[0].found == own_window.runs.model.series.e
+    wait_for(lambda: own_window.series.table.rows.entries[0].found.n == 2)
+    assert own_window.series.table.rows.entries[0].found == own_window.runs.model.series.e
     assert cells(own_window.series.table, 0)[2] == "2"
     assert read.count("run-0001") == 1, "what did not change is not read again"
 
@@ -199,13 +199,13 @@ def test_a_run_is_left_out_with_a_reason_that_window_and_report_know(
     path = make_height(tmp_path / "data", 7, 0.18, n_runs=3)
     opened(window, path, wait_for)
     window.panels.go_to("series")
-    wait_for(lambda: window.series.facts is not None and window.series.rows.entries[0].found.n == 3)
+    wait_for(lambda: window.series.facts is not None and window.series.table.rows.entries[0].found.n == 3)
     window.runs.table.selectRow(1)
     idle(window, wait_for)
     said = "touched the rail"
     monkeypatch.setattr(window.keeping, "ask_words", lambda *_question: said)
     window.actions_.exclude.trigger()
-    wait_for(lambda: window.series.rows.entries[0].found.n == 2)
+    wait_for(lambda: window.series.table.rows.entries[0].found.n == 2)
     session = window.control.session
     assert session is not None
     assert Session.open(path, write=False).rejected == {"run-0002.h5": f"{BY_OPERATOR}: {said}"}
@@ -213,7 +213,7 @@ def test_a_run_is_left_out_with_a_reason_that_window_and_report_know(
     assert entry.verdict == f"set aside: by the operator: {said}"
     assert (entry.label, window.runs.model.entries[2].label) == ("2", "3"), "it was a drop and keeps its number"
     facts = study_session(session, stored_result)
-    assert report_facts([facts], "").findings.sessions[0].series.e == window.series.rows.entries[0].found
+    assert report_facts([facts], "").findings.sessions[0].series.e == window.series.table.rows.entries[0].found
     assert any(said in str(block) for block in front_chapters(report_facts([facts], ""))[0].blocks)
     assert said in window.series.words.toPlainText()
     assert [run.label for run in facts.runs] == ["1", "3"]
@@ -221,7 +221,7 @@ def test_a_run_is_left_out_with_a_reason_that_window_and_report_know(
     window.runs.rejected.setChecked(True)
     window.runs.table.selectRow(1)
     window.actions_.reject.trigger()
-    wait_for(lambda: window.series.rows.entries[0].found.n == 3)
+    wait_for(lambda: window.series.table.rows.entries[0].found.n == 3)
     assert Session.open(path, write=False).rejected == {}
 
 

@@ -92,7 +92,7 @@ class CalibrationDialog(Dialog):
         if not self._model.valid:
             self.fault.say(self._model.error)
             return
-        files, known = zip(*((one.file, one.known) for one in self.recordings.rows.entries), strict=True)
+        files, known = zip(*((one.file, one.known) for one in self.recordings.table.rows.entries), strict=True)
         operator = self._panel.details.operator
         order = CalibrationOrder(files, known, self._model.setup, self.unknowns.free, operator)
         self._order, calibrate = order, self.calibrate
@@ -132,7 +132,7 @@ class CalibrationDialog(Dialog):
         for one in (self.use, self.save, self.compare):
             one.setVisible(page == _RESULT)
         having(self.next, visible=page in (_RECORDINGS, _UNKNOWNS), text="Calibrate" if page == _UNKNOWNS else "Next")
-        goes = bool(self.unknowns.free if page == _UNKNOWNS else self.recordings.rows.entries)
+        goes = bool(self.unknowns.free if page == _UNKNOWNS else self.recordings.table.rows.entries)
         missing = "Check what is unknown" if page == _UNKNOWNS else "Add recordings, or open a session with drops"
         having(self.next, enabled=goes, toolTip=TIPS["buttons"]["Next"] if goes else f"{missing} first")
         self.back.setVisible(page in (_UNKNOWNS, _RESULT))

@@ -58,8 +58,8 @@ class RecordingList(QWidget):
             "What is known of it": lambda one: "free fall" if one.known == FALL else Path(one.known).name,
             "Folder": lambda one: str(one.file.parent),
         }
-        self.rows = RowModel[Recorded](columns, lambda one: str(one.file))
-        self.table = having(RowTable(self.rows, "calibration.recordings", many=True), accessibleName="Recordings")
+        model = RowModel[Recorded](columns, lambda one: str(one.file))
+        self.table = having(RowTable(model, "calibration.recordings", many=True), accessibleName="Recordings")
         self.add = button("Add recordings…", self._ask_files)
         self.fall = button("Known: free fall", lambda: self.say_known(FALL))
         self.path = button("Known: path…", self._ask_path)
@@ -74,24 +74,24 @@ class RecordingList(QWidget):
 
     def put(self, files: Iterable[Path]) -> None:
         """Add recordings that are not there yet."""
-        there = {one.file for one in self.rows.entries}
-        self.show_recordings([*self.rows.entries, *(Recorded(file) for file in files if file not in there)])
+        there = {one.file for one in self.table.rows.entries}
+        self.show_recordings([*self.table.rows.entries, *(Recorded(file) for file in files if file not in there)])
 
     def say_known(self, known: str) -> None:
         """Say what is known of the chosen recordings."""
-        chosen = self.table.all_chosen or self.rows.entries
-        self.show_recordings([replace(one, known=known) if one in chosen else one for one in self.rows.entries])
+        chosen = self.table.all_chosen or self.table.rows.entries
+        self.show_recordings([replace(one, known=known) if one in chosen else one for one in self.table.rows.entries])
 
     def show_recordings(self, entries: Iterable[Recorded]) -> None:
         """Show these and no others."""
         self.table.show_rows(entries)
         for one in (self.fall, self.path, self.remove):
-            one.setEnabled(bool(self.rows.entries))
+            one.setEnabled(bool(self.table.rows.entries))
         self.changed.emit()
 
     def _remove(self) -> None:
         chosen = self.table.all_chosen
-        self.show_recordings([one for one in self.rows.entries if one not in chosen])
+        self.show_recordings([one for one in self.table.rows.entries if one not in chosen])
 
     def _ask_files(self) -> None:
         names, _ = QFileDialog.getOpenFileNames(self, "Recordings to calibrate from", str(self._start()), _RECORDINGS)

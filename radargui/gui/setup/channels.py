@@ -77,8 +77,8 @@ class ChannelGroup(ModelGroup):
         self._feed: Feed | None = None
         self._own = self._busy = False
         self._looks = 0
-        self.rows_ = ChannelModel(_COLUMNS)
-        self.table = having(RowTable(self.rows_, "channels"), selectionMode=RowTable.SelectionMode.NoSelection)
+        table = RowTable(ChannelModel(_COLUMNS), "channels")
+        self.table = having(table, selectionMode=RowTable.SelectionMode.NoSelection)
         self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         # as high as its rows; its columns fit the narrowest panel
         for scrolled in (self.table.setVerticalScrollBarPolicy, self.table.setHorizontalScrollBarPolicy):
@@ -93,10 +93,10 @@ class ChannelGroup(ModelGroup):
 
     def show_facts(self, facts: tuple[ChannelFacts, ...]) -> None:
         """Show what the channels show; none: nothing is known any more."""
-        by_name, before = {one.level.name: one for one in facts}, self.rows_.entries
+        by_name, before = {one.level.name: one for one in facts}, self.table.rows.entries
         wires = zip(self._model.setup.channel_names, self._wires, strict=True)
         rows = [Channel(name, wire, by_name.get(name)) for name, wire in wires]
-        self.rows_.replace_all(rows)
+        self.table.rows.replace_all(rows)
         if not (facts and any(one.shows for one in before)):
             # not each second: it takes half as long as a frame
             self.table.fit_all()
@@ -110,7 +110,7 @@ class ChannelGroup(ModelGroup):
 
     def refresh(self) -> None:
         """Forget what was read through other wires."""
-        if [one.wired_to for one in self.rows_.entries] != self._wires:
+        if [one.wired_to for one in self.table.rows.entries] != self._wires:
             self.show_facts(())
 
     def read_moment(self) -> None:

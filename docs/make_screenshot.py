@@ -124,7 +124,7 @@ def take(window: MainWindow, clock: HeldClock, data: Path) -> Iterator[tuple[str
     wait(lambda: not window.control.state.running)
 
     window.runs.table.selectRow(0)
-    wait(lambda: window.track.result_shown and is_idle(window))
+    wait(lambda: window.track.result is not None and is_idle(window))
     yield "track", part_of(window, window.panels.docks["track"])
     # wide and high, so that nothing is scrolled or cut
     docks, turned = window.panels.docks, Qt.Orientation
@@ -164,7 +164,7 @@ def falling_once_more(window: MainWindow, clock: HeldClock) -> QImage:
     clock.is_held = True
     wait(lambda: all(one.summary and not one.summary["preliminary"] for one in drops(window)))
     clock.is_held = False
-    wait(lambda: not window.track.result_shown and is_falling(window))
+    wait(lambda: window.track.result is None and is_falling(window))
     clock.is_held = True
     # what is under way between source and screen arrives
     turn(until=lambda: not window.jobs.running)

@@ -252,7 +252,7 @@ class MainWindow(QMainWindow):
             setup = self.setup_model.setup
             self.scopes.set_receivers(setup.n_receivers, setup.daq.range_v)
             self.planes.set_receivers(setup.n_receivers)
-            if not self.track.result_shown:
+            if self.track.result is None:
                 self.track.show_setup(setup)
         self._write_title()
 

@@ -29,7 +29,7 @@ def test_a_recorded_run_is_listed_shown_and_can_be_reported(
     assert window.bar.state.text == f"DONE   drop 1: e = {entry.restitution()}"
     assert window.control.session is not None
     assert window.control.session.info.operator == "Ada"
-    assert window.track.result_shown
+    assert window.track.result is not None
     # the live trail stands until the result is drawn
     wait_for(lambda: window.track.shown is not None and window.track.shown.impact_time_s.size)
     shown = window.track.shown

@@ -98,7 +98,7 @@ def test_an_old_session_is_reviewed_then_a_new_one_recorded(
     old = make_session(tmp_path / "data", 4, operator="Grace", notes="of May")
     opened(own_window, old, wait_for)
     shown(own_window, wait_for)
-    assert own_window.track.result_shown
+    assert own_window.track.result is not None
     assert own_window.run._title.text() == "drop 1 (run-0001, simulated)"
     assert own_window.session_panel.details[:2] == ("Grace", "of May")
     asked: list[str] = []
@@ -142,7 +142,7 @@ def test_a_new_session_is_empty(own_window: MainWindow, wait_for: Any, record_on
     assert own_window.run.figures.toPlainText() == ""
     assert own_window.run.samples.plots == []
     assert own_window.track.shown is None
-    assert not own_window.track.result_shown
+    assert own_window.track.result is None
     assert own_window.track._title.text() == "Live track: nothing yet"
     assert own_window.runs.model.entries == []
     assert own_window.runs.series.isHidden()

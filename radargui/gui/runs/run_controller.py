@@ -115,7 +115,7 @@ class RunController:
             self._show(recorded.path, result)
             self._glance(recorded.path)
         elif recorded.path == self._wanted:
-            self._show(recorded.path, result, with_track=self._track.result_shown)
+            self._show(recorded.path, result, with_track=self._track.result is not None)
 
     def report(self) -> None:
         """Make the report of the session in the background."""

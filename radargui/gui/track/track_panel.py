@@ -88,6 +88,11 @@ class TrackPanel(QWidget):
         Look; field of view at first.
     start
         Runs work away from the thread that draws, see `Jobs.start`.
+
+    Attributes
+    ----------
+    result
+        What is shown; None: the live track.
     """
 
     def __init__(self, theme: Theme, setup: Setup, start: StartWork) -> None:
@@ -96,9 +101,8 @@ class TrackPanel(QWidget):
         self._feed: Feed | None = None
         self._drawn = -1
         self.shown: ShownTrack | None = None
-        self._result: RunResult | None = None
+        self.result: RunResult | None = None
         self._held_until = 0.0
-        self.result_shown = False
         self.paused = False
 
         self._colours = SpeedColours(theme)
@@ -179,7 +183,7 @@ class TrackPanel(QWidget):
 
     def show_result(self, result: RunResult, name: str) -> None:
         """Show what a run gave instead of the live track, which stands still until it is drawn."""
-        self.result_shown, self._result = True, result
+        self.result = result
         self._held_until = time.monotonic() + HOLD_S
         what = "preliminary result" if result.preliminary else "result"
 
@@ -193,10 +197,7 @@ class TrackPanel(QWidget):
             self._draw(track)
             self.curves.show_result(track)
 
-        def wanted() -> bool:
-            return self.result_shown and self._result is result
-
-        self._start("the track of the run", lambda: result_track(result), show, None, wanted)
+        self._start("the track of the run", lambda: result_track(result), show, None, lambda: self.result is result)
 
     def clear(self) -> None:
         """Forget the result that was shown, and the last moments of the live track."""
@@ -208,8 +209,7 @@ class TrackPanel(QWidget):
 
     def show_live(self) -> None:
         """Go back to the live track."""
-        self._held_until = 0.0
-        self.result_shown, self._result = False, None
+        self.result = None
 
     def set_paused(self, paused: bool) -> None:
         """Hold the picture, or let it go on."""
@@ -224,10 +224,10 @@ class TrackPanel(QWidget):
             return
         self._drawn = live.latest
         span = live.since(max(0, self._drawn - feed.samples(LIVE_S)))
-        held = self.result_shown and (time.monotonic() < self._held_until or not live.moving)
+        held = self.result is not None and (time.monotonic() < self._held_until or not live.moving)
         if held or not span.index.size:
             return
-        self.result_shown = False
+        self.result = None
         anew = "starts anew after lost samples, as if from the release" if live.began_anew else ""
         now = ", ".join(filter(None, ("" if live.moving else "at rest", anew)))
         self._title.setText(f"Live track: {now}" if now else "Live track")

@@ -124,30 +124,30 @@ def take(window: MainWindow, clock: HeldClock, data: Path) -> Iterator[tuple[str
     wait(lambda: not window.control.state.running)
 
     window.runs.table.selectRow(0)
-    wait(lambda: window.track.result_shown and is_idle(window))
+    wait(lambda: window.track.result is not None and is_idle(window))
     yield "track", part_of(window, window.panels.docks["track"])
     # wide and high, so that nothing is scrolled or cut
     docks, turned = window.panels.docks, Qt.Orientation
     window.panels.resizeDocks([docks["scopes"], docks["track"]], [780, 260], turned.Horizontal)
     window.panels.resizeDocks([docks["scopes"], docks["runs"]], [640, 120], turned.Vertical)
     window.panels.go_to("run")
-    for name, page in (("correction", window.run.steps), ("methods", window.run.methods)):
+    for name, page in (("correction", window.run.tabs.page("steps")), ("methods", window.run.tabs.page("methods"))):
         window.run.tabs.setCurrentWidget(page)
         wait(partial(is_idle, window))
-        if page is window.run.methods:
+        if page is window.run.tabs.page("methods"):
             for method in ("published", "ellipse"):
                 page.boxes[method].setChecked(True)
             page.compute.click()
-            wait(lambda: not window.work.busy and len(window.run.methods.rows.entries) == 3)
+            wait(lambda: not window.work.busy and len(window.run.tabs.page("methods").table.rows.entries) == 3)
         yield name, part_of(window, window.panels.docks["run"])
 
     sessions = [recorded(data / "series", height) for height in HEIGHTS_M]
     window.sessions.open(sessions[0])
     wait(partial(is_idle, window))
     window.panels.go_to("series")
-    window.series_controller.compare(tuple(sessions[1:]))
+    window.series.show_beside(tuple(sessions[1:]))
     wait(lambda: window.series.facts is not None and len(window.series.facts.sessions) == len(sessions))
-    for name, page in (("speeds", window.series.speeds), ("falls", window.series.falls)):
+    for name, page in (("speeds", window.series.pages.page("speeds")), ("falls", window.series.pages.page("falls"))):
         window.series.pages.setCurrentWidget(page)
         wait(partial(is_idle, window))
         yield name, part_of(window, window.panels.docks["series"])
@@ -159,12 +159,12 @@ def falling_once_more(window: MainWindow, clock: HeldClock) -> QImage:
     wait(lambda: window.control.state is AppState.DONE)
     window.bar.runs.setValue(3)
     window.actions_.record.trigger()
-    wait(lambda: window.runs.model.n_drops == 2)
+    wait(lambda: sum(one.label.isdecimal() for one in window.runs.model.entries) == 2)
     # no third drop before the second has its result, however slow this machine is
     clock.is_held = True
     wait(lambda: all(one.summary and not one.summary["preliminary"] for one in drops(window)))
     clock.is_held = False
-    wait(lambda: not window.track.result_shown and is_falling(window))
+    wait(lambda: window.track.result is None and is_falling(window))
     clock.is_held = True
     # what is under way between source and screen arrives
     turn(until=lambda: not window.jobs.running)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from radargui.experiment.finished import FinishedJob
 from radargui.experiment.processing_apart import ProcessingApart
-from radargui.files.access import Outcome, Progress, each_run
+from radargui.files.access import Outcome, Progress, each_run, silent
 from radargui.files.rewriting import finish_run
 from radargui.files.run_file import read_run_setup, run_is_complete
 from radargui.files.run_results import write_results
@@ -89,7 +89,7 @@ def own_setup(path: Path) -> Setup:
 NOTHING = "nothing was recorded"
 
 
-def unfinished_runs(data_folder: Path, index: Path | None = None) -> tuple[RunLine, ...]:
+def unfinished_runs(data_folder: Path, index: Path | None = None, progress: Progress = silent) -> tuple[RunLine, ...]:
     """Return the runs below a folder that a crash, a kill or a failure left unfinished.
 
     Sessions that a program writes to now are left out.
@@ -100,9 +100,11 @@ def unfinished_runs(data_folder: Path, index: Path | None = None) -> tuple[RunLi
         Its sessions, at any depth; or one session.
     index
         See `Catalogue`.
+    progress
+        Called with the share of the look that is done; what it raises ends it.
     """
     with closing(Catalogue(data_folder, index)) as catalogue:
-        catalogue.refresh()
+        catalogue.refresh(progress)
         found = [line for line in catalogue.unfinished() if not line.problem]
     busy = {folder for folder in {line.path.parent for line in found} if owner_of(folder) is not None}
     return tuple(line for line in found if line.path.parent not in busy and not _is_complete(line.path))

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout, QWidget
@@ -19,6 +19,8 @@ Work = Callable[[], Any]
 Then = Callable[[Any], None]
 Otherwise = Callable[[BaseException], None] | None
 Wanted = Callable[[], bool]
+StartWork = Callable[..., None]
+"""What starts work, see `Jobs.start`."""
 LOOK_MS = 25
 """Calls wait so long at most: less than a frame of the window, nothing that a hand notices."""
 TURN_S = 0.001
@@ -28,20 +30,6 @@ and each time may wait so long: with Python's own 5 ms for tenths of a second. W
 
 _MOST_AT_ONCE = 32
 """Work that is under way together; more waits for one of them. Nobody starts so much by hand."""
-
-
-class StartWork(Protocol):
-    """What starts work, see `Jobs.start`."""
-
-    def __call__(
-        self, what: str, work: Work, then: Then = ..., otherwise: Otherwise = ..., wanted: Wanted = ..., /
-    ) -> None:
-        """Run `work`, then what follows it."""
-
-
-def at_once(_what: str, work: Work, then: Then = lambda _result: None, *_otherwise: object) -> None:
-    """Run `work` here and now, as `Jobs.start` does it in the background: for a panel without a window around it."""
-    then(work())
 
 
 class Mailbox(QObject):
@@ -153,16 +141,12 @@ class OneAtATime:
             return
         self.busy = True
 
-        def ended(value: Any) -> None:
-            self.busy = False
-            self._again() if self._is_outdated else then(value)
-
-        def failed(error: BaseException) -> None:
+        def ended(follows: Then, value: Any) -> None:
             self.busy = False
             # the fault of what nobody wants any more is none; what is wanted now says its own
-            self._again() if self._is_outdated else otherwise(error)
+            self._again() if self._is_outdated else follows(value)
 
-        self._jobs.start(self._what, work, ended, failed)
+        self._jobs.start(self._what, work, partial(ended, then), partial(ended, otherwise))
 
     def outdate(self) -> None:
         """Drop what is being read: it is not wanted any more, and nothing else can be read now."""
@@ -220,7 +204,7 @@ class WorkStrip(QWidget):
         what: str,
         work: Callable[[Task], Any],
         then: Callable[[Any], None],
-        otherwise: Callable[[BaseException], None] | None = None,
+        otherwise: Otherwise = None,
         cancelled: Callable[[], None] = lambda: None,
     ) -> None:
         """Run `work`; afterwards `then(result)`, `otherwise(error)` or `cancelled()`, in the window's thread."""

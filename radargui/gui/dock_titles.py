@@ -1,37 +1,36 @@
 """The titles of the panels: said once, on the tab or above the panel, with buttons that are seen in every look."""
 
-from PySide6.QtCore import QObject, QPoint, QRectF, Qt
-from PySide6.QtGui import QColor, QIcon, QPainter, QPen, QPixmap
-from PySide6.QtWidgets import QAbstractButton, QDockWidget, QMainWindow, QMenu, QTabBar, QWidget
+from PySide6.QtCore import QObject, QPoint, Qt
+from PySide6.QtGui import QIcon, QPixmap
+from PySide6.QtWidgets import QAbstractButton, QDockWidget, QMenu, QTabBar, QWidget
 
 from radargui.gui.layout import follow, having, ticking
+from radargui.gui.panels import Panels
 from radargui.gui.theme import Theme
 
 _BUTTONS = {"float": "Let the panel stand by itself, or put it back", "close": "Close the panel; View brings it back"}
 _TAB_TIP = "Double click: let the panel stand by itself; right click: close it"
-_SIZE = 16
-"""Edge of the square in which the signs are drawn; their bitmap has four pixels for each unit."""
+_LINES = {"float": "M3.5 6.5h6v6h-6z M6 4H12V10", "close": "M4 4L12 12 M4 12L12 4"}
+_SIGN = """<svg xmlns="http://www.w3.org/2000/svg" width="64" height="64" viewBox="0 0 16 16">
+<path d="{lines}" fill="none" stroke="{colour}" stroke-width="1.5"/></svg>"""
 
 
 class DockTitles(QObject):
     """Takes the title off a panel whose tab says it, and puts it back; what the title's buttons do the tab does too."""
 
-    def __init__(self, holder: QMainWindow, theme: Theme) -> None:
+    def __init__(self, holder: Panels, theme: Theme) -> None:
         super().__init__(holder)
         self._holder, self._theme = holder, theme
         self._soon = ticking(self, 0, self.refresh, once=True)
         self._known: set[QTabBar] = set()
-        for dock in self._docks():
+        for dock in self._holder.docks.values():
             for changed in (dock.visibilityChanged, dock.topLevelChanged, dock.dockLocationChanged):
                 changed.connect(lambda *_: self._soon.start())
         follow(theme.changed, self._draw)
 
-    def _docks(self) -> list[QDockWidget]:
-        return self._holder.findChildren(QDockWidget)
-
     def refresh(self) -> None:
         """Look which panels have a tab."""
-        for dock in self._docks():
+        for dock in self._holder.docks.values():
             beside = any(not other.isHidden() for other in self._holder.tabifiedDockWidgets(dock))
             tabbed = beside and not dock.isFloating() and not dock.isHidden()
             if tabbed != (dock.titleBarWidget() is not None):
@@ -50,7 +49,7 @@ class DockTitles(QObject):
         self._draw()
 
     def _of(self, bar: QTabBar, tab: int) -> QDockWidget:
-        return next(dock for dock in self._docks() if dock.windowTitle() == bar.tabText(tab))
+        return next(dock for dock in self._holder.docks.values() if dock.windowTitle() == bar.tabText(tab))
 
     def _ask(self, bar: QTabBar, where: QPoint) -> None:
         tab = bar.tabAt(where)
@@ -68,7 +67,7 @@ class DockTitles(QObject):
     def _draw(self) -> None:
         """Give the buttons of the titles signs in the colour of the writing: the style's own are grey on grey."""
         icons = {name: _icon(name, self._theme.colours.text) for name in _BUTTONS}
-        for dock in self._docks():
+        for dock in self._holder.docks.values():
             for name, tip in _BUTTONS.items():
                 button = dock.findChild(QAbstractButton, f"qt_dockwidget_{name}button")
                 if button is not None:
@@ -76,17 +75,6 @@ class DockTitles(QObject):
 
 
 def _icon(name: str, colour: str) -> QIcon:
-    pixmap = QPixmap(4 * _SIZE, 4 * _SIZE)
-    pixmap.fill(Qt.GlobalColor.transparent)
-    painter = QPainter(pixmap)
-    painter.scale(4.0, 4.0)
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    painter.setPen(QPen(QColor(colour), 1.5))
-    if name == "close":
-        painter.drawLine(4, 4, 12, 12)
-        painter.drawLine(4, 12, 12, 4)
-    else:
-        painter.drawRect(QRectF(3.5, 6.5, 6.0, 6.0))
-        painter.drawPolyline([QPoint(6, 4), QPoint(12, 4), QPoint(12, 10)])
-    painter.end()
+    pixmap = QPixmap()
+    pixmap.loadFromData(_SIGN.format(lines=_LINES[name], colour=colour).encode())
     return QIcon(pixmap)

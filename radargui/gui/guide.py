@@ -12,7 +12,7 @@ from shiboken6 import isValid
 from radargui.experiment.event import RecordedRun
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState
-from radargui.gui.layout import Dialog, PlainLabel, button, fill, ticking
+from radargui.gui.layout import Dialog, PlainLabel, button, fill, having, ticking
 from radargui.gui.panels import Panels
 from radargui.gui.plots.plot import Plot
 from radargui.gui.services import Services
@@ -34,11 +34,9 @@ class Step(QFrame):
         self.done = False
         self._title = f"{number}. {title}"
         self.sign, self.title, self.words = QLabel(_LATER), QLabel(self._title), PlainLabel(words, selectable=False)
-        self.sign.setFixedWidth(2 * self.fontMetrics().averageCharWidth())
-        self.sign.setAlignment(Qt.AlignmentFlag.AlignTop)
+        having(self.sign, fixedWidth=2 * self.fontMetrics().averageCharWidth(), alignment=Qt.AlignmentFlag.AlignTop)
         self.go = button("Show me", go, f"Brings the panel to the front in which this happens: {title.lower()}")
-        self.words.setFixedWidth(_WORDS_PX)
-        self.words.setMinimumHeight(self.words.heightForWidth(_WORDS_PX))
+        having(self.words, fixedWidth=_WORDS_PX, minimumHeight=self.words.heightForWidth(_WORDS_PX))
         column = fill(QVBoxLayout(), self.title, self.words, spacing=1)
         fill(QHBoxLayout(self), self.sign, (column, 1), self.go, spacing=6)
 
@@ -60,12 +58,12 @@ class FirstSteps(Dialog):
         By their names, in their order.
     """
 
-    def __init__(self, control: RunControl, hardware: HardwarePanel, panels: Panels, services: Services) -> None:
+    def __init__(self, hardware: HardwarePanel, panels: Panels, services: Services) -> None:
         super().__init__("First steps", (420, 300), services.parent, "first steps")
         # beside the main window, never in its way: the keys stay where they are
         self.setWindowFlag(Qt.WindowType.Tool)
         self.setAttribute(Qt.WidgetAttribute.WA_ShowWithoutActivating)
-        self._control, self._settings, self._window = control, services.settings, services.parent
+        self._control, self._settings, self._window = services.control, services.settings, services.parent
         self._antennas = panels.held["antennas"]
         table = resource_table("window/guide")["steps"]
         self.steps = {
@@ -77,8 +75,8 @@ class FirstSteps(Dialog):
         self.lay_out(*self.steps.values(), self.end, 1, fill(QHBoxLayout(), 1, closes), spacing=4)
         hardware.source.activated.connect(lambda _index: self.tick("source"))
         panels.docks["antennas"].visibilityChanged.connect(lambda seen: self.tick("antennas") if seen else None)
-        control.state_changed.connect(self._state_changed)
-        control.run_recorded.connect(self._recorded)
+        self._control.state_changed.connect(self._state_changed)
+        self._control.run_recorded.connect(self._recorded)
         self._show()
 
     def show_at_first(self) -> None:
@@ -115,16 +113,11 @@ class FirstSteps(Dialog):
 
     def _state_changed(self) -> None:
         state = self._control.state
-        if state.running:
-            # who starts has chosen, be it what stood there
-            self.tick("source")
-        if state is AppState.LIVE:
-            self.tick("monitor")
-        if state is AppState.ARMED:
-            self.tick("arm")
-        if state.holds_a_run:
-            # a short one is seen only while it is processed
-            self.tick("drop")
+        # who starts has chosen, be it what stood there; a short drop is seen only while it is processed
+        does = {"source": state.running, "monitor": state is AppState.LIVE, "arm": state is AppState.ARMED}
+        for name, done in (does | {"drop": state.holds_a_run}).items():
+            if done:
+                self.tick(name)
 
     def _recorded(self, recorded: RecordedRun) -> None:
         if recorded.result is not None and recorded.result.bounces.impacts:
@@ -190,7 +183,10 @@ class EmptyPlots(QObject):
         if label is None or not isValid(label) or label.parentWidget() is not plot:
             if label is not None and isValid(label):
                 label.deleteLater()
-            label = self.labels[name] = _label(plot)
+            label = self.labels[name] = QLabel(plot, wordWrap=True, alignment=Qt.AlignmentFlag.AlignCenter)
+            label.setStyleSheet("background: palette(base);")
+            label.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+            label.show()
         label.setText(words)
         room = _room(plot)
         place = QRect(room.topLeft(), _needed(plot, words) or room.size())
@@ -218,11 +214,3 @@ def _best(plots: list[Plot]) -> Plot:
     equals = [plot for plot, area in zip(plots, areas, strict=True) if area >= _ALIKE * max(areas)]
     equals.sort(key=lambda plot: plot.mapToGlobal(QPoint()).toTuple())
     return equals[(len(equals) - 1) // 2]
-
-
-def _label(plot: Plot) -> QLabel:
-    made = QLabel(plot, wordWrap=True, alignment=Qt.AlignmentFlag.AlignCenter)
-    made.setStyleSheet("background: palette(base);")
-    made.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-    made.show()
-    return made

@@ -25,7 +25,7 @@ TIPS: dict[str, dict[str, str]] = resource_table("window/tips")
 Edge = Literal["bright-text", "link-visited", "link"]
 """Of a strip: an alarm, something to look at, something that is being done."""
 _Box = TypeVar("_Box", bound=QtWidgets.QBoxLayout)
-_Widget = TypeVar("_Widget", bound=QtWidgets.QWidget)
+_Holder = TypeVar("_Holder", QtWidgets.QStackedWidget, QtWidgets.QSplitter, QtWidgets.QToolBar)
 _Thing = TypeVar("_Thing")
 
 
@@ -57,18 +57,41 @@ def fill(box: _Box, *parts: Part, margins: Margins = (0, 0, 0, 0), spacing: int 
     return box
 
 
+def boxed(box: QtWidgets.QBoxLayout, *parts: Part, **room: Any) -> QtWidgets.QWidget:
+    """Return a widget that holds parts as `fill` puts them into a box."""
+    return having(QtWidgets.QWidget(), layout=fill(box, *parts, **room))
+
+
+def holding(what: _Holder, *widgets: QtWidgets.QWidget) -> _Holder:
+    """Return a stack, a splitter or a bar with widgets in it."""
+    for widget in widgets:
+        what.addWidget(widget)
+    return what
+
+
 class Pages(QtWidgets.QTabWidget):
-    """Pages under titles; those that are not `made` at first come later: the window starts sooner without them.
+    """Pages under titles; some are made when they are first looked at: the window starts sooner without them.
 
     Parameters
     ----------
     titles
         What stands on the tab of each page, by its name.
+    later
+        Makes each of those that come later.
+    made
+        The others.
+
+    Attributes
+    ----------
+    made
+        Those that there are, by name.
     """
 
-    def __init__(self, titles: Mapping[str, str], **made: QtWidgets.QWidget) -> None:
+    def __init__(
+        self, titles: Mapping[str, str], later: Mapping[str, Callable[[], QtWidgets.QWidget]], **made: Any
+    ) -> None:
         super().__init__(documentMode=True)
-        self._names = tuple(titles)
+        self._names, self._later, self.made = tuple(titles), later, made
         for name, title in titles.items():
             self.addTab(made.get(name) or QtWidgets.QWidget(), title)
 
@@ -77,15 +100,17 @@ class Pages(QtWidgets.QTabWidget):
         """Name of the page in front."""
         return self._names[self.currentIndex()]
 
-    def put(self, name: str, page: _Widget) -> _Widget:
-        """Put a page where an empty one was, and return it."""
-        shown, place = self.currentIndex(), self._names.index(name)
-        title = self.tabText(place)
-        with QSignalBlocker(self):
-            self.removeTab(place)
-            self.insertTab(place, page, title)
-            self.setCurrentIndex(shown)
-        return page
+    def page(self, name: str) -> Any:
+        """Return a page, which is made where it was not there."""
+        if name not in self.made:
+            self.made[name] = self._later[name]()
+            shown, place = self.currentIndex(), self._names.index(name)
+            title = self.tabText(place)
+            with QSignalBlocker(self):
+                self.removeTab(place)
+                self.insertTab(place, self.made[name], title)
+                self.setCurrentIndex(shown)
+        return self.made[name]
 
 
 def take_out(layout: QtWidgets.QLayout, *widgets: QtWidgets.QWidget) -> None:
@@ -117,11 +142,7 @@ class Dialog(QtWidgets.QDialog):
         self, title: str, size: tuple[int, int], parent: QtWidgets.QWidget | None = None, name: str = ""
     ) -> None:
         super().__init__(parent)
-        having(self, windowTitle=title, objectName=name).fit_screen(*size)
-
-    def fit_screen(self, width: int, height: int) -> None:
-        """Be so large, where the screen has room for it."""
-        fit_screen(self, width, height)
+        fit_screen(having(self, windowTitle=title, objectName=name), *size)
 
     def lay_out(self, *parts: Part, margins: Margins = (9, 9, 9, 9), spacing: int = 6) -> None:
         """Put the parts one beneath the other."""
@@ -136,28 +157,38 @@ class Dialog(QtWidgets.QDialog):
 
 def labelled(words: str, field: QtWidgets.QWidget) -> QtWidgets.QLabel:
     """Return the label of a field, which leads to it."""
-    label = QtWidgets.QLabel(words)
-    label.setBuddy(field)
-    return label
+    return having(QtWidgets.QLabel(words), buddy=field)
 
 
 class Group(QtWidgets.QGroupBox):
-    """A titled group of labelled fields."""
+    """A titled group of labelled fields.
 
-    def __init__(self, title: str = "") -> None:
+    Parameters
+    ----------
+    parts
+        What it holds at first, see `put`.
+    """
+
+    def __init__(self, title: str = "", *parts: tuple[str, QtWidgets.QWidget] | QtWidgets.QWidget) -> None:
         super().__init__(title)
         self.rows = QtWidgets.QFormLayout(self, labelAlignment=Qt.AlignmentFlag.AlignLeft, verticalSpacing=4)
         self.rows.setFieldGrowthPolicy(QtWidgets.QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         self.rows.setContentsMargins(8, 6, 8, 8)
+        self.put(*parts)
 
-    def row(self, words: str, field: QtWidgets.QWidget, tip: str = "", fault: QtWidgets.QWidget | None = None) -> None:
-        """Add a field; `words` names it with its unit, and what is wrong with it stands beneath."""
+    def put(self, *parts: tuple[str, QtWidgets.QWidget] | QtWidgets.QWidget) -> None:
+        """Add fields, each with the words that name it, and widgets that take the whole width."""
+        for part in parts:
+            self.row(*part) if isinstance(part, tuple) else self.whole(part)
+
+    def row(self, words: str, field: QtWidgets.QWidget, tip: str = "") -> None:
+        """Add a field; `words` names it with its unit, and what is wrong with a path stands beneath."""
         tip = tip or TIPS["fields"].get(words, "")
         # of a line with a button the line is what the keys come to
         (field.focusProxy() or field).setAccessibleName(words)
         self.rows.addRow(having(labelled(words, field), toolTip=tip), having(field, toolTip=tip))
-        if fault is not None:
-            self.rows.addRow(fault)
+        if isinstance(field, PathField):
+            self.rows.addRow(field.fault)
 
     def whole(self, widget: QtWidgets.QWidget) -> None:
         """Add a widget over the whole width."""
@@ -175,9 +206,9 @@ class Choice(QtWidgets.QComboBox):
         What may be chosen, each value with the words that show it.
     """
 
-    def __init__(self, items: Iterable[tuple[Any, str]] = ()) -> None:
+    def __init__(self, items: Iterable[tuple[Any, str]] = (), chosen: Any = None) -> None:
         super().__init__()
-        self.offer(items)
+        self.offer(items, chosen)
 
     def offer(self, items: Iterable[tuple[Any, str]], chosen: Any = None) -> None:
         """Let other values be chosen, `chosen` at first where it is one of them; nobody is told."""
@@ -209,9 +240,7 @@ def ticking(
 
 def side_by_side(*widgets: QtWidgets.QWidget) -> QtWidgets.QWidget:
     """Return a box that holds widgets beside each other."""
-    box = QtWidgets.QWidget()
-    fill(QtWidgets.QHBoxLayout(box), *widgets, margins=_FOCUS_ROOM, spacing=4)
-    return box
+    return boxed(QtWidgets.QHBoxLayout(), *widgets, margins=_FOCUS_ROOM, spacing=4)
 
 
 class PlainLabel(QtWidgets.QLabel):
@@ -263,8 +292,7 @@ class Answer(PlainLabel):
 
     def say(self, text: str) -> None:
         """Show words; an empty text: there are none."""
-        self.setText(text)
-        self.setVisible(bool(text))
+        having(self, text=text, visible=bool(text))
 
 
 class FaultText(Answer):
@@ -350,8 +378,7 @@ class Scroll(QtWidgets.QScrollArea):
         super().__init__(widgetResizable=True)
         self.content = content
         self.setWidget(content)
-        self.setFrameShape(QtWidgets.QFrame.Shape.NoFrame)
-        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        having(self, frameShape=QtWidgets.QFrame.Shape.NoFrame, focusPolicy=Qt.FocusPolicy.NoFocus)
         if not across:
             self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
 
@@ -360,9 +387,8 @@ class FormScroll(Scroll):
     """Scrolls a column of groups up and down, and is never narrower than it."""
 
     def __init__(self, *groups: QtWidgets.QWidget) -> None:
-        super().__init__(QtWidgets.QWidget())
-        self.content.setObjectName("form")
-        fill(QtWidgets.QVBoxLayout(self.content), *groups, 1, margins=(6, 6, 6, 6), spacing=6)
+        column = boxed(QtWidgets.QVBoxLayout(), *groups, 1, margins=(6, 6, 6, 6), spacing=6)
+        super().__init__(having(column, objectName="form"))
         # plots take what room there is, forms only what they need
         self.setSizePolicy(QtWidgets.QSizePolicy.Policy.Preferred, QtWidgets.QSizePolicy.Policy.Expanding)
 

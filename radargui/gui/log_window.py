@@ -4,6 +4,7 @@ import logging
 import re
 from collections import deque
 from functools import partial
+from itertools import count
 from pathlib import Path
 
 from PySide6.QtGui import QFontDatabase, QGuiApplication, QTextCursor
@@ -34,25 +35,15 @@ class LogKeeper(logging.Handler):
     def __init__(self) -> None:
         super().__init__()
         self.setFormatter(logging.Formatter(LOG_FORMAT))
-        self.entries: deque[tuple[int, str]] = deque(maxlen=MOST_ENTRIES)
-        self.count = 0
+        self.entries: deque[tuple[int, int, str]] = deque(maxlen=MOST_ENTRIES)
+        self._numbers = count(1)
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Keep an entry; called under the handler's lock."""
+        """Keep an entry with its number and level; called under the handler's lock."""
         try:
-            self.entries.append((record.levelno, self.format(record)))
-            self.count += 1
+            self.entries.append((next(self._numbers), record.levelno, self.format(record)))
         except Exception:  # noqa: BLE001 - an entry that cannot be written must not stop who writes it
             self.handleError(record)
-
-    def since(self, count: int) -> tuple[list[tuple[int, str]], int]:
-        """Return the entries that came after so many, and how many there were in all; what was dropped is not there."""
-        self.acquire()
-        try:
-            new = min(self.count - count, len(self.entries))
-            return (list(self.entries)[-new:] if new > 0 else []), self.count
-        finally:
-            self.release()
 
 
 class LogWindow(Dialog):
@@ -104,9 +95,10 @@ class LogWindow(Dialog):
 
     def refresh(self) -> None:
         """Show what is new."""
-        new, self._shown = self.keeper.since(self._shown)
+        new = [one for one in list(self.keeper.entries) if one[0] > self._shown]
         least: int = self.level.currentData()
-        lines = [text for level, text in new if level >= least]
+        lines = [text for _, level, text in new if level >= least]
+        self._shown = new[-1][0] if new else self._shown
         if lines:
             bar = self.view.verticalScrollBar()
             place = bar.value()
@@ -133,7 +125,7 @@ class LogWindow(Dialog):
     def copy_report(self) -> None:
         """Copy what a bug report needs, and say what that is."""
         setup = self._model.setup
-        entries = [text for _, text in self.keeper.since(0)[0][-COPIED_ENTRIES:]]
+        entries = [text for *_, text in list(self.keeper.entries)[-COPIED_ENTRIES:]]
         private = {str(Path.home()): "~", str(self._services.settings.path("data_folder") or ""): "…"}
         work = partial(report_text, partial(about_lines, setup), entries, dump_setup(setup), private)
 

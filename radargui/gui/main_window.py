@@ -5,7 +5,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QCloseEvent
-from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout
 
 from radargui.experiment.calibrating import Calibrate, calibrate_files
 from radargui.gui.background import Jobs, WorkStrip
@@ -16,25 +16,24 @@ from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
 from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
 from radargui.gui.dock_titles import DockTitles
 from radargui.gui.guide import EmptyPlots, FirstSteps
-from radargui.gui.layout import fill
+from radargui.gui.layout import boxed, having, ticking
 from radargui.gui.log_window import LogWindow
 from radargui.gui.notices import NoticeBoard, NoticeStrip
 from radargui.gui.opengl_probe import OpenGLProbe
 from radargui.gui.panels import About, Actions, FocusMark, Panels, RunKeys, fill_menus, show_help
-from radargui.gui.runs.across import AcrossController, AcrossView
+from radargui.gui.runs.across import AcrossView
 from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_keeping import RunKeeping
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_panel import RunPanel
 from radargui.gui.scopes.iq_plane_panel import IQPlanePanel
 from radargui.gui.scopes.scope_panel import WINDOWS_S, ScopePanel
-from radargui.gui.series import SeriesController, SeriesPanel
+from radargui.gui.series import SeriesPanel
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_controller import LaterOffer, RecoveryOffer, SessionController
 from radargui.gui.sessions.transfer_controller import TransferController
 from radargui.gui.settings import LAYOUT_VERSION, Settings
 from radargui.gui.setup.antenna_panel import AntennaPanel
-from radargui.gui.setup.channels import ChannelWatch
 from radargui.gui.setup.hardware_panel import FindDevices, HardwarePanel
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupFileController, first_setup
@@ -89,19 +88,13 @@ class MainWindow(QMainWindow):
         self.setup_model = first_setup(setup_path, settings, board)
         self.control = RunControl(source_maker, self)
         self.actions_ = Actions(self)
+        self.work = WorkStrip(self.jobs)
+        services = Services(theme, settings, board, self.jobs, self.work, self.control, Glances(), self)
         self.opengl_answer = ""
         self._health_due = 0.0
-        self._left = False
+        self._left = self._turn = False
 
-        self.hardware = HardwarePanel(
-            self.setup_model,
-            self.jobs,
-            self.actions_,
-            theme,
-            source=source,
-            replay_file=settings.path("replay_file"),
-            find_devices=find_devices,
-        )
+        self.hardware = HardwarePanel(self.setup_model, self.actions_, services, source, find_devices)
         self.antennas = AntennaPanel(self.setup_model, self.jobs, theme)
         data_folder = settings.path("data_folder") or default_data_folder()
         self.session_panel = SessionPanel(self.actions_, data_folder, settings.text("operator"))
@@ -110,45 +103,38 @@ class MainWindow(QMainWindow):
         self.track = TrackPanel(theme, self.setup_model.setup, self.jobs.start)
         self.runs = RunListPanel(self.actions_)
         self.run = RunPanel(theme, self.jobs.start)
-        self.series = SeriesPanel(theme, self.actions_.sessions.trigger)
-        self.panels = Panels(
-            *(self.hardware, self.antennas, self.session_panel, self.scopes, self.planes),
-            *(self.track, self.runs, self.run, self.series),
-        )
+        self.series = SeriesPanel(self.runs, self.actions_, services)
+        forms, live = (self.hardware, self.antennas, self.session_panel), (self.scopes, self.planes, self.track)
+        self.panels = Panels(*forms, *live, self.runs, self.run, self.series)
         self.bar = ControlBar(theme, self.actions_.start, self.actions_.record, self.actions_.stop)
         self.bar.runs.setValue(int(settings.number("runs", 1, 1, MOST_RUNS)))
         self.strip = NoticeStrip(board)
         self.health = HealthLine()
-        self.work = WorkStrip(self.jobs)
-        services = Services(theme, settings, board, self.jobs, self.work, self)
-        self.recovery = RecoveryOffer(self.control, self.session_panel, services)
+        self.recovery = RecoveryOffer(self.session_panel, services)
         self.closing = ClosingStrip(self.unfinished, lambda: self.control.end(Asked.LEAVE))
         self.stopping = StoppingStrip(self.control)
-        self.later = LaterOffer(self.control, self.session_panel, services)
-        self._put_together()
+        self.later = LaterOffer(self.session_panel, services)
+        offers = (self.recovery, self.later)
+        self.place = MessagePlace(self.bar.runs, self.closing, self.stopping, self.strip, *offers, self.work)
+        self.setCentralWidget(boxed(QVBoxLayout(), self.bar, self.place, (self.panels, 1)))
+        self.statusBar().addWidget(self.health, 1)
         self._keys = (FocusMark(self, theme.application), RunKeys(self, theme.application))
         self.titles = DockTitles(self.panels, theme)
-        self.guide = FirstSteps(self.control, self.hardware, self.panels, services)
+        self.guide = FirstSteps(self.hardware, self.panels, services)
         self.empty = EmptyPlots(self.panels.held, self.control, self)
-        self.channels = ChannelWatch(self.control, self.hardware.channels, self.jobs, self.start)
         self.log = LogWindow(self.setup_model, services)
         self.theme_actions = fill_menus(self.menuBar(), self.actions_, self.panels, theme, settings)
 
-        control, model, panel, runs = self.control, self.setup_model, self.session_panel, self.runs
-        does = self.actions_
+        model, does = self.setup_model, self.actions_
         self.setup_file = SetupFileController(model, services)
-        glances = Glances()
-        self.run_controller = RunController(runs, self.run, self.track, glances, services)
-        self.keeping = RunKeeping(
-            control, runs, self.run_controller, self.health, self.bar.state, self.stopping, self.strip, does, services
-        )
-        self.across = AcrossController(self.keeping, AcrossView(theme, self, does.across))
-        self.wiring = WiringCheck(control, model, self.hardware, services)
-        self.sessions = SessionController(control, panel, runs, self.run_controller, self.setup_file, services)
-        browser, group = self.sessions.browser, self.antennas.calibration
-        self.calibration = CalibrationController(control, model, panel, browser, group, calibrator, services)
-        self.series_controller = SeriesController(control, runs, self.series, glances, services)
-        self.transfer = TransferController(control, panel, runs, model, self.sessions, services)
+        self.run_controller = RunController(self.runs, self.run, self.track, services)
+        said = self.health, self.bar.state, self.stopping, self.strip
+        self.keeping = RunKeeping(self.run_controller, *said, does, services)
+        self.across = AcrossView(self.keeping)
+        self.wiring = WiringCheck(model, self.hardware, services)
+        self.sessions = SessionController(self.session_panel, self.run_controller, self.setup_file, services)
+        self.calibration = CalibrationController(self.sessions, self.antennas.calibration, calibrator)
+        self.transfer = TransferController(self.sessions)
         self._connect()
         self.panels.restore_within(self, settings)
         self._show_setup()
@@ -159,15 +145,14 @@ class MainWindow(QMainWindow):
         if probe is not None:
             probe.answered.connect(self._opengl_answered)
             probe.start()
-        self._timer = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
-        self._timer.timeout.connect(self.refresh)
+        self._timer = having(ticking(self, FRAME_MS, self.refresh), timerType=Qt.TimerType.PreciseTimer)
         self._timer.start()
 
     def start(self) -> None:
         """Show what the source gives, without recording."""
         if self._ready():
             self.follow_live()
-            self.control.start_live(self.setup_model.setup, self.hardware.kind, self.hardware.replay.path)
+            self.control.start_live(self.setup_model.setup, self.hardware.kind, self.hardware.replay.file.path)
 
     def record(self) -> None:
         """Record as many runs as the bar says."""
@@ -180,7 +165,7 @@ class MainWindow(QMainWindow):
             RunRequest(
                 setup=self.setup_model.setup,
                 kind=self.hardware.kind,
-                file=self.hardware.replay.path,
+                file=self.hardware.replay.file.path,
                 n_runs=self.bar.runs.value(),
                 data_folder=self.session_panel.data_folder,
                 details=self.session_panel.details,
@@ -201,14 +186,17 @@ class MainWindow(QMainWindow):
             self.keeping.look()
             self.across.look()
         self.scopes.refresh(health)
-        if not self.scopes.pause.isChecked():
+        # each costs as much as all scopes, and fifteen pictures a second are smooth enough: they take turns
+        self._turn = not self._turn
+        if self._turn:
+            self.track.refresh()
+        elif not self.scopes.pause.isChecked():
             self.planes.refresh()
-        self.track.refresh()
 
     def _ready(self) -> bool:
         if self.closing.active or (self.control.state.running and self.control.state is not AppState.LIVE):
             return False
-        self.session_panel.folder_fault.say("")
+        self.session_panel.folder.fault.say("")
         if fault := self.setup_model.error or self.hardware.check():
             self.board.post("error", fault)
         return not fault
@@ -217,7 +205,7 @@ class MainWindow(QMainWindow):
         """Say what failed at the field that is to be corrected, besides the message."""
         self.session_panel.say_at_field(error)
         if self.hardware.kind == "replay" and not isinstance(error, SessionError) and not self.control.had_source:
-            self.hardware.replay.fault.say(f"File: {error}")
+            self.hardware.replay.file.fault.say(f"File: {error}")
 
     def reprocess(self) -> None:
         """Process the chosen run again with the setup in the window."""
@@ -227,14 +215,6 @@ class MainWindow(QMainWindow):
         """Show the live track and the scopes."""
         self.track.show_live()
         self.panels.bring_up("scopes")
-
-    def _put_together(self) -> None:
-        centre = QWidget()
-        offers = (self.recovery, self.later)
-        self.place = MessagePlace(self.bar.runs, self.closing, self.stopping, self.strip, *offers, self.work)
-        fill(QVBoxLayout(centre), self.bar, self.place, (self.panels, 1))
-        self.setCentralWidget(centre)
-        self.statusBar().addWidget(self.health, 1)
 
     def _connect(self) -> None:
         does = self.actions_
@@ -252,7 +232,7 @@ class MainWindow(QMainWindow):
         self.setup_model.changed.connect(self._show_setup)
 
         self.sessions.browser.compare_asked.connect(lambda _sessions: self.panels.bring_up("series"))
-        self.sessions.browser.compare_asked.connect(self.series_controller.compare)
+        self.sessions.browser.compare_asked.connect(self.series.show_beside)
         self.sessions.setup_taken.connect(lambda: self.panels.bring_up("hardware"))
         self.recovery.recovered.connect(lambda _runs: self.sessions.reread())
         self.closing.over.connect(self.close)
@@ -272,7 +252,7 @@ class MainWindow(QMainWindow):
             setup = self.setup_model.setup
             self.scopes.set_receivers(setup.n_receivers, setup.daq.range_v)
             self.planes.set_receivers(setup.n_receivers)
-            if not self.track.result_shown:
+            if self.track.result is None:
                 self.track.show_setup(setup)
         self._write_title()
 
@@ -304,7 +284,7 @@ class MainWindow(QMainWindow):
     def write_mark(self) -> None:
         """Let the operator type a note of this moment."""
         self.panels.bring_up("session")
-        self.session_panel.write_mark()
+        self.session_panel.mark.setFocus()
 
     def _opengl_answered(self, usable: bool, good: bool, words: str) -> None:
         self.opengl_answer = words
@@ -389,7 +369,7 @@ class MainWindow(QMainWindow):
         put("data_folder", self.session_panel.data_folder)
         put("runs", self.bar.runs.value())
         put("scope_window_s", self.scopes.window_s)
-        if self.hardware.replay.path is not None:
-            put("replay_file", self.hardware.replay.path)
+        if self.hardware.replay.file.path is not None:
+            put("replay_file", self.hardware.replay.file.path)
         self.setup_file.remember()
         self.settings.sync()

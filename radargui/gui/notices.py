@@ -21,7 +21,9 @@ from radargui.gui.setup.words import in_words
 from radargui.model.errors import DeviceError, RadarGuiError
 
 Level = Literal["error", "warning", "info"]
-_WORST_FIRST: tuple[Level, ...] = ("error", "warning", "info")
+_WORDS: dict[Level, str] = {"error": "Error", "warning": "Warning", "info": "Note"}
+"""The worst first."""
+_EDGES: dict[Level, Edge] = {"error": "bright-text", "warning": "link-visited", "info": "link"}
 _MOST = 50
 """Kept (chosen by hand): more than anybody scrolls through; the least grave and oldest go first."""
 _EACH_SHOWN = 4
@@ -103,7 +105,7 @@ class NoticeBoard(QObject):
             notice = replace(notice, count=same.count + 1)
         others = (old for old in self.notices if old is not same)
         # sorting keeps the order of equals: the newest of a level comes first
-        self.notices = tuple(sorted((notice, *others), key=lambda one: _WORST_FIRST.index(one.level)))[:_MOST]
+        self.notices = tuple(sorted((notice, *others), key=lambda one: list(_WORDS).index(one.level)))[:_MOST]
         if notice.count > _EACH_SHOWN and notice.count & (notice.count - 1):
             # a storm of the same must not redraw the strip under the operator's hand: its end is told
             self._soon.start()
@@ -177,8 +179,6 @@ class Hooks:
 
 _SHOWN = 3
 """Messages at a time; their place holds two of one line each, the third is scrolled to (chosen by hand)."""
-_WORDS = {"error": "Error", "warning": "Warning", "info": "Note"}
-_EDGES: dict[Level, Edge] = {"error": "bright-text", "warning": "link-visited", "info": "link"}
 
 
 class NoticeStrip(QWidget):

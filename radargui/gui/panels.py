@@ -4,7 +4,6 @@ import platform
 from functools import partial
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
 
 import pyqtgraph
 from PySide6 import QtGui, QtWidgets, __version__ as pyside_version
@@ -64,7 +63,6 @@ class FocusMark(QtWidgets.QFocusFrame):
         """Draw the frame; Qt lets through only its edge."""
         painter = QtGui.QPainter(self)
         painter.fillRect(self.rect(), self.palette().color(QtGui.QPalette.ColorRole.Highlight))
-        painter.end()
 
     def _follow(self, _old: QtWidgets.QWidget | None, now: QtWidgets.QWidget | None) -> None:
         mine = now is not None and belongs(now, self._window)
@@ -200,10 +198,17 @@ class Actions:
 
     def __init__(self, window: QtWidgets.QMainWindow) -> None:
         self._entries = resource_table("window/actions")["actions"]
-        self._made = {name: _action(window, one) for name, one in self._entries.items()}
+        self._made: dict[str, QtGui.QAction] = {}
+        reach = Qt.ShortcutContext
+        for name, entry in self._entries.items():
+            words, keys = entry["words"], entry["keys"]
+            action = self._made[name] = QtGui.QAction(words, window, checkable=entry.get("checkable", False))
+            action.setShortcuts([QtGui.QKeySequence(key) for key in keys])
+            action.setToolTip(f"{entry.get('tip') or words.rstrip('…')} ({', '.join(keys)})")
+            action.setShortcutContext(reach.WindowShortcut if entry.get("in_window") else reach.ApplicationShortcut)
+            window.addAction(action)
         for action in (self.start, self.record, self.stop):
-            action.setIconText(f"{action.text()}\n{action.shortcut().toString()}")
-            action.setAutoRepeat(False)
+            having(action, iconText=f"{action.text()}\n{action.shortcut().toString()}", autoRepeat=False)
         self.in_space.setEnabled(False)
 
     def __getattr__(self, name: str) -> QtGui.QAction:
@@ -225,17 +230,6 @@ class Actions:
         for name, entry in self._entries.items():
             if "needs" in entry:
                 self._made[name].setEnabled(all(now[one] for one in entry["needs"]))
-
-
-def _action(window: QWidget, entry: dict[str, Any]) -> QtGui.QAction:
-    words, keys = entry["words"], entry["keys"]
-    action = QtGui.QAction(words, window, checkable=entry.get("checkable", False))
-    action.setShortcuts([QtGui.QKeySequence(key) for key in keys])
-    action.setToolTip(f"{entry.get('tip') or words.rstrip('…')} ({', '.join(keys)})")
-    reach = Qt.ShortcutContext
-    action.setShortcutContext(reach.WindowShortcut if entry.get("in_window") else reach.ApplicationShortcut)
-    window.addAction(action)
-    return action
 
 
 class RunKeys(QObject):
@@ -341,7 +335,6 @@ class HelpBrowser(Dialog):
 
     def __init__(self, url: QUrl, parent: QWidget) -> None:
         super().__init__("Help", (820, 720), parent)
-        self.pages = QTextBrowser(openExternalLinks=True)
-        self.pages.setSource(url)
+        self.pages = having(QTextBrowser(openExternalLinks=True), source=url)
         back = button("Back", self.pages.backward)
         self.lay_out(self.pages, fill(QHBoxLayout(), back, 1, button("Close", self.reject, default=True)))

@@ -2,17 +2,16 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPlainTextEdit, QVBoxLayout, QWidget
 
 from radargui.gui.background import OneAtATime
-from radargui.gui.control.run_control import RunControl
 from radargui.gui.layout import Choice, OneLine, Pages, button, fill, having
+from radargui.gui.panels import Actions
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.runs.run_list_panel import RunListPanel
@@ -21,7 +20,6 @@ from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme
 from radargui.model.rounding import COVERAGE, UNKNOWN, alone, plain
 from radargui.report.facts import (
-    Glances,
     ReportFacts,
     e_span,
     mean_gravity,
@@ -153,8 +151,7 @@ class FallsView(QWidget):
     def __init__(self, theme: Theme) -> None:
         super().__init__()
         self.key = having(Key(theme), wordWrap=True)
-        self.fallen = Plot(theme, "", "fall [mm]", left_px=_LEFT)
-        self.fallen.getPlotItem().getAxis("bottom").setStyle(showValues=False)
+        self.fallen = Plot(theme, "", "fall [mm]", left_px=_LEFT, figures_below=False)
         self.left = Plot(theme, "time from the vertex of the parabola [s]", "Δz [µm]", left_px=_LEFT)
         self.left.setToolTip("Height less the parabola fitted to each fall")
         self.fallen.setXLink(self.left)
@@ -232,49 +229,74 @@ def _height(found: Statistics) -> str:
 
 
 class SeriesPanel(QWidget):
-    """Statistics as a table, below them what is drawn and what is said."""
+    """Of the session that is open, and of those that it is compared with: statistics, what is drawn, what is said."""
 
-    seen = Signal()
-    """It came to the front: what it shows may be out of date."""
-
-    def __init__(self, theme: Theme, ask_sessions: Callable[[], object]) -> None:
+    def __init__(self, runs: RunListPanel, does: Actions, services: Services) -> None:
         super().__init__()
+        self._services = services
+        self._others: tuple[Path, ...] = ()
+        self._of: Path | None = None
+        self._reads = OneAtATime(services.jobs, "the series", self.refresh)
         self.facts: ReportFacts | None = None
-        self.rows = RowModel(COLUMNS, lambda _row: TIP)
-        self.table = RowTable(self.rows, "series", many=True)
+        self.table = RowTable(RowModel(COLUMNS, lambda _row: TIP), "series", many=True)
         empty = "What the series found is said here once runs have results."
         words = QPlainTextEdit(readOnly=True, placeholderText=empty)
         self.words = having(words, accessibleName="The series in words")
-        self._theme, self._stale = theme, set[str]()
-        self.pages = Pages(_PAGES, table=self.table, words=self.words)
+        self._stale = set[str]()
+        views: dict[str, Callable[[Theme], QWidget]] = {"speeds": SpeedView, "falls": FallsView}
+        later = {name: partial(view, services.theme) for name, view in views.items()}
+        self.pages = Pages(_PAGES, later, table=self.table, words=self.words)
         self._title = OneLine("No session")
-        self.compare = button("Compare sessions…", ask_sessions)
-        self.alone = button("Only this one", lambda: None)
+        self.compare = button("Compare sessions…", does.sessions.trigger)
+        self.alone = button("Only this one", lambda: self.show_beside(()))
         top = fill(QHBoxLayout(), (self._title, 1), self.compare, self.alone, margins=(6, 3, 6, 0), spacing=6)
         fill(QVBoxLayout(self), top, (self.pages, 1), spacing=1)
         self.pages.currentChanged.connect(self._draw)
+        for changed in (runs.model.rowsInserted, runs.model.dataChanged, runs.model.modelReset):
+            changed.connect(lambda *_: self.refresh())
         self.show_facts(None)
 
-    @cached_property
-    def speeds(self) -> SpeedView:
-        """The page of e against speed; made when it is first looked at, for the window starts sooner without it."""
-        return self.pages.put("speeds", SpeedView(self._theme))
-
-    @cached_property
-    def falls(self) -> FallsView:
-        """The page of the falls; the same holds."""
-        return self.pages.put("falls", FallsView(self._theme))
-
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
-        """Ask for what is new."""
+        """Read what is new."""
         super().showEvent(event)
-        self.seen.emit()
+        self.refresh()
+
+    def show_beside(self, sessions: tuple[Path, ...]) -> None:
+        """Show these sessions beside the one that is open; none: that one alone."""
+        self._others = sessions
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Read what has changed, where it is seen; what comes meanwhile is read afterwards."""
+        own, glances = self._services.control.session, self._services.glances
+        path = own.path if own is not None else None
+        if path != self._of:
+            # nothing of the session before is left to be read off
+            self._of = path
+            self.show_facts(None, "Reading …")
+        if not self.isVisible():
+            self._reads.outdate()
+            return
+        others = [path for path in self._others if own is None or path != own.path]
+
+        def work() -> ReportFacts | None:
+            sessions = [*([own] if own else []), *(Session.open(path, write=False) for path in others)]
+            return report_facts([glances.session_facts(one) for one in sessions], "") if sessions else None
+
+        self._reads.start(work, self.show_facts, self._failed)
+
+    def _failed(self, error: BaseException) -> None:
+        self._services.board.post_error(error)
+        compared, self._others = self._others, ()
+        if compared:
+            self.refresh()
+        else:
+            self.show_facts(None, "The session cannot be read: see the message")
 
     def _draw(self, _index: int = 0) -> None:
         if (name := self.pages.shown) in self._stale:
             self._stale.discard(name)
-            view: SpeedView | FallsView = getattr(self, name)
-            view.show_facts(self.facts)
+            self.pages.page(name).show_facts(self.facts)
 
     def show_facts(self, facts: ReportFacts | None, nothing: str = "No session") -> None:
         """Show what one session or several found; None: there is `nothing`."""
@@ -309,52 +331,3 @@ def said_of(found: Findings, fit: SpeedFit) -> str:
     """Return what a fit says; of several samples with the name of the one that it is of."""
     of = next((one.label for one in found.samples if any(fit is own for own in one.fits)), "")
     return f"{of or UNNAMED}: {fit.words}" if len(found.samples) > 1 else fit.words
-
-
-class SeriesController(QObject):
-    """Joins the panel with the session that is open and those that it is compared with."""
-
-    def __init__(
-        self, control: RunControl, runs: RunListPanel, panel: SeriesPanel, glances: Glances, services: Services
-    ) -> None:
-        super().__init__(services.parent)
-        self._control, self._panel, self._glances, self._services = control, panel, glances, services
-        self._others: tuple[Path, ...] = ()
-        self._of: Path | None = None
-        self._reads = OneAtATime(services.jobs, "the series", self.refresh)
-        panel.seen.connect(self.refresh)
-        panel.alone.clicked.connect(lambda: self.compare(()))
-        for changed in (runs.model.rowsInserted, runs.model.dataChanged, runs.model.modelReset):
-            changed.connect(lambda *_: self.refresh())
-
-    def compare(self, sessions: tuple[Path, ...]) -> None:
-        """Show these sessions beside the one that is open; none: that one alone."""
-        self._others = sessions
-        self.refresh()
-
-    def refresh(self) -> None:
-        """Read what has changed, where the panel is seen; what comes meanwhile is read afterwards."""
-        own, glances = self._control.session, self._glances
-        path = own.path if own is not None else None
-        if path != self._of:
-            # nothing of the session before is left to be read off
-            self._of = path
-            self._panel.show_facts(None, "Reading …")
-        if not self._panel.isVisible():
-            self._reads.outdate()
-            return
-        others = [path for path in self._others if own is None or path != own.path]
-
-        def work() -> ReportFacts | None:
-            sessions = [*([own] if own else []), *(Session.open(path, write=False) for path in others)]
-            return report_facts([glances.session_facts(one) for one in sessions], "") if sessions else None
-
-        self._reads.start(work, self._panel.show_facts, self._failed)
-
-    def _failed(self, error: BaseException) -> None:
-        self._services.board.post_error(error)
-        compared, self._others = self._others, ()
-        if compared:
-            self.refresh()
-        else:
-            self._panel.show_facts(None, "The session cannot be read: see the message")

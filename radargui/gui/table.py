@@ -6,7 +6,7 @@ from typing import Any, Generic, TypeVar
 
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, QSortFilterProxyModel, Qt
 from PySide6.QtGui import QKeySequence
-from PySide6.QtWidgets import QAbstractItemView, QApplication, QTableView
+from PySide6.QtWidgets import QApplication, QTableView
 
 from radargui.gui.layout import TIPS, having
 from radargui.model.rounding import UNKNOWN
@@ -111,10 +111,9 @@ class RowTable(QTableView, Generic[_R]):
         self.columns_chosen = self._fitting = False
         having(self, objectName=name, model=self._sorted, alternatingRowColors=True, tabKeyNavigation=False)
         self.setAccessibleName(name.replace(".", ": "))
-        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        mode = QAbstractItemView.SelectionMode
-        self.setSelectionMode(mode.ExtendedSelection if many else mode.SingleSelection)
-        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        mode = self.SelectionMode.ExtendedSelection if many else self.SelectionMode.SingleSelection
+        having(self, selectionBehavior=self.SelectionBehavior.SelectRows, selectionMode=mode)
+        self.setEditTriggers(self.EditTrigger.NoEditTriggers)
         having(self.verticalHeader(), visible=False, defaultSectionSize=self.fontMetrics().height() + 8)
         header = having(self.horizontalHeader(), stretchLastSection=True, highlightSections=False)
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from PySide6.QtCore import QObject, QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QColor, QFont, QPalette
+from PySide6.QtCore import QObject, QPointF, QRectF, QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPalette, QPen
 from PySide6.QtWidgets import QApplication
 
 from radargui.gui.layout import having
@@ -137,3 +137,31 @@ def edged_palette(colours: Colours) -> QPalette:
 def scaled_font(base: QFont, factor: float, *, bold: bool = False) -> QFont:
     """Return `base` made larger or smaller by a factor."""
     return having(QFont(base), pointSizeF=base.pointSizeF() * factor, bold=bold)
+
+
+def fitting_font(base: QFont, longest: str, width: float, height: float, points: tuple[float, float]) -> QFont:
+    """Return `base`, bold and so large that the `longest` words fit a place, within the least and most `points`."""
+    least, most = points
+    font = having(QFont(base), bold=True, pointSizeF=most)
+    metrics = QFontMetricsF(font)
+    share = min(1.0, width / metrics.horizontalAdvance(longest), height / metrics.height())
+    return having(font, pointSizeF=max(least, most * share))
+
+
+CENTRED = int(Qt.AlignmentFlag.AlignCenter)
+
+
+def write(
+    painter: QPainter, box: QRectF, words: str, colour: str, align: int = CENTRED, font: QFont | None = None
+) -> None:
+    """Write words into a box in a colour; without a `font` in that of the painter."""
+    if font is not None:
+        painter.setFont(font)
+    painter.setPen(QColor(colour))
+    painter.drawText(box, align, words)
+
+
+def draw_line(painter: QPainter, start: QPointF, end: QPointF, pen: QPen) -> None:
+    """Draw a line."""
+    painter.setPen(pen)
+    painter.drawLine(start, end)

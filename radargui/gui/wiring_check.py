@@ -3,13 +3,12 @@
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout
 
 from radargui.acquisition.ring import Ring
 from radargui.experiment.wiring import GuideState, WiringGuide
-from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Feed
-from radargui.gui.layout import Dialog, PlainLabel, Scroll, button, fill, having, take_out, ticking
+from radargui.gui.layout import Dialog, PlainLabel, Scroll, boxed, button, fill, having, take_out, ticking
 from radargui.gui.services import Services
 from radargui.gui.setup.hardware_panel import HardwarePanel
 from radargui.gui.setup.setup_model import SetupModel
@@ -47,11 +46,10 @@ class WiringCheck(Dialog):
         Makes what a simulated check looks at: an operator who does what the guide says. Tests put another one here.
     """
 
-    def __init__(
-        self, control: RunControl, setup_model: SetupModel, hardware: HardwarePanel, services: Services
-    ) -> None:
+    def __init__(self, setup_model: SetupModel, hardware: HardwarePanel, services: Services) -> None:
         super().__init__("Wiring check", (900, 560), services.parent)
-        self._control, self._setup_model, self._hardware, self._services = control, setup_model, hardware, services
+        self._setup_model, self._hardware, self._services = setup_model, hardware, services
+        self._control = control = services.control
         self._guide: WiringGuide | None = None
         self._ring: Ring | None = None
         self._wanted = self._own_view = self._measuring = False
@@ -59,13 +57,11 @@ class WiringCheck(Dialog):
         self.scene: Callable[[Setup], Source] = simulated_operator
         self.findings: list[QLabel] = []
         self.when = PlainLabel(selectable=False)
-        self.step = PlainLabel(_WELCOME, selectable=False)
-        self.step.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
+        top = Qt.AlignmentFlag.AlignTop
+        self.step = having(PlainLabel(_WELCOME, selectable=False), alignment=top | Qt.AlignmentFlag.AlignLeft)
         self.progress = QProgressBar(textVisible=False)
-        findings = QWidget()
-        self._lines = fill(QVBoxLayout(findings), spacing=6)
-        self._lines.setAlignment(Qt.AlignmentFlag.AlignTop)
-        self._area = Scroll(findings)
+        self._lines = having(QVBoxLayout(), alignment=top)
+        self._area = Scroll(boxed(self._lines, spacing=6))
         self.begin = button("Begin", self.check, default=True)
         self.take = button("Take over the proposals", self.take_over)
         for one in (self.begin, self.take):
@@ -186,16 +182,16 @@ class WiringCheck(Dialog):
         hardware, setup = self._hardware, self._setup_model.setup
         self._own_view = True
         scene = self.scene if hardware.kind == "simulated" else None
-        self._control.start_live(setup, hardware.kind, hardware.replay.path, make=scene)
+        self._control.start_live(setup, hardware.kind, hardware.replay.file.path, make=scene)
 
     def _feed_changed(self, feed: Feed | None) -> None:
-        if feed is None or not self._wanted or feed.ring is None or feed.acquisition.digitisation is None:
+        if feed is None or not self._wanted:
             return
         self._wanted = False
         self._ring = feed.ring
         # a view of its own is followed from its first sample
         first = 0 if self._own_view else feed.ring.latest
-        self._guide = WiringGuide(feed.setup, feed.acquisition.digitisation, first_index=first)
+        self._guide = WiringGuide(feed.setup, feed.digitisation, first_index=first)
         self._timer.start()
 
     def _state_changed(self) -> None:

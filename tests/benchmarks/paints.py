@@ -106,7 +106,7 @@ class Watch:
             paint(view, event)
             window = watch._window
             if window is not None:
-                if view is window.scopes.scopes[0]:
+                if view is window.scopes.time.scopes[0]:
                     watch.paints.setdefault(watch.phase, []).append(began)
                     watch.queued.setdefault(watch.phase, []).append(queued_s())
                 watch.took.setdefault(watch.phase, []).append(

@@ -26,7 +26,7 @@ from radargui.gui.opengl_probe import OpenGLProbe
 from radargui.gui.settings import Settings
 from radargui.gui.theme import Theme
 from radargui.model.resources import default_setup_path
-from radargui.model.setup import dump_setup
+from radargui.model.setup import dump_setup, read_setup
 from radargui.sources.factory import make_source
 
 LONGEST_MS = 60_000
@@ -190,9 +190,10 @@ def window(
         window.theme.apply("light")
     window.board.clear()
     window.hardware.choose("simulated")
-    window.hardware.replay._file.line.clear()
-    window.setup_model.load(write_lab(tmp_path))
-    window.session_panel._folder.line.setText(str(tmp_path / "data"))
+    window.hardware.replay.file.line.clear()
+    path = write_lab(tmp_path)
+    window.setup_model.take(read_setup(path), path)
+    window.session_panel.folder.line.setText(str(tmp_path / "data"))
     window.bar.runs.setValue(1)
     window.resize(1400, 900)
     yield window

@@ -150,5 +150,5 @@ def test_the_key_for_the_next_plot_goes_round_those_that_are_seen(window: MainWi
             break
         seen.append(focused)
     assert len(seen) >= 7
-    assert window.scopes.scopes[0] in seen
+    assert window.scopes.time.scopes[0] in seen
     assert all(plot.isVisible() for plot in seen)

@@ -49,7 +49,7 @@ def test_what_is_edited_is_highlighted(antennas: MainWindow) -> None:
     for key, name in (
         ("receiver[2].tilt_deg", "receiver[2]"),
         ("receiver[3].polarization_deg", "receiver[3]"),
-        ("tracer.release_position_m[1]", "tracer"),
+        ("tracer.release_position_m[2]", "tracer"),
         ("transmitter.distance_m", "transmitter"),
         ("floor.height_m", "floor"),
     ):

@@ -66,10 +66,10 @@ def test_of_a_sorted_list_the_recording_that_is_chosen_on_the_screen_is_meant(wi
     recordings.table.sortByColumn(0, Qt.SortOrder.DescendingOrder)
     recordings.table.selectRow(0)
     recordings.say_known("turntable.toml")
-    assert [one.known for one in recordings.entries] == ["fall", "turntable.toml"]
+    assert [one.known for one in recordings.table.rows.entries] == ["fall", "turntable.toml"]
     recordings.table.selectRow(0)
     recordings.remove.click()
-    assert [one.file.name for one in recordings.entries] == ["run-0001.h5"]
+    assert [one.file.name for one in recordings.table.rows.entries] == ["run-0001.h5"]
 
 
 def test_the_keys_lead_from_recordings_to_a_setup_that_refers_to_its_calibration(
@@ -244,6 +244,6 @@ def test_the_first_drop_says_whether_the_calibration_holds_and_the_browser_asks_
     browser.table.selectRow(0)
     browser.calibrate.click()
     recordings = window.calibration.dialog.recordings
-    wait_for(lambda: recordings.entries)
-    assert [one.file.name for one in recordings.entries] == ["run-0001.h5"]
-    assert recordings.entries[0].known == "fall"
+    wait_for(lambda: recordings.table.rows.entries)
+    assert [one.file.name for one in recordings.table.rows.entries] == ["run-0001.h5"]
+    assert recordings.table.rows.entries[0].known == "fall"

@@ -27,11 +27,11 @@ def read(window: MainWindow, wait_for: Any) -> Any:
     words = window.hardware.channels.words
     window.actions_.moment.trigger()
     wait_for(lambda: not window.control.state.running and words.text() != "Reading …" and not window.jobs.running)
-    return window.hardware.channels.rows_.entries
+    return window.hardware.channels.table.rows.entries
 
 
 def cells(window: MainWindow, row: int) -> list[str]:
-    model = window.hardware.channels.rows_
+    model = window.hardware.channels.table.rows
     return [str(model.data(model.index(row, column))) for column in range(model.columnCount())]
 
 
@@ -68,7 +68,7 @@ def test_a_file_that_is_shorter_than_a_moment_is_read_whole(window: MainWindow, 
     path = tmp_path / "short.csv"
     np.savetxt(path, table, delimiter=",", header="time_s,I1,Q1,I2,Q2,I3,Q3", comments="", fmt="%.9f")
     window.hardware.choose("replay")
-    window.hardware.replay._file.line.setText(str(path))
+    window.hardware.replay.file.line.setText(str(path))
     entries = read(window, wait_for)
     assert "the last 0.60 s" in window.hardware.channels.words.text()
     # the rule of the corrections, and no other
@@ -115,7 +115,7 @@ def test_a_moment_of_a_device_is_read_through_its_own_client(
         pace.advance(10_000)
         wait_for(lambda: not window.control.state.running and not window.jobs.running)
         assert not server.tasks
-        entries = window.hardware.channels.rows_.entries
+        entries = window.hardware.channels.table.rows.entries
         # at rest any second is like the other, to the drift of the mixers
         volts = recording.volts()
         assert [one.shows.offset_v for one in entries] == pytest.approx(volts.mean(axis=1).tolist(), abs=0.03)
@@ -129,7 +129,7 @@ def test_the_table_is_kept_up_to_date_while_samples_come_in_and_says_what_clips(
 ) -> None:
     window.setup_model.assign("daq.range_v", 0.5)
     window.actions_.start.trigger()
-    table, model = window.hardware.channels.table, window.hardware.channels.rows_
+    table, model = window.hardware.channels.table, window.hardware.channels.table.rows
     wait_for(lambda: cells(window, 0)[-1] == "CLIPS")
     assert table.isEnabled()
     assert not window.hardware.source.isEnabled()

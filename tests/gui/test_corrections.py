@@ -107,7 +107,7 @@ def test_the_joint_estimate_shows_its_model_what_it_leaves_and_what_was_decided(
     show(view, result)
     assert view.decided.toPlainText() == " ".join(result.corrected.decisions)
     assert "floor that reflects" in view.decided.toPlainText()
-    raw, model = (np.stack(item.getOriginalDataset()) for item in (view.raw[0].raw, view.raw[0].found["model"]))
+    raw, model = (np.stack(item.getOriginalDataset()) for item in (view.raw[0].raw, view.raw[0].found["fitted"]))
     rest_mv = view.rest_lines[0].getOriginalDataset()[1]
     assert raw.shape == model.shape
     known = np.isfinite(model[1])
@@ -120,9 +120,9 @@ def test_the_joint_estimate_shows_its_model_what_it_leaves_and_what_was_decided(
 def test_the_adaptive_one_shows_its_circle_and_none_only_the_samples(view: CorrectionView, by: Any) -> None:
     show(view, by("adaptive"))
     assert "circle at the phase found" in view.key.text().replace("&nbsp;", " ")
-    assert view.raw[0].found["model"].getOriginalDataset()[0].size > 100
+    assert view.raw[0].found["fitted"].getOriginalDataset()[0].size > 100
     show(view, by("none"))
-    assert view.raw[0].found["model"].getOriginalDataset()[0] is None
+    assert view.raw[0].found["fitted"].getOriginalDataset()[0] is None
     assert not view.rest.isVisible()
     assert "none" in view._words.text()
 
@@ -147,7 +147,7 @@ def test_methods_are_computed_in_the_background_and_laid_over_the_result(
     window.runs.table.selectRow(0)
     wait_for(lambda: window.run.result is not None and not window.jobs.running)
     window.panels.go_to("run")
-    view = window.run.methods
+    view = window.run.tabs.page("methods")
     window.run.tabs.setCurrentWidget(view)
     assert view.boxes["published"].isChecked()
     assert not view.boxes["published"].isEnabled(), "it is the one that is shown"
@@ -161,15 +161,15 @@ def test_methods_are_computed_in_the_background_and_laid_over_the_result(
     assert not view.compute.isEnabled()
     assert window.work.busy
     wait_for(lambda: not window.work.busy)
-    assert [one.method for one in view.rows.entries] == ["published", "ellipse", "none"]
-    assert view.rows.entries[0].summary["e"] == window.run.result.bounces.impacts[0].e
+    assert [one.method for one in view.table.rows.entries] == ["published", "ellipse", "none"]
+    assert view.table.rows.entries[0].summary["e"] == window.run.result.bounces.impacts[0].e
     assert len(view.curves.getPlotItem().listDataItems()) == 3
     assert len(view.differences.getPlotItem().listDataItems()) == 2
     assert view.quantity.isVisible()
     view.quantity.setCurrentIndex(view.quantity.findData("L2"))
     assert view.differences.getPlotItem().getAxis("left").labelText == "ΔL2 [mm]"
     window.run.show_result(window.run.result, "again")
-    assert view.rows.entries == [], "another result begins anew"
+    assert view.table.rows.entries == [], "another result begins anew"
 
 
 def test_a_method_that_cannot_be_computed_does_not_stop_the_others(by: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -189,7 +189,7 @@ def test_a_method_that_cannot_be_computed_does_not_stop_the_others(by: Any, monk
 def test_a_method_that_fails_says_why(qtbot: QtBot, theme: Theme, by: Any) -> None:
     from radargui.gui.runs.correction_view import MethodsView
 
-    view = MethodsView(theme)
+    view = MethodsView(theme, lambda _methods: None)
     qtbot.addWidget(view)
     view.show_result(by("joint"))
     view.add(overlaid(by("joint"), by("joint"), "joint", 100))

@@ -123,13 +123,13 @@ def test_an_empty_plot_says_what_to_do_within_its_axes(window: MainWindow, size:
         assert label.geometry().top() >= inside.top() + plot.height_inside
         needed = QLabel().fontMetrics().boundingRect(label.rect(), Qt.TextFlag.TextWordWrap, label.text())
         assert needed.height() <= label.height(), name
-    assert all(is_empty(plot) for plot in window.scopes.scopes)
+    assert all(is_empty(plot) for plot in window.scopes.time.scopes)
 
 
 def test_a_plot_with_data_says_nothing(window: MainWindow, wait_for: Any) -> None:
     assert said(window, "scopes")
     window.actions_.start.trigger()
-    wait_for(lambda: not is_empty(window.scopes.scopes[0]))
+    wait_for(lambda: not is_empty(window.scopes.time.scopes[0]))
     for name in ("scopes", "planes"):
         window.panels.go_to(name)
         # no `processEvents` here: where pictures take longer than their interval it never returns

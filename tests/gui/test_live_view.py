@@ -31,7 +31,7 @@ def test_the_track_moves_while_the_simulated_sphere_falls(make_window: Any, setu
         return bool(heights) and max(heights) - min(heights) > 200.0
 
     wait_for(falling)
-    assert all(points_of(scope) > 100 for scope in window.scopes.scopes)
+    assert all(points_of(scope) > 100 for scope in window.scopes.time.scopes)
     assert points_of(window.planes.raw[0]) > 100
     wait_for(lambda: window.health.labels["rate"].text() != "Rate –")
     assert window.bar.state.text == "LIVE"
@@ -91,7 +91,7 @@ def test_lost_samples_are_shaded_and_counted(make_window: Any, setup_path: Any, 
     window.actions_.start.trigger()
     source.push_all(codes(6000))
     source.push(codes(2000, seed=2), lost=1500)
-    wait_for(lambda: shaded_of(window.scopes.scopes[0]) == 1)
+    wait_for(lambda: shaded_of(window.scopes.time.scopes[0]) == 1)
     wait_for(lambda: window.health.labels["lost"].text() == "Lost 1500 in 1 gaps")
 
 
@@ -115,8 +115,8 @@ def test_a_clipping_channel_lights_its_word(make_window: Any, setup_path: Any, w
     samples = codes(4000)
     samples[3, 3500:] = 32767
     source.push_all(samples)
-    wait_for(lambda: window.scopes.levels[3].clipping)
-    assert not window.scopes.levels[2].clipping
+    wait_for(lambda: window.scopes.time.levels[3].clipping)
+    assert not window.scopes.time.levels[2].clipping
 
 
 def test_a_source_that_fails_is_told_in_its_own_words(make_window: Any, setup_path: Any, wait_for: Any) -> None:
@@ -143,7 +143,7 @@ def axis_words(plot: Any) -> str:
 
 
 def test_an_axis_says_now_only_while_its_edge_is_now(own_window: MainWindow, wait_for: Any) -> None:
-    plots = (own_window.scopes.scopes[-1], own_window.track.curves.height_plot)
+    plots = (own_window.scopes.time.scopes[-1], own_window.track.curves.height_plot)
     held, now = "time before the last sample shown [s]", "time before now [s]"
     assert [axis_words(plot) for plot in plots] == [held, held]
     own_window.actions_.start.trigger()
@@ -173,11 +173,11 @@ def test_while_results_are_computed_nothing_is_said_of_now(
     own_window.actions_.record.trigger()
     wait_for(lambda: own_window.control.state is AppState.PROCESSING and own_window.control.reached.progress > 0.0)
     wait_for(lambda: own_window.health.labels["rate"].text() == "Rate –")
-    plots = (own_window.scopes.scopes[-1], own_window.track.curves.height_plot)
+    plots = (own_window.scopes.time.scopes[-1], own_window.track.curves.height_plot)
     words = "time before the last sample shown [s]"
     wait_for(lambda: [axis_words(plot) for plot in plots] == [words, words])
-    wait_for(lambda: all(level._peak_v is None for level in own_window.scopes.levels))
-    assert points_of(own_window.scopes.scopes[0]) > 0, "the last picture stays"
+    wait_for(lambda: all(level.accessibleName().endswith(" –") for level in own_window.scopes.time.levels))
+    assert points_of(own_window.scopes.time.scopes[0]) > 0, "the last picture stays"
     go.set()
     wait_for(lambda: own_window.control.state is AppState.DONE)
 
@@ -189,12 +189,12 @@ def test_keys_name_only_what_is_drawn(own_window: MainWindow, record_one: Any, w
     key = own_window.track.curves.key
     wait_for(lambda: all(words in key.text() for words in ("parabola", "impacts")))
     own_window.panels.go_to("run")
-    own_window.run.tabs.setCurrentWidget(own_window.run.steps)
-    wait_for(lambda: own_window.run.steps.key.text())
-    assert "peaks" not in own_window.run.steps.key.text()
+    own_window.run.tabs.setCurrentWidget(own_window.run.tabs.page("steps"))
+    wait_for(lambda: own_window.run.tabs.page("steps").key.text())
+    assert "peaks" not in own_window.run.tabs.page("steps").key.text()
     own_window.setup_model.assign("processing.correction", "published")
     own_window.actions_.reprocess.trigger()
-    wait_for(lambda: "peaks" in own_window.run.steps.key.text())
+    wait_for(lambda: "peaks" in own_window.run.tabs.page("steps").key.text())
     # a circle asks for more samples than a drop of the tests
     own_window.setup_model.assign("daq.rate_hz", 12000.0)
     own_window.setup_model.assign("simulation.scene", "circle")

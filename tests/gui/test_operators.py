@@ -82,7 +82,7 @@ def test_no_axis_has_a_prefix_of_its_own(window: MainWindow, record_one: Any) ->
         window.panels.go_to(name)
         QApplication.processEvents()
     # made when they are looked at
-    assert all((window.scopes.spectrum.plots, window.series.speeds, window.series.falls))
+    assert all((window.scopes.spectrum.plots, window.series.pages.page("speeds"), window.series.pages.page("falls")))
     plots = window.findChildren(Plot)
     assert len(plots) > 15
     for plot in plots:

@@ -203,7 +203,7 @@ def test_the_menu_offers_the_same_and_says_the_keys(plot: Plot) -> None:
 
 
 def test_no_plot_of_the_window_is_without_these(window: Any) -> None:
-    window.run.steps, window.run.phase  # noqa: B018 - made when first looked at
+    window.run.tabs.page("steps"), window.run.tabs.page("phase")
     plots = window.findChildren(pg.PlotWidget)
     assert len(plots) >= 15
     assert all(isinstance(plot, Plot) for plot in plots)

@@ -102,7 +102,7 @@ def test_the_line_in_space_does_not_run_across_what_is_unknown() -> None:
 
 
 def test_a_low_view_in_space_names_its_axes_and_leaves_out_what_would_overlap(theme: Theme) -> None:
-    view = SpaceView(theme, SpeedColours(theme))
+    view = SpaceView(theme, SpeedColours(theme), space_of(quick_setup()))
     view.show_space(space_of(quick_setup()))
     shown = {}
     for height in (300, 120, 300):

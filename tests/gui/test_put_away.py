@@ -41,7 +41,7 @@ def test_nothing_of_a_session_stays_in_series_and_preview_when_another_is_opened
     go, glance = threading.Event(), facts.glance
     monkeypatch.setattr(facts, "glance", lambda path, normal: go.wait(60.0) and glance(path, normal))
     (two[0] / "run-0001.h5").touch()
-    window.series_controller.refresh()
+    window.series.refresh()
     preview.refresh()
     window.panels.go_to("scopes")
     preview.close()
@@ -95,7 +95,7 @@ def test_a_session_that_cannot_be_read_is_said_and_leaves_the_open_one_alone(
     monkeypatch.setattr(facts, "glance", damaged)
     opened(window, two[0], wait_for)
     window.panels.go_to("series")
-    window.series_controller.compare((two[1],))
+    window.series.show_beside((two[1],))
     panel = window.series
     wait_for(lambda: window.board.notices and panel.facts is not None)
     assert [one.name for one in panel.facts.findings.sessions] == [two[0].name]

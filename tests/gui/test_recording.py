@@ -29,7 +29,7 @@ def test_a_recorded_run_is_listed_shown_and_can_be_reported(
     assert window.bar.state.text == f"DONE   drop 1: e = {entry.restitution()}"
     assert window.control.session is not None
     assert window.control.session.info.operator == "Ada"
-    assert window.track.result_shown
+    assert window.track.result is not None
     # the live trail stands until the result is drawn
     wait_for(lambda: window.track.shown is not None and window.track.shown.impact_time_s.size)
     shown = window.track.shown
@@ -42,8 +42,8 @@ def test_a_recorded_run_is_listed_shown_and_can_be_reported(
     for page in range(window.run.tabs.count()):
         window.run.tabs.setCurrentIndex(page)
     assert "First fall" in window.run.figures.toPlainText()
-    window.run.tabs.setCurrentWidget(window.run.steps)
-    wait_for(lambda: window.run.steps.receiver.count() == 3)
+    window.run.tabs.setCurrentWidget(window.run.tabs.page("steps"))
+    wait_for(lambda: window.run.tabs.page("steps").receiver.count() == 3)
 
     window.run_controller.export(tmp_path / "tables")
     window.actions_.report.trigger()
@@ -163,7 +163,7 @@ def test_a_data_folder_that_cannot_be_made_fails_before_recording(
 ) -> None:
     blocking = tmp_path / "a file"
     blocking.write_text("", encoding="utf-8")
-    window.session_panel._folder.line.setText(str(blocking / "data"))
+    window.session_panel.folder.line.setText(str(blocking / "data"))
     window.actions_.record.trigger()
     wait_for(lambda: window.control.state is AppState.FAILED)
     assert "No session can be made" in window.strip.texts()[0]
@@ -204,7 +204,7 @@ def test_a_changed_setup_or_data_folder_makes_a_new_session(
     window.setup_model.assign("tracer.diameter_m", 0.012)
     record_one(window)
     second = window.control.session
-    window.session_panel._folder.line.setText(str(tmp_path / "other"))
+    window.session_panel.folder.line.setText(str(tmp_path / "other"))
     assert window.control.session is None
     assert window.runs.model.entries == []
     record_one(window)

@@ -15,6 +15,7 @@ from pytestqt.qtbot import QtBot
 from support.changed import changed
 from support.results import drop_result
 from support.small_setups import quick_setup
+from support.work_at_once import at_once
 
 from radargui.files.overview import Overview
 from radargui.gui.runs.figures_view import FiguresView, page_of
@@ -46,7 +47,7 @@ def setup() -> Setup:
 
 @pytest.fixture
 def panel(qtbot: QtBot, theme: Theme) -> RunPanel:
-    panel = RunPanel(theme)
+    panel = RunPanel(theme, at_once)
     qtbot.addWidget(panel)
     panel.show()
     return panel
@@ -61,11 +62,11 @@ def look_through(panel: RunPanel, result: RunResult) -> None:
 def test_the_published_steps_of_a_drop_are_drawn(panel: RunPanel, setup: Setup) -> None:
     result = result_of(setup)
     look_through(panel, result)
-    raw = panel.steps.raw[0]
+    raw = panel.tabs.page("steps").raw[0]
     steps = result.corrected.steps[0].i
     assert raw.found["peaks"].getData()[0].size == steps.peaks.size > 10
     assert raw.found["upper"].getOriginalDataset()[0].size == steps.upper.size
-    panel.steps.receiver.setCurrentIndex(2)
+    panel.tabs.page("steps").receiver.setCurrentIndex(2)
     other = result.corrected.steps[2].i
     assert raw.found["peaks"].getData()[0].size == other.peaks.size
 
@@ -73,8 +74,8 @@ def test_the_published_steps_of_a_drop_are_drawn(panel: RunPanel, setup: Setup) 
 def test_a_correction_without_steps_is_shown_without(panel: RunPanel, setup: Setup) -> None:
     for method in ("ellipse", "none"):
         look_through(panel, result_of(setup, processing={"correction": method}))
-        assert method in panel.steps._words.text()
-        assert panel.steps.raw[0].found["peaks"].getData()[0] is None
+        assert method in panel.tabs.page("steps")._words.text()
+        assert panel.tabs.page("steps").raw[0].found["peaks"].getData()[0] is None
 
 
 def test_no_motion_is_an_answer(panel: RunPanel, qtbot: QtBot, theme: Theme, setup: Setup) -> None:
@@ -82,7 +83,7 @@ def test_no_motion_is_an_answer(panel: RunPanel, qtbot: QtBot, theme: Theme, set
     assert result.status == "no_motion"
     look_through(panel, result)
     assert "no motion" in panel.figures.toPlainText()
-    track = TrackPanel(theme, setup)
+    track = TrackPanel(theme, setup, at_once)
     qtbot.addWidget(track)
     track.show_result(result, "run-0001")
     assert track.shown is None
@@ -96,7 +97,7 @@ def test_one_receiver_has_path_lengths_and_no_track(panel: RunPanel, setup: Setu
     result = result_of(Setup.model_validate(plain))
     look_through(panel, result)
     assert result_track(result) is None
-    assert panel.phase.path.getPlotItem().listDataItems()
+    assert panel.tabs.page("phase").path.getPlotItem().listDataItems()
 
 
 def test_the_shown_track_counts_from_the_trigger_in_mm(setup: Setup) -> None:
@@ -118,17 +119,17 @@ def test_no_line_joins_two_pieces_of_a_path_and_the_place_is_marked(panel: RunPa
     result = replace(result, paths=replace(result.paths, piece=piece))
     look_through(panel, result)
     at = result.paths.time_s[begin] - result.zero[0]
-    lengths = panel.phase.path.getPlotItem().listDataItems()
+    lengths = panel.tabs.page("phase").path.getPlotItem().listDataItems()
     assert len(lengths) == 3
     for curve in lengths:
         x, y = curve.getOriginalDataset()
         assert at in x[np.isnan(y)]
-    rules = [item for item in panel.phase.path.getPlotItem().items if isinstance(item, pg.InfiniteLine)]
+    rules = [item for item in panel.tabs.page("phase").path.getPlotItem().items if isinstance(item, pg.InfiniteLine)]
     assert [rule.value() for rule in rules] == [pytest.approx(at)]
     shown = result_track(result)
     assert np.isnan(shown.position_mm[:, np.isclose(shown.time_s, at)]).all(axis=0).sum() >= 8
     look_through(panel, replace(result, paths=replace(result.paths, piece=None)))
-    assert not [item for item in panel.phase.path.getPlotItem().items if isinstance(item, pg.InfiniteLine)]
+    assert not [item for item in panel.tabs.page("phase").path.getPlotItem().items if isinstance(item, pg.InfiniteLine)]
 
 
 def test_texts_from_files_are_no_markup(theme: Theme, setup: Setup) -> None:

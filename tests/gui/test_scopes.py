@@ -66,7 +66,7 @@ def live(
         window.actions_.pause.trigger()
     window.scopes.view.setCurrentText("Time")
     window.scopes.let_go.click()
-    for scope in window.scopes.scopes:
+    for scope in window.scopes.time.scopes:
         scope.set_gains(Gain(), Gain())
     for plot in window.scopes.findChildren(Plot):
         plot.show_cursors(False)
@@ -184,7 +184,7 @@ def test_gain_and_offset_change_the_picture_and_neither_axis_nor_copy_lies(
     live: MainWindow, source: ControlledSource, wait_for: Any, qtbot: Any
 ) -> None:
     give(source, live, wait_for, Signal().codes(2.0, amplitudes_v=(0.5, 0.5, 0.5)))
-    scope = live.scopes.scopes[0]
+    scope = live.scopes.time.scopes[0]
     live.scopes.time.gain.click()
     (dialog,) = live.findChildren(GainDialog)
     factor, offset = dialog.fields[0]
@@ -228,7 +228,7 @@ def test_a_pause_says_its_time_and_scrolls_back_while_recording_goes_on(
     assert live.scopes.when.text().startswith("paused at ")
     # ten seconds more push all of that out of the ring
     give(source, live, wait_for, signal.codes(12.0, amplitudes_v=(0.1, 0.1, 0.1)))
-    scope = live.scopes.scopes[0]
+    scope = live.scopes.time.scopes[0]
 
     def reach() -> float:
         return float(np.nanmax(np.abs(scope.points_of(scope._curves[0])[1] - 0.2), initial=0.0))
@@ -240,7 +240,7 @@ def test_a_pause_says_its_time_and_scrolls_back_while_recording_goes_on(
     wait_for(lambda: 0.0 < reach() < 0.02)
     time_s, _ = scope.points_of(scope._curves[0])
     assert time_s[0] == pytest.approx(-9.0, abs=0.01)
-    assert live.scopes.scopes[-1].words("bottom") == "time before the pause [s]"
+    assert live.scopes.time.scopes[-1].words("bottom") == "time before the pause [s]"
     assert live.control.feed.ring.latest == source.next_index, "nothing was held up"
     live.actions_.pause.trigger()
     wait_for(lambda: reach() == pytest.approx(0.1, abs=0.02))
@@ -264,7 +264,7 @@ def test_what_is_held_is_seen_sample_by_sample_where_it_is_zoomed(
 ) -> None:
     give(source, live, wait_for, Signal().codes(4.0, amplitudes_v=(0.5, 0.5, 0.5)))
     live.actions_.pause.trigger()
-    scope = live.scopes.scopes[-1]
+    scope = live.scopes.time.scopes[-1]
     wait_for(lambda: scope.notes() and scope.points_of(scope._curves[0])[0].size)
     for _ in range(25):
         scope.view.meant(Qt.Key.Key_Plus)()
@@ -310,7 +310,8 @@ def test_after_stop_every_view_shows_the_last_samples_and_none_of_an_earlier_loo
     # and back to the newest, of which the pictures were of the past
     live.actions_.pause.trigger()
     scopes.view.setCurrentText("Time")
-    wait_for(lambda: scopes.scopes[0].points_of(scopes.scopes[0]._curves[0])[0][-1:] == pytest.approx(0.0, abs=0.01))
+    newest = scopes.time.scopes[0]
+    wait_for(lambda: newest.points_of(newest._curves[0])[0][-1:] == pytest.approx(0.0, abs=0.01))
 
 
 @pytest.mark.parametrize(("count", "paused"), [(1, False), (4, False), (4, True)])
@@ -368,7 +369,7 @@ def test_a_span_of_time_is_said_shortly(seconds: float, words: str) -> None:
 
 def test_scopes_share_one_time_base(live: MainWindow) -> None:
     QApplication.processEvents()
-    first, *others = live.scopes.scopes
+    first, *others = live.scopes.time.scopes
     first.view.meant(Qt.Key.Key_Plus)()
     for other in others:
         assert other.view.viewRange()[0] == pytest.approx(first.view.viewRange()[0], abs=1e-6)

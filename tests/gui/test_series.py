@@ -59,7 +59,7 @@ def test_three_heights_are_compared(window: MainWindow, wait_for: Any, three: li
     assert panel.table.isColumnHidden(0), "of one session its name need not stand in each row"
     panel.compare.click()
     browser = window.sessions.browser
-    wait_for(lambda: not browser.looking and len(browser.model.entries) == 3)
+    wait_for(lambda: not browser.looks.busy and len(browser.model.entries) == 3)
     browser.table.selectAll()
     browser.compare.click()
     wait_for(lambda: panel.facts is not None and len(panel.facts.sessions) == 3)
@@ -74,30 +74,30 @@ def test_three_heights_are_compared(window: MainWindow, wait_for: Any, three: li
     for one in found.sessions:
         assert shown[one.name].series.e == one.series.e
         assert shown[one.name].series.g_m_s2 == one.series.g_m_s2
-    assert panel.rows.rowCount() == 12
+    assert panel.table.rows.rowCount() == 12
     row = next(row for row in range(12) if cells(panel.table, row)[:2] == [three[1].name, "e"])
     e = next(one for one in found.sessions if one.name == three[1].name).series.e
     assert cells(panel.table, row)[2] == "2"
     assert cells(panel.table, row)[4:6] == [plain(e.standard_deviation, 2), plain(e.standard_error, 2)]
 
     # e against the impact speed: three groups of first impacts, where the heights say
-    panel.pages.setCurrentWidget(panel.speeds)
-    dots = [item for item in panel.speeds.plot.getPlotItem().listDataItems() if item.opts.get("symbol")]
+    panel.pages.setCurrentWidget(panel.pages.page("speeds"))
+    dots = [item for item in panel.pages.page("speeds").plot.getPlotItem().listDataItems() if item.opts.get("symbol")]
     assert len({item.opts["symbol"] for item in dots}) == 3
-    assert all(sign in panel.speeds.key.text() for sign in "●■▲")
+    assert all(sign in panel.pages.page("speeds").key.text() for sign in "●■▲")
     fastest = sorted(float(item.xData.max()) for item in dots)
     assert fastest == pytest.approx(sorted(np.sqrt(2.0 * G * np.array(HEIGHTS_M))), rel=0.01)
     for item in dots:
         # of the first impacts, which have the most samples
         assert item.yData[item.xData > 0.9 * item.xData.max()] == pytest.approx(0.5, abs=0.002)
-    panel.speeds.model.setCurrentIndex(panel.speeds.model.findData("power"))
-    (fit,) = panel.speeds.fits
+    panel.pages.page("speeds").model.setCurrentIndex(panel.pages.page("speeds").model.findData("power"))
+    (fit,) = panel.pages.page("speeds").fits
     assert fit == next(one for one in found.samples[0].fits if one.model == "power")
-    assert fit.words in panel.speeds.words.text()
+    assert fit.words in panel.pages.page("speeds").words.text()
 
     # all falls lie on one parabola
-    panel.pages.setCurrentWidget(panel.falls)
-    items = [item for item in panel.falls.fallen.getPlotItem().items if hasattr(item, "xData")]
+    panel.pages.setCurrentWidget(panel.pages.page("falls"))
+    items = [item for item in panel.pages.page("falls").fallen.getPlotItem().items if hasattr(item, "xData")]
     *falls, parabola = [item for item in items if not item.opts.get("symbol")]
     assert len(falls) == 3, "one curve a session"
     assert len({item.opts["symbol"] for item in items if item.opts.get("symbol")}) == 3
@@ -111,7 +111,7 @@ def test_three_heights_are_compared(window: MainWindow, wait_for: Any, three: li
         assert fall.yData[known] == pytest.approx(on_parabola, abs=1.5)
     ends = sorted(float(np.nanmax(fall.yData)) for fall in falls)
     assert ends == pytest.approx(sorted(1e3 * np.array(HEIGHTS_M)), rel=0.05)
-    assert "180 mm" in panel.falls.key.text().replace("&nbsp;", " ")
+    assert "180 mm" in panel.pages.page("falls").key.text().replace("&nbsp;", " ")
 
     # in words, and as rows for a spreadsheet
     assert found.sentence in panel.words.toPlainText()
@@ -128,7 +128,7 @@ def test_three_heights_are_compared(window: MainWindow, wait_for: Any, three: li
 
     panel.alone.click()
     wait_for(lambda: len(panel.facts.sessions) == 1)
-    assert panel.rows.rowCount() == 4
+    assert panel.table.rows.rowCount() == 4
 
 
 def test_the_series_runs_along_with_each_run_and_reads_nothing_unseen(
@@ -141,11 +141,11 @@ def test_the_series_runs_along_with_each_run_and_reads_nothing_unseen(
     idle(own_window, wait_for)
     assert read == []
     own_window.panels.go_to("series")
-    wait_for(lambda: own_window.series.facts is not None and own_window.series.rows.entries[0].found.n == 1)
-    assert own_window.series.rows.entries[0].found == own_window.runs.model.series.e
+    wait_for(lambda: own_window.series.facts is not None and own_window.series.table.rows.entries[0].found.n == 1)
+    assert own_window.series.table.rows.entries[0].found == own_window.runs.model.series.e
     record_one(own_window)
-    wait_for(lambda: own_window.series.rows.entries[0].found.n == 2)
-    assert own_window.series.rows.entries[0].found == own_window.runs.model.series.e
+    wait_for(lambda: own_window.series.table.rows.entries[0].found.n == 2)
+    assert own_window.series.table.rows.entries[0].found == own_window.runs.model.series.e
     assert cells(own_window.series.table, 0)[2] == "2"
     assert read.count("run-0001") == 1, "what did not change is not read again"
 
@@ -158,14 +158,16 @@ def test_of_several_samples_each_fit_says_of_which_it_is(window: MainWindow, wai
     ]
     opened(window, paths[0], wait_for)
     window.panels.go_to("series")
-    window.series_controller.compare(tuple(paths[1:]))
+    window.series.show_beside(tuple(paths[1:]))
     panel = window.series
     wait_for(lambda: panel.facts is not None and len(panel.facts.sessions) == 2)
     fits = [line for line in panel.words.toPlainText().splitlines() if "constant: e0" in line]
     assert [line.partition(":")[0] for line in fits] == ["steel on glass", "agate on glass"]
-    panel.pages.setCurrentWidget(panel.speeds)
-    panel.speeds.model.setCurrentIndex(panel.speeds.model.findData("power"))
-    assert [one.partition(":")[0] for one in panel.speeds.words.text().split("; ") if " law: " in one] == [
+    panel.pages.setCurrentWidget(panel.pages.page("speeds"))
+    panel.pages.page("speeds").model.setCurrentIndex(panel.pages.page("speeds").model.findData("power"))
+    assert [
+        one.partition(":")[0] for one in panel.pages.page("speeds").words.text().split("; ") if " law: " in one
+    ] == [
         "steel on glass",
         "agate on glass",
     ]
@@ -176,10 +178,10 @@ def test_the_key_of_many_sessions_takes_the_lines_it_needs(window: MainWindow, w
     paths = [make_height(tmp_path / "data", 10 + day, 0.18) for day in range(5)]
     opened(window, paths[0], wait_for)
     window.panels.go_to("series")
-    window.series_controller.compare(tuple(paths[1:]))
+    window.series.show_beside(tuple(paths[1:]))
     panel = window.series
     wait_for(lambda: panel.facts is not None and len(panel.facts.sessions) == 5)
-    for page in (panel.speeds, panel.falls):
+    for page in (panel.pages.page("speeds"), panel.pages.page("falls")):
         panel.pages.setCurrentWidget(page)
         key = page.key
         wait_for(lambda key=key: key.height() >= key.heightForWidth(key.width()))
@@ -197,13 +199,13 @@ def test_a_run_is_left_out_with_a_reason_that_window_and_report_know(
     path = make_height(tmp_path / "data", 7, 0.18, n_runs=3)
     opened(window, path, wait_for)
     window.panels.go_to("series")
-    wait_for(lambda: window.series.facts is not None and window.series.rows.entries[0].found.n == 3)
+    wait_for(lambda: window.series.facts is not None and window.series.table.rows.entries[0].found.n == 3)
     window.runs.table.selectRow(1)
     idle(window, wait_for)
     said = "touched the rail"
     monkeypatch.setattr(window.keeping, "ask_words", lambda *_question: said)
     window.actions_.exclude.trigger()
-    wait_for(lambda: window.series.rows.entries[0].found.n == 2)
+    wait_for(lambda: window.series.table.rows.entries[0].found.n == 2)
     session = window.control.session
     assert session is not None
     assert Session.open(path, write=False).rejected == {"run-0002.h5": f"{BY_OPERATOR}: {said}"}
@@ -211,7 +213,7 @@ def test_a_run_is_left_out_with_a_reason_that_window_and_report_know(
     assert entry.verdict == f"set aside: by the operator: {said}"
     assert (entry.label, window.runs.model.entries[2].label) == ("2", "3"), "it was a drop and keeps its number"
     facts = study_session(session, stored_result)
-    assert report_facts([facts], "").findings.sessions[0].series.e == window.series.rows.entries[0].found
+    assert report_facts([facts], "").findings.sessions[0].series.e == window.series.table.rows.entries[0].found
     assert any(said in str(block) for block in front_chapters(report_facts([facts], ""))[0].blocks)
     assert said in window.series.words.toPlainText()
     assert [run.label for run in facts.runs] == ["1", "3"]
@@ -219,7 +221,7 @@ def test_a_run_is_left_out_with_a_reason_that_window_and_report_know(
     window.runs.rejected.setChecked(True)
     window.runs.table.selectRow(1)
     window.actions_.reject.trigger()
-    wait_for(lambda: window.series.rows.entries[0].found.n == 3)
+    wait_for(lambda: window.series.table.rows.entries[0].found.n == 3)
     assert Session.open(path, write=False).rejected == {}
 
 
@@ -272,7 +274,7 @@ def test_many_runs_are_selected_rejected_and_copied(window: MainWindow, wait_for
     assert [line[0] for line in lines[1:]] == ["1", "2", "3"]
     assert lines[1][4] == window.runs.model.entries[0].restitution()
     window.actions_.reject.trigger()
-    wait_for(lambda: window.runs.model.n_rejected == 3)
+    wait_for(lambda: sum(bool(one.rejected) for one in window.runs.model.entries) == 3)
     idle(window, wait_for)
     assert len(window.control.session.rejected) == 3
     assert window.board.notices[0].text.startswith("3 runs are rejected")
@@ -315,7 +317,7 @@ def test_a_click_on_a_title_sorts_by_size_and_rows_stay_what_they_are(
     for row, entry in enumerate(entries):
         table.selectRow(row)
         assert table.chosen.name == entry.name
-    own_window.runs.reject(entries[0].path, BY_OPERATOR)
+    own_window.runs.change(entries[0].path, rejected=BY_OPERATOR)
     assert [table.isRowHidden(row) for row in range(3)] == [True, False, False]
     table.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
     assert [cells(table, row)[0] for row in range(3)] == ["1", "2", "3"]
@@ -357,7 +359,7 @@ def test_an_empty_series_says_what_to_wait_for(window: MainWindow, wait_for: Any
     window.panels.go_to("series")
     idle(window, wait_for)
     assert window.series._title.text() == "No session"
-    window.series.pages.setCurrentWidget(window.series.speeds)
-    assert window.series.speeds.plot._inside_text == "no valid impact yet"
-    window.series.pages.setCurrentWidget(window.series.falls)
-    assert window.series.falls.fallen._inside_text == "no fall was fitted yet"
+    window.series.pages.setCurrentWidget(window.series.pages.page("speeds"))
+    assert window.series.pages.page("speeds").plot._inside_text == "no valid impact yet"
+    window.series.pages.setCurrentWidget(window.series.pages.page("falls"))
+    assert window.series.pages.page("falls").fallen._inside_text == "no fall was fitted yet"

@@ -39,14 +39,14 @@ def searched(window: MainWindow, wait_for: Any, **texts: str) -> list[str]:
     for name, field in browser.search.fields.items():
         field.setText(texts.get(name, ""))
     browser.search.changed.emit()
-    wait_for(lambda: not browser.looking)
+    wait_for(lambda: not browser.looks.busy)
     return found(window)
 
 
 def test_sessions_are_found_again_and_their_runs_seen(data_folder: Path, window: MainWindow, wait_for: Any) -> None:
     window.actions_.sessions.trigger()
     browser = window.sessions.browser
-    wait_for(lambda: not browser.looking)
+    wait_for(lambda: not browser.looks.busy)
     assert found(window) == ["Grace", "Ada"]
     assert "2 sessions with 3 runs" in browser.words.text()
     e, _, rest = browser.model.index(1, 5).data().partition(" ± ")
@@ -63,7 +63,7 @@ def test_sessions_are_found_again_and_their_runs_seen(data_folder: Path, window:
     ):
         assert searched(window, wait_for, **texts) == wanted, texts
     assert searched(window, wait_for, since="yesterday") == ["Grace", "Ada"]
-    assert browser.search.faulty == ("since",)
+    assert [name for name, one in browser.search.faults.items() if not one.isHidden()] == ["since"]
     assert browser.search.faults["since"].text() == "Write it as 2026-01-31"
 
     browser.table.selectRow(0)
@@ -86,7 +86,7 @@ def test_a_session_is_opened_for_review_and_its_setup_taken(
 ) -> None:
     window.actions_.sessions.trigger()
     browser = window.sessions.browser
-    wait_for(lambda: not browser.looking)
+    wait_for(lambda: not browser.looks.busy)
     browser.table.selectRow(1)
     browser.review.click()
     assert window.control.session is not None
@@ -106,7 +106,7 @@ def test_sessions_chosen_together_are_reported_as_a_series(
 ) -> None:
     own_window.actions_.sessions.trigger()
     browser = own_window.sessions.browser
-    wait_for(lambda: not browser.looking)
+    wait_for(lambda: not browser.looks.busy)
     browser.table.selectRow(0)
     assert not browser.series.isEnabled()
     browser.table.selectAll()
@@ -162,11 +162,11 @@ def test_sample_target_and_notes_of_a_moment_are_kept(
     monkeypatch.setattr(Session, "mark", mark_and_tell)
     monkeypatch.setattr(RunWriter, "close", close_when_marked)
     panel = window.session_panel
-    panel._sample.setText("glass sphere")
-    panel._target.setText("granular bed")
+    panel._lines["Sample"].setText("glass sphere")
+    panel._lines["Target"].setText("granular bed")
     window.actions_.record.trigger()
     wait_for(lambda: window.control.session is not None and window.control.session.recording is not None)
-    panel._mark.setText("door slammed")
+    panel.mark.setText("door slammed")
     panel._keep_mark.click()
     wait_for(lambda: window.control.state in (AppState.DONE, AppState.FAILED))
     wait_for(lambda: "door slammed" in panel._marked.text())

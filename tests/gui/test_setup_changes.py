@@ -52,7 +52,7 @@ def answers(monkeypatch: pytest.MonkeyPatch) -> tuple[list[Answer], list[str]]:
 VALUES = (
     ("receiver[2].tilt_deg", "55", "40 °"),
     ("receiver[1].distance_m", "-3", "700 mm"),
-    ("tracer.release_position_m[2]", "11x", "120 mm"),
+    ("tracer.release_position_m[3]", "11x", "120 mm"),
     ("radar.frequency_hz", "", "10 GHz"),
     ("floor.height_m", "", "-140 mm"),
 )
@@ -85,9 +85,9 @@ def test_a_mark_is_clicked_and_all_changes_are_taken_back_together(antennas: Mai
     QTest.mouseClick(mark(antennas, "receiver[2].tilt_deg"), Qt.MouseButton.LeftButton)
     assert mark(antennas, "receiver[2].tilt_deg").isHidden()
     assert not mark(antennas, "transmitter.distance_m").isHidden()
-    antennas.hardware.undo_all.click()
+    antennas.hardware.file.undo_all.click()
     assert all(one.isHidden() for one in antennas.findChildren(Changed))
-    assert not antennas.hardware.undo_all.isEnabled()
+    assert not antennas.hardware.file.undo_all.isEnabled()
     assert not antennas.setup_model.modified
 
 

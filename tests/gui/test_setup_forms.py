@@ -49,7 +49,7 @@ def test_a_new_tilt_changes_the_matrix_at_once(window: MainWindow) -> None:
 
 def test_distances_are_typed_in_mm_and_kept_in_m(window: MainWindow) -> None:
     type_into(field(window, "receiver[1].distance_m"), "702,5")
-    type_into(field(window, "tracer.release_position_m[2]"), "118")
+    type_into(field(window, "tracer.release_position_m[3]"), "118")
     assert window.setup_model.setup.receiver[0].distance_m == 0.7025
     assert window.setup_model.setup.tracer.release_position_m == (0.0, 0.0, 0.118)
 
@@ -61,7 +61,7 @@ BAD_VALUES = (
     ("antennas", "radar.frequency_hz", "3", None),
     ("antennas", "radar.frequency_hz", "0.01", "Frequency: 0.01 is not allowed: a number from 0.1 to 1000 GHz"),
     ("antennas", "tracer.diameter_m", "600", "Diameter: 600 is not allowed: a number above 0 to 500 mm"),
-    ("antennas", "tracer.release_position_m[1]", "1e9", "Release y: 1000000000 is not allowed: a number from -1"),
+    ("antennas", "tracer.release_position_m[2]", "1e9", "Release y: 1000000000 is not allowed: a number from -1"),
     ("antennas", "floor.height_m", "deep", "Floor z: deep is not allowed: a number from -"),
     ("hardware", "daq.rate_hz", "-1", "Rate per channel: -1 is not allowed: a number from 10 to 1e7 Hz"),
     ("hardware", "daq.rate_hz", "", "Rate per channel: a value is needed: a number from 10 to 1e7 Hz"),
@@ -122,9 +122,9 @@ def test_a_fault_in_a_form_that_is_hidden_is_told_beneath(window: MainWindow) ->
 def test_a_replay_without_a_file_says_so_at_its_field(window: MainWindow) -> None:
     window.hardware.choose("replay")
     window.actions_.record.trigger()
-    assert window.hardware.replay.fault.text() == "No file to replay is chosen"
-    window.hardware.replay._file.line.setText(str(Path("drop.h5")))
-    assert window.hardware.replay.fault.isHidden()
+    assert window.hardware.replay.file.fault.text() == "No file to replay is chosen"
+    window.hardware.replay.file.line.setText(str(Path("drop.h5")))
+    assert window.hardware.replay.file.fault.isHidden()
 
 
 def test_a_replay_says_where_the_setup_is_not_that_of_the_recording_and_takes_it_over(
@@ -141,18 +141,18 @@ def test_a_replay_says_where_the_setup_is_not_that_of_the_recording_and_takes_it
             writer.write(Block(recording.raw[:, :500], 0))
     replay = window.hardware.replay
     window.hardware.choose("replay")
-    replay._file.line.setText(str(tmp_path / "other.h5"))
+    replay.file.line.setText(str(tmp_path / "other.h5"))
     wait_for(lambda: replay.other.isVisibleTo(window.hardware))
     assert replay.other.text().endswith("is computed with the one here: Receiver 3: Tilt.")
     replay.take_own.click()
     assert window.setup_model.setup == tilted
     assert not replay.other.isVisibleTo(window.hardware)
     assert window.setup_model.unsaved == ("receiver[3].tilt_deg",)
-    replay._file.line.setText(str(tmp_path / "same.h5"))
+    replay.file.line.setText(str(tmp_path / "same.h5"))
     wait_for(lambda: replay.other.isVisibleTo(window.hardware))
     # what was edited stands in no file
     assert not replay.take_own.isEnabled()
-    window.setup_model.undo()
+    window.setup_model.undo_all()
     assert not replay.other.isVisibleTo(window.hardware)
 
 
@@ -162,13 +162,13 @@ def test_receivers_are_added_and_removed_with_their_channels(window: MainWindow)
     assert window.setup_model.setup.n_receivers == 4
     assert len(window.setup_model.setup.physical_channels) == 8
     assert not table.add.isEnabled()
-    assert len(window.scopes.scopes) == 4
+    assert len(window.scopes.time.scopes) == 4
     assert field(window, "receiver[4].tilt_deg").text() == "40"
     for _ in range(3):
         window.setup_model.remove_receiver(1)
     assert window.setup_model.valid
     assert window.setup_model.setup.n_receivers == 1
-    assert len(window.scopes.scopes) == 1
+    assert len(window.scopes.time.scopes) == 1
     assert "needs three receivers" in window.antennas.matrix.condition.text()
 
 
@@ -287,7 +287,7 @@ def test_a_folder_or_file_that_cannot_be_used_is_told_at_its_field(
         assert window.board.notices[0].level == "error", "and among the messages"
 
     window.panels.go_to("session")
-    folder, fault = field(window, "session.data_folder"), window.session_panel.folder_fault
+    folder, fault = field(window, "session.data_folder"), window.session_panel.folder.fault
     folder.setText(str(tmp_path / "lab.toml" / "data"))
     failed()
     assert fault.isVisible()
@@ -300,12 +300,12 @@ def test_a_folder_or_file_that_cannot_be_used_is_told_at_its_field(
     folder.setText(str(tmp_path / "data"))
     window.hardware.choose("replay")
     window.panels.go_to("hardware")
-    window.hardware.replay._file.line.setText(str(tmp_path / "gone.csv"))
+    window.hardware.replay.file.line.setText(str(tmp_path / "gone.csv"))
     failed()
-    fault = window.hardware.replay.fault
+    fault = window.hardware.replay.file.fault
     assert fault.isVisible()
     assert fault.text().startswith("File: ")
     assert "gone.csv" in fault.text()
-    assert window.session_panel.folder_fault.isHidden()
-    window.hardware.replay._file.line.setText(str(tmp_path / "lab.csv"))
+    assert window.session_panel.folder.fault.isHidden()
+    window.hardware.replay.file.line.setText(str(tmp_path / "lab.csv"))
     assert fault.isHidden()

@@ -33,8 +33,8 @@ def test_a_chosen_run_is_shown_and_exported_without_computing(
     for page in range(window.run.tabs.count()):
         window.run.tabs.setCurrentIndex(page)
         wait_for(lambda: not window.jobs.running)
-    assert window.run.steps.raw[0].found["peaks"].getData()[0].size > 3
-    assert np.isfinite(window.run.steps._curves[0].getOriginalDataset()[1]).any()
+    assert window.run.tabs.page("steps").raw[0].found["peaks"].getData()[0].size > 3
+    assert np.isfinite(window.run.tabs.page("steps")._curves[0].getOriginalDataset()[1]).any()
     assert window.track.shown is not None
     window.run_controller._kept.clear()
     window.run_controller.export(tmp_path)

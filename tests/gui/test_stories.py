@@ -98,7 +98,7 @@ def test_an_old_session_is_reviewed_then_a_new_one_recorded(
     old = make_session(tmp_path / "data", 4, operator="Grace", notes="of May")
     opened(own_window, old, wait_for)
     shown(own_window, wait_for)
-    assert own_window.track.result_shown
+    assert own_window.track.result is not None
     assert own_window.run._title.text() == "drop 1 (run-0001, simulated)"
     assert own_window.session_panel.details[:2] == ("Grace", "of May")
     asked: list[str] = []
@@ -131,7 +131,7 @@ def test_a_new_session_is_empty(own_window: MainWindow, wait_for: Any, record_on
     record_one(own_window)
     shown(own_window, wait_for)
     assert "drop 1: e = " in own_window.bar.state.text
-    assert all(points_of(scope) > 0 for scope in own_window.scopes.scopes)
+    assert all(points_of(scope) > 0 for scope in own_window.scopes.time.scopes)
     own_window.panels.go_to("run")
     own_window.run.tabs.setCurrentWidget(own_window.run.samples)
     wait_for(lambda: own_window.run.samples.plots)
@@ -142,12 +142,12 @@ def test_a_new_session_is_empty(own_window: MainWindow, wait_for: Any, record_on
     assert own_window.run.figures.toPlainText() == ""
     assert own_window.run.samples.plots == []
     assert own_window.track.shown is None
-    assert not own_window.track.result_shown
+    assert own_window.track.result is None
     assert own_window.track._title.text() == "Live track: nothing yet"
     assert own_window.runs.model.entries == []
     assert own_window.runs.series.isHidden()
     assert own_window.health.run.text() == ""
-    assert all(points_of(scope) == 0 for scope in own_window.scopes.scopes)
+    assert all(points_of(scope) == 0 for scope in own_window.scopes.time.scopes)
     assert all(points_of(plane) == 0 for plane in (*own_window.planes.raw, *own_window.planes.corrected))
 
 
@@ -171,7 +171,7 @@ def test_a_file_replayed_twice_in_a_session_of_measurements_changes_no_statistic
 
     own_window.sessions.ask_where = lambda _name: "add"
     own_window.hardware.choose("replay")
-    own_window.hardware.replay._file.line.setText(str(copy))
+    own_window.hardware.replay.file.line.setText(str(copy))
     for number in (1, 2):
         own_window.actions_.record.trigger()
         wait_for(lambda: own_window.control.state in (AppState.DONE, AppState.FAILED))
@@ -365,7 +365,7 @@ def test_nobody_is_told_that_this_window_writes_to_its_own_session(
     opened(own_window, make_session(tmp_path / "data", 4), wait_for)
     own_window.actions_.sessions.trigger()
     browser = own_window.sessions.browser
-    wait_for(lambda: not browser.looking)
+    wait_for(lambda: not browser.looks.busy)
     browser.table.selectRow(0)
     wait_for(lambda: not own_window.jobs.running)
     assert "writes to it" not in browser.details.text()

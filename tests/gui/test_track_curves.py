@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 from support.results import drop_result
+from support.work_at_once import at_once
 
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import live_track
@@ -25,7 +26,7 @@ def result() -> RunResult:
 
 @pytest.fixture
 def panel(qtbot: QtBot, theme: Theme, result: RunResult) -> TrackPanel:
-    panel = TrackPanel(theme, result.setup)
+    panel = TrackPanel(theme, result.setup, at_once)
     qtbot.addWidget(panel)
     panel.resize(500, 600)
     panel.show()
@@ -40,7 +41,7 @@ def drawn(panel: TrackPanel) -> tuple[np.ndarray, np.ndarray]:
 def test_the_trail_has_the_colour_of_its_speed_and_the_bar_says_which(panel: TrackPanel, result: RunResult) -> None:
     panel.show_result(result, "run-0001")
     scale_m_s = panel._colours.most_m_s
-    assert panel.speed_bar.ends[1] == f"{scale_m_s:g} m/s"
+    assert panel.speed_bar.high.text() == f"{scale_m_s:g} m/s"
     fastest = max(bounce.speed_before_m_s for bounce in result.bounces.impacts)
     assert scale_m_s >= fastest
     steps = {step for *_, trail, _, _ in panel.projections._parts for step in trail.lines}

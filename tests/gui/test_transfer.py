@@ -152,15 +152,15 @@ def test_a_session_is_exported_and_nothing_is_replaced_unasked(
 
     # a fault stands at its field, and the dialog with what was chosen stays
     wrong = ordered(tmp_path / "lab.toml" / "out")
-    assert wrong.fault.isVisible()
-    assert wrong.fault.text().startswith(f"Folder: {tmp_path / 'lab.toml' / 'out'} cannot be made: ")
+    assert wrong.folder.fault.isVisible()
+    assert wrong.folder.fault.text().startswith(f"Folder: {tmp_path / 'lab.toml' / 'out'} cannot be made: ")
     again = ordered(target)
-    assert again.fault.isVisible()
-    assert "run-0001.tdms are there already" in again.fault.text().replace(f", {target / 'run-0002.tdms'}", "")
-    assert again.fault.text().endswith("Choose another folder, or tick “Replace files that are there”.")
+    assert again.folder.fault.isVisible()
+    assert "run-0001.tdms are there already" in again.folder.fault.text().replace(f", {target / 'run-0002.tdms'}", "")
+    assert again.folder.fault.text().endswith("Choose another folder, or tick “Replace files that are there”.")
     assert (target / "run-0001.tdms").read_bytes() == b"of somebody else"
     again.replace.setChecked(True)
-    assert again.fault.isHidden()
+    assert again.folder.fault.isHidden()
     again.go.click()
     wait_for(lambda: not window.jobs.running and not window.work.busy)
     assert again.isHidden()

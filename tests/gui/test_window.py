@@ -46,7 +46,7 @@ def test_every_action_has_a_key_and_stands_in_a_menu(window: MainWindow) -> None
 
 
 def test_the_look_reaches_palette_and_plots(window: MainWindow) -> None:
-    plots = [*window.scopes.scopes, *window.planes.raw, window.track.curves.height_plot]
+    plots = [*window.scopes.time.scopes, *window.planes.raw, window.track.curves.height_plot]
     for choice, colours in (("dark", DARK), ("light", LIGHT)):
         action = next(action for action in window.theme_actions.actions() if action.data() == choice)
         action.trigger()
@@ -54,7 +54,7 @@ def test_the_look_reaches_palette_and_plots(window: MainWindow) -> None:
         assert QApplication.palette().color(QPalette.ColorRole.Window).name() == colours.window
         for plot in plots:
             assert plot.backgroundBrush().color().name() == colours.base
-        pen = window.scopes.scopes[0]._curves[0].opts["pen"]
+        pen = window.scopes.time.scopes[0]._curves[0].opts["pen"]
         assert pen.color().name() == colours.i
         assert pen.width() == 1
     assert window.settings.theme() == "light"

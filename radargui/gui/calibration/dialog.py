@@ -1,23 +1,20 @@
 """The guided dialog: recordings, unknowns, the fit with its progress, and what to do with what it found."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
 
-from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLayout
 
 from radargui.experiment.calibrating import Calibrate, CalibrationOrder
 from radargui.experiment.event import RecordedRun
 from radargui.files.calibration_file import free_path, write_calibration
 from radargui.gui.background import WorkStrip
 from radargui.gui.calibration.pages import Recorded, RecordingList, ResultView, UnknownsForm
-from radargui.gui.control.run_control import RunControl
-from radargui.gui.layout import TIPS, Dialog, FaultText, PlainLabel, button, fill, having
+from radargui.gui.layout import TIPS, Dialog, FaultText, PlainLabel, boxed, button, fill, having, holding
 from radargui.gui.services import Services
-from radargui.gui.sessions.browser import SessionBrowser
+from radargui.gui.sessions.session_controller import SessionController
 from radargui.gui.setup.antenna_panel import CalibrationGroup
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupModel, tried
@@ -59,12 +56,10 @@ class CalibrationDialog(Dialog):
         self.recordings = RecordingList(lambda: panel.data_folder)
         self.unknowns, self.view = UnknownsForm(), ResultView(services.theme)
         self.work, self.doing = WorkStrip(services.jobs), PlainLabel()
-        fit = QWidget()
-        fill(QVBoxLayout(fit), self.doing, self.work, 1, spacing=6)
-        self.pages = QStackedWidget()
-        for page in (self.recordings, self.unknowns, fit, self.view):
-            self.pages.addWidget(page)
-        self.back = button("Back", self._back)
+        fit = boxed(QVBoxLayout(), self.doing, self.work, 1, spacing=6)
+        self.pages = holding(QStackedWidget(), self.recordings, self.unknowns, fit, self.view)
+        back = {_UNKNOWNS: _RECORDINGS, _RESULT: _UNKNOWNS}
+        self.back = button("Back", lambda: self._go(back[self.pages.currentIndex()]))
         self.next = button("Next", self._next, default=True)
         self.use = button("Use in the setup", self._use)
         self.save = button("Save as…", self._ask_save)
@@ -97,7 +92,7 @@ class CalibrationDialog(Dialog):
         if not self._model.valid:
             self.fault.say(self._model.error)
             return
-        files, known = zip(*((one.file, one.known) for one in self.recordings.entries), strict=True)
+        files, known = zip(*((one.file, one.known) for one in self.recordings.table.rows.entries), strict=True)
         operator = self._panel.details.operator
         order = CalibrationOrder(files, known, self._model.setup, self.unknowns.free, operator)
         self._order, calibrate = order, self.calibrate
@@ -111,9 +106,6 @@ class CalibrationDialog(Dialog):
             self._failed,
             lambda: self._stopped("Cancelled; nothing was changed."),
         )
-
-    def _back(self) -> None:
-        self._go(_UNKNOWNS if self.pages.currentIndex() == _RESULT else _RECORDINGS)
 
     def _show_found(self, found: Calibration) -> None:
         self.found = found
@@ -139,9 +131,8 @@ class CalibrationDialog(Dialog):
         page = self.pages.currentIndex()
         for one in (self.use, self.save, self.compare):
             one.setVisible(page == _RESULT)
-        self.next.setVisible(page in (_RECORDINGS, _UNKNOWNS))
-        self.next.setText("Calibrate" if page == _UNKNOWNS else "Next")
-        goes = bool(self.unknowns.free if page == _UNKNOWNS else self.recordings.entries)
+        having(self.next, visible=page in (_RECORDINGS, _UNKNOWNS), text="Calibrate" if page == _UNKNOWNS else "Next")
+        goes = bool(self.unknowns.free if page == _UNKNOWNS else self.recordings.table.rows.entries)
         missing = "Check what is unknown" if page == _UNKNOWNS else "Add recordings, or open a session with drops"
         having(self.next, enabled=goes, toolTip=TIPS["buttons"]["Next"] if goes else f"{missing} first")
         self.back.setVisible(page in (_UNKNOWNS, _RESULT))
@@ -193,23 +184,15 @@ class CalibrationDialog(Dialog):
         return tried(step, lambda error: self.fault.say(str(error)))
 
 
-@dataclass(eq=False, repr=False)
-class CalibrationController(QObject):
+class CalibrationController:
     """Joins dialog, antenna panel, session browser and the runs that are recorded."""
 
-    control: RunControl
-    model: SetupModel
-    panel: SessionPanel
-    browser: SessionBrowser
-    group: CalibrationGroup
-    calibrate: Calibrate
-    services: Services
-
-    def __post_init__(self) -> None:
-        super().__init__(self.services.parent)
-        self.group.asked.connect(self.begin)
-        self.browser.calibrate_asked.connect(self.begin_with)
-        self.control.run_recorded.connect(self._recorded)
+    def __init__(self, sessions: SessionController, group: CalibrationGroup, calibrate: Calibrate) -> None:
+        self.group, self.calibrate = group, calibrate
+        self.panel, self.model, self.services = sessions.panel, sessions.setup_file.model, sessions.services
+        group.asked.connect(self.begin)
+        sessions.browser.calibrate_asked.connect(self.begin_with)
+        self.services.control.run_recorded.connect(self._recorded)
 
     @cached_property
     def dialog(self) -> CalibrationDialog:
@@ -220,7 +203,7 @@ class CalibrationController(QObject):
 
     def begin(self) -> None:
         """Calibrate from the runs of the session that is open, or from what the operator adds."""
-        session = self.control.session
+        session = self.services.control.session
         self.dialog.begin(() if session is None else session.run_paths())
 
     def begin_with(self, session: Path) -> None:
@@ -235,12 +218,12 @@ class CalibrationController(QObject):
 
     def _recorded(self, run: RecordedRun) -> None:
         """Let the first drop of a series say whether the calibration still holds."""
-        result = run.result
-        if result is not None and result.setup.calibration.content and self.control.kept == 1 and not run.set_aside:
+        result, is_first = run.result, self.services.control.kept == 1 and not run.set_aside
+        if result is not None and result.setup.calibration.content and is_first:
             self.services.jobs.start("the check of the calibration", lambda: check_calibration(result), self._checked)
 
     def _checked(self, check: CalibrationCheck | None) -> None:
-        self.group.show_check(check)
+        self.group.checked.say("" if check is None else f"Last check: {check.words}")
         if check is not None:
             words = f"{check.words[0].upper()}{check.words[1:]}."
             self.services.board.post("info" if check.holds else "warning", words)

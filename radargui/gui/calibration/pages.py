@@ -8,26 +8,19 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QLabel, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
 from radargui.calibration.unknowns import U_UNSTATED, USUAL
 from radargui.experiment.calibrating import FALL
 from radargui.files.formats import SUFFIXES
-from radargui.gui.layout import TIPS, Group, Paragraph, PlainLabel, button, fill, follow
+from radargui.gui.layout import TIPS, Group, Paragraph, PlainLabel, boxed, button, fill, follow, having, holding
+from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.setup.words import UNKNOWNS, called, words_of
 from radargui.gui.table import RowModel, RowTable, WordTable
 from radargui.gui.theme import Theme, scaled_font
 from radargui.model.assumed import uncertain_inputs
-from radargui.model.calibrated_setup import (
-    KNOWN_TOGETHER,
-    Change,
-    change,
-    changes_since,
-    correlations,
-    setup_key,
-    unit_of,
-)
+from radargui.model.calibrated_setup import KNOWN_TOGETHER, Change, change, changes_since, correlations, setup_key
 from radargui.model.calibration import Calibration, Residual
 from radargui.model.radar import MOST_RECEIVERS
 from radargui.model.resources import resources_folder
@@ -65,9 +58,8 @@ class RecordingList(QWidget):
             "What is known of it": lambda one: "free fall" if one.known == FALL else Path(one.known).name,
             "Folder": lambda one: str(one.file.parent),
         }
-        self.rows = RowModel[Recorded](columns, lambda one: str(one.file))
-        self.table = RowTable(self.rows, "calibration.recordings", many=True)
-        self.table.setAccessibleName("Recordings")
+        model = RowModel[Recorded](columns, lambda one: str(one.file))
+        self.table = having(RowTable(model, "calibration.recordings", many=True), accessibleName="Recordings")
         self.add = button("Add recordings…", self._ask_files)
         self.fall = button("Known: free fall", lambda: self.say_known(FALL))
         self.path = button("Known: path…", self._ask_path)
@@ -80,31 +72,26 @@ class RecordingList(QWidget):
         fill(QVBoxLayout(self), Paragraph(words), (self.table, 1), buttons, spacing=6)
         self.show_recordings(())
 
-    @property
-    def entries(self) -> list[Recorded]:
-        """The recordings in order."""
-        return self.rows.entries
-
     def put(self, files: Iterable[Path]) -> None:
         """Add recordings that are not there yet."""
-        there = {one.file for one in self.entries}
-        self.show_recordings([*self.entries, *(Recorded(file) for file in files if file not in there)])
+        there = {one.file for one in self.table.rows.entries}
+        self.show_recordings([*self.table.rows.entries, *(Recorded(file) for file in files if file not in there)])
 
     def say_known(self, known: str) -> None:
         """Say what is known of the chosen recordings."""
-        chosen = self.table.all_chosen or self.entries
-        self.show_recordings([replace(one, known=known) if one in chosen else one for one in self.entries])
+        chosen = self.table.all_chosen or self.table.rows.entries
+        self.show_recordings([replace(one, known=known) if one in chosen else one for one in self.table.rows.entries])
 
     def show_recordings(self, entries: Iterable[Recorded]) -> None:
         """Show these and no others."""
         self.table.show_rows(entries)
         for one in (self.fall, self.path, self.remove):
-            one.setEnabled(bool(self.entries))
+            one.setEnabled(bool(self.table.rows.entries))
         self.changed.emit()
 
     def _remove(self) -> None:
         chosen = self.table.all_chosen
-        self.show_recordings([one for one in self.entries if one not in chosen])
+        self.show_recordings([one for one in self.table.rows.entries if one not in chosen])
 
     def _ask_files(self) -> None:
         names, _ = QFileDialog.getOpenFileNames(self, "Recordings to calibrate from", str(self._start()), _RECORDINGS)
@@ -128,8 +115,7 @@ class UnknownsForm(QWidget):
         self._priors: dict[str, PlainLabel] = {}
         for name, unknown in UNKNOWNS.items():
             box, prior = QCheckBox(unknown["title"]), PlainLabel()
-            box.setToolTip(TIPS["fields"].get(box.text(), ""))
-            box.setChecked(name in USUAL)
+            having(box, toolTip=TIPS["fields"].get(box.text(), ""), checked=name in USUAL)
             box.toggled.connect(self.changed)
             self.boxes[name], self._priors[name] = box, prior
             group.rows.addRow(box, prior)
@@ -154,9 +140,8 @@ class UnknownsForm(QWidget):
             said = [f"{called(one.key).partition(':')[0]} ± {words_of(one.key).with_unit(one.u)}" for one in own]
             if ends and not said:
                 # of the first receiver: all are written in one unit
-                key = f"receiver[1]{ends[0]}" if ends[0].startswith(".") else "tracer.u_release_m"
-                unit, scale = unit_of(key)
-                said = [f"no uncertainty given: ± {U_UNSTATED[name] * scale:g} {unit} taken"]
+                key = f"receiver[1]{ends[0]}" if ends[0].startswith(".") else "tracer.release_position_m"
+                said = [f"no uncertainty given: ± {words_of(key).with_unit(U_UNSTATED[name])} taken"]
             self._priors[name].setText(", ".join(said))
 
 
@@ -175,7 +160,7 @@ class ResultView(QWidget):
     def __init__(self, theme: Theme) -> None:
         super().__init__()
         self._theme = theme
-        self._verdict, self._receivers = "", 0
+        self._verdict = ""
         self.title, self.words = PlainLabel(), Paragraph()
         self.title.setFont(scaled_font(self.font(), _TITLE, bold=True))
         self.compared = PlainLabel()
@@ -191,15 +176,11 @@ class ResultView(QWidget):
             [self.plot.marker(f"receivers.{n}", symbol, size, f"Rx {n + 1} {when}") for n in range(MOST_RECEIVERS)]
             for when, symbol, size in (("after", "o", 8), ("before", "x", 9))
         )
-        self.key = QLabel()
-        left, right = QWidget(), QWidget()
-        fill(QVBoxLayout(left), self.compared, (self.parameters, 1), spacing=4)
-        fill(QVBoxLayout(right), (self.residuals, 3), (self.plot, 4), self.key, spacing=4)
-        parts = QSplitter(Qt.Orientation.Horizontal, childrenCollapsible=False)
-        parts.setObjectName("calibration.parts")
-        for part in (left, right):
-            parts.addWidget(part)
-        parts.setSizes([490, 550])
+        self.key = Key(theme)
+        left = boxed(QVBoxLayout(), self.compared, (self.parameters, 1), spacing=4)
+        right = boxed(QVBoxLayout(), (self.residuals, 3), (self.plot, 4), self.key, spacing=4)
+        parts = holding(QSplitter(Qt.Orientation.Horizontal, childrenCollapsible=False), left, right)
+        having(parts, objectName="calibration.parts", sizes=[490, 550])
         fill(QVBoxLayout(self), self.title, self.words, (parts, 1), spacing=6)
         follow(theme.changed, self._colour)
 
@@ -233,7 +214,9 @@ class ResultView(QWidget):
         self.parameters.show_rows(rows)
 
     def _draw(self, residuals: Sequence[Residual]) -> None:
-        self._receivers = max((one.receiver for one in residuals), default=0)
+        count = max((one.receiver for one in residuals), default=0)
+        receivers = [("●", f"receivers.{number}", f"Rx {number + 1}") for number in range(count)]
+        self.key.show_entries(*receivers, ("●", "text", "after"), ("×", "text", "before"))
         files = list(dict.fromkeys(one.file for one in residuals))
         known = [1e3 * x for one in residuals for x in (one.rms_m, one.rms_before_m) if x > 0.0]
         if known:
@@ -249,9 +232,6 @@ class ResultView(QWidget):
         colours = self._theme.colours
         colour = {"good": colours.good, "usable": colours.busy, "refused": colours.alarm}.get(self._verdict)
         self.title.setStyleSheet(f"color: {colour or colours.text};")
-        shown = enumerate(colours.receivers[: self._receivers], 1)
-        receivers = " ".join(f'<span style="color:{own}">● Rx {n}</span>' for n, own in shown)
-        self.key.setText(f"{receivers} after, × before")
 
 
 def found_words(found: Calibration) -> list[str]:

@@ -1,22 +1,21 @@
 """What never moves: start, record, stop, how many runs, the state in large letters, messages, the health line."""
 
 from PySide6 import QtWidgets
-from PySide6.QtCore import QEvent, QObject, QSize, Qt
+from PySide6.QtCore import QEvent, QObject, QRectF, QSize, Qt
 from PySide6.QtGui import QAction, QColor, QFont, QFontMetrics, QFontMetricsF, QPainter, QPaintEvent
 
 from radargui.acquisition.health import Health
 from radargui.acquisition.run_plan import AcquisitionState
 from radargui.gui.control.state import AppState
 from radargui.gui.layout import ALARM, TIPS, OneLine, Scroll, fill, having, labelled
-from radargui.gui.theme import Theme, scaled_font
+from radargui.gui.theme import Theme, fitting_font, scaled_font, write
 from radargui.model.rounding import UNKNOWN
 
 _WORD, _DETAIL = 0.42, 0.5
 """Share of the width that the longest state takes, and size of what stands behind it: two lines beside one word."""
-_MOST_POINTS = 34.0
-"""Read across a room of five metres: letters of 8 mm on a usual screen (chosen by hand)."""
-_LEAST_POINTS = 11.0
-"""Below these nothing is read across a room; where the words do not fit their end is told by the tool tip."""
+_POINTS = (11.0, 34.0)
+"""The most is read across a room of five metres: letters of 8 mm on a usual screen (chosen by hand). Below the least
+nothing is read across a room; where the words do not fit their end is told by the tool tip."""
 
 
 class StateView(QtWidgets.QWidget):
@@ -48,34 +47,25 @@ class StateView(QtWidgets.QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         colours = self._theme.colours
-        colour = QColor(colours.role(self._state.role))
-        frame = self.rect().adjusted(2, 4, -2, -4)
+        colour = colours.role(self._state.role)
+        frame = QRectF(self.rect()).adjusted(2, 4, -2, -4)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(colours.base))
         painter.drawRoundedRect(frame, 6, 6)
-        painter.setBrush(colour)
+        painter.setBrush(QColor(colour))
         painter.drawRoundedRect(frame.adjusted(0, 0, 10 - frame.width(), 0), 4, 4)
         inside = frame.adjusted(24, 0, -12, 0)
-        large = self.word_font()
-        painter.setFont(large)
-        painter.setPen(colour)
-        painter.drawText(inside, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, self._state.value)
-        word = QFontMetricsF(large).horizontalAdvance(self._state.value + "  ")
-        rest = inside.adjusted(int(word), 0, 0, 0)
-        painter.setFont(scaled_font(large, _DETAIL))
-        painter.setPen(QColor(colours.text))
-        lines = wrapped(self._detail, painter.fontMetrics(), rest.width(), rest.height())
-        painter.drawText(rest, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, lines)
-        painter.end()
+        large, left = self.word_font(), int(Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft)
+        write(painter, inside, self._state.value, colour, left, large)
+        rest = inside.adjusted(QFontMetricsF(large).horizontalAdvance(self._state.value + "  "), 0, 0, 0)
+        small = scaled_font(large, _DETAIL)
+        lines = wrapped(self._detail, QFontMetrics(small), int(rest.width()), int(rest.height()))
+        write(painter, rest, lines, colours.text, left, small)
 
     def word_font(self) -> QFont:
         """Return the letters of the state: as large as the place lets the longest one be, whatever is shown now."""
-        font = scaled_font(self.font(), _MOST_POINTS / self.font().pointSizeF(), bold=True)
-        metrics = QFontMetricsF(font)
-        longest = max(metrics.horizontalAdvance(state.value) for state in AppState)
-        share = min(1.0, _WORD * self.width() / longest, (self.height() - 8) / metrics.height())
-        font.setPointSizeF(max(_LEAST_POINTS, _MOST_POINTS * share))
-        return font
+        longest = max((state.value for state in AppState), key=self.fontMetrics().horizontalAdvance)
+        return fitting_font(self.font(), longest, _WORD * self.width(), self.height() - 8, _POINTS)
 
 
 def wrapped(text: str, metrics: QFontMetrics, width: int, height: int) -> str:
@@ -184,8 +174,7 @@ class HealthLine(QtWidgets.QWidget):
 
     def show_run(self, text: str) -> None:
         """Show how the last run was recorded."""
-        self.run.setText(text)
-        self.run.setToolTip(f"How the last run was recorded. {text}".strip())
+        having(self.run, text=text, toolTip=f"How the last run was recorded. {text}".strip())
 
 
 def figures(health: Health | None) -> dict[str, tuple[str, bool]]:

@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from radargui.experiment.event import Event, EventKind, ExperimentState, Recorde
 from radargui.experiment.experiment import Experiment
 from radargui.files.run_card import RunCard, origin_attributes, read_run_card
 from radargui.gui.background import Mailbox
-from radargui.gui.control.state import AppState, Asked, Backlog, Feed, MakeSource, Reached, RunRequest, WorkerState
+from radargui.gui.control.state import AppState, Asked, Backlog, Feed, MakeSource, RunRequest, WorkerState
 from radargui.model.daq import Daq
 from radargui.model.errors import RadarGuiError, SourceError
 from radargui.model.setup import Setup
@@ -64,7 +65,7 @@ class RunControl(QObject):
 
     def _begin(self, setup: Setup | None) -> None:
         """Forget what Record or Start was asked for before."""
-        self._setup, self._of_worker = setup, WorkerState()
+        self._setup, self.reached = setup, WorkerState()
         self._pulled: Acquisition | None = None
         self._next: RunRequest | None = None
         self._restarts, self._continuous, self.waits_for = 0, False, ""
@@ -77,11 +78,6 @@ class RunControl(QObject):
         """The newest snapshot of the running acquisition; None where none runs. Taken by its worker, not here."""
         reached = self.reached
         return reached.health if self.state.running and not reached.only_processes else None
-
-    @property
-    def reached(self) -> Reached:
-        """What the worker has made so far, and what is wanted of it."""
-        return self._of_worker.reached
 
     @property
     def recorded_s(self) -> float:
@@ -116,13 +112,13 @@ class RunControl(QObject):
             looked = at_once(setup)
             source = make(looked) if make else self._make(kind, looked, repeat=True, file=file)
             acquisition = Acquisition(source, looked)
-            state.put(source=source, live=acquisition)
+            state.source, state.live = source, acquisition
             if state.stops:
                 acquisition.request_stop()
             acquisition.start()
             while not acquisition.wait(_HEALTH_S):
                 # a disk or device that does not answer must not hold up the window: the window never asks them
-                state.put(health=acquisition.health)
+                state.health = acquisition.health
             acquisition.stop()
             if acquisition.error is not None:
                 raise acquisition.error
@@ -163,7 +159,7 @@ class RunControl(QObject):
 
             def source_of(run: int) -> Source:
                 source = self._make(request.kind, setup, run=done + run, repeat=continuous, file=request.file)
-                state.put(source=source)
+                state.source = source
                 return source
 
             experiment = Experiment(
@@ -175,7 +171,7 @@ class RunControl(QObject):
                 attributes=origin_attributes(request.kind, request.file if request.kind == "replay" else None),
                 memory=memory,
             )
-            state.put(experiment=experiment)
+            state.experiment = experiment
             if state.stops:
                 return
             try:
@@ -197,8 +193,8 @@ class RunControl(QObject):
         SessionError
             No such run, or the session cannot be written.
         """
-        session, state = self.session, self._of_worker
-        experiment = state.reached.experiment
+        session, state = self.session, self.reached
+        experiment = state.experiment
         if session is None:
             return
         if back:
@@ -216,7 +212,7 @@ class RunControl(QObject):
 
         Asked again, or while there is nothing but processing, that ends too: what stands already is kept.
         """
-        again = self._of_worker.stops or self.reached.only_processes
+        again = self.reached.stops or self.reached.only_processes
         self.end(Asked.CANCEL if again else Asked.FINISH)
 
     def poll(self) -> None:
@@ -230,11 +226,13 @@ class RunControl(QObject):
             if self.feed is not None:
                 self.feed = None
                 self.feed_changed.emit(None)
-        elif acquisition is not None and acquisition is not self._pulled and acquisition.digitisation is not None:
-            self._pulled = acquisition
-            self.feed = Feed(acquisition, setup)
-            self.feed_changed.emit(self.feed)
-        if self._of_worker.stops:
+        elif acquisition is not None and acquisition is not self._pulled:
+            ring, digitisation = acquisition.ring, acquisition.digitisation
+            if ring is not None and digitisation is not None:
+                self._pulled = acquisition
+                self.feed = Feed(ring, digitisation, acquisition.live, setup)
+                self.feed_changed.emit(self.feed)
+        if self.reached.stops:
             return
         if reached.source is not None:
             self.waits_for = edge_words(setup.daq) if reached.source.is_waiting else ""
@@ -264,8 +262,8 @@ class RunControl(QObject):
         if not self.state.running:
             return
         self._next = None
-        state, worker = self._of_worker, self._worker
-        state.ask(asked)
+        state, worker = self.reached, self._worker
+        state.asked = max(asked, state.asked)
         self._enter(AppState.STOPPING)
         if worker is None or (self._stopper is not None and self._stopper.is_alive()):
             return
@@ -274,7 +272,7 @@ class RunControl(QObject):
 
     def _launch(self, work: Callable[[WorkerState], None], what: str) -> None:
         self._enter(AppState.STARTING)
-        state = self._of_worker
+        state = self.reached
 
         def run() -> None:
             failure: Exception | None = None
@@ -290,11 +288,11 @@ class RunControl(QObject):
     def _hear(self, event: Event, state: WorkerState, n_runs: int) -> None:
         """Take an event of the experiment, in its thread; `n_runs` is 0 where its events do not number the runs."""
         if event.kind is EventKind.PROGRESS and event.fraction is not None:
-            state.put(progress=event.fraction)
+            state.progress = event.fraction
         elif event.kind is EventKind.HEALTH:
-            state.put(health=event.health)
+            state.health = event.health
         elif event.kind is EventKind.STATE and n_runs:
-            state.put(run_number=min(event.number, n_runs))
+            state.run_number = min(event.number, n_runs)
         elif event.kind is EventKind.PRELIMINARY:
             self._post(state, self.run_preliminary.emit, event.run)
         elif event.kind is EventKind.RECORDED and event.run is not None:
@@ -307,7 +305,7 @@ class RunControl(QObject):
         """Let a call be made in the window's thread, unless another worker runs by then; from any thread."""
 
         def deliver() -> None:
-            if state is self._of_worker:
+            if state is self.reached:
                 call(*values)
 
         self._mailbox.post(deliver)
@@ -331,7 +329,7 @@ class RunControl(QObject):
             self.backlog.remove(recorded.path)
         self.kept += recorded.path is not None and not recorded.set_aside
         self.run_recorded.emit(recorded)
-        self._of_worker.put(progress=0.0)
+        self.reached.progress = 0.0
 
     def _ended(self, error: BaseException | None) -> None:
         if self._worker is not None:
@@ -339,7 +337,7 @@ class RunControl(QObject):
         request = self._next
         self.had_source = self.reached.source is not None
         if error is not None:
-            self._finish(AppState.IDLE if self._of_worker.stops else AppState.FAILED)
+            self._finish(AppState.IDLE if self.reached.stops else AppState.FAILED)
             self.failed.emit(error)
         elif request is not None:
             self._finish(AppState.IDLE)
@@ -350,7 +348,7 @@ class RunControl(QObject):
     def _finish(self, state: AppState) -> None:
         self._worker = self._pulled = None
         self.waits_for, self.feed = "", None
-        self._of_worker.put(source=None, live=None, experiment=None)
+        self.reached.source = self.reached.live = self.reached.experiment = None
         self.feed_changed.emit(None)
         self._enter(state)
 
@@ -362,10 +360,9 @@ class RunControl(QObject):
 
 def card_of(run: RecordedRun) -> RunCard:
     """Return what the file of a run says of it; an empty card where it cannot be read."""
-    try:
+    with suppress(RadarGuiError):
         return RunCard() if run.path is None else read_run_card(run.path)
-    except RadarGuiError:
-        return RunCard()
+    return RunCard()
 
 
 def restart_words(count: int) -> str:

@@ -1,10 +1,10 @@
 """What the program is doing: what Record was asked for, how far its worker is, what the screen pulls from it."""
 
 import threading
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum, IntEnum
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.health import Health
@@ -12,6 +12,7 @@ from radargui.acquisition.ring import LiveTrack, Ring
 from radargui.acquisition.run_plan import RecorderState
 from radargui.experiment.event import ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
+from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
 from radargui.sources.contract import Source
 from radargui.sources.factory import SourceKind
@@ -64,27 +65,17 @@ class Feed:
 
     Parameters
     ----------
-    acquisition
-        What samples come through; already open.
+    ring, digitisation
+        The last seconds of samples, and how they are digitised.
+    live
+        The last seconds of live estimates; None without live track.
     setup
         Under which it runs.
     """
 
-    def __init__(self, acquisition: Acquisition, setup: Setup) -> None:
-        self.acquisition, self.setup = acquisition, setup
-        digitisation = acquisition.digitisation
-        self.n_receivers = digitisation.n_receivers if digitisation else setup.n_receivers
-        self.rate_hz = digitisation.sample_rate_hz if digitisation else setup.daq.rate_hz
-
-    @property
-    def ring(self) -> Ring | None:
-        """The last seconds of samples."""
-        return self.acquisition.ring
-
-    @property
-    def live(self) -> LiveTrack | None:
-        """The last seconds of live estimates."""
-        return self.acquisition.live
+    def __init__(self, ring: Ring, digitisation: Digitisation, live: LiveTrack | None, setup: Setup) -> None:
+        self.ring, self.digitisation, self.live, self.setup = ring, digitisation, live, setup
+        self.n_receivers, self.rate_hz = digitisation.n_receivers, digitisation.sample_rate_hz
 
     def samples(self, seconds: float) -> int:
         """Return how many samples so many seconds are."""
@@ -170,9 +161,11 @@ class Asked(IntEnum):
     """And leave for later what waits to be computed."""
 
 
-@dataclass(frozen=True, slots=True)
-class Reached:
-    """What the worker has made so far.
+@dataclass(eq=False)
+class WorkerState:
+    """What the worker has made so far, and what is wanted of it; one for each worker: a late one writes to its own.
+
+    Each value is put there by one thread and as a whole, which needs no lock; whoever asks for one twice takes it once.
 
     Attributes
     ----------
@@ -203,51 +196,34 @@ class Reached:
     @property
     def acquisition(self) -> Acquisition | None:
         """What samples come through now."""
-        return self.live if self.experiment is None else self.experiment.acquisition
+        experiment = self.experiment
+        return self.live if experiment is None else experiment.acquisition
 
     @property
     def records(self) -> AppState:
         """What the recorder does; PROCESSING where it has ended."""
-        recorder = self.acquisition.recorder if self.acquisition is not None else None
+        acquisition = self.acquisition
+        recorder = acquisition.recorder if acquisition is not None else None
         return AppState.STARTING if recorder is None else _RECORDING.get(recorder.state, AppState.PROCESSING)
 
     @property
     def only_processes(self) -> bool:
         """Whether nothing is recorded any more."""
-        return self.experiment is not None and self.experiment.state is ExperimentState.PROCESSING
-
-
-class WorkerState:
-    """Written by the worker, asked by the window; one for each worker, so that a late one writes to its own."""
-
-    def __init__(self) -> None:
-        # two threads change what stands here, each after it has read it; to read alone is one step and needs no lock
-        self._lock = threading.Lock()
-        self.reached = Reached()
-
-    def put(self, **changes: Any) -> None:
-        """Take new values of `Reached`."""
-        with self._lock:
-            self.reached = replace(self.reached, **changes)
+        experiment = self.experiment
+        return experiment is not None and experiment.state is ExperimentState.PROCESSING
 
     @property
     def stops(self) -> bool:
         """Whether the worker is asked to end."""
-        return self.reached.asked > Asked.NOTHING
-
-    def ask(self, what: Asked) -> None:
-        """Ask the worker to end; what was asked before and goes further stays."""
-        with self._lock:
-            self.reached = replace(self.reached, asked=max(what, self.reached.asked))
+        return self.asked > Asked.NOTHING
 
     def end_soon(self, worker: threading.Thread) -> None:
         """Ask whatever runs to end until the worker is gone; a device may take its time to stop: not for the window."""
         # said repeatedly: there may have been nothing to end the first time
         while worker.is_alive():
-            reached = self.reached
-            if (experiment := reached.experiment) is not None:
+            if (experiment := self.experiment) is not None:
                 ends = {Asked.FINISH: experiment.finish, Asked.CANCEL: experiment.cancel, Asked.LEAVE: experiment.leave}
-                ends[reached.asked]()
-            if reached.live is not None:
-                reached.live.request_stop()
+                ends[self.asked]()
+            if (live := self.live) is not None:
+                live.request_stop()
             worker.join(0.05)

@@ -10,6 +10,7 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainterPath, QPen
 from PySide6.QtWidgets import QGraphicsEllipseItem, QGraphicsPathItem
 
+from radargui.gui.layout import having
 from radargui.model.arrays import FloatArray
 
 
@@ -81,9 +82,7 @@ class Band(QGraphicsPathItem):
 
     def setPen(self, pen: QPen | QColor | Qt.PenStyle) -> None:  # noqa: N802 - Qt's name
         """Take over a colour, without an edge."""
-        shade = pg.mkPen(pen).color()
-        shade.setAlpha(70)
-        self.setBrush(shade)
+        self.setBrush(having(pg.mkPen(pen).color(), alpha=70))
 
 
 _APART = 1.3

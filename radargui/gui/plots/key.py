@@ -3,11 +3,11 @@
 from html import escape
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPaintEvent, QResizeEvent
-from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor, QResizeEvent
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
 
-from radargui.gui.layout import follow
+from radargui.gui.layout import fill, follow, having
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
 
@@ -69,28 +69,16 @@ class ColourBar(QWidget):
 
     def __init__(self, tip: str) -> None:
         super().__init__()
-        self.ends = ("", "")
-        self._table: FloatArray = np.empty((0, 4))
+        self.low, self.high = QLabel(), QLabel()
+        self._bar = having(QWidget(), fixedHeight=self.fontMetrics().height() - 2)
+        fill(QHBoxLayout(self), self.low, (self._bar, 1), self.high, margins=(2, 0, 2, 0), spacing=4)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setFixedHeight(self.fontMetrics().height() + 4)
-        self.setToolTip(tip)
+        having(self, fixedHeight=self.fontMetrics().height() + 4, toolTip=tip)
 
     def show_ends(self, table: FloatArray, low: str, high: str) -> None:
         """Show colours, red, green, blue, alpha from 0 to 1, shape (n, 4), and what the first and the last mean."""
-        self._table, self.ends = table, (low, high)
-        self.update()
-
-    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
-        """Draw the colours between two values."""
-        painter, metrics = QPainter(self), self.fontMetrics()
-        left, right = (metrics.horizontalAdvance(end) + 6.0 for end in self.ends)
-        bar = QRectF(left, 3.0, self.width() - left - right, self.height() - 6.0)
-        gradient = QLinearGradient(bar.topLeft(), bar.topRight())
-        for stop, colour in zip(np.linspace(0.0, 1.0, len(self._table)), self._table, strict=True):
-            gradient.setColorAt(stop, QColor.fromRgbF(*colour))
-        painter.fillRect(bar, gradient)
-        painter.setPen(self.palette().windowText().color())
-        foot = self.height() - metrics.descent() - 2.0
-        painter.drawText(QPointF(2.0, foot), self.ends[0])
-        painter.drawText(QPointF(self.width() - right + 4.0, foot), self.ends[1])
-        painter.end()
+        stops = zip(np.linspace(0.0, 1.0, len(table)), table, strict=True)
+        colours = ", ".join(f"stop:{stop:.4f} {QColor.fromRgbF(*colour).name()}" for stop, colour in stops)
+        self._bar.setStyleSheet(f"background: qlineargradient(x1:0, x2:1, {colours});")
+        self.low.setText(low)
+        self.high.setText(high)

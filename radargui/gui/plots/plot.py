@@ -8,11 +8,11 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QPoint, Qt
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QAction, QContextMenuEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QApplication, QGraphicsItem, QMenu
 
-from radargui.gui.layout import TIPS, follow
+from radargui.gui.layout import TIPS, follow, having
 from radargui.gui.plots.items import Axis, Band, Dot, LiveCurve, Symbols
 from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.plots.tools import Cursors, picture_of, table_of, unit_of
@@ -60,6 +60,8 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         For plots drawn many times a second: axes are cached, and what is zoomed by hand stays so.
     density
         How close the figures of the left axis stand; less for low plots, several of which share a hand's breadth.
+    figures_below
+        Whether the lower axis has figures; not where those of a plot beneath are the same.
 
     Attributes
     ----------
@@ -81,6 +83,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         equal: bool = False,
         live: bool = False,
         density: float = 1.0,
+        figures_below: bool = True,
     ) -> None:
         self.view = View(live=live)
         axes = {name: Axis(name) for name in ("left", "bottom", "right", "top")}
@@ -98,6 +101,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         for name in ("right", "top"):
             item.hideAxis(name)
         # room for the outermost tick words, which are cut otherwise
+        item.getAxis("bottom").setStyle(showValues=figures_below)
         item.layout.setContentsMargins(2, 7, 14, 2)
         self.setAspectLocked(equal)
         for name in ("bottom", "left"):
@@ -105,8 +109,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             axis.setStyle(tickLength=-4)
             if live:
                 axis.setCacheMode(axis.CacheMode.DeviceCoordinateCache)
-        item.getAxis("left").setWidth(left_px)
-        item.getAxis("left").setTickDensity(density)
+        having(item.getAxis("left"), width=left_px, tickDensity=density)
         self.setToolTip(TIPS["plots"].get(left) or " against ".join(filter(None, (left, bottom))))
         # below that the words of the axes lie upon another: the panel scrolls instead
         self.setMinimumSize(80, 86 if bottom else 62)
@@ -116,7 +119,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         self._hint = self._corner(1.0, 4)
         self._hint.hide()
         self.view.zoom_changed.connect(self._show_hint)
-        self.view.menu_asked.connect(self._show_menu)
+        self.view.menu_asked.connect(lambda place: self.menu().exec(place))
         follow(theme.changed, self.retheme)
 
     def words(self, axis: str) -> str:
@@ -198,8 +201,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self._entry(menu, "Show all (double click)", "Home", self.view.show_all).setEnabled(self.view.zoomed)
         cursors = self._entry(menu, "Two cursors", "C", lambda: self.show_cursors(self.cursors is None))
-        cursors.setCheckable(True)
-        cursors.setChecked(self.cursors is not None)
+        having(cursors, checkable=True, checked=self.cursors is not None)
         menu.addSeparator()
         self._entry(menu, "Copy image", "Ctrl+C", self.copy_image)
         self._entry(menu, "Copy data", "Ctrl+Shift+C", self.copy_data)
@@ -208,7 +210,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:  # noqa: N802 - Qt's name
         """Show the menu at the key for it; the view answers the mouse."""
         if event.reason() == QContextMenuEvent.Reason.Keyboard:
-            self._show_menu(event.globalPos())
+            self.menu().exec(event.globalPos())
 
     def event(self, event: QEvent) -> bool:
         """Keep the plot's own keys from the shortcuts of the window."""
@@ -237,9 +239,6 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             return does
         return self.view.meant(key)
 
-    def _show_menu(self, place: QPoint) -> None:
-        self.menu().exec(place)
-
     def _show_hint(self) -> None:
         self._hint.setVisible(self.view.zoomed)
 
@@ -261,8 +260,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         if text == self._inside_text:
             return
         self._inside_text = text
-        if self._inside is None:
-            self._inside = self._corner(0.0, -4)
+        self._inside = self._inside or self._corner(0.0, -4)
         self._write_inside()
 
     def _corner(self, place: float, offset_px: int) -> pg.LabelItem:
@@ -348,7 +346,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         """Take over the colours of the theme."""
         colours = self._paper or self._theme.colours
         self.setBackground(colours.base)
-        for axis in map(self.getPlotItem().getAxis, ("bottom", "left")):
+        for axis in map(self.getPlotItem().getAxis, ("bottom", "left", "top")):
             axis.setPen(pg.mkPen(colours.line))
             axis.setTextPen(pg.mkPen(colours.text))
         self._write_inside()

@@ -12,21 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import (
-    QBuffer,
-    QByteArray,
-    QIODevice,
-    QMarginsF,
-    QMimeData,
-    QRectF,
-    QSignalBlocker,
-    QSize,
-    QSizeF,
-    Qt,
-)
+from PySide6.QtCore import QBuffer, QIODevice, QMarginsF, QMimeData, QRectF, QSignalBlocker, QSize, QSizeF, Qt
 from PySide6.QtGui import QColor, QImage, QPageSize, QPaintDevice, QPainter, QPdfWriter
 from PySide6.QtSvg import QSvgGenerator
 
+from radargui.gui.layout import having
 from radargui.model.arrays import FloatArray
 from radargui.model.rounding import UNKNOWN
 
@@ -201,17 +191,12 @@ def picture_of(plot: Plot) -> QMimeData:
     data = QMimeData()
     with plot.on_paper():
         svg, pdf, image = QBuffer(), QBuffer(), QImage(size * _SCALE, QImage.Format.Format_RGB32)
-        vector = QSvgGenerator()
-        vector.setOutputDevice(svg)
-        vector.setSize(size)
-        vector.setViewBox(QRectF(0, 0, size.width(), size.height()))
-        vector.setTitle(plot.words("left"))
+        whole = QRectF(0, 0, size.width(), size.height())
+        vector = having(QSvgGenerator(), outputDevice=svg, size=size, viewBox=whole, title=plot.words("left"))
         _paint(plot, vector, size)
         pdf.open(QIODevice.OpenModeFlag.WriteOnly)
-        paper = QPdfWriter(pdf)
-        paper.setResolution(96)
-        paper.setPageMargins(QMarginsF())
-        paper.setPageSize(QPageSize(QSizeF(size) * _POINT, QPageSize.Unit.Point))
+        page = QPageSize(QSizeF(size) * _POINT, QPageSize.Unit.Point)
+        paper = having(QPdfWriter(pdf), resolution=96, pageMargins=QMarginsF(), pageSize=page)
         _paint(plot, paper, size)
         pdf.close()
         image.setDevicePixelRatio(_SCALE)
@@ -246,5 +231,5 @@ def table_of(columns: Sequence[tuple[str, FloatArray]], notes: Sequence[str] = (
     lines = (*(f"# {note}" for note in notes), *map("\t".join, (titles, *cells)))
     data = QMimeData()
     data.setText("\n".join(lines) + "\n")
-    data.setData("text/tab-separated-values", QByteArray(data.text().encode()))
+    data.setData("text/tab-separated-values", data.text().encode())
     return data

@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QObject, QRect, Qt
-from PySide6.QtGui import QAction, QCloseEvent, QColor, QFont, QFontMetricsF, QKeyEvent, QPainter, QPaintEvent
+from PySide6.QtCore import QEvent, QRectF, Qt
+from PySide6.QtGui import QCloseEvent, QColor, QFont, QFontMetricsF, QKeyEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 
 from radargui.experiment.event import RecordedRun
 from radargui.gui.control.state import AppState
 from radargui.gui.layout import having
 from radargui.gui.runs.run_keeping import RunKeeping
-from radargui.gui.theme import Theme
+from radargui.gui.theme import CENTRED, write
 
 _WIDEST = {
     "state": "PROCESSING",
@@ -57,20 +57,25 @@ class AcrossView(QWidget):
 
     Parameters
     ----------
-    window
-        The main one; its actions are heard here as well.
-    switch
-        Shows and hides this view; goes off with it.
+    keeping
+        Knows the runs and what the next one is called; its action shows and hides this view, and goes off with it.
     """
 
-    def __init__(self, theme: Theme, window: QWidget, switch: QAction) -> None:
-        super().__init__(window, Qt.WindowType.Window)
+    def __init__(self, keeping: RunKeeping) -> None:
+        self._keeping, self._main, self._theme = keeping, keeping.services.parent, keeping.services.theme
+        super().__init__(self._main, Qt.WindowType.Window)
         self.setWindowTitle("RadarGUI across the room")
-        self._theme, self._main, self._switch = theme, window, switch
+        self._switch = keeping.does.across
+        self._of: Path | None = None
         self.situation = Situation()
-        self.addActions(window.actions())
-        switch.toggled.connect(self._show)
-        theme.changed.connect(self.update)
+        self.addActions(self._main.actions())
+        self._switch.toggled.connect(self._show)
+        self._theme.changed.connect(self.update)
+        control = keeping.control
+        control.run_preliminary.connect(self._take)
+        control.run_recorded.connect(self._take)
+        control.session_changed.connect(self._forget)
+        control.state_changed.connect(self.look)
 
     def show_situation(self, situation: Situation) -> None:
         """Show another situation."""
@@ -97,26 +102,20 @@ class AcrossView(QWidget):
         painter = QPainter(self)
         colours, shown = self._theme.colours, self.situation
         painter.fillRect(self.rect(), QColor(colours.base))
-        role = QColor(colours.role(shown.state.role))
-        fonts, centred = self.fonts(), Qt.AlignmentFlag.AlignCenter
-        margin, top = int(_MARGIN * self.width()), 0
+        fonts, wraps = self.fonts(), CENTRED | int(Qt.TextFlag.TextWordWrap)
+        margin, top = _MARGIN * self.width(), 0.0
         lines = {"state": shown.state.value, "result": shown.result, "run": shown.run, "next": shown.next}
         for name, words in lines.items():
-            box = QRect(margin, top, self.width() - 2 * margin, int(_SHARES[name] * self.height()))
+            box = QRectF(margin, top, self.width() - 2.0 * margin, _SHARES[name] * self.height())
             if name == "state":
-                painter.fillRect(QRect(0, 0, self.width(), box.height()), role)
-            painter.setPen(QColor(colours.base if name == "state" else colours.text))
-            painter.setFont(fonts[name])
-            if name == "next":
-                painter.drawText(box, int(centred | Qt.TextFlag.TextWordWrap), words)
-            else:
-                shorter = painter.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, box.width())
-                painter.drawText(box, centred, shorter)
+                band = QRectF(0.0, 0.0, self.width(), box.height())
+                painter.fillRect(band, QColor(colours.role(shown.state.role)))
+            shorter = QFontMetricsF(fonts[name]).elidedText(words, Qt.TextElideMode.ElideRight, box.width())
+            colour = colours.base if name == "state" else colours.text
+            write(painter, box, words if name == "next" else shorter, colour, wraps, fonts[name])
             top += box.height()
-        painter.setFont(fonts["keys"])
-        painter.setPen(QColor(colours.faint))
-        painter.drawText(QRect(0, top, self.width(), self.height() - top), centred, _KEYS)
-        painter.end()
+        keys = QRectF(0.0, top, self.width(), self.height() - top)
+        write(painter, keys, _KEYS, colours.faint, font=fonts["keys"])
 
     def event(self, event: QEvent) -> bool:
         """Keep Esc, which stops a recording elsewhere."""
@@ -143,41 +142,17 @@ class AcrossView(QWidget):
             self.showFullScreen()
             self.activateWindow()
             self.setFocus()
+            self.look()
         else:
             self.hide()
             self._main.activateWindow()
 
+    def look(self) -> None:
+        """Show the situation now; asked as often as the health line."""
+        if self.isVisible():
+            self.show_situation(self._present())
 
-class AcrossController(QObject):
-    """Keeps the view in step; asked by `look` as often as the health line.
-
-    Parameters
-    ----------
-    keeping
-        Knows the runs and what the next one is called.
-    view
-        Where it is shown.
-    """
-
-    def __init__(self, keeping: RunKeeping, view: AcrossView) -> None:
-        super().__init__(view)
-        self._keeping, self._view = keeping, view
-        self._of: Path | None = None
-        control = keeping.control
-        control.run_preliminary.connect(self._take)
-        control.run_recorded.connect(self._take)
-        control.session_changed.connect(self._forget)
-        control.state_changed.connect(self.look)
-        # after the view's own answer to the switch
-        keeping.does.across.toggled.connect(self.look)
-
-    def look(self, *_: object) -> None:
-        """Show the situation now."""
-        if self._view.isVisible():
-            self._view.show_situation(self.situation())
-
-    def situation(self) -> Situation:
-        """Return what is to be shown."""
+    def _present(self) -> Situation:
         state = self._keeping.control.state
         entry = self._keeping.runs.model.entry_of(self._of) if self._of else None
         coming = self._keeping.coming if state in (AppState.ARMED, AppState.RECORDING, AppState.SETTLING) else ""

@@ -1,14 +1,14 @@
 """The correction of a run at work, receiver by receiver; and several corrections of it laid over each other."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from PySide6 import QtWidgets
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import Qt
 
 from radargui.correction.ellipse import Ellipse
 from radargui.experiment.compare import OverlaidMethod
-from radargui.gui.layout import Choice, button, fill, having
+from radargui.gui.layout import Choice, OneLine, button, fill, having
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.setup.words import words_of
@@ -28,6 +28,11 @@ _PUBLISHED = (
     ("+", "faint", "zero crossings"),
 )
 _MADE = {"model": "the model that was fitted", "circle": "offset and circle at the phase found"}
+_BELOW = {
+    "scale": ("scale [V]", 1.0, "What the signal less its bias is divided by, piece by piece between its extremes"),
+    "rest": ("rest [mV]", 1e3, "What the samples have and the fit has not: noise, and what is not described"),
+}
+"""What is drawn below I and Q, by its name in what was found: words of the axis, scale, tip."""
 _LEFT = 58
 """Width of the left axes in pixels (chosen by hand): in less the figures are cut, more is taken from the curves."""
 _LINES = 3
@@ -45,17 +50,15 @@ class CorrectionView(QtWidgets.QWidget):
     def __init__(self, theme: Theme) -> None:
         super().__init__()
         self._shown: tuple[RunResult, RunCurves] | None = None
-        self.receiver = having(QtWidgets.QComboBox(), accessibleName="Receiver")
+        self.receiver = having(Choice(), accessibleName="Receiver")
         self.receiver.currentIndexChanged.connect(self._draw)
-        self._words = QtWidgets.QLabel()
         # never makes the panel wider than its dock
-        self._words.setSizePolicy(QtWidgets.QSizePolicy.Policy.Ignored, QtWidgets.QSizePolicy.Policy.Preferred)
+        self._words = OneLine()
         above = (QtWidgets.QLabel("Receiver"), self.receiver, (self._words, 1))
         top = fill(QtWidgets.QHBoxLayout(), *above, margins=(6, 3, 6, 0), spacing=6)
         self.key = Key(theme)
         self.raw = tuple(RawPlot(theme, part) for part in "IQ")
-        self.rest = Plot(theme, "", "", left_px=_LEFT)
-        self.rest.getPlotItem().getAxis("bottom").setStyle(showValues=False)
+        self.rest = Plot(theme, left_px=_LEFT, figures_below=False)
         self.rest_lines = tuple(self.rest.still_line(part.lower(), part) for part in "IQ")
         self.plane = Plot(theme, "I raw [V]", "Q raw [V]", left_px=_LEFT, equal=True)
         self.dots = self.plane.marker("i", size=2, name="as recorded")
@@ -65,22 +68,18 @@ class CorrectionView(QtWidgets.QWidget):
         self.decided = having(QtWidgets.QPlainTextEdit(readOnly=True), accessibleName="What was found and decided")
         having(self.decided, frameShape=QtWidgets.QFrame.Shape.NoFrame, focusPolicy=Qt.FocusPolicy.NoFocus)
         self.decided.setFixedHeight(_LINES * self.fontMetrics().lineSpacing() + 8)
-        over_time = (*self.raw, self.rest, self.corrected)
-        parts = (*self.raw, self.rest, self.plane, self.corrected)
-        shares = ((plot, 2 if plot is self.plane else 1) for plot in parts)
+        self._plots = (*self.raw, self.rest, self.plane, self.corrected)
+        shares = ((plot, 2 if plot is self.plane else 1) for plot in self._plots)
         fill(QtWidgets.QVBoxLayout(self), top, self.decided, self.key, *shares, spacing=1)
-        for plot in over_time[:-1]:
+        for plot in (*self.raw, self.rest):
             plot.setXLink(self.corrected)
         self._clear_plots()
 
     def show_curves(self, result: RunResult, curves: RunCurves) -> None:
         """Show a result, the same receiver as before."""
         self._shown = result, curves
-        chosen = max(0, self.receiver.currentIndex())
-        with QSignalBlocker(self.receiver):
-            self.receiver.clear()
-            self.receiver.addItems([one.name for one in curves.receivers])
-            self.receiver.setCurrentIndex(min(chosen, self.receiver.count() - 1))
+        names = [one.name for one in curves.receivers]
+        self.receiver.offer(zip(names, names, strict=True), self.receiver.currentData())
         self._draw()
 
     def clear(self) -> None:
@@ -92,7 +91,7 @@ class CorrectionView(QtWidgets.QWidget):
         self._clear_plots()
 
     def _clear_plots(self) -> None:
-        for plot in (*self.raw, self.rest, self.plane, self.corrected):
+        for plot in self._plots:
             plot.show_nothing()
         for widget in (self.rest, self.plane, self.decided):
             widget.hide()
@@ -101,7 +100,7 @@ class CorrectionView(QtWidgets.QWidget):
         number = self.receiver.currentIndex()
         if self._shown is None or number < 0:
             return
-        (result, curves), self_key = self._shown, [*IQ_KEY]
+        (result, curves), key = self._shown, [*IQ_KEY]
         receiver, corrected = curves.receivers[number], result.corrected
         self._clear_plots()
         for plot, curve in zip(self.raw, receiver.raw, strict=False):
@@ -110,40 +109,36 @@ class CorrectionView(QtWidgets.QWidget):
             line.setData(curve.x, curve.y)
         found = corrected.steps[number] if corrected and number < len(corrected.steps) else None
         if receiver.steps:
-            self_key += _PUBLISHED
-            self._draw_published(receiver.steps)
+            key += _PUBLISHED
+            self._draw_found(receiver.steps, "scale")
         elif receiver.circles:
-            self_key.append(("▬", "fit", _MADE[receiver.circles[0].kind]))
-            self._draw_fitted(receiver.circles)
+            key.append(("▬", "fit", _MADE[receiver.circles[0].kind]))
+            self._draw_found(receiver.circles, "rest")
         elif isinstance(found, Ellipse):
-            self_key.append(("▬", "fit", "ellipse through the samples of the motion"))
+            key.append(("▬", "fit", "ellipse through the samples of the motion"))
             self._draw_ellipse(receiver, found)
-        self.key.show_entries(*self_key)
+        self.key.show_entries(*key)
         method = corrected.method if corrected else ""
         self._words.setText(f"correction: {method}" if method else "nothing was corrected")
         decided = " ".join(corrected.decisions) if corrected else ""
-        self.decided.setPlainText(decided or _ellipse_words(found))
-        self.decided.setVisible(bool(self.decided.toPlainText()))
+        said = decided or _ellipse_words(found)
+        having(self.decided, plainText=said, visible=bool(said))
         self.corrected.relabel(f"time after the {curves.since} [s]")
         self.corrected.setXRange(*curves.span_s, padding=0.02)
         for plot in (*self.raw, self.rest, self.corrected):
             plot.enableAutoRange(axis="y")
 
-    def _draw_published(self, steps: tuple[StepCurves, ...]) -> None:
-        for plot, line, one in zip(self.raw, self.rest_lines, steps, strict=True):
-            plot.show_steps(one)
-            line.setData(one.scale.x, one.scale.y)
-        self.rest.relabel("", "scale [V]")
-        self.rest.setToolTip("What the signal less its bias is divided by, piece by piece between its extremes")
-        self.rest.show()
-
-    def _draw_fitted(self, circles: tuple[CircleCurves, ...]) -> None:
-        for plot, line, one in zip(self.raw, self.rest_lines, circles, strict=True):
-            plot.found["model"].setData(one.fitted.x, one.fitted.y)
-            line.setData(one.rest.x, 1e3 * one.rest.y)
-        self.rest.relabel("", "rest [mV]")
-        self.rest.setToolTip("What the samples have and the fit has not: noise, and what is not described")
-        self.rest.show()
+    def _draw_found(self, found: Sequence[StepCurves | CircleCurves], below: str) -> None:
+        """Draw what a method found in I and Q, and what of it stands below them, see `_BELOW`."""
+        words, scale, tip = _BELOW[below]
+        for plot, line, one in zip(self.raw, self.rest_lines, found, strict=True):
+            for name, item in plot.found.items():
+                curve: Curve = getattr(one, name, EMPTY)
+                item.setData(curve.x, curve.y)
+            left: Curve = getattr(one, below)
+            line.setData(left.x, scale * left.y)
+        self.rest.relabel("", words)
+        having(self.rest, toolTip=tip).show()
 
     def _draw_ellipse(self, receiver: ReceiverCurves, found: Ellipse) -> None:
         plane = receiver.raw.plane
@@ -158,25 +153,18 @@ class RawPlot(Plot):
     """A channel as recorded, with what a method found in it."""
 
     def __init__(self, theme: Theme, part: str) -> None:
-        super().__init__(theme, "", f"{part} raw [V]", left_px=_LEFT)
-        self.getPlotItem().getAxis("bottom").setStyle(showValues=False)
+        super().__init__(theme, "", f"{part} raw [V]", left_px=_LEFT, figures_below=False)
         self.raw = self.still_line(part.lower(), part)
         self.found = {
             "upper": self.still_line("fit", "spline through the peaks"),
             "lower": self.still_line("fit", "spline through the valleys"),
-            "model": self.still_line("fit", "model"),
+            "fitted": self.still_line("fit", "model"),
             "bias": self.still_line("text", "bias", dashed=True),
             # told apart by their shape: all hues mean something else
             "peaks": self.marker("text", "t1", 7, "peaks"),
             "valleys": self.marker("text", "t", 7, "valleys"),
             "zero_crossings": self.marker("faint", "+", 6, "zero crossings"),
         }
-
-    def show_steps(self, steps: StepCurves) -> None:
-        """Draw what the published procedure found."""
-        for name, item in self.found.items():
-            curve: Curve = getattr(steps, name, EMPTY)
-            item.setData(curve.x, curve.y)
 
 
 def _ellipse_words(found: object) -> str:
@@ -198,11 +186,15 @@ _COLUMNS: dict[str, Callable[[OverlaidMethod], str]] = {
 
 
 class MethodsView(QtWidgets.QWidget):
-    """Boxes to choose methods, a table of what each gave, curves above, differences below."""
+    """Boxes to choose methods, a table of what each gave, curves above, differences below.
 
-    asked = Signal(object)
+    Parameters
+    ----------
+    ask
+        Takes the names of the corrections that shall be computed.
+    """
 
-    def __init__(self, theme: Theme) -> None:
+    def __init__(self, theme: Theme, ask: Callable[[tuple[str, ...]], object]) -> None:
         super().__init__()
         self._all: list[OverlaidMethod] = []
         self._own = ""
@@ -211,16 +203,13 @@ class MethodsView(QtWidgets.QWidget):
         self.boxes: dict[str, QtWidgets.QCheckBox] = {}
         for method, words in words_of("processing.correction").choices.items():
             box = self.boxes[method] = having(QtWidgets.QCheckBox(method), toolTip=words)
-            box.toggled.connect(lambda _on: self._show_buttons())
-        self.compute = button("Compute", self._ask)
+            box.toggled.connect(self._show_buttons)
+        self.compute = button("Compute", lambda: ask(self._missing))
         self.quantity = having(Choice(), accessibleName="Quantity")
         self.quantity.currentIndexChanged.connect(self._draw)
-        self.words = QtWidgets.QLabel()
-        self.words.setSizePolicy(QtWidgets.QSizePolicy.Policy.Ignored, QtWidgets.QSizePolicy.Policy.Fixed)
-        self.rows = RowModel(_COLUMNS)
-        self.table = RowTable(self.rows, "methods")
-        self.curves = Plot(theme, "", "z [mm]", left_px=_LEFT)
-        self.curves.getPlotItem().getAxis("bottom").setStyle(showValues=False)
+        self.words = OneLine()
+        self.table = RowTable(RowModel(_COLUMNS), "methods")
+        self.curves = Plot(theme, "", "z [mm]", left_px=_LEFT, figures_below=False)
         self.differences = Plot(theme, "time [s]", "Δz [mm]", left_px=_LEFT)
         self.curves.setXLink(self.differences)
         self.key = Key(theme)
@@ -263,9 +252,6 @@ class MethodsView(QtWidgets.QWidget):
         self._all = [known for known in self._all if known.method != one.method] + [one]
         self.words.setText("")
         self._refresh()
-
-    def _ask(self) -> None:
-        self.asked.emit(self._missing)
 
     @property
     def _missing(self) -> tuple[str, ...]:

@@ -90,9 +90,9 @@ def _stripes(budget: UncertaintyBudget, theme: Theme) -> Iterator[str]:
 class ReportPreview(Dialog):
     """Reads what the results say, in a thread, and only while it is seen; a run is read again when its file changes."""
 
-    def __init__(self, glances: Glances, services: Services) -> None:
+    def __init__(self, services: Services) -> None:
         super().__init__("Preview of the report", (760, 820), services.parent, "report_preview")
-        self._services, self._glances = services, glances
+        self._services = services
         self._session: Session | None = None
         self._reads = OneAtATime(services.jobs, "the preview of the report", self.refresh)
         self.page = having(QTextBrowser(openLinks=False), accessibleName="The report so far")
@@ -111,7 +111,7 @@ class ReportPreview(Dialog):
         if self._session is None or not self.isVisible():
             self._reads.outdate()
             return
-        work = partial(_front_page, self._session, self._glances, self._services.theme.colours.alarm)
+        work = partial(_front_page, self._session, self._services.glances, self._services.theme.colours.alarm)
         self._reads.start(work, self._show, lambda error: self.page.setPlainText(str(error)))
 
     def _show(self, page: str) -> None:

@@ -9,7 +9,6 @@ from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog
 
 from radargui import __version__
@@ -33,7 +32,6 @@ from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.offline import STOPPED
 from radargui.processing.result_of_run import result_of_run, setup_of_result, stored_result
-from radargui.report.facts import Glances
 from radargui.session.info import REPORT_FOLDER
 from radargui.session.session import Session
 
@@ -45,21 +43,18 @@ _KEPT = 3
 """Results held in memory; others are read again when chosen."""
 
 
-class RunController(QObject):
+class RunController:
     """Joins the run list, the run panel, the track and the work behind them."""
 
-    def __init__(
-        self, runs: RunListPanel, run: RunPanel, track: TrackPanel, glances: Glances, services: Services
-    ) -> None:
-        super().__init__(services.parent)
-        self._runs, self._run, self._track = runs, run, track
+    def __init__(self, runs: RunListPanel, run: RunPanel, track: TrackPanel, services: Services) -> None:
+        self.runs, self._run, self._track = runs, run, track
         self._work, self._jobs, self._board = services.work, services.jobs, services.board
         self._window = services.parent
         self._session: Session | None = None
         self._kept: dict[Path, RunResult] = {}
         self._wanted: Path | None = None
         self._reading: Task | None = None
-        self.report_preview = ReportPreview(glances, services)
+        self.report_preview = ReportPreview(services)
         for changed in (runs.model.rowsInserted, runs.model.dataChanged):
             changed.connect(lambda *_: self.report_preview.refresh())
         runs.run_chosen.connect(self._choose)
@@ -74,13 +69,13 @@ class RunController(QObject):
         self.report_preview.show_session(session)
         self._kept.clear()
         if session is None:
-            self._runs.show_session(None, [])
+            self.runs.show_session(None, [])
             return
         # what is being recorded comes into the list once it is on the disk
         paths = [path for path in session.run_paths(with_rejected=True) if not session.records(path)]
         rejected, noted = session.rejected, session.info.notes_of
         known = [RunEntry(path, rejected=rejected.get(path.name), note=noted(path.name)) for path in paths]
-        self._runs.show_session(session.path, known)
+        self.runs.show_session(session.path, known)
         report = session.path / REPORT_FOLDER / "report.html"
 
         def work() -> tuple[list[RunEntry], Path | None]:
@@ -88,9 +83,9 @@ class RunController(QObject):
 
         def listed(found: tuple[list[RunEntry], Path | None]) -> None:
             for entry in found[0]:
-                self._runs.put(entry)
+                self.runs.put(entry)
             if found[1] is not None:
-                self._runs.show_report(found[1])
+                self.runs.show_report(found[1])
 
         if paths:
             self._jobs.start("the list of runs", work, listed, wanted=lambda: session is self._session)
@@ -98,7 +93,7 @@ class RunController(QObject):
     def take(self, recorded: RecordedRun, card: RunCard) -> None:
         """List a run that is on the disk, whose result is still to come."""
         if recorded.path is not None:
-            self._runs.put(entry_of_recorded(recorded, recorded.path, card))
+            self.runs.put(entry_of_recorded(recorded, recorded.path, card))
 
     def add(self, recorded: RecordedRun) -> None:
         """List and show a run that was just recorded; its final result without taking the eye off something else."""
@@ -112,7 +107,7 @@ class RunController(QObject):
         noted = self._session.info.notes_of(recorded.path.name) if self._session else None
         entry = replace(entry_of_recorded(recorded, recorded.path), note=noted)
         # what is set aside stays out of the way, also of the key that rejects the chosen run
-        self._runs.put(entry, select=not recorded.set_aside and not follows)
+        self.runs.put(entry, select=not recorded.set_aside and not follows)
         if result is None:
             return
         self._keep(recorded.path, result)
@@ -120,7 +115,7 @@ class RunController(QObject):
             self._show(recorded.path, result)
             self._glance(recorded.path)
         elif recorded.path == self._wanted:
-            self._show(recorded.path, result, with_track=self._track.result_shown)
+            self._show(recorded.path, result, with_track=self._track.result is not None)
 
     def report(self) -> None:
         """Make the report of the session in the background."""
@@ -128,17 +123,17 @@ class RunController(QObject):
         if session is None or not session.run_paths():
             self._board.post("warning", "There is no run to report: record one, or open a session.")
             return
-        self._runs.show_report(busy=True)
+        self.runs.show_report(busy=True)
 
         def written(report: WrittenReport) -> None:
-            self._runs.show_report(report.html)
+            self.runs.show_report(report.html)
             self._board.post("info", f"Report written: {report.html.parent}")
 
         def failed(error: BaseException) -> None:
-            self._runs.show_report()
+            self.runs.show_report()
             self._board.post_error(error)
 
-        self._work.start("the report", partial(_report_session, session), written, failed, self._runs.show_report)
+        self._work.start("the report", partial(_report_session, session), written, failed, self.runs.show_report)
 
     def preview(self) -> None:
         """Show the report's first page as it would be now, and follow the runs."""
@@ -148,7 +143,7 @@ class RunController(QObject):
     @property
     def _asked(self) -> RunEntry | None:
         """The run that something is asked for; where none is chosen, that is said."""
-        entry = self._runs.table.chosen
+        entry = self.runs.table.chosen
         if entry is None:
             self._board.post("warning", "No run is chosen: choose one in the list of runs.")
         return entry
@@ -162,7 +157,7 @@ class RunController(QObject):
 
     def export(self, folder: Path) -> None:
         """Write the tables of the chosen run to a new folder in `folder`."""
-        entry = self._runs.table.chosen
+        entry = self.runs.table.chosen
         if entry is None:
             return
         known = self._kept.get(entry.path)
@@ -194,7 +189,7 @@ class RunController(QObject):
 
     def _overlay(self, methods: tuple[str, ...]) -> None:
         """Compute the run that is shown by other methods, in the background, and lay them over it."""
-        path, result, view = self._wanted, self._run.result, self._run.methods
+        path, result, view = self._wanted, self._run.result, self._run.tabs.page("methods")
         if path is None or result is None:
             return
         own = result.quality.method if result.quality else ""
@@ -249,7 +244,7 @@ class RunController(QObject):
 
     def _loaded(self, path: Path, result: RunResult) -> None:
         self._keep(path, result)
-        self._runs.put(RunEntry(path, result.recording.started_at, summarise(result)))
+        self.runs.put(RunEntry(path, result.recording.started_at, summarise(result)))
         if path == self._wanted:
             self._show(path, result)
 
@@ -270,7 +265,7 @@ class RunController(QObject):
 
     def _show(self, path: Path, result: RunResult, *, with_track: bool = True) -> None:
         self._wanted = path
-        entry = self._runs.model.entry_of(path)
+        entry = self.runs.model.entry_of(path)
         stopped = f"{STOPPED[:1].upper()}{STOPPED[1:]}."
         note = COMPUTING if _is_being_computed(result) else stopped if result.preliminary else ""
         name = entry.title if entry else path.stem

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
@@ -12,17 +12,14 @@ from PySide6.QtWidgets import QApplication, QInputDialog
 
 from radargui.experiment.event import RecordedRun
 from radargui.gui.control.control_bar import HealthLine, StateView
-from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState
 from radargui.gui.control.waiting import StoppingStrip
 from radargui.gui.layout import having
 from radargui.gui.notices import NoticeStrip
 from radargui.gui.panels import Actions
 from radargui.gui.runs.run_controller import RunController
-from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
-from radargui.gui.settings import Settings
 from radargui.session.session import BY_OPERATOR, reason_of
 
 REASONS = ("touched something on its way", "released badly", "not the first bounce", "wrong sample")
@@ -46,8 +43,6 @@ class RunKeeping(QObject):
         The newest result as the banner says it: which run, what it gave; empty where there is none yet.
     """
 
-    control: RunControl
-    runs: RunListPanel
     controller: RunController
     health: HealthLine
     view: StateView
@@ -58,11 +53,12 @@ class RunKeeping(QObject):
 
     def __post_init__(self) -> None:
         super().__init__(self.services.parent)
-        control, does, put = self.control, self.does, self.services.settings.put
+        self.control = control = self.services.control
+        self.runs, does, put = self.controller.runs, self.does, self.services.settings.put
         self.last_result = self._failure = ""
         self._of_result: Path | None = None
         self._heard: set[Path] = set()
-        self.sounds = Sounds(control, does, self.services.settings, self)
+        self.sounds = Sounds(does, self.services, self)
         does.show_rejected.setChecked(self.services.settings.text("show_rejected", "no") == "yes")
         does.show_rejected.toggled.connect(lambda on: put("show_rejected", "yes" if on else "no"))
         control.run_preliminary.connect(self._preliminary)
@@ -105,9 +101,9 @@ class RunKeeping(QObject):
     @property
     def coming(self) -> str:
         """What the run is called that is armed or recorded: `drop 3 (3 of 10)`."""
-        control, model = self.control, self.runs.model
-        n_replays = sum(one.label.startswith("R") for one in model.entries)
-        coming = f"replay {n_replays + 1}" if control.kind == "replay" else f"drop {model.n_drops + 1}"
+        control, labels = self.control, [one.label for one in self.runs.model.entries]
+        n_replays, n_drops = sum(one.startswith("R") for one in labels), sum(map(str.isdecimal, labels))
+        coming = f"replay {n_replays + 1}" if control.kind == "replay" else f"drop {n_drops + 1}"
         return coming + (f" ({control.run_number} of {control.n_runs})" if control.n_runs > 1 else "")
 
     @property
@@ -155,9 +151,8 @@ class RunKeeping(QObject):
 
         def show(_done: object) -> None:
             for entry in entries:
-                known = self.runs.model.entry_of(entry.path)
-                if known is not None and session is self.control.session:
-                    self.runs.put(replace(known, note=session.info.notes_of(entry.path.name)))
+                if session is self.control.session:
+                    self.runs.change(entry.path, note=session.info.notes_of(entry.path.name))
 
         self.services.jobs.start("a note", work, show)
 
@@ -182,7 +177,7 @@ class RunKeeping(QObject):
 
         def show(_done: object) -> None:
             for entry in entries:
-                self.runs.reject(entry.path, "" if back else reason)
+                self.runs.change(entry.path, rejected="" if back else reason)
             are, them, counts = ("is", "it", "counts") if len(entries) == 1 else ("are", "them", "count")
             words = f"{are} rejected: kept, not counted. The same key (Del) takes {them} back."
             if not back:
@@ -240,8 +235,9 @@ _SWITCHES = {"result": ("sound", "on"), "trigger": ("sound_trigger", "off"), "fa
 class Sounds(QObject):
     """Plays a pattern where its switch is on; the switches are remembered."""
 
-    def __init__(self, control: RunControl, does: Actions, settings: Settings, parent: QObject) -> None:
+    def __init__(self, does: Actions, services: Services, parent: QObject) -> None:
         super().__init__(parent)
+        control, settings = services.control, services.settings
         self._control, self._state = control, control.state
         self._switches = {name: getattr(does, key) for name, (key, _) in _SWITCHES.items()}
         self._switches["rejected"] = self._switches["result"]

@@ -2,12 +2,13 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QSignalBlocker, QUrl, Signal
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QCheckBox, QSizePolicy, QToolBar, QVBoxLayout, QWidget
 
-from radargui.gui.layout import PlainLabel, button, fill, having, ticking
+from radargui.gui.layout import PlainLabel, button, fill, having, holding, ticking
 from radargui.gui.panels import Actions
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
 from radargui.gui.table import RowTable
@@ -46,15 +47,14 @@ class RunListPanel(QWidget):
         self.open_report = button("Open report", lambda: self._open(self._report_file))
         self.open_folder = button("Open folder", lambda: self._open(self._folder))
         self.export = button("Export tables…", does.export.trigger)
-        self.rejected = QCheckBox("Show rejected")
-        self.rejected.setToolTip("Runs that do not count: no fall, or rejected (Del); Del takes the chosen one back")
+        tip = "Runs that do not count: no fall, or rejected (Del); Del takes the chosen one back"
+        self.rejected = having(QCheckBox("Show rejected"), toolTip=tip)
         self.rejected.toggled.connect(does.show_rejected.setChecked)
         self.rejected.toggled.connect(self._hide_rows)
         does.show_rejected.toggled.connect(self.rejected.setChecked)
         # what has no room on a narrow screen is behind an arrow
-        row = QToolBar()
-        for part in (self.rejected, self.report, self.preview, self.open_report, self.open_folder, self.export):
-            row.addWidget(part)
+        buttons = self.report, self.preview, self.open_report, self.open_folder, self.export
+        row = holding(QToolBar(), self.rejected, *buttons)
         # one line, whatever it says: two would push the buttons out of a low panel
         self.series = having(PlainLabel(), wordWrap=False)
         self.series.setContentsMargins(6, 0, 6, 0)
@@ -90,11 +90,11 @@ class RunListPanel(QWidget):
             self.table.viewport().update()
         self._refresh_buttons()
 
-    def reject(self, path: Path, reason: str) -> None:
-        """Show that a run does not count; an empty reason: that it does."""
+    def change(self, path: Path, **facts: Any) -> None:
+        """Show that something else is known of a run."""
         entry = self.model.entry_of(path)
         if entry is not None:
-            self.put(replace(entry, rejected=reason))
+            self.put(replace(entry, **facts))
 
     def show_report(self, file: Path | None = None, *, busy: bool = False) -> None:
         """Show that a report is being made, is there, or failed."""
@@ -112,7 +112,7 @@ class RunListPanel(QWidget):
             hidden = bool(entry.rejected) and not self.rejected.isChecked()
             self.table.setRowHidden(self.table.shown_row(row), hidden)
         self.table.setColumnHidden(list(COLUMNS).index("Note"), not any(one.note for one in self.model.entries))
-        count = self.model.n_rejected
+        count = sum(bool(entry.rejected) for entry in self.model.entries)
         self.rejected.setText(f"Show rejected ({count})" if count else "Show rejected")
 
     def _fit_columns(self, entries: list[RunEntry]) -> None:

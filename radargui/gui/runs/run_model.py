@@ -2,6 +2,7 @@
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from functools import cached_property
@@ -98,14 +99,6 @@ class RunEntry:
         return drop_of(self.name, self.origin or RunOrigin("unknown" if self.problem else "measured"), self.summary)
 
     @property
-    def clock(self) -> str:
-        """Time of day of the first sample."""
-        try:
-            return datetime.fromisoformat(self.started_at).strftime("%H:%M:%S")
-        except ValueError:
-            return UNKNOWN
-
-    @property
     def verdict(self) -> str:
         """How good the run is, in words; and that it is no measurement, where it is none."""
         mark = self.origin.mark if self.origin and not self.rejected else ""
@@ -144,7 +137,7 @@ class RunEntry:
 # title of a column, and what stands in it; 1000: from m to mm
 COLUMNS: dict[str, Callable[[RunEntry], str]] = {
     "Drop": attrgetter("label"),
-    "Time": attrgetter("clock"),
+    "Time": lambda run: written_time(run.started_at, "%H:%M:%S", UNKNOWN),
     "Fall [mm]": lambda run: plain(figure_in(run.summary, "drop_height_m"), scale=1000.0),
     "Impact [m/s]": lambda run: plain(figure_in(run.summary, "impact_speed_m_s")),
     "e": RunEntry.restitution,
@@ -192,11 +185,6 @@ class RunModel(RowModel[RunEntry]):
         return row
 
     @property
-    def n_drops(self) -> int:
-        """How many drops there are, those that the operator rejected among them, replays not."""
-        return sum(entry.label.isdecimal() for entry in self.entries)
-
-    @property
     def simulated(self) -> bool:
         """Whether there are runs, and all of them are simulated."""
         return bool(self.entries) and all(one.origin and one.origin.kind == "simulated" for one in self.entries)
@@ -212,11 +200,6 @@ class RunModel(RowModel[RunEntry]):
                 self.entries[row] = replace(one, label=numbered[0], left_out=numbered[1])
         if self.entries:
             self.dataChanged.emit(self.index(0, 0), self.index(len(self.entries) - 1, len(COLUMNS) - 1))
-
-    @property
-    def n_rejected(self) -> int:
-        """How many runs do not count."""
-        return sum(bool(entry.rejected) for entry in self.entries)
 
     def entry_of(self, path: Path | None) -> RunEntry | None:
         """Return the entry of a file; None where there is no such file."""
@@ -261,11 +244,18 @@ def entry_of_recorded(recorded: RecordedRun, path: Path, card: RunCard | None = 
 
 def notes_of_file(path: Path) -> tuple[str, str]:
     """Return the agreement of live and offline, and the health line, from a run's file; empty where unknown."""
-    try:
+    health: Mapping[str, object] = {}
+    with suppress(RadarGuiError):
         health = read_health(path) or {}
-    except RadarGuiError:
-        return "", ""
     return agreement_words(health), str(health.get("line", ""))
+
+
+def written_time(at: str, how: str, otherwise: str) -> str:
+    """Return a time in ISO 8601 as `strftime` writes it; what is none is said `otherwise`."""
+    try:
+        return datetime.fromisoformat(at).strftime(how)
+    except ValueError:
+        return otherwise
 
 
 def agreement_words(health: Mapping[str, object]) -> str:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from functools import cached_property, partial
+from collections.abc import Callable, Iterable
+from functools import partial
 
 import numpy as np
 from PySide6.QtCore import Signal
@@ -11,7 +11,7 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from radargui.files.overview import Overview
-from radargui.gui.background import StartWork, at_once
+from radargui.gui.background import StartWork
 from radargui.gui.layout import Pages, fill, take_out
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import Plot
@@ -47,7 +47,7 @@ class RunPanel(QWidget):
     methods_asked = Signal(object)
     """Names of the corrections that shall be laid over the one that is shown."""
 
-    def __init__(self, theme: Theme, start: StartWork = at_once) -> None:
+    def __init__(self, theme: Theme, start: StartWork) -> None:
         super().__init__()
         self.result: RunResult | None = None
         self._curves: RunCurves | None = None
@@ -55,37 +55,21 @@ class RunPanel(QWidget):
         self._stale: set[str] = set()
         self._title = QLabel("No run chosen")
         self._title.setContentsMargins(6, 3, 6, 0)
-        self._theme, self._start = theme, start
+        self._start = start
         self.figures, self.samples = FiguresView(theme), SamplesView(theme)
-        self.tabs = Pages({**_PAGES, "samples": "Samples"}, figures=self.figures, samples=self.samples)
+        later: dict[str, Callable[[], QWidget]] = {"steps": partial(CorrectionView, theme)}
+        later |= {"phase": partial(PhaseView, theme), "methods": partial(MethodsView, theme, self.methods_asked.emit)}
+        self.tabs = Pages({**_PAGES, "samples": "Samples"}, later, figures=self.figures, samples=self.samples)
         self.tabs.currentChanged.connect(self._draw)
         fill(QVBoxLayout(self), self._title, (self.tabs, 1))
-
-    @cached_property
-    def steps(self) -> CorrectionView:
-        """The page of the correction; made when it is first looked at, for the window starts sooner without it."""
-        return self.tabs.put("steps", CorrectionView(self._theme))
-
-    @cached_property
-    def phase(self) -> PhaseView:
-        """The page of phase and path; the same holds."""
-        return self.tabs.put("phase", PhaseView(self._theme))
-
-    @cached_property
-    def methods(self) -> MethodsView:
-        """The page of several methods; the same holds."""
-        made = MethodsView(self._theme)
-        made.asked.connect(self.methods_asked)
-        return self.tabs.put("methods", made)
 
     def clear(self) -> None:
         """Forget the run that was shown."""
         self.result = self._curves = self._curves_of = None
         self._stale.clear()
         self._title.setText("No run chosen")
-        for name in (*_PAGES, "samples"):
-            if name in vars(self):
-                vars(self)[name].clear()
+        for page in self.tabs.made.values():
+            page.clear()
 
     def say(self, name: str, words: str = "reading and processing …") -> None:
         """Say what becomes of a run that is not shown yet."""
@@ -114,7 +98,7 @@ class RunPanel(QWidget):
         page, result = self.tabs.shown, self.result
         if result is None or page not in self._stale or not self.isVisible():
             return
-        view = getattr(self, page)
+        view = self.tabs.page(page)
         if isinstance(view, CorrectionView | PhaseView):
             if self._curves is None:
                 self._make_curves(result)
@@ -206,10 +190,9 @@ class PhaseView(QWidget):
 
     def __init__(self, theme: Theme) -> None:
         super().__init__()
-        self.phase = Plot(theme, "", "phase [turns]", left_px=_LEFT)
+        self.phase = Plot(theme, "", "phase [turns]", left_px=_LEFT, figures_below=False)
         self.path = Plot(theme, "time [s]", "change of L [mm]", left_px=_LEFT)
         self.phase.setXLink(self.path)
-        self.phase.getPlotItem().getAxis("bottom").setStyle(showValues=False)
         self._key = Key(theme)
         fill(QVBoxLayout(self), self._key, (self.phase, 1), (self.path, 1), spacing=1)
 

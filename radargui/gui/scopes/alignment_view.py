@@ -6,14 +6,14 @@ import math
 
 import numpy as np
 from PySide6.QtCore import QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
 from radargui.gui.layout import PlainLabel, fill
 from radargui.gui.plots.ranges import round_up
 from radargui.gui.scopes.shown import Follower, Shown
 from radargui.gui.scopes.spectrum_view import decibels
-from radargui.gui.theme import Theme
+from radargui.gui.theme import Theme, fitting_font, write
 from radargui.model.arrays import FloatArray
 from radargui.model.rounding import UNKNOWN
 
@@ -26,8 +26,8 @@ _DEPTH_DB = 40.0
 _STEP_DB = 10.0
 """From line to line of the scale; its upper end is a whole number of them, so that it seldom moves."""
 _WIDEST, _WIDEST_BELOW = "−88.8 dB", "88.8 dB below 88.888 V"
-_LARGEST_PT, _SMALLEST_PT = 72.0, 7.0
-"""Of the figures, as large as there is room for: read from the antennas; no smaller than is read at all (by hand)."""
+_POINTS = (7.0, 72.0)
+"""Least and most of the figures: large, for they are read from the antennas; less is not read at all (by hand)."""
 _QUIET = 0.01
 """Of the range: a smaller amplitude is no sphere that moves in front of the antennas (chosen by hand)."""
 
@@ -95,52 +95,37 @@ class Bars(QWidget):
         count = len(self.amplitude_v)
         scale_px = QFontMetricsF(self.font()).horizontalAdvance("−88 dB ") + 6
         width = (self.width() - scale_px) / max(1, count)
-        large = self._fitting(_WIDEST, width - 12, self.height() / 6)
-        small = self._fitting(_WIDEST_BELOW, width - 8, self.height() / 15)
+        large = fitting_font(self.font(), _WIDEST, width - 12, self.height() / 6, _POINTS)
+        small = fitting_font(self.font(), _WIDEST_BELOW, width - 8, self.height() / 15, _POINTS)
         heights = [QFontMetricsF(font).height() for font in (large, small, small)]
         title_px = heights[1] + 6
         bar = QRectF(scale_px, title_px, self.width() - scale_px, self.height() - sum(heights) - 12 - title_px)
         self._draw_scale(painter, bar)
         for number, (now, held) in enumerate(zip(self.amplitude_v, self.held_v, strict=True)):
             left = scale_px + number * width
-            colour = QColor(colours.role(f"receivers.{number % len(colours.receivers)}"))
-            painter.setFont(small)
-            painter.setPen(colour)
-            painter.drawText(QRectF(left, 2, width, title_px), Qt.AlignmentFlag.AlignCenter, f"Rx {number + 1}")
+            colour = colours.role(f"receivers.{number % len(colours.receivers)}")
+            write(painter, QRectF(left, 2, width, title_px), f"Rx {number + 1}", colour, font=small)
             if math.isfinite(now):
                 high = bar.height() * self.shares[number]
-                painter.fillRect(QRectF(left + 0.15 * width, bar.bottom() - high, 0.7 * width, high), colour)
+                painter.fillRect(QRectF(left + 0.15 * width, bar.bottom() - high, 0.7 * width, high), QColor(colour))
             if math.isfinite(held):
                 at = bar.bottom() - bar.height() * float(self._share(held))
                 painter.fillRect(QRectF(left + 0.05 * width, at - 1.5, 0.9 * width, 3), QColor(colours.text))
             y = bar.bottom() + 4
             for font, words, high in zip((large, small, small), _said(now, held), heights, strict=False):
-                painter.setFont(font)
-                painter.setPen(QColor(colours.text))
-                painter.drawText(QRectF(left, y, width, high), Qt.AlignmentFlag.AlignCenter, words)
+                write(painter, QRectF(left, y, width, high), words, colours.text, font=font)
                 y += high
-        painter.end()
 
     def _draw_scale(self, painter: QPainter, bar: QRectF) -> None:
         colours, top = self._theme.colours, self._top_db
         painter.setFont(self.font())
+        right = int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         for step in range(int(_DEPTH_DB / _STEP_DB) + 1):
             y = bar.top() + bar.height() * step * _STEP_DB / _DEPTH_DB
             painter.setPen(QColor(colours.line))
             painter.drawLine(int(bar.left()), int(y), int(bar.right()), int(y))
-            painter.setPen(QColor(colours.text))
             words = f"{top - step * _STEP_DB:.0f} dB".replace("-", "−")
-            box = QRectF(0, y - 10, bar.left() - 6, 20)
-            painter.drawText(box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, words)
-
-    def _fitting(self, widest: str, width: float, height: float) -> QFont:
-        font = QFont(self.font())
-        font.setBold(True)
-        font.setPointSizeF(_LARGEST_PT)
-        metrics = QFontMetricsF(font)
-        share = min(1.0, width / metrics.horizontalAdvance(widest), height / metrics.height())
-        font.setPointSizeF(max(_SMALLEST_PT, _LARGEST_PT * share))
-        return font
+            write(painter, QRectF(0, y - 10, bar.left() - 6, 20), words, colours.text, right)
 
 
 class AlignmentView(QWidget):
@@ -167,13 +152,11 @@ class AlignmentView(QWidget):
     def draw(self, shown: Shown) -> None:
         """Draw what is new; called each frame."""
         band = self._follower.follow(shown, HALF_BAND_HZ)
-        if (band, band.end) == self._drawn:
-            return
-        amplitude = band.amplitude_v(SPAN_S)
+        amplitude = band.amplitude_v(SPAN_S) if (band, band.end) != self._drawn else np.empty(0)
         if not amplitude.size:
             return
         self._drawn = (band, band.end)
-        range_v = shown.setup.daq.range_v
+        range_v = shown.feed.setup.daq.range_v
         self.bars.show_amplitudes(amplitude, range_v)
         still = bool(np.nanmax(amplitude, initial=0.0) < _QUIET * range_v)
         turn = "Turn an antenna until its bar is highest; the line is the highest so far. dB are re 1 V of amplitude"

@@ -1,10 +1,11 @@
 """The IQ planes, one column a receiver: as the converter gave it above, corrected onto the unit circle below."""
 
 import numpy as np
+from PySide6.QtCore import QMargins
 from PySide6.QtWidgets import QGridLayout
 
 from radargui.gui.control.state import Feed
-from radargui.gui.layout import take_out
+from radargui.gui.layout import having, take_out
 from radargui.gui.plots.envelope import thin
 from radargui.gui.plots.per_receiver import PerReceiver
 from radargui.gui.plots.plot import Plot
@@ -15,8 +16,6 @@ SPAN_S = 1.5
 """Shown at once: some turns of the circle, of a slow hand too, before they cover one another."""
 _POINTS = 1200
 """Of each plane: as many as its circle has pixels."""
-_EVERY = 2
-"""Frames: six small plots cost as much as all scopes, and fifteen pictures a second are smooth enough here."""
 
 
 _LEFT = 36
@@ -73,13 +72,10 @@ class IQPlanePanel(PerReceiver):
         super().__init__()
         self._theme = theme
         self._feed: Feed | None = None
-        self._frame = 0
         self._drawn = -1
         self.raw: list[IQPlane] = []
         self.corrected: list[IQPlane] = []
-        self._grid = QGridLayout(self)
-        self._grid.setContentsMargins(2, 2, 2, 2)
-        self._grid.setSpacing(2)
+        self._grid = having(QGridLayout(self), contentsMargins=QMargins(2, 2, 2, 2), spacing=2)
 
     def make_plots(self, count: int) -> None:
         """Make two planes a receiver."""
@@ -106,12 +102,9 @@ class IQPlanePanel(PerReceiver):
             plane.draw(np.empty(0), np.empty(0))
 
     def refresh(self) -> None:
-        """Draw the latest points; called by the window's timer."""
+        """Draw the latest points; called by the window."""
         feed = self._feed
-        self._frame += 1
-        if feed is None or feed.ring is None or not self.isVisible() or self._frame % _EVERY:
-            return
-        if feed.ring.latest == self._drawn:
+        if feed is None or not self.isVisible() or feed.ring.latest == self._drawn:
             return
         self._drawn, count = feed.ring.latest, feed.samples(SPAN_S)
         volts = feed.ring.thinned(count, _POINTS)

@@ -12,10 +12,10 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent
 from PySide6.QtWidgets import QDoubleSpinBox, QGridLayout, QHBoxLayout, QLabel, QWidget
 
 from radargui.acquisition.run_output import Level
-from radargui.gui.layout import Dialog, button, fill
+from radargui.gui.layout import Dialog, button, fill, having
 from radargui.gui.plots.plot import LAST, Plot
 from radargui.gui.plots.ranges import SteadyRange
-from radargui.gui.theme import Theme, scaled_font
+from radargui.gui.theme import Theme, scaled_font, write
 from radargui.model.arrays import BoolArray, FloatArray
 
 _FAR_V = 1000.0
@@ -64,11 +64,7 @@ class Scope(Plot):
         self.gains = (Gain(), Gain())
         self._bin = 1
         self.setYRange(-1.0, 1.0, padding=0)
-        self.set_window(3.0)
-
-    def set_window(self, seconds: float, end_s: float = 0.0) -> None:
-        """Show so many seconds up to a time."""
-        self.setXRange(end_s - seconds, end_s, padding=0)
+        self.setXRange(-3.0, 0.0, padding=0)
 
     def set_gains(self, i: Gain, q: Gain) -> None:
         """Draw the channels otherwise, and say so on the axis and in the plot."""
@@ -131,9 +127,7 @@ class Scope(Plot):
     def retheme(self) -> None:
         """Take over the colours of the theme."""
         super().retheme()
-        colour = QColor(self.colour("gap"))
-        colour.setAlpha(150)
-        self._lost.setOpts(brush=colour)
+        self._lost.setOpts(brush=having(QColor(self.colour("gap")), alpha=150))
 
     def _shade(self, time_s: FloatArray, lost: BoolArray) -> None:
         edges = np.flatnonzero(np.diff(np.concatenate(([False], lost, [False])).astype(np.int8)))
@@ -164,10 +158,9 @@ class GainDialog(Dialog):
             name = f"{'IQ'[row % 2]}{row // 2 + 1}"
             factor = QDoubleSpinBox(minimum=0.1, maximum=10_000.0, decimals=1, value=gain.factor, prefix="× ")
             offset = QDoubleSpinBox(minimum=-100.0, maximum=100.0, decimals=3, singleStep=0.01, value=gain.offset_v)
+            tip = "Drawn: gain × (voltage − offset). Only the picture changes, no sample does"
             for column, field, what in ((1, factor, "Gain"), (2, offset, "Offset [V]")):
-                field.setAccessibleName(f"{what} of {name}")
-                field.setToolTip("Drawn: gain × (voltage − offset). Only the picture changes, no sample does")
-                field.valueChanged.connect(self._apply)
+                having(field, accessibleName=f"{what} of {name}", toolTip=tip).valueChanged.connect(self._apply)
                 grid.addWidget(field, row + 1, column)
             grid.addWidget(QLabel(name), row + 1, 0)
             self.fields.append((factor, offset))
@@ -203,7 +196,6 @@ class LevelBar(QWidget):
         super().__init__()
         self._theme, self.name, self._role, self._full_scale_v = theme, name, role, full_scale_v
         self._held = 0
-        self._peak_v: float | None = None
         width = self.fontMetrics().horizontalAdvance("I1 00.00 V") + 8
         self.setFont(scaled_font(self.font(), 0.85))
         self.setFixedSize(width, self.fontMetrics().height() + _BAR_PX + 3)
@@ -219,12 +211,10 @@ class LevelBar(QWidget):
         """Show a level; None: nothing is known."""
         clipped = level is not None and level.clipped
         self._held = _HOLD_LOOKS if clipped else max(0, self._held - 1) if level is not None else 0
-        self._peak_v = None if level is None else level.peak_v
         self._full_scale_v = (level and level.full_scale_v) or self._full_scale_v
-        self._share = (self._peak_v or 0.0) / self._full_scale_v
-        peak, said = (
-            ("–", "") if level is None else (f"{level.peak_v:.2f} V", f"{100.0 * self._share:.0f} % of the range")
-        )
+        self._share = (level.peak_v if level else 0.0) / self._full_scale_v
+        peak = "–" if level is None else f"{level.peak_v:.2f} V"
+        said = "" if level is None else f"{100.0 * self._share:.0f} % of the range"
         self.setToolTip(f"{self.name}: {said}{', clipping: lower the gain or raise the range' * self.clipping}")
         self.setAccessibleName(f"{self.name} {'CLIP' if self.clipping else peak}")
         self.update()
@@ -234,10 +224,8 @@ class LevelBar(QWidget):
         colours, room = self._theme.colours, QRectF(self.rect()).adjusted(4.0, 1.0, -4.0, -1.0)
         alarm = colours.alarm if self.clipping else ""
         painter = QPainter(self)
-        painter.setPen(QColor(alarm or colours.text))
-        painter.drawText(room, Qt.AlignmentFlag.AlignTop, self.accessibleName())
+        write(painter, room, self.accessibleName(), alarm or colours.text, int(Qt.AlignmentFlag.AlignTop))
         room.setTop(room.bottom() - _BAR_PX)
         painter.fillRect(room, QColor(colours.raised))
         room.setWidth(min(1.0, self._share) * room.width())
         painter.fillRect(room, QColor(alarm or colours.role(self._role)))
-        painter.end()

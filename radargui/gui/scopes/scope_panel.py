@@ -6,29 +6,19 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QSizePolicy,
-    QSlider,
-    QStackedWidget,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6 import QtWidgets
+from PySide6.QtCore import QMargins, Qt
 
 from radargui.acquisition.health import Health
 from radargui.acquisition.run_output import Level
 from radargui.gui.control.state import Feed
-from radargui.gui.layout import TIPS, Choice, button, fill, take_out
+from radargui.gui.layout import TIPS, Choice, boxed, button, fill, having, holding, take_out
 from radargui.gui.plots.envelope import Envelope, look
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import LAST, NOW
 from radargui.gui.scopes.alignment_view import SPAN_S, AlignmentView
 from radargui.gui.scopes.scope import HELD, GainDialog, LevelBar, Scope
-from radargui.gui.scopes.shown import Held, Shown
+from radargui.gui.scopes.shown import Shown, ago
 from radargui.gui.scopes.spectrum_view import BANDS_HZ, SpectrumView, WaterfallView
 from radargui.gui.theme import Theme
 from radargui.model.arrays import BoolArray, FloatArray
@@ -44,7 +34,7 @@ _SPANS = [(seconds, f"{seconds:g} s") for seconds in WINDOWS_S]
 _BANDS = [(hertz, f"±{hertz / 1e3:g} kHz" if hertz >= 1e3 else f"±{hertz:g} Hz") for hertz in BANDS_HZ]
 
 
-class TimeView(QWidget):
+class TimeView(QtWidgets.QWidget):
     """I and Q of each receiver against time, the level of each channel beside them."""
 
     def __init__(self, theme: Theme) -> None:
@@ -52,14 +42,12 @@ class TimeView(QWidget):
         self._theme = theme
         self.scopes: list[Scope] = []
         self.levels: list[LevelBar] = []
-        self._columns: list[QWidget] = []
+        self._columns: list[QtWidgets.QWidget] = []
         self._envelope: Envelope | None = None
         self._live: tuple[object, ...] = ()
         self._held: tuple[object, ...] = ()
         self.gain = button("Gain…", self.ask_gain)
-        self._grid = QGridLayout(self)
-        self._grid.setContentsMargins(0, 0, 0, 0)
-        self._grid.setSpacing(2)
+        self._grid = having(QtWidgets.QGridLayout(self), contentsMargins=QMargins(), spacing=2)
         self.any_lost = False
 
     def set_receivers(self, count: int, full_scale_v: float) -> None:
@@ -72,12 +60,13 @@ class TimeView(QWidget):
         self.scopes = [Scope(self._theme, index + 1, with_time=index == last) for index in range(count)]
         names = [(part, index) for index in range(1, count + 1) for part in "IQ"]
         self.levels = [LevelBar(self._theme, f"{part}{index}", part.lower(), full_scale_v) for part, index in names]
-        self._columns = [QWidget() for _ in range(count)]
-        for index, (scope, column) in enumerate(zip(self.scopes, self._columns, strict=True)):
+        self._columns = []
+        for index, scope in enumerate(self.scopes):
             scope.setXLink(None if index == last else self.scopes[last])
             scope.view.sigXRangeChanged.connect(self.look_again)
             below = [self.gain] if index == last else []
-            fill(QVBoxLayout(column), 1, *self.levels[2 * index : 2 * index + 2], 1, *below)
+            column = boxed(QtWidgets.QVBoxLayout(), 1, *self.levels[2 * index : 2 * index + 2], 1, *below)
+            self._columns.append(column)
             self._grid.addWidget(scope, index, 0)
             self._grid.addWidget(column, index, 1)
             # the last one holds the time axis as well
@@ -117,17 +106,17 @@ class TimeView(QWidget):
         return max(200, min(2000, self.scopes[0].width() if self.scopes else 0))
 
     def _draw_live(self, shown: Shown) -> None:
-        window = round(shown.window_s * shown.rate_hz)
-        if self._envelope is None or self._live != (shown.ring, window):
-            self._live = (shown.ring, window)
+        window = round(shown.window_s * shown.feed.rate_hz)
+        if self._envelope is None or self._live != (shown.feed.ring, window):
+            self._live = (shown.feed.ring, window)
             self._envelope = Envelope(2 * len(self.scopes), window, self._bins)
         envelope = self._envelope
         if shown.end == envelope.end:
             return
-        span = shown.ring.span(max(envelope.end, shown.first), shown.end)
+        span = shown.feed.ring.span(max(envelope.end, shown.first), shown.end)
         envelope.push(span.first_index, span.volts)
         index, pairs, lost = envelope.view()
-        self._put((index - envelope.end) / shown.rate_hz, pairs, lost, envelope.bin)
+        self._put((index - envelope.end) / shown.feed.rate_hz, pairs, lost, envelope.bin)
 
     def _draw_held(self, shown: Shown) -> None:
         self._envelope = None
@@ -136,12 +125,12 @@ class TimeView(QWidget):
         first, last = shown.first, shown.end
         if self.scopes and self.scopes[-1].view.zoomed:
             # as fine as the samples are, where it is looked at closely
-            left, right = (round(x * shown.rate_hz) + shown.zero for x in self.scopes[-1].view.viewRange()[0])
-            first, last = max(shown.ring.first, left), min(shown.zero, right)
+            left, right = (round(x * shown.feed.rate_hz) + shown.zero for x in self.scopes[-1].view.viewRange()[0])
+            first, last = max(shown.feed.ring.first, left), min(shown.zero, right)
         if last <= first:
             return
-        index, pairs, lost, size = look(shown.ring, first, last, self._bins)
-        self._put((index - shown.zero) / shown.rate_hz, pairs, lost, size)
+        index, pairs, lost, size = look(shown.feed.ring, first, last, self._bins)
+        self._put((index - shown.zero) / shown.feed.rate_hz, pairs, lost, size)
         self._held = shown.part
 
     def _put(self, time_s: FloatArray, pairs: FloatArray, lost: BoolArray, size: int) -> None:
@@ -150,7 +139,7 @@ class TimeView(QWidget):
         self.any_lost = bool(lost.any())
 
 
-class ScopePanel(QWidget):
+class ScopePanel(QtWidgets.QWidget):
     """What comes in, looked at in one of four ways; pausing holds the picture, never the samples.
 
     Parameters
@@ -166,40 +155,31 @@ class ScopePanel(QWidget):
         self._theme, self._clock = theme, clock
         self._feed: Feed | None = None
         self._last: Feed | None = None
-        self._held: Held | None = None
+        self._held: Feed | None = None
+        self._held_at_s = 0.0
         self.time, self.spectrum = TimeView(theme), SpectrumView(theme)
         self.waterfall, self.alignment = WaterfallView(theme), AlignmentView(theme)
         self._pages = (self.time, self.spectrum, self.waterfall, self.alignment)
 
-        self.view, self.span, self.band = Choice(VIEWS.items()), Choice(_SPANS), Choice(_BANDS)
-        names = {"view": "What the scopes show", "window": "Window of time", "band": "Band of the spectrum"}
-        for choice, (name, what) in zip((self.view, self.span, self.band), names.items(), strict=True):
-            choice.setObjectName(f"scope.{name}")
-            choice.setAccessibleName(what)
-            choice.setToolTip(TIPS["scopes"][what])
-            # in a narrow dock their words are cut before the plots are
-            choice.setMinimumWidth(46)
-        self.span.setCurrentIndex(max(0, self.span.findData(window_s)))
-        self.band.setCurrentIndex(1)
+        self.view, self.span, self.band = Choice(VIEWS.items()), Choice(_SPANS, window_s), Choice(_BANDS, BANDS_HZ[1])
         self.let_go = button("Hold anew", self.alignment.bars.let_go)
-        self.pause = QCheckBox("Pause")
-        self.pause.setToolTip(TIPS["scopes"]["Pause"])
+        self.pause = QtWidgets.QCheckBox("Pause")
         self.key = Key(theme, *IQ_KEY)
         parts = (self.view, self.span, self.band, self.let_go, self.pause, 1, self.key)
-        top = fill(QHBoxLayout(), *parts, margins=(6, 4, 6, 0), spacing=6)
+        top = fill(QtWidgets.QHBoxLayout(), *parts, margins=(6, 4, 6, 0), spacing=6)
 
-        self.when = QLabel()
-        self.back = QSlider(Qt.Orientation.Horizontal)
-        self.back.setAccessibleName("Back through what is held")
-        self.back.setToolTip(TIPS["scopes"]["Back through what is held"])
-        self.back.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self._past = QWidget()
-        fill(QHBoxLayout(self._past), self.when, (self.back, 1), margins=(6, 2, 6, 0), spacing=8)
+        self.when = QtWidgets.QLabel()
+        self.back = having(QtWidgets.QSlider(Qt.Orientation.Horizontal), focusPolicy=Qt.FocusPolicy.StrongFocus)
+        self._past = boxed(QtWidgets.QHBoxLayout(), self.when, (self.back, 1), margins=(6, 2, 6, 0), spacing=8)
         self._past.hide()
-        self._stack = QStackedWidget()
-        for page in self._pages:
-            self._stack.addWidget(page)
-        fill(QVBoxLayout(self), top, self._past, (self._stack, 1))
+        choices = {"What the scopes show": self.view, "Window of time": self.span, "Band of the spectrum": self.band}
+        for what, part in (choices | {"Back through what is held": self.back, "Pause": self.pause}).items():
+            having(part, accessibleName=what, toolTip=TIPS["scopes"][what])
+        for choice in choices.values():
+            # in a narrow dock their words are cut before the plots are
+            choice.setMinimumWidth(46)
+        self._stack = holding(QtWidgets.QStackedWidget(), *self._pages)
+        fill(QtWidgets.QVBoxLayout(self), top, self._past, (self._stack, 1))
 
         self.view.currentIndexChanged.connect(self._choose)
         self.pause.toggled.connect(self._pause)
@@ -212,19 +192,9 @@ class ScopePanel(QWidget):
         """Seconds shown."""
         return float(self.span.currentData())
 
-    @property
-    def scopes(self) -> list[Scope]:
-        """Of each receiver, against time."""
-        return self.time.scopes
-
-    @property
-    def levels(self) -> list[LevelBar]:
-        """Of each channel."""
-        return self.time.levels
-
     def set_receivers(self, count: int, full_scale_v: float) -> None:
         """Show so many receivers."""
-        if count == len(self.scopes):
+        if count == len(self.time.scopes):
             return
         self.time.set_receivers(count, full_scale_v)
         # made anew it would come last of all
@@ -262,7 +232,8 @@ class ScopePanel(QWidget):
         if health is not None:
             self.time.show_levels(health.levels)
         if self._held is not None:
-            self.when.setText(self._held.words(self._clock()))
+            at = time.strftime("%H:%M:%S", time.localtime(self._held_at_s))
+            self.when.setText(f"paused at {at}, {ago(self._clock() - self._held_at_s)} ago")
         shown = self._shown()
         if shown is None or not self.isVisible():
             return
@@ -271,15 +242,13 @@ class ScopePanel(QWidget):
         self._say()
 
     def _shown(self) -> Shown | None:
-        held = self._held
         # after the end the last samples are there for every view
-        feed = (self._feed or self._last) if held is None else held.feed
-        ring = held.ring if held is not None else feed.ring if feed is not None else None
-        if feed is None or ring is None:
+        feed = self._held or self._feed or self._last
+        if feed is None:
             return None
-        zero = ring.latest
+        zero = feed.ring.latest
         end = zero - round(self._back_s * feed.rate_hz)
-        return Shown(ring, feed.rate_hz, feed.setup, end, zero, self.window_s, live=held is None)
+        return Shown(feed, end, zero, self.window_s, live=self._held is None)
 
     @property
     def _back_s(self) -> float:
@@ -289,9 +258,11 @@ class ScopePanel(QWidget):
     def _pause(self) -> None:
         feed = self._feed or self._last
         self._held = None
-        if self.pause.isChecked() and feed is not None and feed.ring is not None:
-            self._held = Held(feed, feed.ring.held(), self._clock())
-            held_s = (self._held.ring.latest - self._held.ring.first) / feed.rate_hz
+        if self.pause.isChecked() and feed is not None:
+            # a copy, so that the recording goes on beneath it
+            ring, self._held_at_s = feed.ring.held(), self._clock()
+            self._held = Feed(ring, feed.digitisation, feed.live, feed.setup)
+            held_s = (ring.latest - ring.first) / feed.rate_hz
             self.back.setRange(0, max(0, round((held_s - self.window_s) * _PER_S)))
             self.back.setPageStep(round(self.window_s * _PER_S))
             self.back.setSingleStep(max(1, round(0.1 * self.window_s * _PER_S)))
@@ -302,14 +273,14 @@ class ScopePanel(QWidget):
     def _choose(self) -> None:
         name = self.view.currentData()
         self._stack.setCurrentIndex(self.view.currentIndex())
-        ignored, preferred = QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred
+        ignored, preferred = QtWidgets.QSizePolicy.Policy.Ignored, QtWidgets.QSizePolicy.Policy.Preferred
         for page in self._pages:
             # the room that one view needs is not asked for another
             policy = preferred if page is self._stack.currentWidget() else ignored
             page.setSizePolicy(policy, policy)
         short = name == "time"
         self.key.setMinimumWidth(0 if short else 40)
-        self.key.setSizePolicy(QSizePolicy.Policy.Minimum if short else preferred, preferred)
+        self.key.setSizePolicy(QtWidgets.QSizePolicy.Policy.Minimum if short else preferred, preferred)
         self.let_go.setVisible(name == "alignment")
         self.band.setVisible(name in ("spectrum", "waterfall"))
         self.span.setVisible(name != "alignment")
@@ -318,7 +289,7 @@ class ScopePanel(QWidget):
 
     def _say(self) -> None:
         if self.view.currentData() == "spectrum":
-            receivers = (("▬", f"receivers.{number}", f"Rx {number + 1}") for number in range(len(self.scopes)))
+            receivers = (("▬", f"receivers.{number}", f"Rx {number + 1}") for number in range(len(self.time.scopes)))
             self.key.show_entries(*receivers)
         else:
             self.key.show_entries(*IQ_KEY, *([_LOST] if self.time.any_lost else []))
@@ -328,10 +299,10 @@ class ScopePanel(QWidget):
         self.time.look_again()
         self.spectrum.half_band_hz = self.waterfall.half_band_hz = float(self.band.currentData())
         words = HELD if self._back_s else LAST if self._held is not None or self._feed is None else NOW
-        for scope in self.scopes:
+        for scope in self.time.scopes:
             scope.view.show_all()
-            scope.set_window(self.window_s, -self._back_s)
-        for plot in (*self.scopes[-1:], *self.waterfall.plots[-1:]):
+            scope.setXRange(-self._back_s - self.window_s, -self._back_s, padding=0)
+        for plot in (*self.time.scopes[-1:], *self.waterfall.plots[-1:]):
             # the only ones with words on their time axes
             plot.relabel(words)
         self._say()

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from radargui.acquisition.baseband import Baseband
-from radargui.acquisition.ring import Ring
 from radargui.gui.control.state import Feed
-from radargui.model.setup import Setup
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,7 +14,7 @@ class Shown:
 
     Attributes
     ----------
-    ring, rate_hz, setup
+    feed
         Where they are and under which setup they were taken.
     end
         Absolute index after the newest that is shown.
@@ -30,9 +26,7 @@ class Shown:
         Whether more come in.
     """
 
-    ring: Ring
-    rate_hz: float
-    setup: Setup
+    feed: Feed
     end: int
     zero: int
     window_s: float
@@ -41,16 +35,16 @@ class Shown:
     @property
     def part(self) -> tuple[object, ...]:
         """What tells one part of the samples from another."""
-        return self.ring, self.end, self.window_s
+        return self.feed.ring, self.end, self.window_s
 
     @property
     def first(self) -> int:
         """Absolute index of the oldest that is shown."""
-        return max(self.ring.first, self.end - round(self.window_s * self.rate_hz))
+        return max(self.feed.ring.first, self.end - round(self.window_s * self.feed.rate_hz))
 
     def time_s(self, index: float) -> float:
         """Return the time of an absolute index on the axes."""
-        return (index - self.zero) / self.rate_hz
+        return (index - self.zero) / self.feed.rate_hz
 
 
 class Follower:
@@ -62,36 +56,13 @@ class Follower:
 
     def follow(self, shown: Shown, half_band_hz: float) -> Baseband:
         """Return the signals of what is shown, as far as they are taken in; a long past takes some calls."""
-        of = (shown.ring, half_band_hz, shown.window_s)
+        of = (shown.feed.ring, half_band_hz, shown.window_s)
         if self.band is None or of != self._of or self.band.end > shown.end:
             self._of = of
-            sign = shown.setup.radar.phase_sign
-            self.band = Baseband(shown.ring, shown.rate_hz, half_band_hz, shown.window_s, sign)
+            sign = shown.feed.setup.radar.phase_sign
+            self.band = Baseband(shown.feed.ring, shown.feed.rate_hz, half_band_hz, shown.window_s, sign)
         self.band.pull(shown.end)
         return self.band
-
-
-class Held(NamedTuple):
-    """The last seconds as they were when the display was paused.
-
-    Attributes
-    ----------
-    feed
-        What came in then.
-    ring
-        A copy of its samples, so that the recording goes on beneath it.
-    at_s
-        When that was, seconds since 1970.
-    """
-
-    feed: Feed
-    ring: Ring
-    at_s: float
-
-    def words(self, now_s: float) -> str:
-        """Return when that was: paused at 14:03:22, 12 s ago."""
-        at = time.strftime("%H:%M:%S", time.localtime(self.at_s))
-        return f"paused at {at}, {ago(now_s - self.at_s)} ago"
 
 
 def ago(seconds: float) -> str:

@@ -11,7 +11,7 @@ from PySide6.QtCore import QRectF
 from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout
 
 from radargui.acquisition.baseband import Baseband, SpectralLine, Spectrum
-from radargui.gui.layout import fill, take_out
+from radargui.gui.layout import fill, having, take_out
 from radargui.gui.plots.per_receiver import PerReceiver
 from radargui.gui.plots.plot import LAST, Plot
 from radargui.gui.scopes.shown import Follower, Shown
@@ -58,29 +58,20 @@ class SpectrumPlot(_FrequencyPlot):
             theme, "Doppler frequency [Hz], positive: the path gets longer", "amplitude [dB re 1 V]", live=True
         )
         self.getPlotItem().showAxis("top")
-        self._speed.setLabel("speed of the path, dL/dt [m/s]")
+        axis = self.getPlotItem().getAxis("top")
+        axis.setLabel("speed of the path, dL/dt [m/s]")
         # no figures before the wavelength is known
-        self._speed.setStyle(tickLength=-4, showValues=False)
+        axis.setStyle(tickLength=-4, showValues=False)
         self.setXRange(-BANDS_HZ[1], BANDS_HZ[1], padding=0)
         self.curves_ = [self.fast_line(f"receivers.{n}", f"Rx {n + 1}") for n in range(MOST_RECEIVERS)]
         self._mains = self.marker("text", "t", 9, "mains")
         self.setYRange(-100.0, 0.0, padding=0)
 
-    @property
-    def _speed(self) -> pg.AxisItem:
-        return self.getPlotItem().getAxis("top")
-
     def set_scale(self, wavelength_m: float, half_band_hz: float) -> None:
         """Show +-half the band, and its speeds on the upper axis."""
         super().set_scale(wavelength_m, half_band_hz)
-        self._speed.setScale(wavelength_m)
-        self._speed.setStyle(showValues=True)
-
-    def retheme(self) -> None:
-        """Take over the colours of the theme."""
-        super().retheme()
-        self._speed.setPen(pg.mkPen(self.colour("line")))
-        self._speed.setTextPen(pg.mkPen(self.colour("text")))
+        self.getPlotItem().getAxis("top").setScale(wavelength_m)
+        self.getPlotItem().getAxis("top").setStyle(showValues=True)
 
     def draw(self, spectrum: Spectrum, mains: list[SpectralLine]) -> None:
         """Draw spectra, and a mark at each line of the mains."""
@@ -117,11 +108,16 @@ class _OfFrequencies(PerReceiver):
             plot.show_nothing()
         self._drawn = ()
 
-    def _news(self, shown: Shown) -> Baseband | None:
-        """Return what came since the last picture, in the frames that draw."""
+    def draw(self, shown: Shown) -> None:
+        """Draw what came since the last picture, in the frames that draw; called each frame."""
         band = self._follower.follow(shown, self.half_band_hz)
         self._frame += 1
-        return band if self.plots and self._frame % self._every == 0 and (band, band.end) != self._drawn else None
+        if self.plots and self._frame % self._every == 0 and (band, band.end) != self._drawn:
+            self.draw_band(shown, band)
+
+    def draw_band(self, shown: Shown, band: Baseband) -> None:
+        """Draw the signals of what is shown."""
+        raise NotImplementedError
 
 
 class SpectrumView(_OfFrequencies):
@@ -147,17 +143,14 @@ class SpectrumView(_OfFrequencies):
         self.spectrum = None
         self.words.setText("Start shows the spectrum of what comes in")
 
-    def draw(self, shown: Shown) -> None:
-        """Draw what is new; called each frame."""
-        band = self._news(shown)
-        if band is None:
-            return
+    def draw_band(self, shown: Shown, band: Baseband) -> None:
+        """Draw the spectra, and say which lines they have."""
         spectrum = band.spectrum()
         if spectrum is None:
             self.words.setText("Too few samples since the last ones that were lost")
             return
         if not self._drawn or self._drawn[0] is not band:
-            self.plots[0].set_scale(shown.setup.radar.wavelength_m, band.half_band_hz)
+            self.plots[0].set_scale(shown.feed.setup.radar.wavelength_m, band.half_band_hz)
         self._drawn, self.spectrum = (band, band.end), spectrum
         mains = [spectrum.mains(receiver) for receiver in range(len(spectrum.amplitude_v))]
         self.plots[0].draw(spectrum, list(chain(*mains)))
@@ -165,8 +158,8 @@ class SpectrumView(_OfFrequencies):
         said = (
             f"{spectrum.span_s:.2g} s of samples, so lines {plain(spectrum.resolution_hz, 2)} Hz apart are told apart"
         )
-        self.words.setText("\n".join((*lines, said)))
-        self.words.setToolTip(self.words.text())
+        words = "\n".join((*lines, said))
+        having(self.words, text=words, toolTip=words)
 
     @staticmethod
     def _line(shown: Shown, spectrum: Spectrum, receiver: int, mains: list[SpectralLine]) -> str:
@@ -174,7 +167,7 @@ class SpectrumView(_OfFrequencies):
         said = "no line above the noise"
         if line is not None:
             # dL/dt: how fast the path Tx - sphere - Rx gets longer
-            speed = shown.setup.radar.wavelength_m * line.frequency_hz
+            speed = shown.feed.setup.radar.wavelength_m * line.frequency_hz
             said = f"strongest {line.frequency_hz:+.1f} Hz = {speed:+.3f} m/s, {_level(line)}"
         hum = ", ".join(f"{one.frequency_hz:.1f} Hz {_level(one)}" for one in mains)
         return f"Rx {receiver + 1}: {said}" + (f"; mains ▼ {hum}" if hum else "")
@@ -257,11 +250,8 @@ class WaterfallView(_OfFrequencies):
         super().show_nothing()
         self.words.setText("Start shows the spectrum of what comes in, moment by moment")
 
-    def draw(self, shown: Shown) -> None:
-        """Draw what is new; called each frame."""
-        band = self._news(shown)
-        if band is None:
-            return
+    def draw_band(self, shown: Shown, band: Baseband) -> None:
+        """Draw the spectra of all moments."""
         count = band.samples_v.shape[1]
         hop = max(_SIZE // 8, count // _MOST_FRAMES)
         amplitude = band.waterfall(_SIZE, hop)
@@ -278,7 +268,7 @@ class WaterfallView(_OfFrequencies):
         low = min(_STEP_DB * np.floor(float(np.nanmedian(level)) / _STEP_DB), top - _STEP_DB)
         for plot, rows in zip(self.plots, level, strict=False):
             plot.draw(time_s, frequency, rows, (low, top))
-            plot.set_scale(shown.setup.radar.wavelength_m, band.half_band_hz)
+            plot.set_scale(shown.feed.setup.radar.wavelength_m, band.half_band_hz)
         self.plots[-1].setXRange(shown.time_s(shown.end) - shown.window_s, shown.time_s(shown.end), padding=0)
         self.words.setText(
             f"Light: {top:z.0f} dB re 1 V, dark: {low:z.0f} dB; lines {plain(2 * band.rate_hz / _SIZE, 2)} Hz apart"

@@ -61,11 +61,6 @@ class SearchForm(QWidget):
         """What is asked for."""
         return Query(**{name: value for name, value in self._values().items() if value is not None})
 
-    @property
-    def faulty(self) -> tuple[str, ...]:
-        """Fields whose text cannot be read."""
-        return tuple(name for name, value in self._values().items() if value is None)
-
     def _values(self) -> dict[str, Any]:
         values: dict[str, Any] = {}
         for name, _, _, read, *_ in _FIELDS:
@@ -78,7 +73,7 @@ class SearchForm(QWidget):
         return values
 
     def _typed(self) -> None:
-        faulty = self.faulty
+        faulty = [name for name, value in self._values().items() if value is None]
         for name, field in self.fields.items():
             field.setStyleSheet(FRAMED if name in faulty else "")
             self.faults[name].say(f"Write it as {field.placeholderText()}" if name in faulty else "")
@@ -105,7 +100,7 @@ class SessionBrowser(Dialog):
     def __init__(self, services: Services, data_folder: Callable[[], Path]) -> None:
         super().__init__("Sessions", (1040, 620), services.parent, "sessions")
         self._jobs, self._work, self._data_folder = services.jobs, services.work, data_folder
-        self._looks = OneAtATime(services.jobs, "the list of sessions", self.refresh)
+        self.looks = OneAtATime(services.jobs, "the list of sessions", self.refresh)
         self._task, self._folder_words = Task(), ""
         # the first look at a large folder takes its time
         self._timer = ticking(self, _SHARE_MS, self._show_share)
@@ -124,7 +119,15 @@ class SessionBrowser(Dialog):
         self.compare = button("Compare", lambda: self.compare_asked.emit(self._paths))
         self.compare.clicked.connect(self.hide)
         self.elsewhere = button("Open another folder…", self.elsewhere_asked)
-        self._lay_out()
+        lower = QWidget()
+        fill(QVBoxLayout(lower), self.details, (self.thumbnails, 1))
+        parts = having(QSplitter(Qt.Orientation.Vertical), objectName="sessions.parts")
+        parts.addWidget(self.table)
+        parts.addWidget(lower)
+        parts.setSizes([360, 240])
+        buttons = fill(QHBoxLayout(), self.review, self.take_setup, self.calibrate, 1, spacing=6)
+        above = fill(QHBoxLayout(), (self.words, 1), self.compare, self.series, self.elsewhere, spacing=6)
+        self.lay_out(self.search, above, (parts, 1), buttons)
         self.search.changed.connect(self.refresh)
         self.table.selectionModel().selectionChanged.connect(self._chosen)
         self.table.doubleClicked.connect(lambda _index: self._ask(self.open_asked))
@@ -133,16 +136,11 @@ class SessionBrowser(Dialog):
     def refresh(self) -> None:
         """Look at the folders again, in the background."""
         folder = self._data_folder()
-        if not self.looking:
+        if not self.looks.busy:
             self._task, self._folder_words = self._work.quiet(), f"Looking at {folder} …"
             self._show_share()
             self._timer.start()
-        self._looks.start(partial(_find, folder, self.search.query, self._task), self._show_found, self._failed)
-
-    @property
-    def looking(self) -> bool:
-        """Whether the folders are being looked at."""
-        return self._looks.busy
+        self.looks.start(partial(_find, folder, self.search.query, self._task), self._show_found, self._failed)
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         """Look for what came since it was shown last."""
@@ -171,10 +169,9 @@ class SessionBrowser(Dialog):
         self._show_buttons()
         chosen = self.table.chosen
         self.thumbnails.show_runs(())
+        self.details.setText(f"{chosen.name}: reading …" if chosen else "")
         if chosen is None:
-            self.details.setText("")
             return
-        self.details.setText(f"{chosen.name}: reading …")
 
         def show(look: tuple[tuple[RunEntry, ...], str, str]) -> None:
             runs, calibration, busy = look
@@ -206,17 +203,6 @@ class SessionBrowser(Dialog):
         self.compare.setEnabled(sound)
         for one in (self.review, self.take_setup, self.calibrate):
             one.setEnabled(len(several) == 1 and not several[0].problem)
-
-    def _lay_out(self) -> None:
-        lower = QWidget()
-        fill(QVBoxLayout(lower), self.details, (self.thumbnails, 1))
-        parts = having(QSplitter(Qt.Orientation.Vertical), objectName="sessions.parts")
-        parts.addWidget(self.table)
-        parts.addWidget(lower)
-        parts.setSizes([360, 240])
-        buttons = fill(QHBoxLayout(), self.review, self.take_setup, self.calibrate, 1, spacing=6)
-        above = fill(QHBoxLayout(), (self.words, 1), self.compare, self.series, self.elsewhere, spacing=6)
-        self.lay_out(self.search, above, (parts, 1), buttons)
 
 
 def _find(folder: Path, query: Query, task: Task) -> tuple[SessionSummary, ...]:

@@ -23,6 +23,7 @@ from radargui.gui.layout import (
     PlainLabel,
     button,
     fill,
+    fit_screen,
     having,
     side_by_side,
 )
@@ -54,10 +55,9 @@ class MappingForm(Group):
         self.boxes: list[QtWidgets.QComboBox] = []
         self.words, self.fault = PlainLabel("Choose files first."), FaultText()
         self.count = QtWidgets.QSpinBox(minimum=1, maximum=LARGEST)
-        self.count.setMaximumWidth(70)
+        having(self.count, maximumWidth=70, accessibleName="Receivers")
         self.count.valueChanged.connect(lambda _count: self._fill(self.names))
-        self.row("Receivers", side_by_side(self.count, self.words), fault=self.fault)
-        self.count.setAccessibleName("Receivers")
+        self.put(("Receivers", side_by_side(self.count, self.words)), self.fault)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -90,8 +90,8 @@ class MappingForm(Group):
         self.boxes = []
         for row, target in enumerate(iq_names(self.count.value()) if self._infos else ()):
             facts = ((one.name, filter(None, (f"{one.count} samples", one.unit))) for one in self._infos)
-            box = Choice((("", "not chosen"), *((name, f"{name}  ({', '.join(said)})") for name, said in facts)))
-            box.setCurrentIndex(max(box.findData(names[row]) if row < len(names) else 0, 0))
+            offered = (("", "not chosen"), *((name, f"{name}  ({', '.join(said)})") for name, said in facts))
+            box = Choice(offered, names[row] if row < len(names) else "")
             box.currentIndexChanged.connect(lambda _index: self.changed.emit())
             self.row(target, box)
             self.boxes.append(box)
@@ -122,33 +122,27 @@ class ImportDialog(Dialog):
         self._other: tuple[Setup, Path] | None = None
         self._named = PlainLabel("none")
         self.together = QtWidgets.QCheckBox("The files together are one run: each holds some of its channels")
-        self.together.setEnabled(False)
-        self.together.toggled.connect(lambda _on: self._renew_look())
+        having(self.together, enabled=False).toggled.connect(self._renew_look)
         self.binary = QtWidgets.QCheckBox("Plain binary: its layout stands beside")
         self.raw = RawForm(services.theme)
         self.binary.toggled.connect(self._show_raw)
         self.raw.changed.connect(self._renew_look)
         self.mapping = MappingForm()
         self.rate = QtWidgets.QDoubleSpinBox(maximum=_FASTEST_HZ, decimals=3)
-        self.setup = having(QtWidgets.QComboBox(), accessibleName="Setup")
+        self.setup = having(Choice(), accessibleName="Setup")
         self.setup.currentIndexChanged.connect(lambda _index: self._show_fault())
-        self.process = QtWidgets.QCheckBox("Process the runs")
-        self.process.setChecked(True)
+        self.process = having(QtWidgets.QCheckBox("Process the runs"), checked=True)
         self.files_fault, self.rate_fault, self.setup_fault = FaultText(), FaultText(), FaultText()
         self.go = button("Import as a session", self._order, default=True)
         self.mapping.changed.connect(self._show_fault)
         self.rate.editingFinished.connect(self._preview)
         self.rate.valueChanged.connect(lambda _hz: self._show_fault())
 
-        files, how = Group("Files"), Group("Session")
-        files.row("Chosen", side_by_side(self._named, button("Choose files…", self._choose)))
-        how.row("Sample rate [Hz]", self.rate, fault=self.rate_fault)
-        other = button("Another setup file…", self._choose_setup)
-        how.row("Setup", side_by_side(self.setup, other))
-        for part in (self.files_fault, self.together, self.binary):
-            files.whole(part)
-        for part in (self.setup_fault, self.process):
-            how.whole(part)
+        chosen = side_by_side(self._named, button("Choose files…", self._choose))
+        files = Group("Files", ("Chosen", chosen), self.files_fault, self.together, self.binary)
+        setup = side_by_side(self.setup, button("Another setup file…", self._choose_setup))
+        how = Group("Session", ("Sample rate [Hz]", self.rate), self.rate_fault)
+        how.put(("Setup", setup), self.setup_fault, self.process)
         self._beside = FormScroll(self.raw)
         self._beside.hide()
         sides = fill(QtWidgets.QHBoxLayout(), (FormScroll(files, self.mapping, how), 1), (self._beside, 1), spacing=6)
@@ -158,8 +152,7 @@ class ImportDialog(Dialog):
 
     def choose(self, files: list[Path]) -> None:
         """Look into files."""
-        self._look, self._chosen = None, ()
-        self._files = tuple(files)
+        self._look, self._chosen, self._files = None, (), tuple(files)
         self._named.setText(", ".join(file.name for file in files))
         self.together.setEnabled(len(files) > 1)
         with QSignalBlocker(self.binary):
@@ -170,7 +163,7 @@ class ImportDialog(Dialog):
         shown = self.binary.isChecked()
         if shown != self._beside.isVisibleTo(self):
             self._beside.setVisible(shown)
-            self.fit_screen(_SIZE[0] * (2 if shown else 1), _SIZE[1])
+            fit_screen(self, _SIZE[0] * (2 if shown else 1), _SIZE[1])
         self._renew_look()
 
     def _choose(self) -> None:
@@ -252,14 +245,14 @@ class ImportDialog(Dialog):
         self.rate.setSpecialValueText(f"as in the file: {rate:g}" if rate else unsaid)
 
     def _show_setups(self, wanted: str = "window") -> None:
-        with QSignalBlocker(self.setup):
-            self.setup.clear()
-            self.setup.addItem("Setup in the window", "window")
-            if self._look is not None and self._look.setup is not None:
-                self.setup.addItem("Setup that the file brings", "own")
-            if self._other is not None:
-                self.setup.addItem(self._other[1].name, "other")
-            self.setup.setCurrentIndex(max(self.setup.findData(wanted), 0) if wanted else -1)
+        offered = {"window": "Setup in the window"}
+        if self._look is not None and self._look.setup is not None:
+            offered["own"] = "Setup that the file brings"
+        if self._other is not None:
+            offered["other"] = self._other[1].name
+        self.setup.offer(offered.items(), wanted)
+        if not wanted:
+            self.setup.setCurrentIndex(-1)
         self._show_fault()
 
     def _chosen_setup(self) -> tuple[Setup, Path | None]:

@@ -32,8 +32,8 @@ class RawForm(Group):
 
     def __init__(self, theme: Theme) -> None:
         super().__init__("Layout of the binary file")
-        self.kind = Choice((name, f"{8 * int(name[1])} bit, {_SIGNS[name[0]]} ({name})") for name in TYPES)
-        self.kind.setCurrentIndex(TYPES.index("i2"))
+        kinds = ((name, f"{8 * int(name[1])} bit, {_SIGNS[name[0]]} ({name})") for name in TYPES)
+        self.kind = Choice(kinds, "i2")
         self.order = Choice((("le", "lowest byte first (le)"), ("be", "highest byte first (be)")))
         self.columns = QSpinBox(minimum=1, maximum=MOST_CHANNELS, value=2)
         self.header, self.skip = (QSpinBox(maximum=_LARGEST_FIELD) for _ in range(2))
@@ -43,33 +43,27 @@ class RawForm(Group):
         self.plot = Plot(theme, "time [s]")
         self.plot.setMinimumSize(280, 200)
         self.faults = {"scale": FaultText(), "offset": FaultText()}
-        for words, field, changed, fault in (
-            ("Numbers", self.kind, self.kind.currentIndexChanged, None),
-            ("Bytes", self.order, self.order.currentIndexChanged, None),
-            ("Columns", self.columns, self.columns.valueChanged, None),
-            ("Header [bytes]", self.header, self.header.valueChanged, None),
-            ("Skip [samples]", self.skip, self.skip.valueChanged, None),
-            ("Scale [V]", self.scale, self.scale.textChanged, self.faults["scale"]),
-            ("Offset [V]", self.offset, self.offset.textChanged, self.faults["offset"]),
-        ):
-            self.row(words, field, fault=fault)
-            changed.connect(lambda _value: self.changed.emit())
-        self.whole(self.plot)
-        self.whole(self.words)
+        self.put(("Numbers", self.kind), ("Bytes", self.order), ("Columns", self.columns))
+        self.put(("Header [bytes]", self.header), ("Skip [samples]", self.skip))
+        self.put(("Scale [V]", self.scale), self.faults["scale"], ("Offset [V]", self.offset), self.faults["offset"])
+        self.put(self.plot, self.words)
+        for choice in (self.kind, self.order):
+            choice.currentIndexChanged.connect(self.changed)
+        for count in (self.columns, self.header, self.skip):
+            count.valueChanged.connect(self.changed)
+        for line in (self.scale, self.offset):
+            line.textChanged.connect(self.changed)
         self._ranges: list[str] = []
         self._curves: list[Any] = []
 
     def stated_layout(self) -> RawLayout | None:
         """Return the layout that the fields tell; None where one cannot be used, which is said at that field."""
         scale, offset = self.scale.text().strip(), self.offset.text().strip()
-        parts = [
-            f"dtype={self.kind.currentData()}{self.order.currentData()}",
-            f"channels={self.columns.value()},header={self.header.value()},skip={self.skip.value()}",
-        ]
-        parts += [f"scale={scale}"] if scale else []
-        parts += [f"offset={offset}"] if offset else []
+        counts = {"channels": self.columns, "header": self.header, "skip": self.skip}
+        stated = {"dtype": f"{self.kind.currentData()}{self.order.currentData()}", "scale": scale, "offset": offset}
+        stated |= {key: str(box.value()) for key, box in counts.items()}
         try:
-            layout = parse_raw_layout(",".join(parts))
+            layout = parse_raw_layout(",".join(f"{key}={value}" for key, value in stated.items() if value))
         except UsageError as error:
             layout = None
             key, _, said = error.message.removeprefix("--raw: ").partition(" = ")

@@ -1,7 +1,6 @@
 """What the window does with sessions: offers at the start; browse, open, take the setup of one, keep what is said."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -13,11 +12,9 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox
 from radargui.experiment.reprocess import RecoveredRun, compute_later, recover_run, unfinished_runs
 from radargui.files.access import Outcome, Progress, each_run
 from radargui.gui.background import Task
-from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import Asked, Details
 from radargui.gui.layout import Edge, Strip, button, having, ticking
 from radargui.gui.runs.run_controller import RunController
-from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.services import Services
 from radargui.gui.sessions.browser import SessionBrowser
 from radargui.gui.setup.session_panel import SessionPanel
@@ -44,11 +41,11 @@ class _Offer(Strip):
     after_ms = 0
     only_at_rest = False
 
-    def __init__(self, control: RunControl, panel: SessionPanel, services: Services) -> None:
+    def __init__(self, panel: SessionPanel, services: Services) -> None:
         self.accept = button(self.accepted, self._accept, self.tip)
         self.refuse = button("Not now", self.hide, self.refusal_tip)
         super().__init__(self.edge, self.accept, self.refuse)
-        self._control, self._panel, self._services = control, panel, services
+        self._control, self._panel, self._services = services.control, panel, services
         self.runs: tuple[RunLine, ...] = ()
         QTimer.singleShot(self.after_ms, self, self.look)
 
@@ -84,9 +81,7 @@ class RecoveryOffer(_Offer):
     what = "looking for unfinished runs"
 
     def _find(self, folder: Path, task: Task) -> tuple[RunLine, ...]:
-        with Catalogue(folder) as catalogue:
-            catalogue.refresh(task.report)
-        return unfinished_runs(folder)
+        return unfinished_runs(folder, progress=task.report)
 
     def _offer(self, runs: tuple[RunLine, ...]) -> None:
         recording = self._control.session
@@ -100,8 +95,14 @@ class RecoveryOffer(_Offer):
         self.setVisible(bool(self.runs))
 
     def _accept(self) -> None:
+        def recover(path: Path, report: Progress) -> RecoveredRun:
+            return recover_run(path, now=datetime.now().astimezone(), progress=report)
+
+        def work(task: Task) -> tuple[Outcome[RecoveredRun], ...]:
+            return tuple(each_run(paths, recover, task.report))
+
         self.hide()
-        work = partial(_recovered, [run.path for run in self.runs])
+        paths = [run.path for run in self.runs]
         self._services.work.start("recovering runs", work, self._done, cancelled=self.look)
 
     def _done(self, outcomes: tuple[Outcome[RecoveredRun], ...]) -> None:
@@ -130,9 +131,9 @@ class LaterOffer(_Offer):
     only_at_rest = True
     what = "looking for runs to compute"
 
-    def __init__(self, control: RunControl, panel: SessionPanel, services: Services) -> None:
-        super().__init__(control, panel, services)
-        control.state_changed.connect(self._look_again)
+    def __init__(self, panel: SessionPanel, services: Services) -> None:
+        super().__init__(panel, services)
+        self._control.state_changed.connect(self._look_again)
 
     def _find(self, folder: Path, task: Task) -> tuple[RunLine, ...]:
         with Catalogue(folder) as catalogue:
@@ -174,13 +175,6 @@ def _counted(runs: Sequence[object], one: str, many: str) -> str:
     return f"1 run {one}" if len(runs) == 1 else f"{len(runs)} runs {many}"
 
 
-def _recovered(paths: list[Path], task: Task) -> tuple[Outcome[RecoveredRun], ...]:
-    def recover(path: Path, report: Progress) -> RecoveredRun:
-        return recover_run(path, now=datetime.now().astimezone(), progress=report)
-
-    return tuple(each_run(paths, recover, task.report))
-
-
 def _reported_series(sessions: tuple[Path, ...], output: Path, task: Task) -> Path:
     # matplotlib is loaded only where a report is made
     from radargui.report.report import study_session, write_series_report
@@ -200,22 +194,15 @@ _SAVE_DETAILS_MS = 800
 """After the last key (chosen by hand): a shorter wait writes within a word, a longer one loses more at a crash."""
 
 
-@dataclass(eq=False, repr=False)
 class SessionController(QObject):
     """Joins browser, session panel and the session that is open."""
 
-    control: RunControl
-    panel: SessionPanel
-    runs: RunListPanel
-    run_controller: RunController
-    setup_file: SetupFileController
-    services: Services
-
     setup_taken = Signal()
 
-    def __post_init__(self) -> None:
-        panel, services = self.panel, self.services
+    def __init__(self, panel: SessionPanel, runs: RunController, file: SetupFileController, services: Services) -> None:
         super().__init__(services.parent)
+        self.panel, self.run_controller, self.setup_file, self.services = panel, runs, file, services
+        self.control, self.runs = services.control, runs.runs
         self.browser = SessionBrowser(services, lambda: panel.data_folder)
         services.settings.restore_sizes(self.browser)
         self.browser.open_asked.connect(self.open)
@@ -347,8 +334,9 @@ class SessionController(QObject):
         if self.control.state.running:
             self.services.board.post("warning", "Stop before the setup is changed.")
             return
-        if not self.setup_file.take(info.setup):
+        if not self.setup_file.may_discard():
             return
+        self.setup_file.model.take(info.setup)
         self.control.use_session(None)
         self.setup_taken.emit()
         self.services.board.post("info", f"Set up as in {info.name}. The next Record makes a new session.")

@@ -1,20 +1,21 @@
 """The sessions found as a table; what is read of one before it is opened, and its runs as thumbnails of z(t)."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
-from datetime import datetime
 from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
-from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem, QStyledItemDelegate, QStyleOptionViewItem
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QStyledItemDelegate, QStyleOptionViewItem
 
 from radargui.files.run_card import Thumbnail, read_run_card, read_thumbnail
-from radargui.gui.runs.run_model import RunEntry
+from radargui.gui.layout import having
+from radargui.gui.runs.run_model import RunEntry, written_time
 from radargui.gui.table import Index
-from radargui.gui.theme import Theme
+from radargui.gui.theme import CENTRED, Theme, write
 from radargui.model.calibrated_setup import calibration_words
 from radargui.model.errors import RadarGuiError
 from radargui.model.rounding import UNKNOWN
@@ -23,13 +24,6 @@ from radargui.session.catalogue import SessionSummary
 from radargui.session.info import read_info
 from radargui.session.lock import owner_of
 from radargui.session.session import run_paths
-
-
-def _when(found: SessionSummary) -> str:
-    try:
-        return datetime.fromisoformat(found.created_at).strftime("%Y-%m-%d %H:%M")
-    except ValueError:
-        return found.name
 
 
 def _runs(found: SessionSummary) -> str:
@@ -46,7 +40,7 @@ def _restitution(found: SessionSummary) -> str:
 
 
 COLUMNS: dict[str, Callable[[SessionSummary], str]] = {
-    "Date": _when,
+    "Date": lambda found: written_time(found.created_at, "%Y-%m-%d %H:%M", found.name),
     "Operator": attrgetter("operator"),
     "Sample": attrgetter("sample"),
     "Target": attrgetter("target"),
@@ -81,10 +75,9 @@ def entry_of(path: Path) -> RunEntry:
 
 
 def _thumbnail(path: Path) -> Thumbnail | None:
-    try:
+    with suppress(RadarGuiError):
         return read_thumbnail(path)
-    except RadarGuiError:
-        return None
+    return None
 
 
 _WIDTH, _HEIGHT, _GAP = 148, 96, 5
@@ -98,13 +91,9 @@ class ThumbnailView(QListWidget):
         super().__init__()
         self.looks: tuple[RunEntry, ...] = ()
         self.setItemDelegate(_Painter(theme, self))
-        self.setViewMode(QListView.ViewMode.IconMode)
-        self.setMovement(QListView.Movement.Static)
-        self.setResizeMode(QListView.ResizeMode.Adjust)
-        self.setUniformItemSizes(True)
-        self.setSelectionMode(QListView.SelectionMode.NoSelection)
-        self.setMinimumHeight(_HEIGHT + 2 * _GAP)
-        self.setAccessibleName("Height against time of each run")
+        having(self, viewMode=self.ViewMode.IconMode, movement=self.Movement.Static, resizeMode=self.ResizeMode.Adjust)
+        having(self, uniformItemSizes=True, selectionMode=self.SelectionMode.NoSelection)
+        having(self, minimumHeight=_HEIGHT + 2 * _GAP, accessibleName="Height against time of each run")
 
     def show_runs(self, runs: tuple[RunEntry, ...]) -> None:
         """Show other runs."""
@@ -136,16 +125,13 @@ class _Painter(QStyledItemDelegate):
         painter.setPen(QPen(QColor(colours.line)))
         painter.drawRect(box)
         line = painter.fontMetrics().height()
-        head = box.adjusted(4, 1, -4, 0)
-        head.setHeight(line + 2)
-        painter.setPen(QColor(colours.text))
-        painter.drawText(head, Qt.AlignmentFlag.AlignLeft, look.cells[0])
+        head = having(box.adjusted(4, 1, -4, 0), height=line + 2)
         e = look.restitution().partition(" ± ")[0]
-        painter.drawText(head, Qt.AlignmentFlag.AlignRight, "" if e == UNKNOWN else f"e = {e}")
+        write(painter, head, look.cells[0], colours.text, int(Qt.AlignmentFlag.AlignLeft))
+        write(painter, head, "" if e == UNKNOWN else f"e = {e}", colours.text, int(Qt.AlignmentFlag.AlignRight))
         body = box.adjusted(4, line + 4, -4, -4)
         if look.thumbnail is None:
-            painter.setPen(QColor(colours.faint))
-            painter.drawText(body, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, look.verdict)
+            write(painter, body, look.verdict, colours.faint, CENTRED | int(Qt.TextFlag.TextWordWrap))
         else:
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
             painter.setPen(QPen(QColor(colours.track), 1.3))

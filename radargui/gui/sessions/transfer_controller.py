@@ -1,28 +1,23 @@
 """Import, export and processing again: the dialogs, the work behind them, and what is said afterwards."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, Signal, SignalInstance
+from PySide6.QtCore import Signal, SignalInstance
 from PySide6.QtWidgets import QCheckBox, QDialog
 
 from radargui.experiment.compare import RunComparison, compare_with
 from radargui.experiment.importing import Imported, ImportOrder, import_recordings
 from radargui.files.access import Outcome, each_run, make_folder
-from radargui.files.formats import EXPORT_FORMATS, ExportFormat
+from radargui.files.formats import EXPORT_FORMATS
 from radargui.gui.background import WorkStrip
-from radargui.gui.control.run_control import RunControl
 from radargui.gui.layout import Choice, Dialog, Group, PathField, PlainLabel, button, side_by_side
-from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
 from radargui.gui.sessions.import_dialog import ImportDialog
 from radargui.gui.sessions.session_controller import SessionController
-from radargui.gui.setup.session_panel import SessionPanel
-from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.words import words_of
 from radargui.gui.table import WordTable
 from radargui.model.errors import FileError
@@ -55,19 +50,14 @@ class ReprocessDialog(Dialog):
         one = [((chosen,), f"The chosen run, {chosen.stem}")] if chosen is not None else []
         self.what = Choice((*one, (runs, f"All {len(runs)} runs of the session")))
         self.setup = Choice(((None, "As recorded"), (setup, "Setup in the window")))
-        as_set = (None, "As in the setup")
-        self.correction = Choice((as_set, *words_of("processing.correction").choices.items()))
-        self.geometry_choice = Choice((as_set, *words_of("processing.geometry").choices.items()))
-        self._choices = {
-            "Runs": self.what,
-            "Antennas and processing": self.setup,
-            "IQ correction": self.correction,
-            "Geometry": self.geometry_choice,
-        }
-        group = Group("With")
-        for words, choice in self._choices.items():
-            group.row(words, choice)
-            choice.currentIndexChanged.connect(lambda _index: self._forget())
+        self.correction, self.geometry_choice = (
+            Choice(((None, "As in the setup"), *words_of(f"processing.{name}").choices.items()))
+            for name in ("correction", "geometry")
+        )
+        for choice in (self.what, self.setup, self.correction, self.geometry_choice):
+            choice.currentIndexChanged.connect(self._forget)
+        self.choices = Group("With", ("Runs", self.what), ("Antennas and processing", self.setup))
+        self.choices.put(("IQ correction", self.correction), ("Geometry", self.geometry_choice))
         self.compare = button("Process and compare", self._compare, default=True)
         self.work = WorkStrip(services.jobs)
         self.settings, self.words = PlainLabel(), PlainLabel()
@@ -75,7 +65,7 @@ class ReprocessDialog(Dialog):
         self.keep = button("Keep the new results", self._keep)
         self.discard = button("Discard", self.reject)
         ends = side_by_side(self.keep, self.discard)
-        self.lay_out(group, self.compare, self.work, self.settings, (self.table, 1), self.words, ends)
+        self.lay_out(self.choices, self.compare, self.work, self.settings, (self.table, 1), self.words, ends)
         self._show_buttons()
 
     def done(self, result: int) -> None:
@@ -132,8 +122,8 @@ class ReprocessDialog(Dialog):
 
     def _show_buttons(self) -> None:
         busy = self.work.busy
-        for widget in (self.compare, *self._choices.values()):
-            widget.setEnabled(not busy)
+        self.compare.setEnabled(not busy)
+        self.choices.setEnabled(not busy)
         self.keep.setEnabled(bool(self._good) and not busy and not self._read_only)
         if self._read_only:
             self.keep.setToolTip("The session is opened for looking only.")
@@ -177,18 +167,13 @@ class ExportDialog(Dialog):
         self.what = Choice((*one, (session, f"All runs of the session {session.name}")))
         self.kind = Choice((one.name, f"{one.title} ({', '.join(one.suffixes)})") for one in EXPORT_FORMATS.values())
         self.folder = PathField("Export to", session / FOLDER)
-        self.fault = self.folder.fault
         self.replace = QCheckBox("Replace files that are there")
         self.go = button("Export", self._order, default=True)
-        group = Group()
-        group.row("What", self.what)
-        group.row("Format", self.kind)
-        group.row("Folder", self.folder, fault=self.fault)
-        group.whole(self.replace)
+        group = Group("", ("What", self.what), ("Format", self.kind), ("Folder", self.folder), self.replace)
         self.lay_out(group, side_by_side(self.go, button("Cancel", self.reject)))
         self.folder.line.textChanged.connect(lambda text: self.go.setEnabled(bool(text.strip())))
         for changed in (self.replace.toggled, self.kind.activated, self.what.activated):
-            changed.connect(lambda _value: self.fault.say(""))
+            changed.connect(lambda _value: self.folder.fault.say(""))
 
     def _order(self) -> None:
         folder = self.folder.path
@@ -196,7 +181,12 @@ class ExportDialog(Dialog):
             return
         what, kind, force = self.what.currentData(), EXPORT_FORMATS[self.kind.currentData()], self.replace.isChecked()
         self.go.setEnabled(False)
-        work = partial(_planned, Path(what), kind, folder, force=force)
+
+        def work() -> ExportPlan:
+            plan = plan_export(Path(what), kind, folder, force=force)
+            make_folder(folder)
+            return plan
+
         self._jobs.start("looking at the folder", work, self._accept, self._refuse)
 
     def _accept(self, plan: ExportPlan) -> None:
@@ -207,33 +197,26 @@ class ExportDialog(Dialog):
     def _refuse(self, error: BaseException) -> None:
         self.go.setEnabled(True)
         said = f"Folder: {error}" if isinstance(error, FileError) else str(error)
-        self.fault.say(said.replace("write over with --force", f"tick “{self.replace.text()}”"))
+        self.folder.fault.say(said.replace("write over with --force", f"tick “{self.replace.text()}”"))
 
 
-@dataclass(eq=False, repr=False)
-class TransferController(QObject):
+class TransferController:
     """Joins the dialogs of import, export and comparison with the work strip and the session that is open."""
 
-    control: RunControl
-    panel: SessionPanel
-    runs: RunListPanel
-    setup_model: SetupModel
-    sessions: SessionController
-    services: Services
-
-    def __post_init__(self) -> None:
-        super().__init__(self.services.parent)
+    def __init__(self, sessions: SessionController) -> None:
+        self.sessions, self.setup_model = sessions, sessions.setup_file.model
+        self.services = services = sessions.services
         self.dialog: QDialog | None = None
-        self._say = partial(self.services.board.post, "info")
+        self._say = partial(services.board.post, "info")
 
     def ask_import(self) -> None:
         """Let the operator choose what to import."""
-        dialog = ImportDialog(self.services, self.setup_model, self.panel)
+        dialog = ImportDialog(self.services, self.setup_model, self.sessions.panel)
         self._show(dialog, dialog.ordered, self.bring_in)
 
     def ask_export(self) -> None:
         """Let the operator choose what to export."""
-        session = self.control.session
+        session = self.services.control.session
         if session is None:
             self.services.board.post("warning", "There is nothing to export: record a run, or open a session.")
             return
@@ -242,8 +225,8 @@ class TransferController(QObject):
 
     def ask_compare(self) -> None:
         """Let the operator process runs with other settings."""
-        session = self.control.session
-        if session is None or not session.run_paths() or self.control.state.holds_a_run:
+        session = self.services.control.session
+        if session is None or not session.run_paths() or self.services.control.state.holds_a_run:
             self.services.board.post("warning", "There is no run to process again: record one, or open a session.")
             return
         dialog = ReprocessDialog(self.services, session, self._chosen, self.setup_model.setup)
@@ -270,7 +253,7 @@ class TransferController(QObject):
 
     def _not_brought_in(self, error: BaseException) -> None:
         self.services.board.post_error(error)
-        self.panel.say_at_field(error)
+        self.sessions.panel.say_at_field(error)
 
     def _brought_in(self, imported: Imported) -> None:
         for error in imported.errors:
@@ -279,7 +262,7 @@ class TransferController(QObject):
             return
         count = "1 run was" if len(imported.paths) == 1 else f"{len(imported.paths)} runs were"
         self._say(f"{count} imported as session {imported.session.name}")
-        if not self.control.state.running:
+        if not self.services.control.state.running:
             self.sessions.open(imported.session)
 
     def _taken(self, plan: ExportPlan, runs: tuple[Outcome[tuple[Path, ...]], ...]) -> None:
@@ -301,7 +284,7 @@ class TransferController(QObject):
 
     @property
     def _chosen(self) -> Path | None:
-        entry = self.runs.table.chosen
+        entry = self.sessions.runs.table.chosen
         return entry.path if entry else None
 
     def _show(self, dialog: QDialog, answered: SignalInstance, does: Callable[..., None]) -> None:
@@ -309,9 +292,3 @@ class TransferController(QObject):
         self.dialog = dialog
         answered.connect(does)
         dialog.show()
-
-
-def _planned(what: Path, kind: ExportFormat, folder: Path, *, force: bool) -> ExportPlan:
-    plan = plan_export(what, kind, folder, force=force)
-    make_folder(folder)
-    return plan

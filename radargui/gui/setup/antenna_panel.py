@@ -11,18 +11,17 @@ from PySide6.QtWidgets import QLabel, QSizePolicy, QToolButton, QWidget
 
 from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
 from radargui.gui.background import Jobs
-from radargui.gui.layout import Answer, FaultText, Group, PlainLabel, button
+from radargui.gui.layout import Answer, FaultText, Group, PlainLabel, button, having
 from radargui.gui.setup.fields import AntennaGrid, FormPanel, ModelGroup, SetupForm
 from radargui.gui.setup.geometry_sketch import GeometrySketch
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.uncertainty_map import UncertaintyMapView
 from radargui.gui.setup.words import in_words
-from radargui.gui.theme import Theme
+from radargui.gui.theme import Theme, draw_line, write
 from radargui.model.assumed import ASSUMED
 from radargui.model.calibrated_setup import calibration_words, edited_since, too_old
 from radargui.model.radar import MOST_RECEIVERS
 from radargui.model.scattering import LEAST_SHARE, received_fields
-from radargui.processing.calibration_check import CalibrationCheck
 
 _ASSUMED_DEG = ASSUMED["u_polarization_deg"]
 _HEIGHT, _MARGIN = 108, 4
@@ -139,42 +138,35 @@ class PolarizationSketch(QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         width, line, radius = self.width() / len(self.antennas), self.fontMetrics().height(), self._radius
-        colours = (self._theme.colours.text, *self._theme.colours.receivers)
+        own = self._theme.colours
+        colours = (own.text, *own.receivers)
         for place, antenna in enumerate(self.antennas):
             middle = QPointF((place + 0.5) * width, self.middle_y)
             self._dial(painter, antenna, middle, radius, QColor(colours[place]))
             below = QRectF(place * width, self.height() - 2 * line, width, line)
-            painter.setPen(QColor(self._theme.colours.text))
-            painter.drawText(below, Qt.AlignmentFlag.AlignCenter, antenna.name)
-            said = "" if antenna.angle_deg is None else f"{antenna.angle_deg:.0f}°"
+            write(painter, below, antenna.name, own.text)
+            said, colour = "" if antenna.angle_deg is None else f"{antenna.angle_deg:.0f}°", own.text
             if antenna.share is not None:
-                said = f"{antenna.share:.0%}"
-                weak = antenna.share < LEAST_SHARE
-                painter.setPen(QColor(self._theme.colours.alarm if weak else self._theme.colours.faint))
-            painter.drawText(below.translated(0.0, line), Qt.AlignmentFlag.AlignCenter, said)
+                said, colour = f"{antenna.share:.0%}", own.alarm if antenna.share < LEAST_SHARE else own.faint
+            write(painter, below.translated(0.0, line), said, colour)
 
     def _dial(self, painter: QPainter, antenna: DrawnAntenna, middle: QPointF, radius: float, colour: QColor) -> None:
-        faint = QColor(self._theme.colours.faint)
+        faint, line = QColor(self._theme.colours.faint), QPen(QColor(self._theme.colours.line), 1.0)
         box = QRectF(middle.x() - radius, middle.y() - radius, 2.0 * radius, 2.0 * radius)
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QPen(QColor(self._theme.colours.line), 1.0))
+        painter.setPen(line)
         painter.drawEllipse(box)
         for name, angle_deg in zip(antenna.axes, (0.0, 90.0), strict=True):
-            painter.setPen(QPen(QColor(self._theme.colours.line), 1.0))
-            painter.drawLine(_at(middle, radius, angle_deg + 180.0), _at(middle, radius, angle_deg))
-            painter.setPen(faint)
+            draw_line(painter, _at(middle, radius, angle_deg + 180.0), _at(middle, radius, angle_deg), line)
             place = _at(middle, radius + 7.0, angle_deg)
-            painter.drawText(QRectF(place.x() - 8.0, place.y() - 8.0, 16.0, 16.0), Qt.AlignmentFlag.AlignCenter, name)
+            write(painter, QRectF(place.x() - 8.0, place.y() - 8.0, 16.0, 16.0), name, self._theme.colours.faint)
         if antenna.strongest_deg is not None:
-            painter.setPen(QPen(faint, 1.0, Qt.PenStyle.DashLine))
-            across = antenna.strongest_deg + 180.0
-            painter.drawLine(_at(middle, radius, antenna.strongest_deg), _at(middle, radius, across))
+            start, end = (_at(middle, radius, antenna.strongest_deg + half) for half in (0.0, 180.0))
+            draw_line(painter, start, end, QPen(faint, 1.0, Qt.PenStyle.DashLine))
         if antenna.angle_deg is None:
             return
-        wedge = QColor(colour)
-        wedge.setAlpha(120)
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(wedge)
+        painter.setBrush(having(QColor(colour), alpha=120))
         for end_deg in (antenna.angle_deg, antenna.angle_deg + 180.0):
             # sixteenths of a degree, counted as the angle is
             painter.drawPie(box, round(16.0 * (end_deg - antenna.u_deg)), round(32.0 * antenna.u_deg))
@@ -208,11 +200,9 @@ class AntennaPanel(FormPanel):
         self.sketch, self.map = GeometrySketch(model, theme), UncertaintyMapView(model, jobs, theme)
         self.only_shows = (self.map,)
         self.table, self.matrix, self.calibration = ReceiverTable(model), TMatrixView(model), CalibrationGroup(model)
-        receivers = Group("Receivers")
-        receivers.whole(self.table)
         wave, tracer, site = (SetupForm(name, model) for name in ("wave", "tracer", "site"))
         self._place = wave.rows
-        upper = (receivers, self.calibration, self.matrix, self.map, wave)
+        upper = (Group("Receivers", self.table), self.calibration, self.matrix, self.map, wave)
         # above what scrolls: it follows the typing wherever that is
         self.lay_out(*upper, PolarizationForm(model, theme), tracer, site, above=self.sketch)
 
@@ -235,9 +225,7 @@ class ReceiverTable(AntennaGrid):
 
     def beside(self, number: int) -> list[QWidget]:
         """Return the button that removes a receiver."""
-        remove = QToolButton()
-        remove.setText("−")
-        remove.setToolTip(f"Remove receiver {number}")
+        remove = having(QToolButton(), text="−", toolTip=f"Remove receiver {number}")
         remove.clicked.connect(partial(self._model.remove_receiver, number))
         return [remove]
 
@@ -297,7 +285,3 @@ class CalibrationGroup(ModelGroup):
         self.words.setText(f"{words[0].upper()}{words[1:]}")
         faults = filter(None, (too_old(setup, datetime.now().astimezone()), in_words(edited_since(setup))))
         self.fault.say(". ".join(f"{one[0].upper()}{one[1:]}" for one in faults))
-
-    def show_check(self, check: CalibrationCheck | None) -> None:
-        """Show what the last first drop said."""
-        self.checked.say("" if check is None else f"Last check: {check.words}")

@@ -6,20 +6,17 @@ from datetime import datetime
 from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QObject, Qt
-from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QSizePolicy
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QSizePolicy
 
 from radargui.acquisition.health import ChannelFacts, channel_facts
-from radargui.gui.background import Jobs
-from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Feed
-from radargui.gui.layout import PlainLabel, button, ticking
+from radargui.gui.layout import PlainLabel, button, having, ticking
 from radargui.gui.panels import Actions
+from radargui.gui.services import Services
 from radargui.gui.setup.fields import ModelGroup
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.table import RowModel, RowTable
-from radargui.gui.theme import Theme
 from radargui.model.rounding import UNKNOWN
 
 MOMENT_S = 1.0
@@ -52,36 +49,36 @@ class Channel:
         return UNKNOWN if self.shows is None else "CLIPS" if self.shows.level.clipped else "no"
 
 
+# title of a column, and what stands in it; 1e3: from V to mV
+_COLUMNS: dict[str, Callable[[Channel], str]] = {
+    "Channel": lambda one: f"Rx {one.name[1:]} {one.name[0]}",
+    "Input": lambda one: one.wired_to,
+    "Level [V]": lambda one: one.level,
+    "Offset [V]": lambda one: UNKNOWN if one.shows is None else f"{one.shows.offset_v:+.3f}",
+    "Noise [mV]": lambda one: UNKNOWN if one.shows is None else f"{1e3 * one.shows.noise_v:.2f}",
+    "Clips": lambda one: one.clips,
+}
+
+
 class ChannelModel(RowModel[Channel]):
     """Rows of channels; one that clips is said in the alarm's colour too."""
 
-    def __init__(self, theme: Theme) -> None:
-        self._theme = theme
-        super().__init__(
-            {
-                "Channel": lambda one: f"Rx {one.name[1:]} {one.name[0]}",
-                "Input": lambda one: one.wired_to,
-                "Level [V]": lambda one: one.level,
-                "Offset [V]": lambda one: UNKNOWN if one.shows is None else f"{one.shows.offset_v:+.3f}",
-                "Noise [mV]": lambda one: UNKNOWN if one.shows is None else f"{1e3 * one.shows.noise_v:.2f}",
-                "Clips": lambda one: one.clips,
-            }
-        )
-
     def cell(self, entry: Channel, column: int, role: int) -> Any:
         """Return what Qt asks of a cell."""
-        if role == Qt.ItemDataRole.ForegroundRole and entry.clips == "CLIPS":
-            return QColor(self._theme.colours.alarm)
-        return super().cell(entry, column, role)
+        alarm = role == Qt.ItemDataRole.ForegroundRole and entry.clips == "CLIPS"
+        return QApplication.palette().brightText().color() if alarm else super().cell(entry, column, role)
 
 
 class ChannelGroup(ModelGroup):
-    """The table, and the button that fills it without recording."""
+    """The table: of the acquisition that runs, or of a live view that ends by itself after a moment."""
 
-    def __init__(self, model: SetupModel, does: Actions, theme: Theme) -> None:
-        self.rows_ = ChannelModel(theme)
-        self.table = RowTable(self.rows_, "channels")
-        self.table.setSelectionMode(RowTable.SelectionMode.NoSelection)
+    def __init__(self, model: SetupModel, does: Actions, services: Services) -> None:
+        self._start, self._services, self._control = does.start, services, services.control
+        self._feed: Feed | None = None
+        self._own = self._busy = False
+        self._looks = 0
+        table = RowTable(ChannelModel(_COLUMNS), "channels")
+        self.table = having(table, selectionMode=RowTable.SelectionMode.NoSelection)
         self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         # as high as its rows; its columns fit the narrowest panel
         for scrolled in (self.table.setVerticalScrollBarPolicy, self.table.setHorizontalScrollBarPolicy):
@@ -90,13 +87,16 @@ class ChannelGroup(ModelGroup):
         self.read = button("Read a moment", does.moment.trigger, does.moment.toolTip())
         self.words = PlainLabel("Nothing was read yet.")
         super().__init__("Channels", model, self.table, self.read, self.words)
+        self._timer = ticking(self, _LOOK_MS, self._look)
+        self._control.feed_changed.connect(self._feed_changed)
+        self._control.state_changed.connect(self._state_changed)
 
     def show_facts(self, facts: tuple[ChannelFacts, ...]) -> None:
         """Show what the channels show; none: nothing is known any more."""
-        by_name, before = {one.level.name: one for one in facts}, self.rows_.entries
+        by_name, before = {one.level.name: one for one in facts}, self.table.rows.entries
         wires = zip(self._model.setup.channel_names, self._wires, strict=True)
         rows = [Channel(name, wire, by_name.get(name)) for name, wire in wires]
-        self.rows_.replace_all(rows)
+        self.table.rows.replace_all(rows)
         if not (facts and any(one.shows for one in before)):
             # not each second: it takes half as long as a frame
             self.table.fit_all()
@@ -110,38 +110,16 @@ class ChannelGroup(ModelGroup):
 
     def refresh(self) -> None:
         """Forget what was read through other wires."""
-        if [one.wired_to for one in self.rows_.entries] != self._wires:
+        if [one.wired_to for one in self.table.rows.entries] != self._wires:
             self.show_facts(())
 
-
-class ChannelWatch(QObject):
-    """Fills the table: of the acquisition that runs, or of a live view that ends by itself after a moment.
-
-    Parameters
-    ----------
-    control, group, jobs
-        What runs, where it is shown, what computes.
-    start
-        Begins a live view, or says why not.
-    """
-
-    def __init__(self, control: RunControl, group: ChannelGroup, jobs: Jobs, start: Callable[[], None]) -> None:
-        super().__init__(group)
-        self._control, self._group, self._jobs, self._start = control, group, jobs, start
-        self._feed: Feed | None = None
-        self._own = self._busy = False
-        self._looks = 0
-        self._timer = ticking(self, _LOOK_MS, self._look)
-        control.feed_changed.connect(self._feed_changed)
-        control.state_changed.connect(self._state_changed)
-
-    def read(self) -> None:
+    def read_moment(self) -> None:
         """Read a moment from the source chosen; nothing is recorded."""
         if self._control.state.running:
             return
         self._own = True
-        self._group.words.setText("Reading …")
-        self._start()
+        self.words.setText("Reading …")
+        self._start.trigger()
         # refused before anything ran
         self._state_changed()
 
@@ -158,24 +136,23 @@ class ChannelWatch(QObject):
 
     def _state_changed(self) -> None:
         running = self._control.state.running
-        self._group.read.setEnabled(not running)
+        self.read.setEnabled(not running)
         if not running and self._own:
             self._own = False
-            self._group.words.setText("Nothing could be read: see the message above.")
+            self.words.setText("Nothing could be read: see the message above.")
 
     def _look(self) -> None:
         feed = self._feed
-        if feed is None or feed.ring is None:
+        if feed is None:
             return
         if self._own and self._control.state is AppState.LIVE and feed.ring.latest >= feed.samples(MOMENT_S):
             self._control.stop()
         self._looks += 1
-        if not self._own and self._looks % _EVERY == 0 and self._group.isVisible():
+        if not self._own and self._looks % _EVERY == 0 and self.isVisible():
             self._take(feed)
 
     def _take(self, feed: Feed, *, over: bool = False) -> None:
-        digitisation = feed.acquisition.digitisation
-        if feed.ring is None or digitisation is None or (self._busy and not over):
+        if self._busy and not over:
             return
         own, self._own = self._own and over, self._own and not over
         seconds = min(feed.ring.latest, feed.samples(MOMENT_S)) / feed.rate_hz
@@ -184,13 +161,13 @@ class ChannelWatch(QObject):
 
         def show(facts: tuple[ChannelFacts, ...]) -> None:
             self._busy = False
-            self._group.show_facts(facts)
-            self._group.words.setText(words if facts else "No samples came.")
+            self.show_facts(facts)
+            self.words.setText(words if facts else "No samples came.")
 
         def failed(error: BaseException) -> None:
             self._busy = False
-            self._jobs.show_error(error)
+            self._services.board.post_error(error)
 
         self._busy = True
-        work = partial(channel_facts, feed.ring, digitisation, feed.samples(MOMENT_S))
-        self._jobs.start("the levels of the channels", work, show, failed)
+        work = partial(channel_facts, feed.ring, feed.digitisation, feed.samples(MOMENT_S))
+        self._services.jobs.start("the levels of the channels", work, show, failed)

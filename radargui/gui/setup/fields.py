@@ -3,20 +3,9 @@
 from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
+from PySide6 import QtWidgets
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeySequence
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QComboBox,
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QLineEdit,
-    QSizePolicy,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
 
 from radargui.gui.layout import FRAMED, Choice, FaultText, FormScroll, Group, PlainLabel, fill, follow, side_by_side
 from radargui.gui.setup.setup_model import SetupModel
@@ -33,7 +22,7 @@ _MOST_NAMED = 3
 """Changes named in the line beneath a form; more would take the room of the form. All stand in its tool tip."""
 
 
-class Changed(QToolButton):
+class Changed(QtWidgets.QToolButton):
     """Stands in a field whose value is not the file's: says so, says what that was, and takes it back.
 
     `fault` is for beneath the field: what is wrong with the value; a line with such a value is framed.
@@ -48,7 +37,9 @@ class Changed(QToolButton):
         Room that the field's own arrow takes at its right edge, in pixels.
     """
 
-    def __init__(self, field: QWidget, model: SetupModel, key: str, show: Callable[[], None], beside: int = 0) -> None:
+    def __init__(
+        self, field: QtWidgets.QWidget, model: SetupModel, key: str, show: Callable[[], None], beside: int = 0
+    ) -> None:
         super().__init__(field)
         self._field, self._model, self.key = field, model, key
         self.fault = FaultText()
@@ -61,8 +52,8 @@ class Changed(QToolButton):
         action = field.addAction("Undo this value", QKeySequence("Ctrl+U"), self._undo)
         action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
         self.setFixedWidth(field.sizeHint().height() - 2 * _EDGE)
-        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
-        fill(QHBoxLayout(field), 1, self, margins=(0, _EDGE, _EDGE + beside, _EDGE))
+        self.setSizePolicy(QtWidgets.QSizePolicy.Policy.Fixed, QtWidgets.QSizePolicy.Policy.Expanding)
+        fill(QtWidgets.QHBoxLayout(field), 1, self, margins=(0, _EDGE, _EDGE + beside, _EDGE))
         for refresh in (show, self._settle):
             follow(model.changed, refresh)
 
@@ -72,7 +63,7 @@ class Changed(QToolButton):
 
     def _settle(self) -> None:
         differs = self._model.differs(self.key)
-        if isinstance(self._field, QLineEdit):
+        if isinstance(self._field, QtWidgets.QLineEdit):
             self._field.setTextMargins(0, 0, self.width() if differs else 0, 0)
         if differs:
             was = words_of(self.key).with_unit(self._model.saved_value(self.key))
@@ -83,11 +74,11 @@ class Changed(QToolButton):
         self.fault.say(f"{words_of(self.key).name}: {wrong}" if wrong else "")
         framed = FRAMED if wrong else ""
         # reading a sheet is slow, and each change of the setup comes to every field
-        if isinstance(self._field, QLineEdit) and self._field.styleSheet() != framed:
+        if isinstance(self._field, QtWidgets.QLineEdit) and self._field.styleSheet() != framed:
             self._field.setStyleSheet(framed)
 
 
-class LineField(QLineEdit):
+class LineField(QtWidgets.QLineEdit):
     """What is typed, a number in the unit of its words, a text, texts between commas; edged where it is wrong."""
 
     def __init__(self, model: SetupModel, key: str) -> None:
@@ -121,13 +112,13 @@ class ChoiceField(Choice):
     def __init__(self, model: SetupModel, key: str) -> None:
         super().__init__(words_of(key).choices.items())
         # grows with its form, but never makes the form wider than its panel
-        self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.setSizeAdjustPolicy(QtWidgets.QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.setMinimumContentsLength(8)
         self.activated.connect(lambda _index: model.assign(key, self.currentData()))
         self.changed = Changed(self, model, key, lambda: self.setCurrentIndex(self.findData(model.value(key))), _ARROW)
 
 
-class CheckField(QCheckBox):
+class CheckField(QtWidgets.QCheckBox):
     """Yes or no."""
 
     def __init__(self, model: SetupModel, key: str) -> None:
@@ -144,11 +135,9 @@ Field: TypeAlias = LineField | ChoiceField | CheckField
 class ModelGroup(Group):
     """A titled group that shows what follows from the setup, and follows its changes."""
 
-    def __init__(self, title: str, model: SetupModel, *parts: QWidget) -> None:
-        super().__init__(title)
+    def __init__(self, title: str, model: SetupModel, *parts: QtWidgets.QWidget) -> None:
+        super().__init__(title, *parts)
         self._model = model
-        for part in parts:
-            self.whole(part)
         follow(model.changed, self.refresh)
 
     def refresh(self) -> None:
@@ -171,29 +160,22 @@ class SetupForm(Group):
         self.fields: dict[str, Field] = {}
         self.add(*FORMS[name]["keys"])
 
-    def add(self, *keys: str, beside: Sequence[QWidget] = ()) -> None:
+    def add(self, *keys: str, beside: Sequence[QtWidgets.QWidget] = ()) -> None:
         """Add the fields of some keys, each as its kind wants it, with what helps to fill them `beside`."""
         for key in keys:
             words, kind = words_of(key), kind_of(key)
-            if kind == "place":
-                axes = [LineField(self._model, f"{key}[{axis}]") for axis in (1, 2, 3)]
-                self.row(words.label, side_by_side(*axes), words.tip)
-                for axis, one in enumerate(axes):
-                    one.setObjectName(f"{key}[{axis}]")
-                    one.setAccessibleName(words_of(one.key).label)
-                    self.whole(one.changed.fault)
-                continue
             made: type[Field] = CheckField if kind == "boolean" else ChoiceField if words.choices else LineField
-            self.fields[key] = field = made(self._model, key)
-            if kind == "boolean":
-                self.whole(field)
-            else:
-                self.row(words.label, side_by_side(field, *beside) if beside else field, words.tip)
-                field.setAccessibleName(words.label)
-            self.whole(field.changed.fault)
+            parts = [f"{key}[{axis}]" for axis in (1, 2, 3)] if kind == "place" else [key]
+            fields = {part: made(self._model, part) for part in parts}
+            self.fields |= fields
+            box = side_by_side(*fields.values(), *beside) if len(parts) > 1 or beside else fields[key]
+            self.whole(box) if kind == "boolean" else self.row(words.label, box, words.tip)
+            for part, field in fields.items():
+                field.setAccessibleName(words_of(part).label)
+                self.whole(field.changed.fault)
 
 
-class AntennaGrid(QWidget):
+class AntennaGrid(QtWidgets.QWidget):
     """Rows of numbers, one an antenna, under common titles; what is wrong with one stands beneath its row.
 
     Parameters
@@ -207,29 +189,29 @@ class AntennaGrid(QWidget):
     def __init__(self, model: SetupModel, names: Sequence[str], first: int = 1) -> None:
         super().__init__()
         self._model = model
-        self._grid = grid = QGridLayout(self)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setSpacing(4)
+        self._grid = QtWidgets.QGridLayout(self)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setSpacing(4)
         for column, name in enumerate(names, start=1):
-            grid.addWidget(QLabel(words_of(f"receiver.{name}").label), 0, column)
-        self.rows: dict[int, list[QWidget]] = {}
+            self._grid.addWidget(QtWidgets.QLabel(words_of(f"receiver.{name}").label), 0, column)
+        self.rows: dict[int, list[QtWidgets.QWidget]] = {}
         self.fields: dict[int, list[LineField]] = {}
         for number in range(first, MOST_RECEIVERS + 1):
             antenna, table = (f"Rx {number}", f"receiver[{number}]") if number else ("Tx", "transmitter")
             self.fields[number] = fields = [LineField(model, f"{table}.{name}") for name in names]
-            self.rows[number] = row = [QLabel(antenna), *fields, *self.beside(number)]
-            line = grid.rowCount()
+            self.rows[number] = row = [QtWidgets.QLabel(antenna), *fields, *self.beside(number)]
+            line = self._grid.rowCount()
             for place, field in enumerate(fields, start=line + 1):
                 words = words_of(field.key)
                 field.setAccessibleName(f"{antenna} {words.label}")
                 field.setToolTip(words.tip)
                 # beneath the row: a column is too narrow for a sentence
-                grid.addWidget(field.changed.fault, place, 0, 1, len(row))
+                self._grid.addWidget(field.changed.fault, place, 0, 1, len(row))
             for column, widget in enumerate(row):
-                grid.addWidget(widget, line, column)
+                self._grid.addWidget(widget, line, column)
         follow(model.changed, self.refresh)
 
-    def beside(self, number: int) -> list[QWidget]:
+    def beside(self, number: int) -> list[QtWidgets.QWidget]:
         """Return what stands at the end of the row of an antenna."""
         return []
 
@@ -240,7 +222,7 @@ class AntennaGrid(QWidget):
                 widget.setVisible(number <= self._model.n_receivers)
 
 
-class FormPanel(QWidget):
+class FormPanel(QtWidgets.QWidget):
     """Groups of fields that scroll; beneath them what changed since the last run, and what is wrong out of sight."""
 
     def __init__(self, model: SetupModel) -> None:
@@ -248,15 +230,17 @@ class FormPanel(QWidget):
         self._model = model
         self._closed = PlainLabel("Stop to change this.")
         self._closed.hide()
-        self.only_shows: tuple[QWidget, ...] = ()
+        self.only_shows: tuple[QtWidgets.QWidget, ...] = ()
         self.changes, self.elsewhere = PlainLabel(), FaultText()
 
-    def lay_out(self, *groups: QWidget, above: QWidget | None = None) -> None:
+    def lay_out(self, *groups: QtWidgets.QWidget, above: QtWidgets.QWidget | None = None) -> None:
         """Put the groups into the panel, and what stays in sight `above` them."""
         self._form, self._groups = FormScroll(*groups), groups
-        foot = fill(QVBoxLayout(), self._closed, self.changes, self.elsewhere, margins=(8, 0, 8, 0), spacing=4)
+        foot = fill(
+            QtWidgets.QVBoxLayout(), self._closed, self.changes, self.elsewhere, margins=(8, 0, 8, 0), spacing=4
+        )
         parts = () if above is None else ((above, 2),)
-        fill(QVBoxLayout(self), *parts, (self._form, 3), foot)
+        fill(QtWidgets.QVBoxLayout(self), *parts, (self._form, 3), foot)
         follow(self._model.changed, self.refresh)
 
     def set_running(self, running: bool) -> None:

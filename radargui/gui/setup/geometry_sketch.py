@@ -5,13 +5,13 @@ from itertools import zip_longest
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtGui import QColor, QFontMetrics, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from radargui.geometry.path_length import place_antennas
-from radargui.gui.layout import follow
+from radargui.gui.layout import follow, having
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.theme import Theme
+from radargui.gui.theme import Theme, draw_line, write
 from radargui.model.arrays import FloatArray
 from radargui.model.scattering import received_direction, transmitted_direction
 from radargui.model.setup import Setup
@@ -89,9 +89,8 @@ class GeometrySketch(QWidget):
         self.places: tuple[DrawnPlace, ...] = ()
         self.floor_m: float | None = None
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMinimumHeight(_LEAST)
-        self.setMaximumHeight(_HEIGHT)
-        self.setAccessibleName("Drawing of the setup, from the side and from above")
+        named = "Drawing of the setup, from the side and from above"
+        having(self, minimumHeight=_LEAST, maximumHeight=_HEIGHT, accessibleName=named)
         theme.application.focusChanged.connect(self._focus_moved)
         theme.changed.connect(self.update)
         follow(model.changed, self.refresh)
@@ -150,7 +149,6 @@ class GeometrySketch(QWidget):
         for view in range(len(_VIEWS)):
             self._draw(painter, view)
         self._bar(painter)
-        painter.end()
 
     def _draw(self, painter: QPainter, view: int) -> None:
         title, across, up, axes = _VIEWS[view]
@@ -192,8 +190,7 @@ class GeometrySketch(QWidget):
         away = 2.4 * size
         if one.field is not None:
             left, right = self._ends(view, one)
-            painter.setPen(QPen(colour, 2.5))
-            painter.drawLine(left, right)
+            draw_line(painter, left, right, QPen(colour, 2.5))
             away = max(away, 0.5 * max(abs(right.x() - left.x()), abs(right.y() - left.y())) + _DOT_PX)
         painter.setPen(QPen(colour, 1.5))
         painter.setBrush(colour)
@@ -208,10 +205,8 @@ class GeometrySketch(QWidget):
         if edited:
             painter.setPen(QPen(colour, 2.0))
             painter.drawEllipse(where, 2.4 * size, 2.4 * size)
-        font = self.font()
-        font.setBold(edited)
-        painter.setFont(font)
-        metrics = painter.fontMetrics()
+        font = having(self.font(), bold=edited)
+        metrics = QFontMetrics(font)
         wide, high = metrics.horizontalAdvance(one.name) + 2.0, float(metrics.height())
         room = QRectF(self.rect())
         # beside it where there is room and no other name stands
@@ -224,7 +219,7 @@ class GeometrySketch(QWidget):
             if room.contains(box) and not any(box.intersects(other) for other in taken):
                 break
         taken.append(box)
-        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, one.name)
+        write(painter, box, one.name, self._theme.colours.role(one.role), font=font)
         painter.setFont(self.font())
 
     def _bar(self, painter: QPainter) -> None:
@@ -232,8 +227,8 @@ class GeometrySketch(QWidget):
         per_mm = 1e-3 * self.scale()
         length = next((mm for mm in _BARS_MM if mm * per_mm > 30.0), _BARS_MM[-1])
         right, foot = self.width() - 4.0, self.height() - 4.0
-        painter.setPen(QPen(QColor(self._theme.colours.text), 1.5))
-        painter.drawLine(QPointF(right - length * per_mm, foot), QPointF(right, foot))
+        pen = QPen(QColor(self._theme.colours.text), 1.5)
+        draw_line(painter, QPointF(right - length * per_mm, foot), QPointF(right, foot), pen)
         words = f"{length} mm"
         wide = self.fontMetrics().horizontalAdvance(words)
         painter.drawText(QPointF(right - length * per_mm - wide - 6.0, foot + 1.0), words)

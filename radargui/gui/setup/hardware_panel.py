@@ -10,19 +10,19 @@ from PySide6.QtWidgets import QFileDialog, QProgressBar, QWidget
 
 from radargui.experiment.importing import valid_setup_of
 from radargui.gui.background import Jobs, Then, Work
-from radargui.gui.layout import Answer, Choice, FaultText, Group, PathField, PlainLabel, button, follow, side_by_side
+from radargui.gui.layout import Answer, Choice, FaultText, Group, PathField, PlainLabel, button, having, side_by_side
 from radargui.gui.panels import Actions
+from radargui.gui.services import Services
 from radargui.gui.setup.channels import ChannelGroup
 from radargui.gui.setup.fields import FormPanel, ModelGroup, SetupForm
 from radargui.gui.setup.setup_model import MOST_NAMED, SetupModel
 from radargui.gui.setup.words import FORMS, called, in_words
-from radargui.gui.theme import Theme
 from radargui.model.errors import DeviceError
 from radargui.model.plugins import plugins
 from radargui.model.setup import MEASURING, Setup
 from radargui.sources.factory import SourceKind
 from radargui.sources.ni.checks import check_rate, rate_limit_hz, rate_sentence
-from radargui.sources.ni.discovery import NiDevice, find_devices
+from radargui.sources.ni.discovery import NiDevice
 from radargui.sources.ni.source import check_setup
 
 CERTIFICATES = "Certificates (*.pem *.crt *.cer);;All files (*)"
@@ -85,37 +85,27 @@ FILTER = "Recordings (*.h5 *.csv *.mat *.tdms *.sigmf-meta *.sigmf-data *.sigmf)
 class ReplayForm(Group):
     """The file whose samples are played back in real time; it says where the setup is not that of the recording."""
 
-    def __init__(self, model: SetupModel, jobs: Jobs, path: Path | None = None) -> None:
+    def __init__(self, model: SetupModel, jobs: Jobs, path: Path | None) -> None:
         super().__init__("Replay")
         self._model, self._jobs = model, jobs
         self._own: Setup | None = None
-        self._file = PathField("File to replay", path, FILTER)
-        self._file.line.setPlaceholderText("recording to play back")
-        self._file.line.setObjectName("replay.file")
-        self.fault = self._file.fault
-        self.row("File", self._file, fault=self.fault)
-        self.whole(PlainLabel("Runs of RadarGUI, CSV, MATLAB, TDMS and SigMF files with channels I1, Q1, …"))
-        self.other = PlainLabel()
-        self.take_own = button("Use the recording's setup", self._take)
-        for part in (self.other, self.take_own):
-            self.whole(part)
-        self._file.line.textChanged.connect(self._look)
+        self.file = PathField("File to replay", path, FILTER)
+        having(self.file.line, placeholderText="recording to play back", objectName="replay.file")
+        said = PlainLabel("Runs of RadarGUI, CSV, MATLAB, TDMS and SigMF files with channels I1, Q1, …")
+        self.other, self.take_own = PlainLabel(), button("Use the recording's setup", self._take)
+        self.put(("File", self.file), said, self.other, self.take_own)
+        self.file.line.textChanged.connect(self._look)
         model.changed.connect(self._compare)
         self._look()
 
-    @property
-    def path(self) -> Path | None:
-        """The chosen file."""
-        return self._file.path
-
     def _look(self) -> None:
         self._found(None)
-        path = self.path
+        path = self.file.path
         # a name that is being typed is no file yet
         if path is not None and path.suffix:
             what, work = "the setup of the recording", partial(valid_setup_of, path)
             # what is wrong with the file is said when it is played
-            self._jobs.start(what, work, self._found, lambda _: self._found(None), lambda: path == self.path)
+            self._jobs.start(what, work, self._found, lambda _: self._found(None), lambda: path == self.file.path)
 
     def _found(self, setup: Setup | None) -> None:
         self._own = setup
@@ -145,28 +135,25 @@ class NiForm(SetupForm):
         Tries a setup on its device; tests put another one here.
     """
 
-    def __init__(self, model: SetupModel, jobs: Jobs, rates: RateView, find: FindDevices = find_devices) -> None:
+    def __init__(self, model: SetupModel, jobs: Jobs, rates: RateView, find: FindDevices) -> None:
         super().__init__("ni", model)
         self._jobs, self._find, self._rates = jobs, find, rates
         self.check: Callable[[Setup], Any] = check_setup
         self.add("daq.remote_certificate", beside=[button("Choose…", self._browse)])
-        self.found = Choice()
-        self.found.setVisible(False)
-        self.found.setToolTip("The NI devices that answered: the one chosen here is used")
+        self.found = having(Choice(), toolTip="The NI devices that answered: the one chosen here is used")
         self.found.activated.connect(self._take)
         self.button = button("Find devices", self.search)
         self.answer, self.checked = Answer(), Answer()
-        for part in (self.button, self.found, self.answer):
-            self.whole(part)
+        self.put(self.button, self.found, self.answer)
+        self.found.hide()
         self.add(*FORMS["ni_inputs"]["keys"])
         start = self.fields["daq.start"]
         if isinstance(start, Choice):
             start.activated.connect(lambda _index: self._settle(start.currentData()))
         self.check_button = button("Check this setup", self.try_out)
-        for part in (self.check_button, self.checked):
-            self.whole(part)
+        self.put(self.check_button, self.checked)
         model.changed.connect(self._setup_changed)
-        follow(model.changed, self._show_start)
+        self._setup_changed()
 
     def _settle(self, start: str) -> None:
         """Let what goes with a start that was just chosen be there, and nothing that cannot go with it."""
@@ -175,8 +162,11 @@ class NiForm(SetupForm):
         elif self._model.value("daq.start_source") is None:
             self._model.assign("daq.start_source", "PFI0" if start == "digital" else "I1")
 
-    def _show_start(self) -> None:
-        """Hide what does not belong to the chosen start."""
+    def _setup_changed(self) -> None:
+        # what was found is about another setup
+        self.checked.say("")
+        self.check_button.setEnabled(self._model.valid)
+        # what does not belong to the chosen start is hidden
         start = self._model.value("daq.start")
         shown = dict.fromkeys(("daq.start_source", "daq.start_edge", "daq.start_pretrigger"), start != "now")
         shown["daq.start_level_v"] = start == "analog"
@@ -215,11 +205,6 @@ class NiForm(SetupForm):
         lines = (f"{what.capitalize()}: {how}" for what, how in found.lines)
         self.checked.say("\n".join((f"The setup works on {found.device.title}.", *lines)))
 
-    def _setup_changed(self) -> None:
-        # what was found is about another setup
-        self.checked.say("")
-        self.check_button.setEnabled(self._model.valid)
-
     def _browse(self) -> None:
         name, _ = QFileDialog.getOpenFileName(self, "Certificate of the device server", "", CERTIFICATES)
         if name:
@@ -227,18 +212,16 @@ class NiForm(SetupForm):
 
     def _show(self, devices: Sequence[Any]) -> None:
         self._rates.take(*devices)
-        self.found.clear()
-        for device in devices:
-            simulated = ", simulated by the driver" if device.simulated else ""
-            absent = "" if device.connected else ", not connected"
-            self.found.addItem(f"{device.title}{simulated}{absent}", device.name)
+        titles = []
+        for one in devices:
+            facts = {"simulated by the driver": one.simulated, "not connected": not one.connected}
+            titles.append((one.name, ", ".join((one.title, *(words for words, holds in facts.items() if holds)))))
+        self.found.offer(titles, self._model.value("daq.device"))
         self.found.setVisible(bool(devices))
         if not devices:
             self.answer.say("No device found. Is it plugged in and powered, and does NI MAX show it?")
             return
         self.answer.say(f"{len(devices)} device{'s' if len(devices) > 1 else ''} found: choose one.")
-        index = self.found.findData(self._model.value("daq.device"))
-        self.found.setCurrentIndex(max(index, 0))
         if len(devices) == 1:
             self._take(0)
 
@@ -262,8 +245,7 @@ class SetupFileGroup(ModelGroup):
         name = path.name if path else "not saved yet"
         kind = " (shipped)" if self._model.shipped else ""
         counted = f", {len(changed)} value{'s' if len(changed) > 1 else ''} changed" if changed else ""
-        self._name.setText(f"{name}{kind}{counted}")
-        self._name.setToolTip(str(path or ""))
+        having(self._name, text=f"{name}{kind}{counted}", toolTip=str(path or ""))
         self.undo_all.setEnabled(self._model.modified)
         self.undo_all.setToolTip("\n".join(("Back to what the file says:", *map(called, changed))))
         for one in self._save_buttons:
@@ -277,34 +259,20 @@ class HardwarePanel(FormPanel):
     """Chooses the source and edits its settings; closed for changes while samples come in."""
 
     def __init__(
-        self,
-        model: SetupModel,
-        jobs: Jobs,
-        does: Actions,
-        theme: Theme,
-        *,
-        source: SourceKind = "simulated",
-        replay_file: Path | None = None,
-        find_devices: FindDevices = find_devices,
+        self, model: SetupModel, does: Actions, services: Services, source: SourceKind, find_devices: FindDevices
     ) -> None:
         super().__init__(model)
         self.source = Choice([*SOURCES.items(), *((name, name) for name in plugins("sources"))])
-        self.source.setObjectName("source")
-        group = Group("Source")
-        group.row("Samples from", self.source)
-        self.replay = ReplayForm(model, jobs, replay_file)
-        self.rates, self.channels = RateView(model), ChannelGroup(model, does, theme)
+        group = Group("Source", ("Samples from", having(self.source, objectName="source")))
+        self.replay = ReplayForm(model, services.jobs, services.settings.path("replay_file"))
+        self.rates, self.channels = RateView(model), ChannelGroup(model, does, services)
         self.only_shows = (self.rates, self.channels)
-        self.ni = NiForm(model, jobs, self.rates, find_devices)
-        self._forms: dict[str, Group] = {
-            "simulated": SetupForm("simulated", model),
-            "ni": self.ni,
-            "replay": self.replay,
-        }
+        self.ni = NiForm(model, services.jobs, self.rates, find_devices)
+        simulated = SetupForm("simulated", model)
+        self._forms: dict[str, Group] = {"simulated": simulated, "ni": self.ni, "replay": self.replay}
         others = (SetupForm(name, model) for name in ("recording", "processing"))
-        file = SetupFileGroup(model, does)
-        self.undo_all = file.undo_all
-        self.lay_out(file, group, *self._forms.values(), self.rates, self.channels, *others)
+        self.file = SetupFileGroup(model, does)
+        self.lay_out(self.file, group, *self._forms.values(), self.rates, self.channels, *others)
         self.choose(source)
         self.source.currentIndexChanged.connect(self._show_form)
         self._show_form()
@@ -319,8 +287,8 @@ class HardwarePanel(FormPanel):
         """Return why the source chosen cannot be started, also said at its field; empty where nothing is known."""
         if self.kind == "ni":
             return self.rates.fault
-        missing = self.kind == "replay" and self.replay.path is None
-        self.replay.fault.say("No file to replay is chosen" if missing else "")
+        missing = self.kind == "replay" and self.replay.file.path is None
+        self.replay.file.fault.say("No file to replay is chosen" if missing else "")
         return "No file to replay is chosen. Choose one under Hardware setup." if missing else ""
 
     def choose(self, kind: SourceKind) -> None:

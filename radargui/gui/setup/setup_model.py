@@ -99,27 +99,18 @@ class SetupModel(QObject):
         """Return the keys whose values are not those of another setup."""
         return list(_changes(other.model_dump(), self.setup.model_dump()))
 
-    def undo(self, key: str = "") -> None:
-        """Take back what was changed since the file was read or saved; without a key everything."""
-        if key:
-            self.assign(key, _found(plain(self._saved), key))
-        else:
-            self.replace(self._saved)
+    def undo(self, key: str) -> None:
+        """Take back a value that was changed since the file was read or saved."""
+        self.assign(key, _found(plain(self._saved), key))
+
+    def undo_all(self) -> None:
+        """Take back all that was changed since the file was read or saved."""
+        self.replace(self._saved)
 
     def take(self, setup: Setup, path: Path | None = None) -> None:
         """Begin with a setup; without a path it belongs to no file."""
         self.path, self._saved, self._of_file = path, setup, setup.model_dump()
         self.replace(setup)
-
-    def load(self, path: Path) -> None:
-        """Read a setup file.
-
-        Raises
-        ------
-        SetupError
-            The file cannot be used; the draft stays as it was.
-        """
-        self.take(read_setup(path), path)
 
     def save(self, path: Path) -> None:
         """Write the setup; comments of a file that is there survive, else those of the file it came from.
@@ -255,20 +246,15 @@ def tried(step: Callable[[], None], say: Callable[[RadarGuiError], object]) -> b
     return True
 
 
-class SetupFileController(QObject):
+class SetupFileController:
     """The dialogs around the setup file."""
 
     def __init__(self, model: SetupModel, services: Services) -> None:
-        super().__init__(services.parent)
-        self._model, self._services = model, services
-
-    def undo(self) -> None:
-        """Take back all that was changed since the file was read or saved."""
-        self._model.undo()
+        self.model, self._services = model, services
 
     def may_discard(self) -> bool:
         """Ask before edits are lost that stand in no file; saving them first is an answer too."""
-        changed = self._model.unsaved
+        changed = self.model.unsaved
         if not changed:
             return True
         named = ", ".join(map(called, changed[:MOST_NAMED])) + (" …" if len(changed) > MOST_NAMED else "")
@@ -282,49 +268,42 @@ class SetupFileController(QObject):
         )
         return answer == button.Discard or (answer == button.Save and self.save())
 
-    def take(self, setup: Setup) -> bool:
-        """Take over the setup of a session, unless the operator wants to keep what he edited."""
-        may = self.may_discard()
-        if may:
-            self._model.take(setup)
-        return may
-
     def ask_open(self) -> None:
         """Let the operator choose a setup file."""
         if not self.may_discard():
             return
-        start = str(self._model.path.parent) if self._model.path else ""
+        start = str(self.model.path.parent) if self.model.path else ""
         name, _ = QFileDialog.getOpenFileName(self._services.parent, "Open setup", start, FILTER)
         if name:
             self.open(Path(name))
 
     def open(self, path: Path) -> bool:
         """Read a setup file; what is wrong with it is shown and the setup stays."""
-        return tried(lambda: self._model.load(path), self._services.board.post_error)
+        return tried(lambda: self.model.take(read_setup(path), path), self._services.board.post_error)
 
     def save(self) -> bool:
         """Save where the setup came from; a shipped file is never written over."""
-        if self._model.path is None or self._model.shipped:
+        if self.model.path is None or self.model.shipped:
             return self.ask_save()
-        return self.save_to(self._model.path)
+        return self.save_to(self.model.path)
 
     def ask_save(self) -> bool:
         """Let the operator choose where to save."""
-        folder = Path.home() if self._model.path is None or self._model.shipped else self._model.path.parent
-        start = folder / (self._model.path.name if self._model.path else "setup.toml")
+        folder = Path.home() if self.model.path is None or self.model.shipped else self.model.path.parent
+        start = folder / (self.model.path.name if self.model.path else "setup.toml")
         name, _ = QFileDialog.getSaveFileName(self._services.parent, "Save setup", str(start), FILTER)
         return bool(name) and self.save_to(Path(name))
 
     def save_to(self, path: Path) -> bool:
         """Save; comments of the user's file survive."""
-        if not self._model.valid:
-            self._services.board.post("error", f"The setup is not saved: {self._model.error}")
+        if not self.model.valid:
+            self._services.board.post("error", f"The setup is not saved: {self.model.error}")
             return False
-        return tried(lambda: self._model.save(path), self._services.board.post_error)
+        return tried(lambda: self.model.save(path), self._services.board.post_error)
 
     def remember(self) -> None:
         """Keep the file's name, and edits that were not saved."""
-        settings, model = self._services.settings, self._model
+        settings, model = self._services.settings, self.model
         if model.path is not None:
             settings.put(_FILE, model.path)
         if model.valid and (model.modified or model.path is None):

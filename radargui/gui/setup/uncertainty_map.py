@@ -10,7 +10,7 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QWidget
 
 from radargui.gui.background import Jobs
-from radargui.gui.layout import TIPS, Group, PlainLabel, fill, ticking
+from radargui.gui.layout import TIPS, Group, PlainLabel, boxed, having, ticking
 from radargui.gui.plots.key import ColourBar
 from radargui.gui.plots.plot import Plot
 from radargui.gui.setup.geometry_sketch import HALF_FIELD_M
@@ -83,20 +83,12 @@ class UncertaintyMapView(Group):
         self.shown: UncertaintyMap | None = None
         self._of: tuple[Setup, float] | None = None
         self.snr = QDoubleSpinBox(minimum=0.0, maximum=120.0, decimals=0, suffix=" dB")
-        self.snr.setObjectName("map.snr")
+        having(self.snr, objectName="map.snr", value=model.setup.simulation.snr_db)
         self._own_snr = False
-        self.snr.setValue(model.setup.simulation.snr_db)
-        self.row("SNR", self.snr)
         self._theme, self._images = theme, list[pg.ImageItem]()
-        self.scale, self.words, self.here = (
-            ColourBar(TIPS["plots"]["Colours of the uncertainty"]),
-            PlainLabel(),
-            PlainLabel(),
-        )
-        both = QWidget()
-        self._row = fill(QHBoxLayout(both))
-        for part in (both, self.scale, self.words, self.here):
-            self.whole(part)
+        self.scale = ColourBar(TIPS["plots"]["Colours of the uncertainty"])
+        self.words, self.here, self._row = PlainLabel(), PlainLabel(), QHBoxLayout()
+        self.put(("SNR", self.snr), boxed(self._row), self.scale, self.words, self.here)
         self._soon = ticking(self, _CALM_MS, self._begin, once=True)
         model.changed.connect(self._changed)
         self.snr.valueChanged.connect(self._snr_changed)
@@ -108,8 +100,7 @@ class UncertaintyMapView(Group):
         for number, (left, plane) in enumerate(_PLANES):
             plot = Plot(self._theme, "x [mm]", left, left_px=_LEFT, equal=True)
             plot.write_inside(plane)
-            plot.setFixedHeight(176)
-            plot.setToolTip(TIPS["plots"]["Uncertainty"])
+            having(plot, fixedHeight=176, toolTip=TIPS["plots"]["Uncertainty"])
             image = pg.ImageItem(colorMap=pg.colormap.get(_COLOURS))
             image.setZValue(-10)
             plot.addItem(image)

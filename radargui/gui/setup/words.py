@@ -145,11 +145,6 @@ def called(key: str) -> str:
     return f"{whose}: {words_of(key).name}" if whose else words_of(key).name
 
 
-def panel_of(key: str) -> str:
-    """Return the title of the panel in which the field of a key stands."""
-    return "Antenna calibration" if re.split(r"[.\[]", key)[0] in _ANTENNAS else "Hardware setup"
-
-
 def in_words(text: str) -> str:
     """Return a sentence about the setup file with the names that the fields have; other words with a point stay."""
 
@@ -182,5 +177,6 @@ def faults_of(error: ValidationError) -> tuple[dict[str, str], str]:
         faults.setdefault(key, text)
     key, text = next(iter(faults.items()))
     more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""
+    panel = "Antenna calibration" if re.split(r"[.\[]", key)[0] in _ANTENNAS else "Hardware setup"
     has_field = _WORDS.get(re.sub(r"\[\d+\]", "", key)) is not None
-    return faults, f"{panel_of(key)}, {called(key)}: {text}{more}" if has_field else describe(error, Setup)
+    return faults, f"{panel}, {called(key)}: {text}{more}" if has_field else describe(error, Setup)

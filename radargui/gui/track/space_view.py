@@ -28,10 +28,9 @@ _STEP_MM = 4.0
 class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
     """Box with floor, axes and directions to the antennas; trail, sphere and impacts in it."""
 
-    def __init__(self, theme: Theme, colours: SpeedColours) -> None:
+    def __init__(self, theme: Theme, colours: SpeedColours, space: Space) -> None:
         super().__init__()
-        self._theme, self._colours = theme, colours
-        self._space: Space | None = None
+        self._theme, self._colours, self._space = theme, colours, space
         self._track = NO_TRACK
         self._fixed: list[Any] = []
         self._distance_chosen = self._is_low = False
@@ -69,7 +68,7 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         super().wheelEvent(event)
 
     def _fit(self) -> None:
-        if self._space is None or self._distance_chosen or self.height() == 0:
+        if self._distance_chosen or self.height() == 0:
             return
         half_width = math.tan(math.radians(0.5 * self.opts["fov"]))
         aspect = max(1.0, self.width() / self.height())
@@ -92,8 +91,7 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         shades = self._colours.table().astype(np.float32)[self._colours.steps(track.speed_m_s[kept])]
         self._draw_line(self._trail, points, shades)
         shadow = points.copy()
-        if self._space is not None and len(shadow):
-            shadow[:, 2] = self._space.floor_mm
+        shadow[:, 2] = self._space.floor_mm
         self._draw_line(self._shadow, shadow, self._rgba("faint", 0.6))
         self._sphere.setData(pos=known[-1:], color=self._rgba("text"))
         impacts = track.impact_mm.T.astype(np.float32)
@@ -121,8 +119,6 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
 
     def _build(self) -> None:
         space = self._space
-        if space is None:
-            return
         for item in self._fixed:
             self.removeItem(item)
         self._is_low = self.height() < _LOW_PX

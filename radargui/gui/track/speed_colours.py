@@ -1,4 +1,4 @@
-"""Speed as colour: a perceptually uniform map, its bar with the unit, and a trail drawn in it."""
+"""Speed as colour: a perceptually uniform map, and a trail drawn in it."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -10,8 +10,6 @@ from pyqtgraph.Qt.internals import PrimitiveArray
 from PySide6.QtCore import QLineF, QPointF, QRectF
 from PySide6.QtGui import QColor, QPainter, QPen
 
-from radargui.gui.layout import follow
-from radargui.gui.plots.key import ColourBar
 from radargui.gui.plots.ranges import round_up
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import ShownTrack, Space
@@ -78,20 +76,6 @@ class SpeedColours:
         """Return the colours in the present look, red, green, blue, alpha from 0 to 1, shape (N_COLOURS, 4)."""
         low, high = _SPANS[QColor(self._theme.colours.base).lightness() < 128]
         return np.asarray(self._map.map(np.linspace(low, high, N_COLOURS), mode="float"), dtype=np.float64)
-
-
-class SpeedBar(ColourBar):
-    """What colour is what speed."""
-
-    def __init__(self, theme: Theme, colours: SpeedColours) -> None:
-        super().__init__("Colour of the trail: speed of the sphere in m/s")
-        self._colours = colours
-        self.setFixedWidth(self.fontMetrics().horizontalAdvance("0  10.0 m/s ") + 64)
-        follow(theme.changed, self.refresh)
-
-    def refresh(self) -> None:
-        """Take over the colours and the speed that they reach, which the fast end says with its unit."""
-        self.show_ends(self._colours.table(), "0", f"{self._colours.most_m_s:g} m/s")
 
 
 class SpeedTrail(pg.GraphicsObject):  # type: ignore[misc] # pyqtgraph has no types

@@ -7,7 +7,7 @@ import numpy as np
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QSizePolicy, QStackedWidget, QTabBar, QVBoxLayout, QWidget
 
-from radargui.gui.layout import TIPS, fill
+from radargui.gui.layout import TIPS, fill, having, holding
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import LAST, NOW, Plot
 from radargui.gui.plots.ranges import SteadyRange
@@ -118,13 +118,10 @@ class TrackCurves(QWidget):
         self.key.setToolTip("The parabola is fitted to the first fall; where it is left out, none could be fitted")
         self.key.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         # in one place: a line that comes or goes moves all plots, and each is drawn anew with its axes
-        self._words_above = QStackedWidget()
+        self._words_above = holding(QStackedWidget(), self.key, live_words)
         self._words_above.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-        self._words_above.addWidget(self.key)
-        self._words_above.addWidget(live_words)
         self.detail = TimePlot(theme, "time [s]", _LABELS["speed"])
-        self.tabs = QTabBar(drawBase=False, expanding=False)
-        self.tabs.setAccessibleName("Curve below the height")
+        self.tabs = having(QTabBar(drawBase=False, expanding=False), accessibleName="Curve below the height")
         for number, name in enumerate(_LABELS):
             self.tabs.addTab(name.capitalize() if len(name) > 1 else f"{name} ± {COVERAGE:g} u")
             self.tabs.setTabData(number, name)

@@ -10,14 +10,15 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontDatabase
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
-from radargui.gui.background import StartWork, at_once
+from radargui.gui.background import StartWork
 from radargui.gui.control.state import Feed
-from radargui.gui.layout import fill
+from radargui.gui.layout import boxed, fill, having, holding
 from radargui.gui.plots.envelope import thin
+from radargui.gui.plots.key import ColourBar
 from radargui.gui.plots.plot import Plot
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space, live_track, result_track, space_of
-from radargui.gui.track.speed_colours import SpeedBar, SpeedColours, SpeedTrail
+from radargui.gui.track.speed_colours import SpeedColours, SpeedTrail
 from radargui.gui.track.track_curves import TrackCurves
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
@@ -72,8 +73,6 @@ class Projections(QWidget):
 
 _MOST_LIVE_POINTS = 1500
 """One each 2.7 ms of `LIVE_S`: 8 mm at the 3.1 m/s of a drop of half a metre."""
-_EVERY = 2
-"""Frames: three projections and two curves cost more than all scopes, and the IQ planes are drawn in those between."""
 LIVE_S = 4.0
 """Of the live track: a drop of half a metre with its first ten bounces."""
 HOLD_S = 0.8
@@ -89,24 +88,29 @@ class TrackPanel(QWidget):
         Look; field of view at first.
     start
         Runs work away from the thread that draws, see `Jobs.start`.
+
+    Attributes
+    ----------
+    result
+        What is shown; None: the live track.
     """
 
-    def __init__(self, theme: Theme, setup: Setup, start: StartWork = at_once) -> None:
+    def __init__(self, theme: Theme, setup: Setup, start: StartWork) -> None:
         super().__init__()
         self._theme, self._start = theme, start
         self._feed: Feed | None = None
         self._drawn = -1
-        self._frame = 0
         self.shown: ShownTrack | None = None
-        self._result: RunResult | None = None
+        self.result: RunResult | None = None
         self._held_until = 0.0
-        self.result_shown = False
         self.paused = False
 
         self._colours = SpeedColours(theme)
-        self.speed_bar = SpeedBar(theme, self._colours)
-        self._stack, self.projections = QStackedWidget(), Projections(theme, self._colours)
-        self._stack.addWidget(self.projections)
+        self.speed_bar = ColourBar("Colour of the trail: speed of the sphere in m/s")
+        self.speed_bar.setFixedWidth(self.fontMetrics().horizontalAdvance("0  10.0 m/s ") + 64)
+        theme.changed.connect(self._show_colours)
+        self.projections = Projections(theme, self._colours)
+        self._stack = holding(QStackedWidget(), self.projections)
         self._space_view: SpaceView | None = None
         selectable = Qt.TextInteractionFlag.TextSelectableByMouse
         self.where = QLabel(alignment=Qt.AlignmentFlag.AlignHCenter, textInteractionFlags=selectable)
@@ -116,14 +120,11 @@ class TrackPanel(QWidget):
         self._title = QLabel()
         self._title.setContentsMargins(6, 3, 6, 0)
 
-        splitter = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
-        splitter.setObjectName("track.parts")
-        upper = QWidget()
-        fill(QVBoxLayout(upper), (self._stack, 1), fill(QHBoxLayout(), 1, self.speed_bar), spacing=0)
-        for place, (part, share) in enumerate(((upper, 3), (self.curves, 2))):
-            splitter.addWidget(part)
+        upper = boxed(QVBoxLayout(), (self._stack, 1), fill(QHBoxLayout(), 1, self.speed_bar), spacing=0)
+        splitter = holding(QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False), upper, self.curves)
+        for place, share in enumerate((3, 2)):
             splitter.setStretchFactor(place, share)
-        splitter.setSizes([2500, 2500])
+        having(splitter, objectName="track.parts", sizes=[2500, 2500])
         fill(QVBoxLayout(self), self._title, (splitter, 1), spacing=0)
         self.show_setup(setup)
         self.clear()
@@ -145,7 +146,7 @@ class TrackPanel(QWidget):
         if wanted:
             from radargui.gui.track.space_view import SpaceView
 
-            self._space_view = SpaceView(self._theme, self._colours)
+            self._space_view = SpaceView(self._theme, self._colours, self._space)
             self._stack.addWidget(self._space_view)
             self._stack.setCurrentIndex(1)
         elif self._space_view is not None:
@@ -169,7 +170,7 @@ class TrackPanel(QWidget):
         """Show the field of view of another setup."""
         self._setup, self._space = setup, space_of(setup)
         self._colours.fit(self._space)
-        self.speed_bar.refresh()
+        self._show_colours()
         for view in (self.view, self.curves.height_plot):
             view.show_space(self._space)
 
@@ -182,7 +183,7 @@ class TrackPanel(QWidget):
 
     def show_result(self, result: RunResult, name: str) -> None:
         """Show what a run gave instead of the live track, which stands still until it is drawn."""
-        self.result_shown, self._result = True, result
+        self.result = result
         self._held_until = time.monotonic() + HOLD_S
         what = "preliminary result" if result.preliminary else "result"
 
@@ -192,14 +193,11 @@ class TrackPanel(QWidget):
             if result.setup != self._setup:
                 self.show_setup(result.setup)
             self._colours.fit(self._space, track)
-            self.speed_bar.refresh()
+            self._show_colours()
             self._draw(track)
             self.curves.show_result(track)
 
-        def wanted() -> bool:
-            return self.result_shown and self._result is result
-
-        self._start("the track of the run", lambda: result_track(result), show, None, wanted)
+        self._start("the track of the run", lambda: result_track(result), show, None, lambda: self.result is result)
 
     def clear(self) -> None:
         """Forget the result that was shown, and the last moments of the live track."""
@@ -211,8 +209,7 @@ class TrackPanel(QWidget):
 
     def show_live(self) -> None:
         """Go back to the live track."""
-        self._held_until = 0.0
-        self.result_shown, self._result = False, None
+        self.result = None
 
     def set_paused(self, paused: bool) -> None:
         """Hold the picture, or let it go on."""
@@ -223,15 +220,14 @@ class TrackPanel(QWidget):
         """Draw the newest of the trail; called by the window's timer."""
         feed = self._feed
         live = feed.live if feed is not None else None
-        self._frame += 1
-        if feed is None or live is None or self.paused or live.latest == self._drawn or not self._frame % _EVERY:
+        if feed is None or live is None or self.paused or live.latest == self._drawn:
             return
         self._drawn = live.latest
         span = live.since(max(0, self._drawn - feed.samples(LIVE_S)))
-        held = self.result_shown and (time.monotonic() < self._held_until or not live.moving)
+        held = self.result is not None and (time.monotonic() < self._held_until or not live.moving)
         if held or not span.index.size:
             return
-        self.result_shown = False
+        self.result = None
         anew = "starts anew after lost samples, as if from the release" if live.began_anew else ""
         now = ", ".join(filter(None, ("" if live.moving else "at rest", anew)))
         self._title.setText(f"Live track: {now}" if now else "Live track")
@@ -241,6 +237,10 @@ class TrackPanel(QWidget):
             self._draw(track)
             self.curves.show_live(track)
             self._show_where(track.position_mm[:, -1])
+
+    def _show_colours(self) -> None:
+        """Show the colours of the look, and the speed that they reach."""
+        self.speed_bar.show_ends(self._colours.table(), "0", f"{self._colours.most_m_s:g} m/s")
 
     def _follow(self) -> None:
         self.curves.follow(self._feed is not None and not self.paused)

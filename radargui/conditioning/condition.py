@@ -14,7 +14,7 @@ from radargui.conditioning.doppler import ALONE, SETTINGS as DOPPLER, Doppler, m
 from radargui.conditioning.hum import SETTINGS as HUM, Hum, find_hum
 from radargui.conditioning.lines import without_ends, without_standing_lines
 from radargui.conditioning.noise import LEAST_SAMPLES, block_means, white_noise_v
-from radargui.conditioning.onset import find_onset
+from radargui.conditioning.onset import creeps_since, find_onset
 from radargui.conditioning.receiver_check import check_receiver, is_worse_pair, same_channels
 from radargui.conditioning.segment import Motion, find_motion
 from radargui.conditioning.skew import remove_skew
@@ -343,6 +343,10 @@ def _rest_before(volts: FloatArray, time_s: FloatArray, motion: Motion) -> tuple
     onset = seen if onset is None or onset > seen + motion.window_s else onset
     if not onset > begin:
         return float("-inf"), begin
+    crept = creeps_since(time_s[part], volts[:, part] / scale[:, None], onset)
+    if crept is not None:
+        rest_end = crept - SETTINGS.before_onset_s
+        return (crept, rest_end) if rest_end > begin + SETTINGS.least_s else (float("-inf"), begin)
     # a slow beginning is seen late: by about as much as the shaking of the voltages is seen after the onset
     late = max(0.0, seen - onset)
     # what looks at rest for as long again before it may be creeping already

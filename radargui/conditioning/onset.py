@@ -30,6 +30,12 @@ class OnsetSettings:
         In standard deviations, root mean square over the channels, in two blocks in turn.
     most_wander
         Largest deviation that a rest may have, as a share of what the channels do altogether.
+    crept, moved, swept
+        How far I and Q go from where they began, in radii of their circle: seen to have crept, moved (0.6 mm of path),
+        and so far as no drift takes them.
+    even
+        Share of the way that a drift has gone at half of the time; a body that sets off gently has gone a quarter of it
+        at the most.
     """
 
     block_s: float = 0.005
@@ -39,6 +45,10 @@ class OnsetSettings:
     long_enough: int = 30
     threshold: float = 6.0
     most_wander: float = 0.02
+    crept: float = 0.03
+    moved: float = 0.12
+    swept: float = 0.5
+    even: float = 0.25
 
 
 SETTINGS = OnsetSettings()
@@ -91,6 +101,43 @@ def find_onset(time_s: FloatArray, value: FloatArray, spread: FloatArray | None 
     # one block alone may be a spike; a body that moves stays away
     lasting = np.flatnonzero(away[:-1] & away[1:])
     return float(time_s[first[fewest + SETTINGS.ahead + lasting[0]]]) if lasting.size else None
+
+
+def creeps_since(time_s: FloatArray, value: FloatArray, onset_s: float) -> float | None:
+    """Return when the tracer set off so gently that forecasts followed it; None where it rested until the onset.
+
+    A motor that speeds up by 0.1 m/s^2 turns I and Q along a parabola at first, as a drift does: windows that move with
+    it foretell it, and at 30 dB it had gone 40 mm before a block differed. Here each 5 ms mean is held against the
+    first 50 ms. Two receivers have to have moved; d grows as (t - t_0)^2, so that from where it is seen (at t_1) and
+    where it is four times as far (t_2) follows t_0 = 2 t_1 - t_2.
+
+    Parameters
+    ----------
+    time_s, value
+        As for `find_onset`, in radii of the circles.
+    onset_s
+        As found there.
+    """
+    block_s, fewest = SETTINGS.block_s, SETTINGS.fewest
+    label = ((time_s[time_s < onset_s] - time_s[0]) / block_s).astype(np.intp)
+    if label.size == 0 or label[-1] < 2 * fewest:
+        return None
+    first = np.flatnonzero(np.diff(label, prepend=-1))
+    mean = np.add.reduceat(value[:, : label.size], first, axis=1) / np.diff(np.append(first, label.size))
+    begun = mean[:, :fewest]
+    noise = float(begun.std(axis=1).max())
+    away = mean - begun.mean(axis=1, keepdims=True)
+    # of two receivers: one alone may have a cable that is touched
+    d = np.sort(np.hypot(away[0::2], away[1::2]), axis=0)[-min(2, away.shape[0] // 2)]
+    seen = max(SETTINGS.crept, 6.0 * noise)
+    moved = max(SETTINGS.moved, 4.0 * seen)
+    half_way = float(np.median(d[d.size // 2 - fewest // 2 : d.size // 2 + fewest // 2]))
+    if d.max() < moved or (d.max() < SETTINGS.swept and half_way > SETTINGS.even * d.max()):
+        return None
+    t_2 = float(time_s[first[np.argmax(d >= moved)]])
+    last_still = int(np.flatnonzero(d[: int(np.argmax(d >= moved)) + 1] < seen)[-1])
+    t_1 = float(time_s[first[last_still]]) + block_s
+    return max(2.0 * t_1 - t_2, float(time_s[0]))
 
 
 class _Foresight:

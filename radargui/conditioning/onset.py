@@ -34,8 +34,8 @@ class OnsetSettings:
         How far I and Q go from where they began, in radii of their circle: seen to have crept, moved (0.6 mm of path),
         and so far as no drift takes them.
     even
-        Share of the way that a drift has gone at half of the time; a body that sets off gently has gone a quarter of it
-        at the most.
+        Share of the way that a drift has gone at half of the time: an even one a half, one that grows with the square
+        of the time a quarter. A body that rested before it set off gently has gone less.
     """
 
     block_s: float = 0.005
@@ -48,7 +48,7 @@ class OnsetSettings:
     crept: float = 0.03
     moved: float = 0.12
     swept: float = 0.5
-    even: float = 0.25
+    even: float = 0.15
 
 
 SETTINGS = OnsetSettings()

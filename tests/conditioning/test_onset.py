@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radargui.conditioning.onset import find_onset
+from radargui.conditioning.onset import creeps_since, find_onset
 
 RATE = 5000.0
 TIME = np.arange(8000) / RATE
@@ -31,6 +31,26 @@ def test_a_drift_of_the_offsets_is_no_onset(drift: np.ndarray) -> None:
     assert find_onset(TIME, still) is None
     falling = turning(300.0 * np.clip(TIME - 0.8, 0.0, None) ** 2, 0.01) + drift
     assert find_onset(TIME, falling) == pytest.approx(0.8, abs=0.02)
+
+
+@pytest.mark.parametrize("drift", [0.2 * TIME, 0.3 * TIME**2, 0.1 * np.sin(2.0 * np.pi * 0.3 * TIME)])
+def test_a_drift_of_the_offsets_is_no_gentle_start(drift: np.ndarray) -> None:
+    falling = turning(300.0 * np.clip(TIME - 0.8, 0.0, None) ** 2, 0.01) + drift
+    assert creeps_since(TIME, falling, 0.8) is None
+
+
+@pytest.mark.parametrize("until_s", [0.75, 1.1, 1.5])
+def test_a_start_so_gentle_that_forecasts_move_with_it_is_found_where_it_began(until_s: float) -> None:
+    # 0.1 m/s^2 to and fro along a path at 30 mm: seen late, or after several turns
+    phase = 2.0 * np.pi / 0.03 * 0.1 * np.clip(TIME - 0.4, 0.0, None) ** 2
+    found = creeps_since(TIME, turning(phase, 0.07), until_s)
+    assert found == pytest.approx(0.4, abs=0.05)
+
+
+def test_what_one_receiver_alone_shows_is_no_start_of_a_motion() -> None:
+    value = turning(np.zeros_like(TIME), 0.01)
+    value[0] += np.where(TIME > 0.4, 2.0 * (TIME - 0.4) ** 2, 0.0)
+    assert creeps_since(TIME, value, 1.2) is None
 
 
 def test_one_block_of_5_ms_beside_the_rest_is_no_onset() -> None:

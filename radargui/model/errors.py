@@ -97,7 +97,13 @@ def worded(kind: type[_Error], name: str, /, **facts: object) -> _Error:
     # read when something fails: no command waits for it
     from radargui.model.resources import resource_table
 
-    return in_words(kind, resource_table("errors")[name], facts)
+    try:
+        words = resource_table("errors")[name]
+    except OSError:
+        # a process that may open no more files cannot read them either: the facts alone
+        told = ", ".join(f"{key} {value}" for key, value in facts.items())
+        return kind(f"{name.replace('_', ' ')}: {told}")
+    return in_words(kind, words, facts)
 
 
 def fault_of(error: BaseException, what: str) -> FaultError:

@@ -5,6 +5,8 @@ from pathlib import Path
 from string import Formatter
 from typing import Any
 
+import pytest
+
 import radargui
 from radargui.model.errors import FileError, worded
 from radargui.model.resources import resource_table
@@ -51,3 +53,13 @@ def test_facts_come_into_fact_reasons_and_remedy_of_an_error_of_the_kind_that_is
     assert error.message == "a {b}.csv cannot be read as CSV: cut."
     assert error.reasons == ("it is damaged or cut off", "it is another kind of file")
     assert worded(FileError, "raw_key", part="x", keys="k", example="E").remedy == "For example E."
+
+
+def test_where_the_words_cannot_be_read_an_error_still_tells_its_facts(monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_more_files(name: str) -> dict[str, Any]:
+        raise OSError(24, "Too many open files")
+
+    monkeypatch.setattr("radargui.model.resources.resource_table", no_more_files)
+    error = worded(FileError, "unwritable", path="run.h5", why="Too many open files")
+    assert isinstance(error, FileError)
+    assert error.message == "unwritable: path run.h5, why Too many open files"

@@ -18,7 +18,7 @@ from radargui.estimation.select.fewer_bins import fewer_bins, in_full, misfit_on
 from radargui.estimation.select.unseen_mirrors import unseen_mirrors
 from radargui.estimation.select.wall_grid import WALLS
 from radargui.estimation.select.wall_walk import walked
-from radargui.estimation.select.walls import WallSearch, WallTrial, search_wall
+from radargui.estimation.select.walls import WallSearch, WallTrial, best_started, search_wall
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_flights, problem_with_mirrors
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.minimise import Solution, chi_square, log_evidence, solved_at
@@ -35,6 +35,8 @@ class ChoiceSettings:
     floors_below_m
         How far below the lowest place the floor is sought: about a sphere's radius; below a motion without an impact,
         which need not have touched it, at all of these depths.
+    deep_floors
+        So many of the deeper ones are converged, the best after some steps.
     beyond_doubt
         Gain in ln E of a floor above which it is not compared again when the breaks are settled.
     good_misfit
@@ -63,6 +65,7 @@ class ChoiceSettings:
     """
 
     floors_below_m: tuple[float, ...] = (0.010, 0.04, 0.08, 0.13, 0.19, 0.26)
+    deep_floors: int = 2
     beyond_doubt: float = 100.0
     good_misfit: float = 1.15
     most_behind: tuple[float, float] = (0.5, 0.05)
@@ -255,9 +258,12 @@ class _Selection:
         # later adaptive rounds may have followed a wrong count of fringes
         starts = [self.from_rounds(found, length, ())]
         for one in (found, *found.other_counts(self.normal)):
+            floored = [
+                self.from_rounds(one, length, (self.floor_below(one.last.place, depth),))
+                for depth in settings.floors_below_m[: 1 if one.impact_s.size else None]
+            ]
             # nobody knows how far below a motion without an impact it is
-            depths = settings.floors_below_m[: 1 if one.impact_s.size else None]
-            starts += [self.from_rounds(one, length, (self.floor_below(one.last.place, m),)) for m in depths]
+            starts += [floored[0], *best_started(floored[1:], settings.deep_floors, self.round_done)]
         bare, *floors = self.raced(starts)
         tried = (bare, max(filter(None, floors), key=log_evidence, default=None))
         gain = self.gain_of(*tried)

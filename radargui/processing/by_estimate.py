@@ -44,7 +44,9 @@ _AS_A_POINT = "; and a metal sphere counts as a point where no polarisation is g
 _MOST_BIAS = 0.2
 """Deviation of bias maps, in amplitudes, above which they stand for what reflects: generic scenes have 0.01 to 0.07, a
 level circle over a floor and beside a wall of which the search found neither 0.5 (physical seed 6766219)."""
-
+_MOST_WAVERING = 0.4
+"""Deviation of maps of ln A, where nothing flies, above which they stand for it too: level motions that are right within
+their u have up to 0.33, one that lost a fringe 0.5 (pendulum 1265520 of the laboratory, 20 mm off)."""
 _MOST_REFLECTION = 0.5
 """Share of the wave that no floor or wall sends back: 0.1 to 0.35 was found in 34 sound scenes of floors of 0.1 to 0.3,
 0.8 in a level circle that is 2.2 mm off (physical seed 5328935)."""
@@ -233,10 +235,12 @@ def _missing_mirrors(solution: Solution, onset_s: float, setup: Setup) -> str:
     beyond = any(
         (np.abs(bias_of(theta, own, problem.inputs)) > np.abs(signal.field))[moving].any() for own, signal in own_maps
     )
-    if not (grown or beyond):
+    wavers = max(float(problem.prior.sd[own.amplitude_map.start]) for own, _ in own_maps) > _MOST_WAVERING
+    if not (grown or beyond or (wavers and not problem.in_flight.any())):
         return ""
+    what = "offsets change" if grown or beyond else "amplitude changes"
     return (
-        "the offsets change with the place as much as the signal: likely reflectors that were not found, or a lost "
+        f"the {what} with the place as much as the signal: likely reflectors that were not found, or a lost "
         "fringe, and the position may be off by more than its uncertainty: cover what reflects within a metre, or let "
         "it go farther"
     )

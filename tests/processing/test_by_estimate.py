@@ -206,6 +206,18 @@ def test_maps_nearly_as_large_as_the_signal_are_told_to_stand_for_mirrors(setup:
     assert _missing_mirrors(solution, START_S, changed(setup, transmitter={"polarization_deg": None})) == ""
 
 
+@pytest.mark.parametrize(
+    ("deviation", "flies", "is_told"), [(0.5, False, True), (0.5, True, False), (0.3, False, False)]
+)
+def test_an_amplitude_that_changes_by_as_much_as_itself_is_told_where_nothing_flies(
+    setup: Setup, deviation: float, flies: bool, is_told: bool
+) -> None:
+    small = small_problem(n_bins=20)
+    small.problem.prior.sd[small.problem.layout.receivers[1].amplitude_map] = deviation
+    small.problem.in_flight[:] = flies
+    assert ("amplitude changes" in _missing_mirrors(_solution(small, small.truth), START_S, setup)) is is_told
+
+
 @pytest.mark.parametrize(("share", "is_told"), [(0.8, False), (1.2, True)])
 def test_an_offset_beyond_the_wave_may_have_lost_a_fringe_whatever_the_sphere_is(
     setup: Setup, share: float, is_told: bool

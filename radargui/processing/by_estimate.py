@@ -45,8 +45,8 @@ _MOST_BIAS = 0.2
 """Deviation of bias maps, in amplitudes, above which they stand for what reflects: generic scenes have 0.01 to 0.07, a
 level circle over a floor and beside a wall of which the search found neither 0.5 (physical seed 6766219)."""
 _MOST_WAVERING = 0.4
-"""Deviation of maps of ln A, where nothing flies, above which they stand for it too: level motions that are right within
-their u have up to 0.33, one that lost a fringe 0.5 (pendulum 1265520 of the laboratory, 20 mm off)."""
+"""Deviation of maps of ln A, where nothing flies, above which they stand for it too: level motions that are right
+within their u have up to 0.33, one that lost a fringe 0.5 (pendulum 1265520 of the laboratory, 20 mm off)."""
 _MOST_REFLECTION = 0.5
 """Share of the wave that no floor or wall sends back: 0.1 to 0.35 was found in 34 sound scenes of floors of 0.1 to 0.3,
 0.8 in a level circle that is 2.2 mm off (physical seed 5328935)."""

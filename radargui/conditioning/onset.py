@@ -31,7 +31,7 @@ class OnsetSettings:
     most_wander
         Largest deviation that a rest may have, as a share of what the channels do altogether.
     crept, moved, swept
-        How far I and Q go from where they began, in radii of their circle: seen to have crept, moved (0.6 mm of path),
+        How far I and Q go from where they began, in radii of their circle: seen to have crept, moved (0.3 mm of path),
         and so far as no drift takes them.
     even
         Share of the way that a drift has gone at half of the time: an even one a half, one that grows with the square
@@ -45,8 +45,8 @@ class OnsetSettings:
     long_enough: int = 30
     threshold: float = 6.0
     most_wander: float = 0.02
-    crept: float = 0.03
-    moved: float = 0.12
+    crept: float = 0.015
+    moved: float = 0.06
     swept: float = 0.5
     even: float = 0.15
 

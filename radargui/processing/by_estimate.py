@@ -104,7 +104,10 @@ def measure_by_estimate(
     try:
         joint, why, tried = _try_joint_with(prior, setup, rounds, progress)
     except NoSingleBodyError as error:
-        wrong = (error.misfit > LIMITS.most_misfit) & (estimate.chi_square > LIMITS.most_misfit)
+        wrong = error.misfit > LIMITS.most_misfit
+        # a round circle is believed where the places fall: elsewhere mirrors bend it as they like, its u is of noise
+        if _falls(estimate):
+            wrong &= estimate.chi_square > LIMITS.most_misfit
         if wrong.any():
             return _without(adaptive, wrong)
         joint, why, tried = None, error.message.rstrip(".").replace("Its", "its", 1), None

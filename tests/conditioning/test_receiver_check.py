@@ -2,7 +2,11 @@
 
 import numpy as np
 import pytest
+from benchmarks.laboratory.draw import draw
+from benchmarks.laboratory.scene import make_record
 
+from radargui.conditioning.condition import condition
+from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.doppler import measure_doppler
 from radargui.conditioning.receiver_check import check_receiver
 
@@ -21,3 +25,11 @@ def test_a_receiver_with_noise_alone_is_told_from_one_with_an_echo_below_its_noi
     found = check_receiver(doppler, pair_v, np.ones(2), np.ones(pair_v.shape, dtype=np.bool_))
     assert said in found
     assert bool(found) == bool(said)
+
+
+def test_a_hand_that_trembles_while_it_holds_judges_no_pair() -> None:
+    # to and fro by 0.1 mm: I and Q move along a short arc, together
+    record = make_record(draw(1206, "exact", motion="hand"))
+    found = condition(record.recording, record.scene.setup)
+    assert isinstance(found, Conditioned)
+    assert found.faults == ("", "", "")

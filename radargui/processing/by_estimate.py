@@ -148,14 +148,13 @@ def _without(adaptive: MeasuredMotion, wrong: BoolArray, reason: str = NO_SINGLE
 def _is_hopeless(estimate: MotionEstimate, adaptive: MeasuredMotion) -> bool:
     """Whether the joint estimate has nothing to begin with.
 
-    It corrects circles that reflections bend, not a lost count of fringes (a path that follows its circle, but not its
-    signal), nor receivers of which most make no sense by themselves: but where the places fall as a body does, their
-    phases are right, and only the circles are bent.
+    It corrects circles that reflections bend, not a lost count of fringes: a path that follows its circle, but not its
+    signal. A floor can bend circles of level motion by more than they leave of their noise: no such circle says that
+    there is no echo.
     """
     # rejected by its path, not by the fit of its circle
     rejected = np.array([channel.verdict == "rejected" for channel in adaptive.corrected.channels])
-    lost = rejected & [channel.verdict != "rejected" for channel in estimate.channels]
-    return bool(lost.any() or (2 * rejected.sum() > rejected.size and not _falls(estimate)))
+    return bool((rejected & [channel.verdict != "rejected" for channel in estimate.channels]).any())
 
 
 def _falls(estimate: MotionEstimate) -> bool:

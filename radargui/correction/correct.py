@@ -10,7 +10,7 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.ellipse import Ellipse, correct_ellipse
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.published import PublishedSteps, correct_published
-from radargui.correction.quality import assess, circularity
+from radargui.correction.quality import PHASE_OVER_ROUNDNESS, assess, circularity
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.plugins import load_plugin
@@ -26,6 +26,9 @@ returns I and Q on the unit circle, NaN where unknown, same shape. It raises `Pr
 
 SOME = 8
 """Samples of the motion of which one tells the scale, the same from one zero crossing to the next."""
+PUBLISHED_OVER_ROUNDNESS = 2.1
+"""`PHASE_OVER_ROUNDNESS` of the published procedure: its bias is held from the first extreme back, and its pieces take
+off what else would show."""
 LEAST_U_PHASE_RAD = 1e-12
 """Of a signal that is perfectly round: a weight stays finite."""
 
@@ -72,7 +75,8 @@ def correct(conditioned: Conditioned, method: str, progress: Callable[[float], N
             # taken over the whole way: an echo that grows also leaves an offset that the ellipse does not follow
             known = good & np.isfinite(iq).all(axis=0)
             whole = circularity(iq if known.all() else iq[:, known]) if known.any() else 0.0
-            u_phase[k] = max(whole, LEAST_U_PHASE_RAD)
+            over = PUBLISHED_OVER_ROUNDNESS if method == "published" else PHASE_OVER_ROUNDNESS
+            u_phase[k] = max(over * whole, LEAST_U_PHASE_RAD)
         steps.append(step)
         progress((k + 1) / n_receivers)
     i, q = corrected[0::2], corrected[1::2]

@@ -52,6 +52,9 @@ class Limits:
 
 
 LIMITS = Limits()
+PHASE_OVER_ROUNDNESS = 1.3
+"""Phase error over what |z| leaves of its circle: that of a moment is as large, and that at rest, from which all phases
+count, is added to it (laboratory, generic and physical scenes, decision 44)."""
 LEAST_TURNS = 8.0
 """Fringes one way that an image rejection needs: with fewer its line is as wide as its distance from the image."""
 

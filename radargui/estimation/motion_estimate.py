@@ -12,6 +12,10 @@ from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.front_end import FrontEnd
 from radargui.model.result import ChannelQuality
 
+FEW_FRINGES, WIDEST, LEAST_FRINGES = 3.0, 4.0, 0.1
+"""u is widened by sqrt(1 + (few / F)^2), at most by the second, for a receiver that saw F fringes (standing still: the
+third): below some the posterior of one model is too narrow (pendulums and level circles of benchmark accuracy)."""
+
 
 @dataclass(frozen=True, slots=True)
 class MotionEstimate:
@@ -64,6 +68,13 @@ class MotionEstimate:
     def fits(self) -> bool:
         """Whether the misfit is small enough in every receiver: else a simpler correction must stand in."""
         return bool((self.chi_square <= LIMITS.most_misfit).all())
+
+
+def few_fringes_factor(phase_rad: FloatArray) -> FloatArray:
+    """Return by how much the uncertainties of receivers grow that saw few fringes, phases (n_receivers, n)."""
+    # a short arc fits many circles: below some fringes Laplace's Gaussian is narrower than what is possible
+    span = np.maximum(np.ptp(phase_rad, axis=1) / (2.0 * np.pi), LEAST_FRINGES)
+    return np.asarray(np.minimum(np.sqrt(1.0 + (FEW_FRINGES / span) ** 2), WIDEST))
 
 
 def channel_qualities(

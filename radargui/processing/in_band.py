@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
-from radargui.correction.quality import assess
+from radargui.correction.quality import PHASE_OVER_ROUNDNESS, assess
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.result import ChannelQuality, CorrectedIQ, PathLengths
@@ -91,7 +91,7 @@ def _in_band(conditioned: Conditioned, wavelength_m: float) -> MeasuredMotion:
         i[k], q[k], phase[k], valid[k] = unit.real, unit.imag, echo.phase_rad, echo.leads
         quality = _quality(conditioned, k, echo, np.stack([unit.real, unit.imag]))
         # noise is known; what bends the circle is taken for phase as well, since nobody knows which it is
-        u_phase[k] = np.hypot(echo.u_phase_rad, quality.circularity or 0.0)
+        u_phase[k] = np.hypot(echo.u_phase_rad, PHASE_OVER_ROUNDNESS * (quality.circularity or 0.0))
         channels.append(quality)
     corrected = CorrectedIQ(conditioned.time_s, i, q, valid, u_phase, "adaptive", tuple(channels))
     per_rad = wavelength_m / (2.0 * np.pi)

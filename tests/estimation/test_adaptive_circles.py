@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from radargui.estimation.adaptive.foretold import foretold_round, unwound_round
 from radargui.estimation.adaptive.found import AdaptiveRounds, _recounted
 from radargui.estimation.adaptive.rough import RoughPhases
 from radargui.estimation.adaptive.rounds import best_round, first_round, next_round, still_round, timed_round
+from radargui.estimation.adaptive.samples import CIRCLE_SAMPLES, _bent_rad
 from radargui.estimation.adaptive.still_ellipse import StillEllipse, fit_still_ellipse
 from radargui.estimation.forward.bins import BinnedData
 from radargui.geometry.path_length import Antennas, path_lengths
@@ -298,3 +300,22 @@ def test_the_known_factor_of_two_receivers_has_no_range() -> None:
     phase = np.zeros((2, two.bins.n_bins))
     data = circle_data(two, two.bins.value, phase, phase, None, None)
     assert [own.shape.tolist() for own in data] == [[1.0] * two.bins.n_bins] * 2
+
+
+def test_what_is_left_along_the_radius_and_in_maps_bends_the_phase() -> None:
+    angle, rest = np.linspace(0.0, 20.0 * np.pi, 2001)[:-1], np.arange(2000) < 100
+    left, wave = 0.1, np.sin(3.0 * angle[:, None])
+    radius = np.where(rest, 1.0, (1.0 + left * np.cos(2.0 * angle)))
+    noise = np.full(2000, 0.05)
+    own = CircleData(radius * np.cos(angle), radius * np.sin(angle), noise, noise, np.ones(2000), 0.0 * wave, wave)
+    fit = CircleFit.still(StillEllipse(0.0, 0.0, 0.0, 0.0, 1.0))
+    fit = replace(fit, layout=own.layout, theta=np.append(fit.theta, [0.0, 0.0, 0.2]))
+    found: Any = SimpleNamespace(
+        data=SimpleNamespace(rest=rest), last=SimpleNamespace(amplitude=np.ones((1, 2000))), impact_s=np.ones(1)
+    )
+    # a cosine of 0.1 has a mean square of 0.005, that of the noise taken off
+    along = CIRCLE_SAMPLES.along * np.sqrt(0.5 * left**2 - 0.05**2)
+    assert _bent_rad(fit, own, found, 0, CIRCLE_SAMPLES) == pytest.approx(along, rel=0.01)
+    # nothing falls: the map of ln A is all that is known of other waves
+    found.impact_s = np.zeros(0)
+    assert _bent_rad(fit, own, found, 0, CIRCLE_SAMPLES) == pytest.approx(np.hypot(along, 0.2 / np.sqrt(2.0)), rel=0.01)

@@ -11,10 +11,11 @@ from support.normal_blocks import random_blocks
 
 from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
 from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
+from radargui.estimation.motion_estimate import few_fringes_factor
 from radargui.estimation.readout.floor_slope import floor_slope
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.motion_posterior import MotionPosterior
-from radargui.estimation.readout.samples import _few_fringes_factor, _hidden_m, _uncertainties
+from radargui.estimation.readout.samples import _hidden_m, _uncertainties
 from radargui.estimation.solve.break_velocities import one_sided_slopes
 from radargui.estimation.solve.normal import Reduced
 from radargui.geometry.path_length import Antennas, path_gradient
@@ -150,7 +151,7 @@ def test_the_slope_of_the_floor_that_reflects_has_the_covariance_of_the_dense_in
 
 def test_few_fringes_widen_and_many_do_not() -> None:
     fringes = np.stack([np.linspace(0.0, span, 50) for span in (0.0, 3.0, 300.0)])
-    assert _few_fringes_factor(fringes) == pytest.approx([4.0, np.sqrt(2.0), 1.0], rel=1e-3)
+    assert few_fringes_factor(2.0 * np.pi * fringes) == pytest.approx([4.0, np.sqrt(2.0), 1.0], rel=1e-3)
 
 
 def test_what_a_wave_beside_the_direct_one_does_to_the_amplitude_it_does_to_the_path() -> None:

@@ -8,8 +8,9 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from radargui.estimation.adaptive.circle_data import averaging_loss, circle_data, unit_phasor
-from radargui.estimation.adaptive.circle_fit import CircleData
+from radargui.estimation.adaptive.circle_fit import CircleData, CircleFit
 from radargui.estimation.adaptive.found import AdaptiveRounds
+from radargui.estimation.motion_estimate import few_fringes_factor
 from radargui.estimation.signals import ScaledSignals
 from radargui.model.arrays import ComplexArray, FloatArray, pieces
 from radargui.model.front_end import channels_of, point_of
@@ -25,10 +26,14 @@ class CircleSampleSettings:
         To which the phase is smoothed: that in which the noise bound is stated (method 7). Chosen by hand.
     widened
         Factor on the uncertainty for what a smooth map cannot follow (coverage in the accuracy benchmark).
+    along
+        What is left along the radius beyond the noise bends the phase by so many times as much, for that at rest, from
+        which all are counted, is off too (decision 44).
     """
 
     bandwidth_hz: float = 2000.0
     widened: float = 1.2
+    along: float = 2.4
 
 
 CIRCLE_SAMPLES = CircleSampleSettings()
@@ -57,19 +62,42 @@ def circles_at_samples(
     # odd: a mean over an even number stands half a sample late
     length = 2 * int(signals.rate_hz / (4.0 * settings.bandwidth_hz)) + 1
     phase, u_phase, out_i, out_q = (np.empty((n, time.size)) for _ in range(4))
+    wide = few_fringes_factor(last.phase_rad)
     data = circle_data(binned, last.value, last.phase_rad, last.place, last.bias, last.amplitude_map)
     for k, (fit, own) in enumerate(zip(last.fits, data, strict=True)):
         of_noise = 0.5 * (own.sigma_i**2 + own.sigma_q**2) / last.amplitude[k] ** 2
         fitted = np.maximum(fit.phase_variance(own) - of_noise, 0.0)
         noise = signals.sigma[2 * k : 2 * k + 2].mean() ** 2 / length
-        circle = _CircleBetweenBins(found, signals, k, own)
+        circle, bent = _CircleBetweenBins(found, signals, k, own), _bent_rad(fit, own, found, k, settings)
         for part in pieces(time.size):
             phase[k, part], amplitude, z = circle.at(part)
             out_i[k, part], out_q[k, part] = z.real, z.imag
             square = noise / amplitude**2 + np.interp(time[part], at, fitted)
-            u_phase[k, part] = settings.widened * np.sqrt(square * max(1.0, fit.chi_square))
+            # at rest the phase is zero by what it means, and nothing can have bent it yet
+            turned = np.sin(0.5 * np.minimum(np.abs(phase[k, part]), np.pi))
+            fitted_rad = settings.widened * np.sqrt(square * max(1.0, fit.chi_square))
+            u_phase[k, part] = wide[k] * np.hypot(fitted_rad, bent * turned)
         phase[k] = uniform_filter1d(phase[k], length, mode="nearest")
     return CircleSamples(phase, u_phase, out_i, out_q)
+
+
+def _bent_rad(
+    fit: CircleFit, data: CircleData, found: AdaptiveRounds, receiver: int, settings: CircleSampleSettings
+) -> float:
+    """Return by how much reflectors may bend the phase of a moving tracer, standard deviation.
+
+    A wave beside the direct one shows along the radius, and turns the phase unseen by as much. Of one that keeps pace
+    with the fringes the radius shows what maps cannot follow. Others are in the maps; where nothing falls, whose law
+    would tell, the deviations of ln A and of the centre over the motion are all that is known of them.
+    """
+    moving, amplitude = ~found.data.rest, found.last.amplitude[receiver]
+    off = np.hypot(*fit.point(data.i, data.q, data.bias)) / amplitude - 1.0
+    noise = 0.5 * (data.sigma_i**2 + data.sigma_q**2) / amplitude**2
+    left = max(float((off**2 - noise)[moving].mean()), 0.0)
+    if found.impact_s.size:
+        return settings.along * float(np.sqrt(left))
+    maps = [data.amplitude_map @ fit.theta[fit.layout.amplitude_map], *(fit.centre(data.bias) / amplitude)]
+    return float(np.sqrt(settings.along**2 * left + sum(float(one[moving].var()) for one in maps)))
 
 
 class _CircleBetweenBins:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.estimation.forward.signal_model import FrontEndState
+from radargui.estimation.motion_estimate import few_fringes_factor
 from radargui.estimation.select.choose import Alternative
 from radargui.estimation.signals import ScaledSignals
 from radargui.estimation.solve.minimise import Solution, local_chi_square
@@ -27,19 +28,11 @@ class SampleSettings:
         No position is known better: what the equations of the scattering leave out.
     slow_start_s, creep_s
         At rest and in the first moments the tracer may have crept unseen by the noise of a mean over the second.
-    few_fringes, widest
-        u is widened by sqrt(1 + (few / F)^2), at most by the second, for a receiver that saw F fringes: below some
-        fringes the posterior of one model is too narrow (simulated pendulums and level circles of benchmark accuracy).
-    least_fringes
-        What a receiver that stood still counts as.
     """
 
     smallest_u_m: float = 1e-7
     slow_start_s: float = 0.03
     creep_s: float = 0.005
-    few_fringes: float = 3.0
-    widest: float = 4.0
-    least_fringes: float = 0.1
 
 
 SAMPLES = SampleSettings()
@@ -73,7 +66,7 @@ def at_samples(solution: Solution, signals: ScaledSignals, alternatives: tuple[A
     misfit = local_chi_square(solution.problem, solution.at)
     # where residuals are large the motion is doubtful there, not everywhere
     excess = np.sqrt(np.maximum(misfit / problem.noise_scale[:, None] ** 2, 1.0))
-    wide = _few_fringes_factor(change * inputs.wavenumber / (2.0 * np.pi))
+    wide = few_fringes_factor(change * inputs.wavenumber)
     u_position, u_change = _with_alternatives(solution, alternatives, excess)
     # a place needs all receivers: the one that saw least decides
     u_position, u_change = wide.max() * u_position, wide[:, None] * u_change
@@ -115,13 +108,6 @@ def _hidden_m(solution: Solution, place: FloatArray) -> FloatArray:
     share = np.sqrt(-2.0 * np.expm1(-0.5 * away**2))
     least = SAMPLES.smallest_u_m
     return np.asarray(maps.std(axis=1)[:, None] / problem.inputs.wavenumber * share + least)
-
-
-def _few_fringes_factor(fringes: FloatArray) -> FloatArray:
-    """Return by how much the uncertainty of receivers that saw few fringes grows (`SampleSettings.few_fringes`)."""
-    # a short arc fits many circles: below some fringes Laplace's Gaussian is narrower than what is possible
-    span = np.maximum(np.ptp(fringes, axis=1), SAMPLES.least_fringes)
-    return np.asarray(np.minimum(np.sqrt(1.0 + (SAMPLES.few_fringes / span) ** 2), SAMPLES.widest))
 
 
 def _unseen_m(solution: Solution, signals: ScaledSignals) -> float:

@@ -14,7 +14,7 @@ from radargui.conditioning.doppler import ALONE, SETTINGS as DOPPLER, Doppler, m
 from radargui.conditioning.hum import SETTINGS as HUM, Hum, find_hum
 from radargui.conditioning.lines import without_ends, without_standing_lines
 from radargui.conditioning.noise import LEAST_SAMPLES, block_means, white_noise_v
-from radargui.conditioning.onset import creeps_since, find_onset
+from radargui.conditioning.onset import creeps_since, find_onset, is_under_way
 from radargui.conditioning.receiver_check import check_receiver, is_worse_pair, same_channels
 from radargui.conditioning.segment import Motion, find_motion
 from radargui.conditioning.skew import remove_skew
@@ -350,4 +350,6 @@ def _rest_before(volts: FloatArray, time_s: FloatArray, motion: Motion) -> tuple
     # a slow beginning is seen late: by about as much as the shaking of the voltages is seen after the onset
     late = max(0.0, seen - onset)
     # what looks at rest for as long again before it may be creeping already
-    return onset, max(onset - late - SETTINGS.before_onset_s, begin + SETTINGS.least_s)
+    rest_end = max(onset - late - SETTINGS.before_onset_s, begin + SETTINGS.least_s)
+    is_moving = is_under_way(time_s[part], volts[:, part] / scale[:, None], rest_end)
+    return (float("-inf"), begin) if is_moving else (onset, rest_end)

@@ -36,6 +36,8 @@ class OnsetSettings:
     even
         Share of the way that a drift has gone at half of the time: an even one a half, one that grows with the square
         of the time a quarter. A body that rested before it set off gently has gone less.
+    short_s, under_way, drift_hz
+        A rest this short in which I and Q go so far, in radii (0.05 mm of path), and by more than this drift, is none.
     """
 
     block_s: float = 0.005
@@ -49,6 +51,9 @@ class OnsetSettings:
     moved: float = 0.06
     swept: float = 0.5
     even: float = 0.15
+    short_s: float = 0.25
+    under_way: float = 0.01
+    drift_hz: float = 0.3
 
 
 SETTINGS = OnsetSettings()
@@ -138,6 +143,31 @@ def creeps_since(time_s: FloatArray, value: FloatArray, onset_s: float) -> float
     last_still = int(np.flatnonzero(d[: int(np.argmax(d >= moved)) + 1] < seen)[-1])
     t_1 = float(time_s[first[last_still]]) + block_s
     return max(2.0 * t_1 - t_2, float(time_s[0]))
+
+
+def is_under_way(time_s: FloatArray, value: FloatArray, rest_end_s: float) -> bool:
+    """Whether what looks like a short rest at the beginning of a record is the beginning of a motion.
+
+    The last of its 5 ms means has left the first by more than a drift, and by six deviations, in two receivers.
+
+    Parameters
+    ----------
+    time_s, value
+        As for `find_onset`, in radii of the circles.
+    rest_end_s
+        As found.
+    """
+    count = int(np.searchsorted(time_s, rest_end_s))
+    size = max(1, int(np.searchsorted(time_s, time_s[0] + SETTINGS.block_s)))
+    if rest_end_s - time_s[0] > SETTINGS.short_s or count < 2 * size:
+        return False
+    first, last = value[:, :size].mean(axis=1), value[:, count - size : count].mean(axis=1)
+    # of the difference of two means, from differences of neighbours, of which drift is no part
+    u = np.median(np.abs(np.diff(value[:, :count], axis=1)), axis=1) / 0.95 * np.sqrt(2.0 / size)
+    far, u_far = np.hypot(*(last - first).reshape(-1, 2).T), np.hypot(*u.reshape(-1, 2).T)
+    # one alone may have a cable that is touched
+    drift = SETTINGS.under_way + SETTINGS.drift_hz * (rest_end_s - time_s[0])
+    return bool((far > np.maximum(drift, SETTINGS.threshold * u_far)).sum() >= min(2, far.size))
 
 
 class _Foresight:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radargui.conditioning.onset import creeps_since, find_onset
+from radargui.conditioning.onset import creeps_since, find_onset, is_under_way
 
 RATE = 5000.0
 TIME = np.arange(8000) / RATE
@@ -57,3 +57,20 @@ def test_one_block_of_5_ms_beside_the_rest_is_no_onset() -> None:
     falling = turning(300.0 * np.clip(TIME - 0.8, 0.0, None) ** 2, 0.01)
     falling[:, 2500:2525] += 0.03
     assert find_onset(TIME, falling) == pytest.approx(0.8, abs=0.02)
+
+
+@pytest.mark.parametrize(("noise", "drift", "moves"), [(0.01, 0.0, True), (0.2, 0.0, False), (0.01, 0.2, True)])
+def test_a_record_that_begins_as_the_motion_does_has_no_rest(noise: float, drift: float, moves: bool) -> None:
+    # 2 m/s^2 from the first sample on: 0.6 mm of path, an eighth of a radian, in 25 ms
+    phase = 2.0 * np.pi / 0.03 * TIME**2
+    assert is_under_way(TIME, turning(phase, noise) + drift * TIME, 0.025) is moves
+    still = turning(np.zeros_like(TIME), noise) + drift * TIME
+    assert not any(is_under_way(TIME, still, end_s) for end_s in (0.011, 0.025, 0.1, 0.24))
+    # a long rest is looked at by creeps_since
+    assert not is_under_way(TIME, turning(phase, noise), 0.3)
+
+
+def test_one_receiver_whose_cable_is_touched_does_not_end_a_short_rest() -> None:
+    value = turning(np.zeros_like(TIME), 0.01)
+    value[:2] += 2.0 * TIME
+    assert not is_under_way(TIME, value, 0.1)

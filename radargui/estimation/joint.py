@@ -13,7 +13,8 @@ from radargui.estimation.hardware import as_prior
 from radargui.estimation.motion_estimate import MotionEstimate, channel_qualities
 from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
 from radargui.estimation.readout.samples import AtSamples, at_samples
-from radargui.estimation.select.choose import ChosenModel, choose_model
+from radargui.estimation.select.choose import choose_model
+from radargui.estimation.select.chosen_model import ChosenModel
 from radargui.estimation.signals import ScaledSignals, composed, remaining
 from radargui.estimation.solve.break_velocities import break_speeds
 from radargui.estimation.solve.minimise import chi_square

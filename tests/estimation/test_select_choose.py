@@ -25,7 +25,8 @@ from radargui.estimation.forward.parameters import lobe_places
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select import budget
-from radargui.estimation.select.choose import Alternative, ChoiceSettings, ChosenModel, _Selection, choose_model
+from radargui.estimation.select.choose import ChoiceSettings, _Selection, choose_model
+from radargui.estimation.select.chosen_model import Alternative, ChosenModel
 from radargui.estimation.select.fewer_bins import fewer_bins, with_bins_of
 from radargui.estimation.solve.changed_problem import problem_with_mirrors
 from radargui.estimation.solve.minimise import log_evidence, minimise, solved_at

@@ -8,7 +8,7 @@ import numpy as np
 
 from radargui.estimation.forward.signal_model import FrontEndState
 from radargui.estimation.motion_estimate import few_fringes_factor
-from radargui.estimation.select.choose import Alternative
+from radargui.estimation.select.chosen_model import Alternative
 from radargui.estimation.signals import ScaledSignals
 from radargui.estimation.solve.minimise import Solution, local_chi_square
 from radargui.estimation.solve.motion_covariance import MotionCovariance

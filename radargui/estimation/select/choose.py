@@ -13,6 +13,7 @@ from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select.budget import BudgetSpentError, NoSingleBodyError, SearchBudget
+from radargui.estimation.select.chosen_model import Alternative, ChosenModel
 from radargui.estimation.select.converge import COARSE, LAST, RoundSettings, converge, race, settle_breaks
 from radargui.estimation.select.fewer_bins import fewer_bins, in_full, misfit_on, with_bins_of
 from radargui.estimation.select.unseen_mirrors import unseen_mirrors
@@ -83,36 +84,6 @@ class ChoiceSettings:
 
 
 CHOICES = ChoiceSettings()
-
-
-@dataclass(frozen=True)
-class Alternative:
-    """A solution that the evidence does not rule out, with its weight against the best, 0 to 1."""
-
-    solution: Solution
-    weight: float
-
-
-@dataclass(frozen=True)
-class ChosenModel:
-    """The joint solution and what was chosen on the way.
-
-    Attributes
-    ----------
-    solution
-        The solution.
-    alternatives
-        What they say and how far they lie away belongs to the uncertainty.
-    choices
-        Sentences for people.
-    ended_early
-        Whether the search ran out of its budget: then all models that were compared count alike in the uncertainty.
-    """
-
-    solution: Solution
-    alternatives: tuple[Alternative, ...]
-    choices: tuple[str, ...]
-    ended_early: bool = False
 
 
 def choose_model(
@@ -305,11 +276,9 @@ class _Selection:
         """
         settings, here = self.settings, solution.problem.inputs.planes
         walls = walls_of(here)
-        floored = (
-            here
-            if has_floor(here)
-            else (self.floor_below(positions_at_bins(solution), settings.floors_below_m[0]), *walls)
-        )
+        floored = here
+        if not has_floor(here):
+            floored = (self.floor_below(positions_at_bins(solution), settings.floors_below_m[0]), *walls)
         bare, floor = self.raced([problem_with_mirrors(solution, planes) for planes in (walls, floored)])
         tried = [one for one in (bare, floor) if one is not None]
         if floor is not None and floored is not here and self.preferred(bare, floor) is floor:
@@ -329,9 +298,8 @@ class _Selection:
         visited = positions_at_bins(solution)[:, bins.last_s >= self.found.signals.rest_end_s]
         bases = [None, *(make_basis(visited, length) for length in self.settings.other_lengths_m)]
         # the present length goes through the same rounds: evidence still moves
-        tried = [
-            self.converged(problem_with_mirrors(solution, planes, bias), self.settings.first_rounds) for bias in bases
-        ]
+        starts = [problem_with_mirrors(solution, planes, bias) for bias in bases]
+        tried = [self.converged(start, self.settings.first_rounds) for start in starts]
         best = max(tried, key=log_evidence)
         return best, self._alternatives(best, tried)
 
@@ -398,8 +366,8 @@ class _Selection:
 
     def _alternatives(self, best: Solution, tried: list[Solution]) -> tuple[Alternative, ...]:
         """Return the other solutions with their weights, those above 1 % of the best."""
-        weighed = [(one, self._weight(log_evidence(one) - log_evidence(best))) for one in tried if one is not best]
-        return tuple(Alternative(one, weight) for one, weight in weighed if weight > self.settings.least_weight)
+        ahead = log_evidence(best)
+        return tuple(self._weighed([WallTrial(one, log_evidence(one) - ahead) for one in tried if one is not best]))
 
 
 def _decided(what: str, gain: float, least: float = 0.0) -> str:

@@ -1,0 +1,37 @@
+"""What the choice of a model hands on: the solution, what the evidence does not rule out, what was decided."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from radargui.estimation.solve.minimise import Solution
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """A solution that the evidence does not rule out, with its weight against the best, 0 to 1."""
+
+    solution: Solution
+    weight: float
+
+
+@dataclass(frozen=True)
+class ChosenModel:
+    """The joint solution and what was chosen on the way.
+
+    Attributes
+    ----------
+    solution
+        The solution.
+    alternatives
+        What they say and how far they lie away belongs to the uncertainty.
+    choices
+        Sentences for people.
+    ended_early
+        Whether the search ran out of its budget: then all models that were compared count alike in the uncertainty.
+    """
+
+    solution: Solution
+    alternatives: tuple[Alternative, ...]
+    choices: tuple[str, ...]
+    ended_early: bool = False

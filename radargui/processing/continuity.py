@@ -64,6 +64,10 @@ ANOTHER = (
     "its gain ratio and quadrature error are not those that I and Q of the Doppler line have: something else, a second "
     "reflection or an offset that drifts, bends its circle"
 )
+LATE = (
+    "the echo is known from {begin_s:.2f} s on, when it was moving already: path lengths count from there, not from "
+    "the rest, and the slow beginning may shift them by a quarter of a wavelength"
+)
 LOST = "the echo was lost {times}: path lengths start anew after it, and the position is not known there"
 
 
@@ -237,13 +241,15 @@ def _divided(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: flo
     phase, piece = join_pieces(paths.phase_rad, paths.valid, conditioned.sample_rate_hz, conditioned.echoes)
     phase = lay_down(phase, paths.valid, piece, slice(segment.rest_first, segment.rest_last))
     per_rad = wavelength_m / (2.0 * np.pi)
-    lost = int(piece[-1])
-    warning = (LOST.format(times="once" if lost == 1 else f"{lost} times"),) if lost else ()
+    known, lost = np.asarray(paths.valid.any(axis=0)), int(piece[-1])
+    warnings = [LOST.format(times="once" if lost == 1 else f"{lost} times")] if lost else []
+    if segment.has_rest and known.any() and not known[segment.rest_first : segment.rest_last].any():
+        warnings.insert(0, LATE.format(begin_s=float(paths.time_s[np.argmax(known)])))
     return replace(
         motion,
         paths=replace(paths, phase_rad=phase, change_m=phase * per_rad, piece=piece),
         track=None if motion.track is None else known_where(motion.track, piece == 0),
-        warnings=(*motion.warnings, *warning),
+        warnings=(*motion.warnings, *warnings),
     )
 
 

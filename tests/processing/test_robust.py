@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.laboratory.draw import draw
+from benchmarks.laboratory.scene import make_record
 from benchmarks.robust_scenes.disturbances import Mixer
 from benchmarks.robust_scenes.drops import drop_setup, make_drop
 from benchmarks.robust_scenes.garbage import GARBAGE, make_garbage
@@ -113,3 +115,19 @@ def test_motion_where_nothing_moves_and_no_motion_where_a_target_moves_are_silen
     nothing = RunResult(moving.recording, moving.setup, "no_motion")
     assert judge(moving, nothing, 0.0).wrong
     assert not judge(moving, replace(nothing, status="rejected"), 0.0).wrong
+
+
+@pytest.mark.parametrize(("receiver", "late"), [(0, True), (1, False)])
+def test_one_receiver_that_missed_the_slow_beginning_says_from_where_its_lengths_count(
+    receiver: int, late: bool
+) -> None:
+    record, pair = make_record(draw(602009, "exact")), slice(2 * receiver, 2 * receiver + 2)
+    digitisation = replace(record.recording.digitisation, channel_names=("I1", "Q1"), scaling=None)
+    volts = record.recording.volts()[pair]
+    alone = replace(record.recording, raw=volts, digitisation=digitisation)
+    setup = record.scene.setup.model_copy(update={"receiver": record.scene.setup.receiver[receiver : receiver + 1]})
+    result = process(alone, setup)
+    assert result.paths is not None
+    assert any("path lengths count from there" in warning for warning in result.warnings) is late
+    known = result.paths.valid[0]
+    assert (result.paths.time_s[known][0] > record.scene.drop.start_s) is np.bool_(late)

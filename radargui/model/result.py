@@ -101,12 +101,15 @@ class Bounces:
         Unit vector away from the floor, which speeds and heights are along; None where nothing was found along any.
     u_tilt_deg
         Standard uncertainty of its angle from the vertical, where it was found from the impacts with one.
+    braked_1_m
+        k of the air's drag, where flights show more of it than a metal sphere has and no density was given.
     """
 
     impacts: tuple[Bounce, ...] = ()
     free_fall: FreeFall | None = None
     normal: tuple[float, float, float] | None = None
     u_tilt_deg: float | None = None
+    braked_1_m: float | None = None
 
     def widened(self, factor: float) -> Bounces:
         """Return them with the uncertainties of every e and of g times a factor."""

@@ -35,6 +35,10 @@ OnPreliminary = Callable[[RunResult], None]
 
 STOPPED = "the joint correction was stopped before it ended: the adaptive one stands"
 
+BRAKED = (
+    "the flights are braked more than a metal sphere is (drag k = {drag:.2g} 1/m): e and g are uncertain by what that "
+    "makes of them; give the sphere's density (density_kg_m3), or use the joint correction, which finds k"
+)
 NO_REST = (
     "there is no rest before the motion: the track is laid so that it begins at the release position, "
     "which is an assumption, and no coefficient rests on it"
@@ -167,6 +171,8 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
             # where the sphere was at the start is assumed, not known: no e, and no g
             bounces = Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts))
         warnings += disagreements(bounces)
+        if bounces.braked_1_m is not None:
+            warnings.append(BRAKED.format(drag=bounces.braked_1_m))
         corrected = replace(corrected, decisions=(*corrected.decisions, *found_tilt(bounces)))
     warnings += [
         f"receiver {channel.name} is {channel.verdict}: {channel.reason}"
@@ -249,7 +255,8 @@ def _bounces_of(track: Track, segment: Segment, setup: Setup, rate_hz: float) ->
     given = "normal" in setup.floor.model_fields_set
     normal = setup.floor.normal if given else None
     drag_1_m = drag_of_sphere_1_m(setup.tracer.diameter_m, setup.tracer.density_kg_m3)
-    return find_bounces(track, segment, normal, rate_hz, setup.floor.u_tilt_deg, drag_1_m)
+    is_known = setup.tracer.density_kg_m3 is not None
+    return find_bounces(track, segment, normal, rate_hz, setup.floor.u_tilt_deg, drag_1_m, is_drag_known=is_known)
 
 
 def _check(recording: Recording, setup: Setup) -> None:

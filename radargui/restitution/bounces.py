@@ -7,10 +7,10 @@ import numpy as np
 from radargui.model.arrays import FloatArray
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounces, FreeFall, Segment, Track
-from radargui.motion.impacts import find_track_impacts
+from radargui.motion.impacts import THIRD_DIFFERENCE_GAIN, find_track_impacts
 from radargui.restitution.cross_check import cross_check
 from radargui.restitution.floor_normal import UP, normal_of_impacts
-from radargui.restitution.impact_speeds import ImpactSpeeds, error_of_e, speeds_at_impacts, with_drag
+from radargui.restitution.impact_speeds import ImpactSpeeds, drag_of_flights, error_of_e, speeds_at_impacts, with_drag
 from radargui.restitution.parabola import fit_parabolas
 from radargui.restitution.settings import TRACKS
 from radargui.restitution.track_flights import (
@@ -31,6 +31,8 @@ def find_bounces(
     sample_rate_hz: float,
     u_tilt_deg: float | None = None,
     drag_1_m: float = 0.0,
+    *,
+    is_drag_known: bool = True,
 ) -> Bounces:
     """Return impacts with e = speed after / speed before along the floor's normal, and the first fall.
 
@@ -49,8 +51,8 @@ def find_bounces(
         Rate of the samples.
     u_tilt_deg
         Standard deviation of the floor's slope from level, where the setup gives it and no normal.
-    drag_1_m
-        k of the sphere in air, part of the uncertainties.
+    drag_1_m, is_drag_known
+        k of the sphere in air, part of the uncertainties; unless it is known, that of the flights where they show more.
     """
     # first along the vertical: the impacts themselves say how the floor leans, and where they are does not need it
     found = _along(track, segment, UP if normal is None else normal, sample_rate_hz)
@@ -68,6 +70,19 @@ def find_bounces(
         return Bounces()
     impacts, heights, g_m_s2 = found.impacts, found.heights, NOMINAL_GRAVITY_M_S2 * found.normal[2]
     fall = _free_fall(track, segment, found)
+    braked_1_m = None
+    if not is_drag_known:
+        seen_1_m, u_seen_1_m = drag_of_flights(found.flights)
+        if seen_1_m - TRACKS.sure_of_drag * u_seen_1_m > TRACKS.much_drag * drag_1_m:
+            braked_1_m = drag_1_m = seen_1_m
+    # waves as long as a rebound is high bend both flights, and leave no residuals
+    u_height_m = np.linalg.norm(np.array(found.normal)[:, None] * track.u_position_m, axis=0)
+    # noise from sample to sample is none: third differences tell it, their median apart from gaps and impacts
+    noise_m = float(np.median(np.abs(np.diff(heights.height_m, 3)))) / 0.6745 / np.sqrt(THIRD_DIFFERENCE_GAIN)
+    u_waves_m = np.sqrt(np.maximum(u_height_m[track.valid] ** 2 - noise_m**2, 0.0))
+    u_at_impact_m = np.interp(impacts.time_s, track.time_s[track.valid], u_waves_m)
+    rebound_m = impacts.after_m_s**2 / (2.0 * g_m_s2)
+    impacts = impacts.widened(TRACKS.waves_in_rebounds * impacts.e * u_at_impact_m / rebound_m, impacts.valid)
     if drag_1_m:
         impacts = impacts.widened(error_of_e(impacts, found.flights, drag_1_m), impacts.valid)
         fall = None if fall is None else with_drag(fall, found.flights, drag_1_m, found.normal)
@@ -75,7 +90,7 @@ def find_bounces(
         # the normal comes from velocities sideways, u_e from heights: independent
         known = np.isfinite(impacts.u_e) & np.isfinite(u_by_normal)
         impacts = impacts.widened(np.where(known, u_by_normal, 0.0), known | impacts.valid)
-    bounces = Bounces(impacts.bounces(METHOD), fall, found.normal, u_found_deg)
+    bounces = Bounces(impacts.bounces(METHOD), fall, found.normal, u_found_deg, braked_1_m)
     return cross_check(bounces, heights.time_s, heights.height_m, g_m_s2)
 
 

@@ -10,7 +10,14 @@ import numpy as np
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.result import Bounce, FreeFall
 from radargui.restitution.free_flight import fall_below_apex, speed_below_apex
-from radargui.restitution.parabola import FittedParabolas, Parabolas, fit_parabolas, solve_parabolas
+from radargui.restitution.parabola import (
+    FittedParabolas,
+    Parabolas,
+    fit_parabolas,
+    residual_variances,
+    residuals,
+    solve_parabolas,
+)
 from radargui.restitution.settings import TRACKS
 from radargui.restitution.stretches import Stretches
 from radargui.restitution.track_flights import FittedFlights
@@ -96,6 +103,24 @@ def _u_e(
 def _bend(after_apex_s: FloatArray, g_m_s2: float, drag_1_m: float) -> FloatArray:
     """Return by how much a flight with drag is above the parabola of the same apex and g."""
     return fall_below_apex(after_apex_s, g_m_s2, 0.0) - fall_below_apex(after_apex_s, g_m_s2, drag_1_m)
+
+
+def drag_of_flights(flights: FittedFlights) -> tuple[float, float]:
+    """Return k of the sphere by how its flights bend, and its standard uncertainty, 1/m.
+
+    What a parabola leaves of a flight with drag is as good as linear in k: least squares of the heights' residuals,
+    which count as those of the parabolas do (`fit_parabolas`).
+    """
+    own, samples = flights.parabolas, flights.samples
+    small_1_m = 1e-3
+    after_apex = samples.away_s - samples.spread(own.speed_m_s / own.g_m_s2)
+    bend = _bend(after_apex, float(own.g_m_s2), small_1_m)
+    shape = residuals(samples, bend, solve_parabolas(samples, bend)) / small_1_m
+    left = residuals(samples, flights.height_m, own)
+    squares = samples.sums(shape**2)
+    drag_1_m = float(shape @ left / squares.sum())
+    variance = residual_variances(samples, left - drag_1_m * shape)
+    return drag_1_m, float(np.sqrt((variance * squares).sum()) / squares.sum())
 
 
 def _fitted_to_bends(parabolas: Parabolas, drag_1_m: float, samples: Stretches) -> Parabolas:

@@ -113,19 +113,21 @@ def fit_parabolas(flights: Stretches, height_m: FloatArray) -> FittedParabolas:
     flights, height_m
         As for `solve_parabolas`, heights of shape (n_samples,).
     """
-    n, blocks, solved = flights.size, _blocks(flights), solve_parabolas(flights, height_m)
+    blocks, solved = _blocks(flights), solve_parabolas(flights, height_m)
     inverse = _inverse(_joined(blocks))
     own = residuals(flights, height_m, solved)
-    squares = flights.sums(own**2)
-    # two parameters of its own and its share of g
-    freedom = np.maximum(1.0, flights.count - 2.0 - 1.0 / n)
-    # as many independent samples as there are correlation lengths (GUM 4.2.7)
-    variance = squares / freedom * flights.correlation_lengths(own)
-    variance *= flights.misfit_widenings(own, TRACKS.hidden_waves)
     # sandwich A^-1 B A^-1: each flight has residuals of its own size (White 1980)
-    meat = _joined(variance[:, None, None] * blocks)
-    rms = float(np.sqrt(squares.sum() / flights.count.sum()))
-    return FittedParabolas(solved, inverse @ meat @ inverse, rms)
+    meat = _joined(residual_variances(flights, own)[:, None, None] * blocks)
+    return FittedParabolas(solved, inverse @ meat @ inverse, float(np.sqrt(np.mean(own**2))))
+
+
+def residual_variances(flights: Stretches, own: FloatArray) -> FloatArray:
+    """Return the variance of a sample of each flight, were they independent, by residuals (n_samples,)."""
+    # two parameters of its own and its share of g
+    freedom = np.maximum(1.0, flights.count - 2.0 - 1.0 / flights.size)
+    # as many independent samples as there are correlation lengths (GUM 4.2.7)
+    variance = flights.sums(own**2) / freedom * flights.correlation_lengths(own)
+    return np.asarray(variance * flights.misfit_widenings(own, TRACKS.hidden_waves))
 
 
 def solve_each(flights: Stretches, height_m: FloatArray) -> FloatArray:

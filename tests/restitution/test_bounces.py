@@ -52,6 +52,34 @@ def test_an_exact_track_gives_exact_coefficients(height: float, e: float) -> Non
     assert bounces.free_fall.release_height_m == pytest.approx(height, abs=1e-9)
 
 
+@pytest.mark.parametrize(("density_kg_m3", "seen"), [(7850.0, False), (1050.0, True)])
+def test_a_sphere_of_plastic_is_told_by_its_flights_where_no_density_is_given(density_kg_m3: float, seen: bool) -> None:
+    body = Body(radius_m=0.005, density_kg_m3=density_kg_m3, gravity_m_s2=9.81)
+    floor = Floor(np.array(UP), np.array([0.0, 0.0, -0.13]), restitution=0.8, scatter=0.0)
+    drop = fall(np.random.default_rng(1), body, floor, np.array([0.0, 0.0, 0.12]), start_s=0.3, duration_s=1.2)
+    time = np.arange(6000) / 5000.0
+    position = drop.position(time) + 5e-5 * np.random.default_rng(2).standard_normal((3, time.size))
+    track = Track(time, position, np.full_like(position, 5e-5), np.ones(time.size, dtype=bool), "exact")
+    segment, metal = Segment(1500, time.size, 0, 1450), drag_of_sphere_1_m(0.01, None)
+    found = find_bounces(track, segment, UP, 5000.0, drag_1_m=metal, is_drag_known=False)
+    assert (found.braked_1_m is not None) is seen
+    if found.braked_1_m is not None:
+        assert found.braked_1_m == pytest.approx(body.drag_1_m, rel=0.15)
+    assert all(abs(one.e - 0.8) < 2.0 * one.u_e for one in found.impacts[:3])
+    # who gives a density is believed
+    assert find_bounces(track, segment, UP, 5000.0, drag_1_m=metal).braked_1_m is None
+
+
+def test_waves_as_long_as_a_rebound_are_in_the_uncertainty_of_e() -> None:
+    drop = Drop(height_m=0.12, e=0.5)
+    track, segment = track_of(drop)
+    bent = replace(track, u_position_m=np.full_like(track.u_position_m, 2e-4))
+    exact, uncertain = (find_bounces(one, segment, UP, drop.rate_hz).impacts[0] for one in (track, bent))
+    # the rebound rises e^2 = a quarter as high: 0.2 e u / h = 0.2 * 0.5 * 0.2 mm / 30 mm
+    assert uncertain.u_e == pytest.approx(np.hypot(exact.u_e, 0.1 * 2e-4 / 0.03), rel=1e-3)
+    assert uncertain.e == exact.e
+
+
 @pytest.mark.parametrize("density_kg_m3", [7850.0, 1050.0])
 def test_what_drag_does_to_parabolas_is_in_the_uncertainty_of_e_and_g(density_kg_m3: float) -> None:
     body = Body(radius_m=0.005, density_kg_m3=density_kg_m3, gravity_m_s2=9.81)

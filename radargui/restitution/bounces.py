@@ -22,6 +22,8 @@ from radargui.restitution.track_flights import (
 )
 
 METHOD = "parabolas with shared g"
+SOME = 16
+"""One sample of so many tells u, and one third difference the noise."""
 
 
 def find_bounces(
@@ -72,15 +74,12 @@ def find_bounces(
     fall = _free_fall(track, segment, found)
     braked_1_m = None
     if not is_drag_known:
-        seen_1_m, u_seen_1_m = drag_of_flights(found.flights)
-        if seen_1_m - TRACKS.sure_of_drag * u_seen_1_m > TRACKS.much_drag * drag_1_m:
+        least_1_m = TRACKS.much_drag * drag_1_m
+        seen_1_m, u_seen_1_m = drag_of_flights(found.flights, least_1_m)
+        if seen_1_m - TRACKS.sure_of_drag * u_seen_1_m > least_1_m:
             braked_1_m = drag_1_m = seen_1_m
     # waves as long as a rebound is high bend both flights, and leave no residuals
-    u_height_m = np.linalg.norm(np.array(found.normal)[:, None] * track.u_position_m, axis=0)
-    # noise from sample to sample is none: third differences tell it, their median apart from gaps and impacts
-    noise_m = float(np.median(np.abs(np.diff(heights.height_m, 3)))) / 0.6745 / np.sqrt(THIRD_DIFFERENCE_GAIN)
-    u_waves_m = np.sqrt(np.maximum(u_height_m[track.valid] ** 2 - noise_m**2, 0.0))
-    u_at_impact_m = np.interp(impacts.time_s, track.time_s[track.valid], u_waves_m)
+    u_at_impact_m = _u_of_waves_m(track, found)
     rebound_m = impacts.after_m_s**2 / (2.0 * g_m_s2)
     impacts = impacts.widened(TRACKS.waves_in_rebounds * impacts.e * u_at_impact_m / rebound_m, impacts.valid)
     if drag_1_m:
@@ -135,6 +134,20 @@ def _along(
     if fitted is None or abs(float(fitted.parabolas.g_m_s2) / expected - 1.0) >= TRACKS.largest_g_error:
         return None
     return _Along(normal, heights, fitted, speeds_at_impacts(fitted, fitted.meet(impact_s)))
+
+
+def _u_of_waves_m(track: Track, found: _Along) -> FloatArray:
+    """Return u of the height at the impacts without the noise from sample to sample, shape (n_impacts,)."""
+    # it changes slowly: some samples tell it
+    some = np.flatnonzero(track.valid[::SOME]) * SOME
+    u_m = np.linalg.norm(np.array(found.normal)[:, None] * track.u_position_m[:, some], axis=0)
+    # the third difference has none of what is smooth; its median none of gaps and impacts
+    height = found.heights.height_m
+    height = height[: height.size // SOME * SOME].reshape(-1, SOME)
+    third = np.abs(height[:, 3] - 3.0 * (height[:, 2] - height[:, 1]) - height[:, 0])
+    noise_m = float(np.median(third)) / 0.6745 / np.sqrt(THIRD_DIFFERENCE_GAIN)
+    waves_m = np.sqrt(np.maximum(u_m**2 - noise_m**2, 0.0))
+    return np.asarray(np.interp(found.impacts.time_s, track.time_s[some], waves_m))
 
 
 def _free_fall(track: Track, segment: Segment, found: _Along) -> FreeFall | None:

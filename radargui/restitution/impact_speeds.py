@@ -105,11 +105,11 @@ def _bend(after_apex_s: FloatArray, g_m_s2: float, drag_1_m: float) -> FloatArra
     return fall_below_apex(after_apex_s, g_m_s2, 0.0) - fall_below_apex(after_apex_s, g_m_s2, drag_1_m)
 
 
-def drag_of_flights(flights: FittedFlights) -> tuple[float, float]:
+def drag_of_flights(flights: FittedFlights, least_1_m: float = -math.inf) -> tuple[float, float]:
     """Return k of the sphere by how its flights bend, and its standard uncertainty, 1/m.
 
     What a parabola leaves of a flight with drag is as good as linear in k: least squares of the heights' residuals,
-    which count as those of the parabolas do (`fit_parabolas`).
+    which count as those of the parabolas do (`fit_parabolas`). Below the least that matters u is not worked out.
     """
     own, samples = flights.parabolas, flights.samples
     small_1_m = 1e-3
@@ -119,6 +119,8 @@ def drag_of_flights(flights: FittedFlights) -> tuple[float, float]:
     left = residuals(samples, flights.height_m, own)
     squares = samples.sums(shape**2)
     drag_1_m = float(shape @ left / squares.sum())
+    if drag_1_m < least_1_m:
+        return drag_1_m, math.inf
     variance = residual_variances(samples, left - drag_1_m * shape)
     return drag_1_m, float(np.sqrt((variance * squares).sum()) / squares.sum())
 

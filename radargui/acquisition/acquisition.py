@@ -7,8 +7,10 @@ from datetime import datetime
 from functools import partial
 
 from radargui.acquisition.health import Health, health_record, snapshot
+from radargui.acquisition.live_track import LiveTrack
+from radargui.acquisition.live_worker import LiveWorker
 from radargui.acquisition.recorder import Recorder
-from radargui.acquisition.ring import LiveTrack, LiveWorker, Ring
+from radargui.acquisition.ring import Ring
 from radargui.acquisition.run_output import RunOutput
 from radargui.acquisition.run_plan import AcquisitionState, Ending
 from radargui.acquisition.stream import BlockQueue, MakeProcessor, Peaks, Stream

@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.acquisition.ring import LONGEST_LAG_S, LiveTrack, LiveWorker, Ring
+from radargui.acquisition.live_track import LiveTrack
+from radargui.acquisition.live_worker import LONGEST_LAG_S, LiveWorker
+from radargui.acquisition.ring import Ring
 from radargui.acquisition.run_output import Level, levels
 from radargui.model.errors import SourceError
 from radargui.model.recording import Block, Digitisation, Gap

@@ -196,7 +196,7 @@ class Export(Command, does="written.export_runs"):
     force: bool = False
 
 
-class Import(Command, does="process.import_files"):
+class Import(Command, does="importing.import_files"):
     """Take recordings of other programs as a new session.
 
     Attributes

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from radargui.acquisition.ring import LiveSpan
+from radargui.acquisition.live_track import LiveSpan
 from radargui.files.run_results import write_results
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.errors import CancelledError

@@ -9,6 +9,7 @@ from pathlib import Path
 from radargui.experiment.reprocess import process_run
 from radargui.files.access import Progress, each_run, silent
 from radargui.files.formats import RUN, format_of, list_channels, own_setup_of, session_facts_of
+from radargui.files.import_input import ImportInput
 from radargui.files.raw_file import RawLayout
 from radargui.files.reading import Basis, ChannelEntry, ChannelGuess, ChannelMap
 from radargui.files.signals import ChannelInfo
@@ -18,7 +19,7 @@ from radargui.model.result import RunResult
 from radargui.model.setup import MEASURING, Setup
 from radargui.session.info import SessionDetails, about_setup_file
 from radargui.session.map_memory import MapMemory
-from radargui.session.transfer import ImportedRun, ImportInput, SessionImport, session_facts
+from radargui.session.transfer import ImportedRun, SessionImport, session_facts
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,9 @@ import numpy as np
 from hypothesis import given, strategies as st
 from support.simulated_setup import simulated_setup
 
-from radargui.acquisition.ring import LiveTrack, LiveWorker, Ring
+from radargui.acquisition.live_track import LiveTrack
+from radargui.acquisition.live_worker import LiveWorker
+from radargui.acquisition.ring import Ring
 from radargui.model.arrays import RawArray
 from radargui.model.recording import Block, Gap
 from radargui.processing.live import LiveEstimate, LiveProcessor

@@ -16,7 +16,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 from support.changed import changed
 
-from radargui.acquisition.ring import LiveTrack
+from radargui.acquisition.live_track import LiveTrack
 from radargui.experiment.finished import live_agreement
 from radargui.model.errors import RadarGuiError
 from radargui.model.processing import Correction

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from benchmarks.robust_scenes.generator import make_scene
 
-from radargui.acquisition.ring import LiveSpan
+from radargui.acquisition.live_track import LiveSpan
 from radargui.experiment.finished import LiveAgreement, live_agreement
 from radargui.model.result import PathLengths, RunResult, Segment
 

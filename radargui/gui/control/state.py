@@ -8,7 +8,8 @@ from typing import NamedTuple, Protocol
 
 from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.health import Health
-from radargui.acquisition.ring import LiveTrack, Ring
+from radargui.acquisition.live_track import LiveTrack
+from radargui.acquisition.ring import Ring
 from radargui.acquisition.run_plan import RecorderState
 from radargui.experiment.event import ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment

@@ -1,0 +1,105 @@
+"""What the live thread has estimated last."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from radargui.acquisition.circular_buffer import CircularBuffer
+from radargui.model.arrays import FloatArray, IntArray
+
+if TYPE_CHECKING:  # who reads a finished track needs no live processing
+    from radargui.processing.live import LiveEstimate
+
+MAXIMUM_COLUMNS = 400_000
+"""Bounds the memory of an hour: 13 numbers of 8 bytes each with three receivers, 42 MB; chosen by hand."""
+
+
+@dataclass(frozen=True, slots=True)
+class LiveSpan:
+    """Consecutive live estimates.
+
+    Attributes
+    ----------
+    index
+        Absolute sample index of each column, shape (n,).
+    time_s
+        index / rate, shape (n,).
+    i, q
+        Corrected, in amplitudes, shape (n_receivers, n); NaN before the correction is known.
+    change_m
+        Change of path length, shape (n_receivers, n); NaN while unknown.
+    position_m
+        Centre of the sphere, shape (3, n); NaN while unknown.
+    """
+
+    index: IntArray
+    time_s: FloatArray
+    i: FloatArray
+    q: FloatArray
+    change_m: FloatArray
+    position_m: FloatArray
+
+
+class LiveTrack:
+    """The last estimates of the live thread; memory is allocated once.
+
+    Parameters
+    ----------
+    n_receivers
+        Rows of I, of Q and of path length.
+    sample_rate_hz
+        Rate that the indices count at.
+    length_s
+        Time span held; less where the estimates are so dense that they exceed `MAXIMUM_COLUMNS`.
+    estimates_hz
+        Estimates per second; None: one a sample.
+    """
+
+    def __init__(
+        self, n_receivers: int, sample_rate_hz: float, length_s: float, estimates_hz: float | None = None
+    ) -> None:
+        columns = min(math.ceil(length_s * (estimates_hz or sample_rate_hz)), MAXIMUM_COLUMNS)
+        self._n = n_receivers
+        self._rate_hz = sample_rate_hz
+        self._values = CircularBuffer(3 * n_receivers + 3, columns, np.float64)
+        self._index = CircularBuffer(1, columns, np.int64)
+        self.moving = False
+        self.began_anew = False
+        """See `LiveEstimate`."""
+
+    @property
+    def latest(self) -> int:
+        """Absolute sample index after the last estimate."""
+        end = self._index.end
+        return self._index_at(end - 1) + 1 if end else 0
+
+    def append(self, estimate: LiveEstimate) -> None:
+        """Add estimates; their indices ascend. The live thread only."""
+        self.moving, self.began_anew = estimate.moving, estimate.began_anew
+        if estimate.index.size == 0:
+            return
+        values = np.concatenate([estimate.i, estimate.q, estimate.change_m, estimate.position_m])
+        # the index first: a reader trusts the values only as far as both reach
+        self._index.extend(estimate.index[None])
+        self._values.extend(values)
+
+    def since(self, index: int) -> LiveSpan:
+        """Return all estimates held at absolute sample index `index` and later."""
+        end = self._values.end
+        held = range(self._index.first, end)
+        column = held.start + bisect_left(held, index, key=self._index_at)
+        first, values = self._values.copy(column, end)
+        begin, indices = self._index.copy(first, end)
+        values = values[:, begin - first :]
+        n, at = self._n, np.asarray(indices[0], dtype=np.intp)
+        return LiveSpan(at, at / self._rate_hz, *np.split(values, (n, 2 * n, 3 * n)))
+
+    def _index_at(self, column: int) -> int:
+        """Return the sample index of a column; a column overwritten meanwhile is older than anything asked for."""
+        _, found = self._index.copy(column, column + 1)
+        return int(found[0, 0]) if found.size else -1

@@ -163,6 +163,19 @@ class CheckSettings:
     least_tilt_deg
         A tilt that the impacts found is reported where it is beyond `coverage` uncertainties above this: less is within
         what a floor laid with a spirit level has.
+    least_in_plane
+        Fewer impacts say nothing of a plane.
+    before_impact_s
+        Their places come from the flights before them: from so long before the impact (or after the one before) to so
+        long before it, where no smoothing has reached the corner.
+    uneven_m
+        Standard deviation of what a good floor is off its plane, and of how deep it is dented.
+    given_tilt_deg
+        Standard deviation of a normal that the setup gives.
+    plane_sigmas
+        Impacts are off one plane where chi-square is beyond its mean by so many deviations, once in a thousand: of 80
+        laboratory, generic and physical drops with three corrections it was at most 2.7 a degree of freedom, but 26 in
+        one where a fringe was lost (30 mm, seed 820002, published).
     """
 
     least_samples: int = 16
@@ -171,6 +184,11 @@ class CheckSettings:
     model_share: float = 0.01
     least_speed_m_s: float = 0.15
     least_tilt_deg: float = 0.5
+    least_in_plane: int = 2
+    before_impact_s: tuple[float, float] = (0.006, 0.0015)
+    uneven_m: float = 2e-5
+    given_tilt_deg: float = 0.2
+    plane_sigmas: float = 3.1
 
 
 FLIGHTS, TRACKS, CHECKS = FlightSettings(), TrackSettings(), CheckSettings()

@@ -1,0 +1,71 @@
+"""Whether the impacts lie in one plane, as those on a rigid floor do: one that moves takes part in every speed."""
+
+import math
+
+import numpy as np
+
+from radargui.model.arrays import FloatArray
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.model.result import Bounces, Track
+from radargui.restitution.settings import CHECKS
+
+
+def off_one_plane(bounces: Bounces, track: Track) -> list[str]:
+    """Return a sentence where the valid impacts lie off one plane by more than the track's u and a good floor's own.
+
+    h_k = c + s x_k + r_k, heights along the floor's normal; the slope s is within what is known of the normal, and r_k
+    of the variance u_k^2 + (a floor's own unevenness)^2. Chi-square of r says whether that is all.
+
+    Parameters
+    ----------
+    bounces
+        Impacts in order, and the normal found or given.
+    track
+        Position of the sphere's centre.
+    """
+    if bounces.normal is None:
+        return []
+    normal = np.asarray(bounces.normal)
+    places = [
+        place
+        for number, impact in enumerate(bounces.impacts)
+        if impact.valid and (place := _place(bounces, number, track)) is not None
+    ]
+    if len(places) < CHECKS.least_in_plane:
+        return []
+    position, variance = np.stack([one[0] for one in places]), np.array([one[1] for one in places])
+    variance = variance + CHECKS.uneven_m**2
+    mean = np.average(position, axis=0, weights=1.0 / variance)
+    height, aside = (position - mean) @ normal, (position - mean) - np.outer((position - mean) @ normal, normal)
+    u_tilt = math.radians(CHECKS.given_tilt_deg if bounces.u_tilt_deg is None else bounces.u_tilt_deg)
+    covariance = np.diag(variance) + u_tilt**2 * aside @ aside.T
+    n = len(places) - 1
+    misfit, spread = float(height @ np.linalg.solve(covariance, height)), 2.0 / (9.0 * n)
+    # Wilson & Hilferty 1931: the cube root of chi-square / n is nearly normal, about 1 - 2 / 9n
+    if math.cbrt(misfit / n) < 1.0 - spread + CHECKS.plane_sigmas * math.sqrt(spread):
+        return []
+    off, within = float(np.abs(height).max()), float(np.sqrt(np.diag(covariance)).max())
+    sentence = (
+        f"the impacts lie up to {1e3 * off:.2g} mm off one plane, where track and floor leave {1e3 * within:.2g} mm: "
+        "the floor moves, gives way or has steps, or a receiver lost a fringe. What moves has a share in every e: "
+        "look at the heights of the impacts"
+    )
+    return [sentence]
+
+
+def _place(bounces: Bounces, number: int, track: Track) -> tuple[FloatArray, float] | None:
+    """Return where the centre is at an impact, shape (3,), and the variance of its height; None where nobody knows."""
+    impact, normal = bounces.impacts[number], np.asarray(bounces.normal)
+    g_m_s2 = NOMINAL_GRAVITY_M_S2 * float(normal[2])
+    first_s = impact.time_s - CHECKS.before_impact_s[0]
+    if number:
+        first_s = max(first_s, bounces.impacts[number - 1].time_s + CHECKS.before_impact_s[1])
+    begin, end = np.searchsorted(track.time_s, [first_s, impact.time_s - CHECKS.before_impact_s[1]])
+    known = begin + np.flatnonzero(track.valid[begin:end])
+    if not known.size:
+        return None
+    left_s = impact.time_s - track.time_s[known]
+    # v(t) = v_k - g (t_k - t) downwards
+    fallen_m = impact.speed_before_m_s * left_s - g_m_s2 * left_s**2 / 2.0
+    position = (track.position_m[:, known] - normal[:, None] * fallen_m).mean(axis=1)
+    return position, float((normal**2 @ track.u_position_m[:, known] ** 2).mean())

@@ -1,0 +1,67 @@
+"""Impacts on a floor that keeps its place, and on others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from radargui.model.result import Bounce, Bounces, Track
+from radargui.restitution.impact_plane import off_one_plane
+
+RATE_HZ, G, SPEED = 10_000.0, 9.80665, 2.0
+IMPACTS_S = np.array([0.3, 0.6, 0.85, 1.0])
+
+
+def dropped(floor_m: np.ndarray, aside_m: np.ndarray, u_m: float = 1e-5) -> tuple[Bounces, Track]:
+    """A track that falls with 2 m/s onto a floor whose height at each impact is given."""
+    time = np.arange(11_000) / RATE_HZ
+    number = np.minimum(np.searchsorted(IMPACTS_S, time), IMPACTS_S.size - 1)
+    left = IMPACTS_S[number] - time
+    z = floor_m[number] + SPEED * left - G * left**2 / 2.0
+    position = np.stack([aside_m[number], np.zeros(time.size), z])
+    known = np.ones(time.size, dtype=np.bool_)
+    track = Track(time, position, np.full((3, time.size), u_m), known, "exact")
+    impacts = tuple(Bounce(at, SPEED, 1.6, 0.8, 1e-3, "made", valid=True) for at in IMPACTS_S.tolist())
+    return Bounces(impacts, None, (0.0, 0.0, 1.0), 0.1), track
+
+
+LEVEL, TOGETHER = np.zeros(4), np.zeros(4)
+
+
+@pytest.mark.parametrize("floor_mm", [[0.0, 0.2, 0.0, 0.0], [0.1, -0.1, 0.1, -0.1]])
+def test_impacts_at_other_heights_are_told_with_what_they_are_off(floor_mm: list[float]) -> None:
+    bounces, track = dropped(1e-3 * np.array(floor_mm), TOGETHER)
+    (sentence,) = off_one_plane(bounces, track)
+    off = 1e3 * np.abs(np.array(floor_mm) - np.mean(floor_mm)).max() / 1e3
+    assert f"up to {off:.2g} mm off one plane" in sentence
+
+
+def test_a_flat_floor_is_not_mentioned_nor_what_the_track_does_not_know() -> None:
+    noise = 1e-5 * np.random.default_rng(4).standard_normal(4)
+    assert off_one_plane(*dropped(LEVEL + noise, TOGETHER)) == []
+    bumps = 2e-4 * np.array([0.0, 1.0, 0.0, 1.0])
+    assert off_one_plane(*dropped(bumps, TOGETHER, u_m=2e-4)) == []
+
+
+def test_a_slope_within_what_is_known_of_the_normal_is_no_step() -> None:
+    aside = np.array([0.0, 0.01, 0.02, 0.03])
+    bounces, track = dropped(np.tan(np.radians(0.3)) * aside, aside)
+    assert off_one_plane(bounces, track) == []
+    assert off_one_plane(replace(bounces, u_tilt_deg=0.01), track)
+    # along the slope it is a plane, and nothing else is
+    bent = np.tan(np.radians(0.3)) * aside + 3e-4 * np.array([0.0, 1.0, 0.0, 0.0])
+    assert off_one_plane(*dropped(bent, aside))
+
+
+def test_what_is_not_valid_or_not_seen_has_no_say() -> None:
+    bounces, track = dropped(np.array([0.0, 0.0, 5e-3, 0.0]), TOGETHER)
+    assert off_one_plane(bounces, track)
+    impacts = list(bounces.impacts)
+    impacts[2] = replace(impacts[2], valid=False)
+    assert off_one_plane(replace(bounces, impacts=tuple(impacts)), track) == []
+    unseen = track.valid & ~((track.time_s > 0.8) & (track.time_s < 0.85))
+    assert off_one_plane(bounces, replace(track, valid=unseen)) == []
+    assert off_one_plane(replace(bounces, impacts=bounces.impacts[:1]), track) == []
+    assert off_one_plane(Bounces(), track) == []

@@ -27,7 +27,7 @@ from radargui.processing.uncertainty_budget import changes_of_track, with_budget
 from radargui.processing.whole import Whole
 from radargui.restitution.bounces import find_bounces
 from radargui.restitution.cross_check import disagreements, found_tilt
-from radargui.restitution.impact_plane import off_one_plane
+from radargui.restitution.impact_plane import judged_by_floor
 
 ESTIMATES = ("adaptive", "joint")
 
@@ -171,7 +171,8 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         else:
             # where the sphere was at the start is assumed, not known: no e, and no g
             bounces = Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts))
-        warnings += disagreements(bounces) + off_one_plane(bounces, track)
+        bounces, floor = judged_by_floor(bounces, track)
+        warnings += disagreements(bounces) + floor
         if bounces.braked_1_m is not None:
             warnings.append(BRAKED.format(drag=bounces.braked_1_m))
         corrected = replace(corrected, decisions=(*corrected.decisions, *found_tilt(bounces)))

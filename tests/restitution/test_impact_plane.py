@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from radargui.model.result import Bounce, Bounces, Track
-from radargui.restitution.impact_plane import off_one_plane
+from radargui.restitution.impact_plane import judged_by_floor
 
 RATE_HZ, G, SPEED = 10_000.0, 9.80665, 2.0
 IMPACTS_S = np.array([0.3, 0.6, 0.85, 1.0])
@@ -25,6 +25,13 @@ def dropped(floor_m: np.ndarray, aside_m: np.ndarray, u_m: float = 1e-5) -> tupl
     track = Track(time, position, np.full((3, time.size), u_m), known, "exact")
     impacts = tuple(Bounce(at, SPEED, 1.6, 0.8, 1e-3, "made", valid=True) for at in IMPACTS_S.tolist())
     return Bounces(impacts, None, (0.0, 0.0, 1.0), 0.1), track
+
+
+def off_one_plane(bounces: Bounces, track: Track) -> list[str]:
+    """What is said of the floor where no rebound is too fast: e stays what it is."""
+    judged, sentences = judged_by_floor(bounces, track)
+    assert judged == bounces
+    return sentences
 
 
 LEVEL, TOGETHER = np.zeros(4), np.zeros(4)
@@ -55,11 +62,25 @@ def test_a_slope_within_what_is_known_of_the_normal_is_no_step() -> None:
     assert off_one_plane(*dropped(bent, aside))
 
 
-def test_what_is_not_valid_or_not_seen_has_no_say() -> None:
+@pytest.mark.parametrize("valid", [True, False])
+def test_a_floor_that_gives_speed_gives_no_restitution(*, valid: bool) -> None:
+    bounces, track = dropped(np.array([0.0, 5e-4, 5e-3, 0.0]), TOGETHER)
+    faster = replace(bounces.impacts[1], speed_after_m_s=2.1, e=1.05, u_e=0.01, valid=valid)
+    moved = replace(bounces, impacts=(bounces.impacts[0], faster, *bounces.impacts[2:]))
+    judged, (sentence,) = judged_by_floor(moved, track)
+    assert not any(impact.valid for impact in judged.impacts)
+    assert "after impact 2" in sentence
+    # not beyond its uncertainty, or on a floor that keeps its place
+    unsure = replace(moved, impacts=(bounces.impacts[0], replace(faster, u_e=0.02), *bounces.impacts[2:]))
+    assert off_one_plane(unsure, track)
+    assert off_one_plane(moved, dropped(LEVEL, TOGETHER)[1]) == []
+
+
+def test_what_hardly_bounces_or_is_not_seen_has_no_say() -> None:
     bounces, track = dropped(np.array([0.0, 0.0, 5e-3, 0.0]), TOGETHER)
     assert off_one_plane(bounces, track)
     impacts = list(bounces.impacts)
-    impacts[2] = replace(impacts[2], valid=False)
+    impacts[2] = replace(impacts[2], speed_after_m_s=0.05, e=0.025)
     assert off_one_plane(replace(bounces, impacts=tuple(impacts)), track) == []
     unseen = track.valid & ~((track.time_s > 0.8) & (track.time_s < 0.85))
     assert off_one_plane(bounces, replace(track, valid=unseen)) == []

@@ -195,8 +195,8 @@ def bounces_in(group: Any, path: Path) -> Bounces:
     if not hdf5.is_sound(known):
         raise ValueError
     fall = FreeFall(**{one.name: _value(known, one.name) for one in fields(FreeFall)}) if "g_m_s2" in known else None
-    floor = (_value(known, key) if key in known else None for key in ("normal", "u_tilt_deg"))
-    return Bounces(tuple(map(_bounce, table[:])), fall, *floor)
+    normal, u_tilt_deg = (_value(known, key) if key in known else None for key in ("normal", "u_tilt_deg"))
+    return Bounces(tuple(map(_bounce, table[:])), fall, normal, u_tilt_deg)
 
 
 def _value(attributes: Any, key: str) -> Any:

@@ -103,6 +103,8 @@ class Bounces:
         Standard uncertainty of its angle from the vertical, where it was found from the impacts with one.
     braked_1_m
         k of the air's drag, where flights show more of it than a metal sphere has and no density was given.
+    walls_s
+        Instants at which a wall beside the fall threw the sphere back.
     """
 
     impacts: tuple[Bounce, ...] = ()
@@ -110,6 +112,7 @@ class Bounces:
     normal: tuple[float, float, float] | None = None
     u_tilt_deg: float | None = None
     braked_1_m: float | None = None
+    walls_s: tuple[float, ...] = ()
 
     def widened(self, factor: float) -> Bounces:
         """Return them with the uncertainties of every e and of g times a factor."""

@@ -26,8 +26,9 @@ from radargui.processing.part import Part
 from radargui.processing.uncertainty_budget import changes_of_track, with_budget
 from radargui.processing.whole import Whole
 from radargui.restitution.bounces import find_bounces
-from radargui.restitution.cross_check import disagreements, found_tilt
+from radargui.restitution.cross_check import disagreements, found_tilt, walls_met
 from radargui.restitution.impact_plane import judged_by_floor
+from radargui.restitution.stopped_fall import braked_without_rebound
 
 ESTIMATES = ("adaptive", "joint")
 
@@ -172,10 +173,10 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
             # where the sphere was at the start is assumed, not known: no e, and no g
             bounces = Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts))
         bounces, floor = judged_by_floor(bounces, track)
-        warnings += disagreements(bounces) + floor
+        warnings += disagreements(bounces) + floor + braked_without_rebound(bounces, track)
         if bounces.braked_1_m is not None:
             warnings.append(BRAKED.format(drag=bounces.braked_1_m))
-        corrected = replace(corrected, decisions=(*corrected.decisions, *found_tilt(bounces)))
+        corrected = replace(corrected, decisions=(*corrected.decisions, *found_tilt(bounces), *walls_met(bounces)))
     warnings += [
         f"receiver {channel.name} is {channel.verdict}: {channel.reason}"
         for channel in channels

@@ -54,6 +54,15 @@ def cross_check(
     return replace(bounces, impacts=tuple(impacts))
 
 
+def without_checks_by_walls(bounces: Bounces) -> Bounces:
+    """Return the bounces without the two other e where the flight after met a wall, whose friction changes both."""
+    impacts = list(bounces.impacts)
+    for number, (impact, following) in enumerate(itertools.pairwise(impacts)):
+        if any(impact.time_s < wall_s < following.time_s for wall_s in bounces.walls_s):
+            impacts[number] = replace(impact, e_flight_time=math.nan, e_height=math.nan)
+    return replace(bounces, impacts=tuple(impacts))
+
+
 def _rises_m(impact_s: FloatArray, time_s: FloatArray, height_m: FloatArray) -> list[float]:
     """Return the height of each flight between two impacts above the first, from its own parabola; NaN if unknown."""
     span = np.diff(impact_s)
@@ -89,6 +98,14 @@ def found_tilt(bounces: Bounces) -> tuple[str, ...]:
         f"floor.normal): speeds are along ({x:.3f}, {y:.3f}, {z:.3f})."
     )
     return (sentence,)
+
+
+def walls_met(bounces: Bounces) -> tuple[str, ...]:
+    """Return a sentence where the sphere met walls beside its fall, else none."""
+    if not bounces.walls_s:
+        return ()
+    moments = ", ".join(f"{moment:.3f}" for moment in bounces.walls_s)
+    return (f"Walls beside the fall threw the sphere back at {moments} s: its flights end there.",)
 
 
 def disagreements(bounces: Bounces) -> list[str]:

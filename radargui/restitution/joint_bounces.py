@@ -14,7 +14,7 @@ from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounce, Bounces, FreeFall
 from radargui.model.setup import Setup
-from radargui.restitution.cross_check import cross_check
+from radargui.restitution.cross_check import cross_check, without_checks_by_walls
 from radargui.restitution.flight_fit import FlightFit, break_velocities, fit_flights
 from radargui.restitution.flight_unknowns import FlightPlan
 from radargui.restitution.floor_normal import FloorNormal, normal_of_impacts
@@ -92,9 +92,9 @@ def fit_free_flights(posterior: MotionPosterior, normal: FloatArray) -> FlightFi
     throws it has let go. Parameters, result and errors as for `fit_with_alternatives`.
     """
     free = posterior.free
-    impacts = posterior.breaks.along(normal).are_impacts()
-    # flights end where a break is no impact: there a hand or a wall acted
-    n_flights = 1 + int(np.argmin(np.append(impacts, False)))
+    speeds = posterior.breaks.along(normal)
+    # flights end where a break is no impact on floor or wall: there a hand acted
+    n_flights = 1 + int(np.argmin(np.append(speeds.are_impacts() | speeds.are_kicks(), False)))
     # the record may end within a flight, or the sphere lie: then the last segment is no free flight
     if n_flights == len(free.segments) and _off_gravity(free, n_flights - 1) > FLIGHTS.near_g_m_s2:
         n_flights -= 1
@@ -243,9 +243,9 @@ def joint_bounces(
             fit = fit_with_alternatives(posterior, estimate.alternatives, floor.normal)
     at = _Impacts.of(posterior, fit, floor.normal)
     bounces = tuple(at.bounce(number, floor) for number in range(at.time_s.size))
-    fall = None if fit is None else _free_fall(posterior, fit, floor.normal)
+    fall = None if fit is None else _free_fall(posterior, fit, floor.normal, bounces)
     x, y, z = (float(part) for part in floor.normal)
-    found = Bounces(bounces, fall, (x, y, z), None if given or not bounces else floor.u_tilt_deg)
+    found = Bounces(bounces, fall, (x, y, z), None if given or not bounces else floor.u_tilt_deg, walls_s=at.walls_s)
     return _checked(found, posterior, fit, floor.normal), fit
 
 
@@ -279,6 +279,8 @@ class _Impacts:
         Of (before x, y, z, after x, y, z), shape (n_impacts, 6, 6).
     by_flights
         Whether fitted flights say so, shape (n_impacts,); else the one-sided slopes of the motion.
+    walls_s
+        Instants at which a wall threw the body back along the floor, from one flight into the next.
     """
 
     time_s: FloatArray
@@ -286,6 +288,7 @@ class _Impacts:
     after_m_s: FloatArray
     covariance: FloatArray
     by_flights: BoolArray
+    walls_s: tuple[float, ...]
 
     @staticmethod
     def of(posterior: MotionPosterior, fit: FlightFit | None, normal: FloatArray) -> _Impacts:
@@ -296,9 +299,11 @@ class _Impacts:
         if fit is not None:
             n_fitted = fit.impact_s.size
             time[:n_fitted], covariance[:n_fitted] = fit.impact_s, fit.velocity_covariances
-        impacts = breaks.along(normal).are_impacts()
+        speeds = breaks.along(normal)
+        impacts = speeds.are_impacts()
         by_flights = np.arange(time.size) < n_fitted
-        return _Impacts(time[impacts], before[impacts], after[impacts], covariance[impacts], by_flights[impacts])
+        walls = tuple(time[speeds.are_kicks() & ~impacts & by_flights].tolist())
+        return _Impacts(time[impacts], before[impacts], after[impacts], covariance[impacts], by_flights[impacts], walls)
 
     @property
     def u_side_m_s(self) -> FloatArray:
@@ -330,10 +335,11 @@ def _checked(bounces: Bounces, posterior: MotionPosterior, fit: FlightFit | None
     time = np.arange(posterior.onset_s, float(free.edge_s[-1]), FLIGHTS.check_step_s)
     # without fitted flights there is no drag to correct with: the check's tolerance holds it
     g, drag = (NOMINAL_GRAVITY_M_S2, 0.0) if fit is None else (fit.g_m_s2, fit.drag_1_m)
-    return cross_check(bounces, time, normal @ free.position_m(time), g * float(normal[2]), drag)
+    checked = cross_check(bounces, time, normal @ free.position_m(time), g * float(normal[2]), drag)
+    return without_checks_by_walls(checked)
 
 
-def _free_fall(posterior: MotionPosterior, fit: FlightFit, normal: FloatArray) -> FreeFall:
+def _free_fall(posterior: MotionPosterior, fit: FlightFit, normal: FloatArray, bounces: tuple[Bounce, ...]) -> FreeFall:
     """Return the first fall against the parabola with the flights' g."""
     free = posterior.free
     first, last = fit.first_begin_s, fit.first_end_s
@@ -343,13 +349,17 @@ def _free_fall(posterior: MotionPosterior, fit: FlightFit, normal: FloatArray) -
     # what is drawn is a parabola; g is that of all flights, with drag
     bend, slope, level = np.polyfit(time - first, height, 2)
     residual = height - np.polyval([bend, slope, level], time - first)
+    drop_height = float("nan")
+    if bounces and fit.impact_s.size:
+        # not where the first flight ends: a wall beside the fall may have been met before the floor
+        drop_height = release - float(normal @ free.position_m(np.array([bounces[0].time_s]))[:, 0])
     return FreeFall(
         fit.g_m_s2,
         fit.u_g_m_s2,
         first,
         last,
         release,
-        float(release - height[-1]) if fit.impact_s.size else float("nan"),
+        drop_height,
         (float(level), float(slope), float(bend)),
         float(np.sqrt((residual**2).mean())),
     )

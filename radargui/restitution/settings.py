@@ -163,6 +163,8 @@ class CheckSettings:
     least_tilt_deg
         A tilt that the impacts found is reported where it is beyond `coverage` uncertainties above this: less is within
         what a floor laid with a spirit level has.
+    least_braked_m
+        A fall that is braked on a shorter way ended on something hard: 2 % of it are below what a track knows.
     least_bounce_m_s
         A slower arrival or rebound says nothing of where the floor is.
     least_in_plane
@@ -186,6 +188,7 @@ class CheckSettings:
     model_share: float = 0.01
     least_speed_m_s: float = 0.15
     least_tilt_deg: float = 0.5
+    least_braked_m: float = 0.003
     least_bounce_m_s: float = 0.1
     least_in_plane: int = 2
     before_impact_s: tuple[float, float] = (0.006, 0.0015)

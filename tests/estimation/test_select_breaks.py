@@ -4,9 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.small_problem import BOUNCE_S, RELEASE_M, SmallProblem, positions, small_problem
+from support.small_problem import (
+    ASIDE_M_S,
+    BACK_M_S,
+    BOUNCE_S,
+    RELEASE_M,
+    WALL_S,
+    SmallProblem,
+    positions,
+    small_problem,
+)
 
-from radargui.estimation.select.breaks import BreakSettings, misfit_times, respline, sharp_turns
+from radargui.estimation.select.breaks import BreakSettings, misfit_times, respline, sharp_turns, side_kicks
 from radargui.estimation.select.converge import converge, settle_breaks
 from radargui.estimation.solve.break_velocities import BreakSpeeds, break_speeds
 from radargui.estimation.solve.changed_problem import positions_at_bins
@@ -56,6 +65,23 @@ def test_a_missing_break_is_added_at_the_bounce(without_break: SmallProblem) -> 
     assert np.abs(error[2]).max() < 2e-4
 
 
+def test_a_wall_beside_the_fall_is_a_break_but_no_impact() -> None:
+    made = small_problem(sigma=0.005, walled=True)
+    begun = converge(made.start, 4, nothing)
+    assert side_kicks(begun, UP) == pytest.approx([WALL_S], abs=0.003)
+    assert side_kicks(begun, UP, BreakSettings(kick_m_s=2.0 * (ASIDE_M_S - BACK_M_S))).size == 0
+    solution = settled(made)
+    assert solution.at.spline.break_s == pytest.approx([WALL_S, BOUNCE_S], abs=3e-4)
+    speeds = break_speeds(solution, UP)
+    assert speeds.are_impacts().tolist() == [False, True]
+    assert speeds.are_kicks().tolist() == [True, False]
+    assert speeds.kick_m_s[0] == pytest.approx(ASIDE_M_S - BACK_M_S, abs=0.02)
+    assert speeds.kick_m_s[0] > 20.0 * speeds.u_kick_m_s[0] > 0.0
+    # where it is known there is nothing left to find, and a drift without a wall has no kick
+    assert side_kicks(solution, UP).size == 0
+    assert side_kicks(converge(small_problem(sigma=0.005).start, 4, nothing), UP).size == 0
+
+
 def test_breaks_in_the_middle_of_a_flight_make_no_impacts() -> None:
     made = small_problem(breaks_s=(0.17, BOUNCE_S, 0.36), sigma=0.005)
     solution = settled(made)
@@ -88,7 +114,8 @@ def test_rounds_raise_the_evidence_and_may_be_stopped_by_who_is_told() -> None:
 
 
 def speeds(time_s: list[float], before: list[float], after: list[float]) -> BreakSpeeds:
-    return BreakSpeeds(np.array(time_s), np.array(before), np.array(after), np.full(len(time_s), 1e-3))
+    none, u = np.zeros(len(time_s)), np.full(len(time_s), 1e-3)
+    return BreakSpeeds(np.array(time_s), np.array(before), np.array(after), u, none, u)
 
 
 @pytest.mark.parametrize(

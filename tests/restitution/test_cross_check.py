@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from radargui.model.result import Bounce, Bounces
-from radargui.restitution.cross_check import cross_check, disagreements
+from radargui.restitution.cross_check import cross_check, disagreements, walls_met, without_checks_by_walls
 
 G, BEFORE, AFTER = 9.81, 2.0, 1.6
 
@@ -40,3 +40,15 @@ def test_a_flight_is_compared_by_its_duration_where_the_impact_that_ends_it_is_k
     first = Bounce(0.0, BEFORE, AFTER, AFTER / BEFORE, 1e-4, "made", valid=True, e_flight_time=0.9)
     last = Bounce(0.3, AFTER, 1.3, 1.3 / AFTER, 0.2, "made", valid=known)
     assert len(disagreements(Bounces((first, last)))) == known
+
+
+@pytest.mark.parametrize("met", [True, False])
+def test_a_flight_that_meets_a_wall_is_not_compared(*, met: bool) -> None:
+    first = Bounce(0.0, BEFORE, AFTER, AFTER / BEFORE, 1e-4, "made", valid=True, e_flight_time=0.9, e_height=0.9)
+    last = Bounce(0.3, AFTER, 1.3, 1.3 / AFTER, 0.2, "made", valid=True)
+    bounces = Bounces((first, last), walls_s=(0.2,) if met else (0.4,))
+    left = without_checks_by_walls(bounces)
+    assert [np.isnan(one) for one in (left.impacts[0].e_flight_time, left.impacts[0].e_height)] == [met, met]
+    assert bool(disagreements(left)) is not met
+    assert ("0.200 s" in walls_met(bounces)[0]) is met
+    assert walls_met(Bounces((first, last))) == ()

@@ -18,6 +18,7 @@ ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.
 RELEASE_M = np.array([0.0, 0.01, 0.12])
 WAVELENGTH_M = 0.03
 START_S, BOUNCE_S, END_S = 0.05, 0.25, 0.45
+WALL_S, ASIDE_M_S, BACK_M_S = 0.15, 0.3, -0.2
 FLOOR_PLANE = MirrorPlane(np.array([0.0, 0.0, -0.11]), np.array([0.0, 0.0, 1.0]), FLOOR)
 WALL_PLANE = MirrorPlane(np.array([0.14, 0.0, 0.0]), np.array([-1.0, 0.0, 0.0]), WALL, 0.15)
 CONSTANTS = tuple(
@@ -26,13 +27,17 @@ CONSTANTS = tuple(
 )
 
 
-def positions(time_s: np.ndarray) -> np.ndarray:
-    """Return a fall from rest at START_S, a bounce with e = 0.7 at BOUNCE_S, a slow drift along x, shape (3, n)."""
+def positions(time_s: np.ndarray, *, walled: bool = False) -> np.ndarray:
+    """Return a fall from rest at START_S, a bounce with e = 0.7 at BOUNCE_S, a slow drift along x, shape (3, n).
+
+    Where it is walled, it goes along x with ASIDE_M_S, and a wall throws it back at WALL_S.
+    """
     t = np.clip(time_s - START_S, 0.0, None)
     fall = BOUNCE_S - START_S
     after = time_s - BOUNCE_S
     z = np.where(after < 0.0, -4.905 * t**2, -4.905 * fall**2 + 0.7 * 9.81 * fall * after - 4.905 * after**2)
-    return np.stack([RELEASE_M[0] + 0.05 * t, RELEASE_M[1] + 0.0 * t, RELEASE_M[2] + z])
+    aside = np.where(time_s < WALL_S, ASIDE_M_S * t, ASIDE_M_S * (WALL_S - START_S) + BACK_M_S * (time_s - WALL_S))
+    return np.stack([RELEASE_M[0] + (aside if walled else 0.05 * t), RELEASE_M[1] + 0.0 * t, RELEASE_M[2] + z])
 
 
 @dataclass(frozen=True)
@@ -76,6 +81,7 @@ def small_problem(
     breaks_s: tuple[float, ...] = (BOUNCE_S,),
     crosstalk: float | None = None,
     lobe: float | None = None,
+    walled: bool = False,
 ) -> SmallProblem:
     """Make a problem whose data the model shows at a known state.
 
@@ -94,11 +100,13 @@ def small_problem(
     shown
         Mirrors in the data where they differ from the model's.
     breaks_s
-        Breaks of the model's motion; the data have one, at BOUNCE_S.
+        Breaks of the model's motion; the data have one, at BOUNCE_S, and another where they are walled.
     crosstalk
         kappa in the data; None: the model knows none.
     lobe
         What ln s of each antenna in the data goes with the angle by; None: as the prior expects.
+    walled
+        Whether the body in the data meets a wall beside its fall, at WALL_S.
     """
     time = np.linspace(0.0, END_S, n_bins + 1)
     middle, half = (time[:-1] + time[1:]) / 2.0, np.diff(time) / 2.0
@@ -119,7 +127,8 @@ def small_problem(
         bins, ANTENNAS, RELEASE_M, WAVELENGTH_M, middle < START_S, delay, START_S, multiplexer=multiplexer,
         slow_noise=None if drift is None else drift.uncorrelated(bins),
     )  # fmt: skip
-    motion = first_motion(data, positions(middle), START_S, np.array([BOUNCE_S]))
+    place, shown_s = positions(middle, walled=walled), [WALL_S, BOUNCE_S] if walled else [BOUNCE_S]
+    motion = first_motion(data, place, START_S, np.array(shown_s))
 
     def made(mirrors: tuple[MirrorPlane, ...]) -> Start:
         return initial_problem(data, motion, CONSTANTS, mirrors, 0.09)
@@ -132,7 +141,7 @@ def small_problem(
     value = np.concatenate([s.value for s in linearise(in_data.problem, State(motion.coefficients, theta)).signals])
     value += sigma * np.random.default_rng(seed).standard_normal(value.shape)
     data = replace(data, bins=replace(bins, value=value))
-    motion = first_motion(data, positions(middle), START_S, np.array(breaks_s))
+    motion = first_motion(data, place, START_S, np.array(breaks_s))
     start = made(planes)
     truth = State(motion.coefficients, with_reflection(start, reflection) if shown is None else start.state.theta)
     return SmallProblem(data, start.problem, truth)

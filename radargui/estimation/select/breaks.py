@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 from scipy.sparse import csr_matrix
 
 from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion, make_spline
@@ -24,6 +25,9 @@ class BreakSettings:
         The motion turns sharply where the jerk's deviation is above this: a fall has below 1, a pendulum below 10.
     apart_s, least_dip_m
         A sharp turn is so far from every break, and so deep within that time: what a body thrown up at 0.05 m/s does.
+    kick_m_s, kick_side_s
+        A wall beside the fall throws the body back: its velocity along the floor changes by so much more within the
+        second than around it. Mirrors that are not found yet make waves of up to 0.1 m/s.
     grid_s
         On which turns are sought.
     window_s, misfit_share, misfit_sigmas
@@ -36,6 +40,8 @@ class BreakSettings:
     sharp_jerk_m_s3: float = 30.0
     apart_s: float = 0.008
     least_dip_m: float = 1e-4
+    kick_m_s: float = 0.15
+    kick_side_s: float = 0.008
     grid_s: float = 0.001
     window_s: float = 0.010
     misfit_share: float = 1.5
@@ -62,6 +68,33 @@ def sharp_turns(solution: Solution, normal: FloatArray, settings: BreakSettings 
     jerk = span_jerk_sd(solution.problem, spline)[np.searchsorted(middle, grid[turn]).clip(0, middle.size - 1)]
     near = np.abs(grid[turn][:, None] - spline.edge_s[None]).min(axis=1) < settings.apart_s
     return np.asarray(grid[turn][(jerk > settings.sharp_jerk_m_s3) & ~near])
+
+
+def side_kicks(solution: Solution, normal: FloatArray, settings: BreakSettings = BREAKS) -> FloatArray:
+    """Return times, away from breaks, where the velocity along the floor jumps: there the body met a wall.
+
+    Of mean velocities v1 to v4 over four windows, two on either side, v3 - v2 less what goes on anyway, (v2 - v1) +
+    (v4 - v3): a circle's even acceleration gives nothing.
+    """
+    spline, width = solution.at.spline, round(settings.kick_side_s / settings.grid_s)
+    grid = np.arange(spline.edge_s[0], spline.edge_s[-1], settings.grid_s)
+    # two windows and half of one between them on either side
+    reach = 2 * width + width // 2
+    if grid.size <= 2 * reach:
+        return np.zeros(0)
+    place = spline.offset(grid, solution.state.coefficients)
+    aside = place - np.outer(place @ normal, normal)
+    speed = (aside[width:] - aside[:-width]) / settings.kick_side_s
+    begins = [-reach, -reach + width, width // 2, width // 2 + width]
+    middle = np.arange(reach, grid.size - reach)
+    v1, v2, v3, v4 = (speed[middle + begin] for begin in begins)
+    kick = np.linalg.norm(2.0 * (v3 - v2) - (v4 - v1), axis=1)
+    # a jump shows from both sides of it, too, by half: the largest of its neighbourhood is the place
+    largest = maximum_filter1d(kick, 2 * reach + 1)
+    found = grid[middle[(kick == largest) & (kick > settings.kick_m_s)]]
+    # an impact may kick, too: no window reaches over one
+    near = np.abs(found[:, None] - spline.edge_s[None]).min(axis=1) < reach * settings.grid_s
+    return np.asarray(found[~near])
 
 
 def misfit_times(solution: Solution, settings: BreakSettings = BREAKS) -> FloatArray:

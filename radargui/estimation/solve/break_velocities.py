@@ -35,6 +35,9 @@ class BreakLimits:
     same_share
         The last impact's share of the speed counts up to so many times the median, since a missing bounce may have
         drawn it away. Chosen by hand.
+    least_kick_m_s, kick_sigmas
+        A wall throws a body back by so much along the floor at least, and by so many uncertainties: half of what makes
+        a break be tried there (`BreakSettings.kick_m_s`). Chosen by hand.
     least_lost
         Every impact takes so much of the speed at least: the hardest floors give back 0.95.
     """
@@ -46,6 +49,8 @@ class BreakLimits:
     unfollowed_s: float = 0.030
     most_bounces: int = 12
     same_share: float = 1.15
+    least_kick_m_s: float = 0.075
+    kick_sigmas: float = 7.0
     least_lost: float = 0.05
 
 
@@ -62,24 +67,33 @@ class BreakSpeeds:
         Shape (n_breaks,).
     before_m_s, after_m_s, u_jump_m_s
         Same shape; up is positive.
+    kick_m_s, u_kick_m_s
+        Jump of the velocity along the floor, and its uncertainty, same shape.
     """
 
     time_s: FloatArray
     before_m_s: FloatArray
     after_m_s: FloatArray
     u_jump_m_s: FloatArray
+    kick_m_s: FloatArray
+    u_kick_m_s: FloatArray
 
     def are_impacts(self) -> BoolArray:
         """Return where the tracer comes down, goes up and jumps (`ImpactLimits`), as a body could."""
         impacts = IMPACT_LIMITS.are_impacts(self.before_m_s, self.after_m_s, self.u_jump_m_s)
         return np.asarray(impacts & self.are_possible())
 
+    def are_kicks(self) -> BoolArray:
+        """Return where the velocity along the floor jumps: a wall, or an impact that kicks."""
+        least = np.maximum(LIMITS.least_kick_m_s, LIMITS.kick_sigmas * self.u_kick_m_s)
+        return np.asarray((self.kick_m_s > least) & self.are_possible())
+
     def are_kinks(self) -> BoolArray:
-        """Return where the velocity jumps up at all.
+        """Return where the velocity jumps up at all, or aside.
 
         A weak break costs nothing; one taken away again bends the motion around it when a bounce was there.
         """
-        return np.asarray((self.after_m_s > self.before_m_s) & self.are_possible())
+        return np.asarray((self.after_m_s > self.before_m_s) & self.are_possible()) | self.are_kicks()
 
     def are_possible(self) -> BoolArray:
         """Return where a body could do so: not thrown up with twice the speed, not flung down from the break before.
@@ -164,10 +178,15 @@ class BreakVelocities:
     covariance: FloatArray
 
     def along(self, normal: FloatArray) -> BreakSpeeds:
-        """Return the speeds along a unit vector, shape (3,), and the uncertainty of their difference."""
-        jump = np.concatenate([-normal, normal])
-        u_jump = np.sqrt(np.maximum(jump @ self.covariance @ jump, 0.0))
-        return BreakSpeeds(self.time_s, self.before_m_s @ normal, self.after_m_s @ normal, u_jump)
+        """Return the speeds along a unit vector, shape (3,), the kicks across it, and their uncertainties."""
+        difference = np.concatenate([-np.eye(3), np.eye(3)], axis=1)
+        covariance = difference @ self.covariance @ difference.T
+        along, across = np.outer(normal, normal), np.eye(3) - np.outer(normal, normal)
+        u_jump, u_kick = (
+            np.sqrt(np.maximum(np.trace(part @ covariance @ part, axis1=1, axis2=2), 0.0)) for part in (along, across)
+        )
+        kick = np.linalg.norm((self.after_m_s - self.before_m_s) @ across, axis=1)
+        return BreakSpeeds(self.time_s, self.before_m_s @ normal, self.after_m_s @ normal, u_jump, kick, u_kick)
 
 
 def break_velocities(solution: Solution) -> BreakVelocities:

@@ -75,10 +75,12 @@ class Surface:
     end: tuple[Array, float] | None = None
 
     def gap_m(self, time_s: float, place: Array) -> float:
-        """Return how far the centre (3,) is from touching; infinite beyond the end."""
-        if self.end is not None and float(self.end[0] @ place) > self.end[1]:
-            return float("inf")
+        """Return how far the centre (3,) is from touching, as if the plane had no end."""
         return float(self.normal @ (place - self.touch_m) - self.vibration.moved(time_s))
+
+    def holds(self, place: Array) -> bool:
+        """Return whether the plane goes as far as a place (3,)."""
+        return self.end is None or float(self.end[0] @ place) <= self.end[1]
 
     def approach_m_s(self, time_s: float, velocity: Array) -> float:
         """Return the speed towards the plane."""

@@ -91,6 +91,10 @@ class _Way:
         self.place, self.velocity = np.split(dense(length), 2)
         if surface is None:
             return None
+        if not surface.holds(self.place):
+            # it falls past the end, and comes back to that plane no more
+            self.surfaces = tuple(one for one in self.surfaces if one is not surface)
+            return None
         impact = self._meet(surface)
         if impact.after_m_s >= SLOWEST_REBOUND_M_S or not surface.is_floor:
             (self.impacts if surface.is_floor else self.sides).append(impact)
@@ -195,7 +199,7 @@ class _Way:
         def touching(surface: Surface) -> Callable[[float, Array], float]:
             def gap(time_s: float, state: Array) -> float:
                 approached = surface.approach_m_s(start + time_s, state[3:]) > 0.0
-                return min(surface.gap_m(start + time_s, state[:3]), 1.0) if approached else 1.0
+                return surface.gap_m(start + time_s, state[:3]) if approached else 1.0
 
             gap.terminal = True  # type: ignore[attr-defined]
             return gap

@@ -17,7 +17,7 @@ MODES = {"shaken": 2, "box": 2, "loose": 4}
 
 @pytest.fixture(scope="module", params=EXPERIMENTS)
 def scenes(request: pytest.FixtureRequest) -> list[Scene]:
-    return [draw(seed, motion=request.param) for seed in range(12)]
+    return [draw(seed, motion=request.param) for seed in range(4 if request.param == "shaken" else 10)]
 
 
 def looked_at(scene: Scene) -> tuple[np.ndarray, np.ndarray]:

@@ -45,8 +45,9 @@ the floor sends back what the sphere sends it; `lively`: whether impacts kick an
 within this depth, no rebound (None: it bounces); `lobes`: whether antennas have any; `rest`: s before it leaves;
 others as their units say.
 Of motions other than drops alone: `mode` of the motion; `size_m` (`draw_course.SIZES_M`); `speed_m_s`: the greatest, of
-circle, hand, stage; `lean_deg` of a circle's plane, a board, a stage; `stops`: whether circle or board end before the
-record; `start_m`: three coordinates; `gap_m`: from the lowest place down to the floor, where it falls on none.
+circle, hand, stage, and the push into a box; `lean_deg` of a circle's plane, a board, a stage; `stops`: whether circle
+or board end before the record; `start_m`: three coordinates; `gap_m`: from the lowest place down to the floor, where it
+falls on none.
 Of experiments: a bed's refractive `index` and what a `film` on it sends back; a plate's frequency `shake_hz` and peak
 acceleration `shake_g` (over g); what a box's wall (`side`) sends back; the height of an edge (`step_m`) and the
 `bounces` before it."""

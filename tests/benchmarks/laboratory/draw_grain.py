@@ -124,7 +124,8 @@ def _box(value: Draws, body: Body, floor: Floor) -> Course:
     count, room_m = int(rng.integers(1, 3)), rng.uniform(0.005, 0.03)
     lean = np.radians(rng.uniform(3.0, 8.0)) if mode == "leaning" else 0.0
     normal = np.sin(lean) * out + np.cos(lean) * UP
-    pushed, push_s = _pushed(out, rng.uniform(0.08, 0.3) if mode == "pushed" else 0.0, rng.uniform(0.03, 0.08))
+    drawn = rng.uniform(0.08, 0.3) if mode == "pushed" else 0.0
+    pushed, push_s = _pushed(out, value("speed_m_s", lambda _: drawn), rng.uniform(0.03, 0.08))
     ground = _surface(floor, -height_m * UP, normal=normal, kick_m_s=0.3 * floor.kick_m_s)
     away = pushed(np.array([push_s]))[:, 0]
     bounce = rng.uniform(0.5, 0.9), rng.uniform(0.1, 0.5)

@@ -112,7 +112,9 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=500, help="first seed; others give fresh scenes")
     parser.add_argument("--scenes", type=int, default=40, help="half generic, half physical")
     parser.add_argument("--kind", choices=("generic", "physical", "laboratory"))
-    parser.add_argument("--motion", choices=tuple(dict.fromkeys((*MOTIONS, "bed"))), help="not every kind has each")
+    parser.add_argument(
+        "--motion", choices=tuple(dict.fromkeys((*MOTIONS, *SCENE_MOTIONS))), help="not every kind has each"
+    )
     parser.add_argument("--method", choices=METHODS, action="append")
     laboratory = parser.add_argument_group("laboratory, vector fields in a real room, corrected as by default")
     laboratory.add_argument("--setup", choices=STATED, action="append", help="what the setup states; default: exact")
@@ -120,8 +122,6 @@ def main() -> int:
     laboratory.add_argument("--hostile", action="store_true", help="a list of hard drops instead, from the first seed")
     options = parser.parse_args()
     if options.kind == "laboratory":
-        if options.motion == "bed":
-            parser.error("--motion bed is not of --kind laboratory: --hold depth_m=0.004")
         return _laboratory(options)
     if options.motion and options.motion not in SCENE_MOTIONS:
         parser.error(f"--motion {options.motion} is of --kind laboratory")

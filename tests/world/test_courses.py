@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from benchmarks.laboratory.course import UP, along, circle, downhill
-from benchmarks.laboratory.draw import MOTIONS, draw
-from benchmarks.laboratory.draw_course import FASTEST_M_S, FIELD_M, SIZES_M
+from benchmarks.laboratory.draw import draw
+from benchmarks.laboratory.draw_course import COURSES, FASTEST_M_S, FIELD_M, SIZES_M
 from benchmarks.laboratory.drop import ROLLING, Body, Drop, Floor
 from benchmarks.laboratory.hand import Move, carried
 from benchmarks.laboratory.pendulum import swing
@@ -18,7 +18,6 @@ from benchmarks.laboratory.throw import thrown
 
 STEEL = Body(0.005, 7850.0, 9.81)
 HEAVY = Body(0.008, 25e3, 9.81)  # hardly braked by air
-COURSES = MOTIONS[1:]
 FASTEST_DROP_M_S = 2.45
 Offsets = Callable[[np.ndarray], np.ndarray]
 

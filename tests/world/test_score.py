@@ -159,3 +159,18 @@ def test_g_of_a_motion_that_falls_nowhere_and_impacts_of_one_without_are_false(s
     one = score(staged, replace(moved_result(staged, 0.0, 0.0), bounces=Bounces((hit,), fall)), 1.0)
     assert (one.false_fall, one.g, one.false) == (True, None, 1)
     assert f"g of no fall {one.scene}" in table([one])
+
+
+def test_a_coefficient_is_wrong_that_is_far_off_or_of_no_impact() -> None:
+    record = make_record(draw(13, motion="edge", rate_hz=2000.0, snr_db=35.0, walls=0))
+    right = result_of(record, 0.0)
+    assert (score(record, right, 1.0).wrong_e, score(record, right, 1.0).baseless_e) == (False, 0)
+    far = score(record, result_of(record, 0.0, e_off=1e-3), 1.0)
+    assert far.worst_e_in_u == pytest.approx(10.0, rel=1e-3)
+    assert (far.wrong_e, far.silent, far.wrong) == (True, True, False)
+    assert not score(record, replace(result_of(record, 0.0, e_off=1e-3), warnings=("It leans.",)), 1.0).silent
+    hit = Bounce(record.scene.drop.start_s + 0.05, 1.0, 0.5, 0.5, 1e-3, "speeds", valid=True)
+    beside = score(record, replace(right, bounces=Bounces((hit, *right.bounces.impacts))), 1.0)
+    assert (beside.baseless_e, beside.wrong_e) == (1, True)
+    doubted = Bounces((replace(hit, valid=False), *right.bounces.impacts))
+    assert score(record, replace(right, bounces=doubted), 1.0).baseless_e == 0

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from benchmarks.laboratory.bed import Grains
 from benchmarks.laboratory.drop import Impact
 from benchmarks.laboratory.profile import Array, Profile
 
@@ -34,6 +35,13 @@ class Course:
         the place alone; without a place the floor is somewhere below.
     facts
         What was drawn, for the printed line.
+    spread_m
+        How far sideways from the axis it begins at the most; None: anywhere.
+    sides
+        Upright walls that it meets: unit vector towards the sphere, where their surface is (a displacement), and the
+        share of the field they send back.
+    grains
+        What it sinks into.
     """
 
     offset_m: Callable[[Array], Array]
@@ -43,6 +51,9 @@ class Course:
     touch_m: Array | None = None
     normal: Array | None = None
     facts: dict[str, object] = field(default_factory=dict)
+    spread_m: float | None = None
+    sides: tuple[tuple[Array, Array, float], ...] = ()
+    grains: Grains | None = None
 
     def places_m(self) -> Array:
         """Return displacements over the whole course, shape (3, 2000)."""

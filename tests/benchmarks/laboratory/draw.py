@@ -10,7 +10,10 @@ from typing import Any
 import numpy as np
 from benchmarks.laboratory.antenna import Antenna, receiver, transmitter
 from benchmarks.laboratory.antenna_values import AntennaValues, signal_share
-from benchmarks.laboratory.draw_course import course_of, placed
+from benchmarks.laboratory.bed import Bed
+from benchmarks.laboratory.course import UP, Course
+from benchmarks.laboratory.draw_course import COURSES, course_of, placed
+from benchmarks.laboratory.draw_grain import EXPERIMENTS, experiment_of
 from benchmarks.laboratory.drop import Body, Drop, Floor, fall
 from benchmarks.laboratory.mirror import Conductor, Dielectric, Mirror, permittivity_of
 from benchmarks.laboratory.receiver_chain import Converter, Mixer, Noise
@@ -33,6 +36,7 @@ OPTIONS = (
     "gravity_m_s2", "floor", "surface", "walls", "wall", "wall_distance_m", "corners", "crosstalk", "lively",
     "kick_m_s", "tilt_deg", "depth_m", "flicker", "drift", "amplitude_v", "lobes", "coupled", "rest",
     "motion", "mode", "size_m", "speed_m_s", "lean_deg", "stops", "start_m", "gap_m", "tremor_m",
+    "index", "film", "shake_hz", "shake_g", "side", "step_m", "bounces",
 )  # fmt: skip
 """Values to hold:
 `floor`: share of the field that comes back; `wall`: the same at the centre, lobes counted; `walls`: how many;
@@ -41,9 +45,14 @@ the floor sends back what the sphere sends it; `lively`: whether impacts kick an
 within this depth, no rebound (None: it bounces); `lobes`: whether antennas have any; `rest`: s before it leaves;
 others as their units say.
 Of motions other than drops alone: `mode` of the motion; `size_m` (`draw_course.SIZES_M`); `speed_m_s`: the greatest, of
-circle, hand, stage; `lean_deg` of a circle's plane, a board, a stage; `stops`: whether circle or board end before the
-record; `start_m`: three coordinates; `gap_m`: from the lowest place down to the floor, where it falls on none."""
-MOTIONS = ("drop", "circle", "pendulum", "hand", "throw", "incline", "stage")
+circle, hand, stage, and the push into a box; `lean_deg` of a circle's plane, a board, a stage; `stops`: whether circle
+or board end before the record; `start_m`: three coordinates; `gap_m`: from the lowest place down to the floor, where it
+falls on none.
+Of experiments: a bed's refractive `index` and what a `film` on it sends back; a plate's frequency `shake_hz` and peak
+acceleration `shake_g` (over g); what a box's wall (`side`) sends back; the height of an edge (`step_m`) and the
+`bounces` before it."""
+MOTIONS = ("drop", *COURSES, *EXPERIMENTS)
+_RATES_HZ = (2000.0, 5000.0, 10000.0, 20000.0, 33333.0)
 NEAREST_WALL_M = 0.06
 """A wall is no nearer to where a sphere goes that moves by a course: as near as to the drops."""
 
@@ -83,7 +92,7 @@ def draw(seed: int, stated: Stated = "exact", *, name: str = "laboratory", **hel
     if motion not in MOTIONS:
         raise ValueError(f"no such motion: {motion}; there are {', '.join(MOTIONS)}")
     radius_m = value("radius_m", lambda r: r.uniform(0.0025, 0.008))
-    rate_hz = float(value("rate_hz", lambda r: r.choice([2000.0, 5000.0, 10000.0, 20000.0, 33333.0])))
+    rate_hz = float(value("rate_hz", lambda r: r.choice(_RATES_HZ[:3] if motion == "twice" else _RATES_HZ)))
     scan_s = 1.0 / (2 * N_RECEIVERS * rate_hz)
     skew_s = float(value("skew_s", lambda r: r.choice([0.0, 5e-6, min(15e-6, scan_s), scan_s])))
     snr_db = value("snr_db", lambda r: r.uniform(20.0, 45.0))
@@ -107,7 +116,7 @@ def draw(seed: int, stated: Stated = "exact", *, name: str = "laboratory", **hel
         skew_s,
         5.0,
         int(value.rng("wiring").choice([-1, 1])),
-        floor_is_known=motion == "incline",
+        floor_is_known=motion in ("incline", "box"),
     )
     antennas = _antennas(value, true.antennas)
     sphere = Sphere(radius_m, true.wavenumber_rad_m)
@@ -121,7 +130,7 @@ def draw(seed: int, stated: Stated = "exact", *, name: str = "laboratory", **hel
         seed,
         stated,
         setup_of(true, stated, value.rng("stated")),
-        Room(antennas, sphere, mirrors, corners, mirrors[:1] if value("coupled", lambda _: False) else ()),
+        Room(antennas, sphere, mirrors, corners, mirrors[:1] if value("coupled", lambda _: False) else (), path.bed),
         body,
         path.drop,
         _mixers(value),
@@ -147,7 +156,8 @@ def draw(seed: int, stated: Stated = "exact", *, name: str = "laboratory", **hel
 class _Path:
     """A motion at its place in the room, and the floor below it.
 
-    `bottom_m`: a place (3,) that the floor's surface is not above; `reach_m`: places (3, n) that no wall may come near.
+    `bottom_m`: a place (3,) that the floor's surface is not above; `reach_m`: places (3, n) that no wall may come near
+    but `sides`, each with its normal, its offset along that and the share of the field it sends back to the centre.
     """
 
     drop: Drop
@@ -157,6 +167,8 @@ class _Path:
     falls: bool
     facts: dict[str, object]
     reach_m: Array | None = None
+    sides: tuple[tuple[Array, float, float], ...] = ()
+    bed: Bed | None = None
 
 
 def _floor(value: _Draws, normal: Array, touch_m: Array) -> Floor:
@@ -191,7 +203,8 @@ def _rest_s(value: _Draws) -> float:
 
 
 def _moved(value: _Draws, motion: str, body: Body, normal: Array) -> _Path:
-    course = course_of(value, motion, body, _floor(value, normal, np.zeros(3)))
+    made = experiment_of if motion in EXPERIMENTS else course_of
+    course = made(value, motion, body, _floor(value, normal, np.zeros(3)))
     drop, start = placed(value, course, _rest_s(value))
     reach = start[:, None] + course.places_m()
     if course.normal is not None:
@@ -201,7 +214,20 @@ def _moved(value: _Draws, motion: str, body: Body, normal: Array) -> _Path:
     else:
         touch = start + course.touch_m
     facts = {"motion": motion, **course.facts, "start": np.round(start, 3).tolist()}
-    return _Path(drop, start, touch - body.radius_m * normal, normal, course.falls, facts, reach)
+    sides = tuple((n, float(n @ (start + place)), share) for n, place, share in course.sides)
+    return _Path(
+        drop, start, touch - body.radius_m * normal, normal, course.falls, facts, reach, sides, _bed(course, start)
+    )
+
+
+def _bed(course: Course, start_m: Array) -> Bed | None:
+    """Return the grains at their place; what the wave meets there is the index's step, or a film."""
+    if course.grains is None:
+        return None
+    grains = replace(course.grains, surface_z_m=float(start_m[2]) + course.grains.surface_z_m)
+    if not grains.film:
+        return Bed(grains, Dielectric(UP, grains.surface_z_m, complex(grains.index**2)))
+    return Bed(grains, Conductor(UP, grains.surface_z_m, grains.film * np.ones(N_RECEIVERS + 1, complex)))
 
 
 def _antenna_values(value: _Draws, sphere: Sphere) -> tuple[AntennaValues, ...]:
@@ -256,6 +282,10 @@ def _mirrors(
             distance = max(distance, float((-inward @ path.reach_m).max()) + NEAREST_WALL_M)
         wall = Conductor(inward, -distance)
         walls.append(replace(wall, reflection=_uneven(rng, size) / _lobes_by(wall, antennas)))
+    for number, (inward, along, size) in enumerate(path.sides):
+        wall = Conductor(inward, along)
+        reflection = _uneven(value.rng(f"side {number}"), size) / _lobes_by(wall, antennas)
+        walls.extend([replace(wall, reflection=reflection)] if size else [])
     corners = [(wall, ground) for wall in walls for ground in floors] if value("corners", lambda _: False) else []
     return (*floors, *walls), tuple(corners)
 

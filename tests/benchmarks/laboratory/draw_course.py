@@ -13,6 +13,7 @@ from benchmarks.laboratory.pendulum import swing
 from benchmarks.laboratory.profile import Array, Span, held, joined, trapezoid
 from benchmarks.laboratory.throw import thrown
 
+COURSES = ("circle", "pendulum", "hand", "throw", "incline", "stage")
 FIELD_M = 0.15
 """The field of view reaches so far from the centre along each axis."""
 SIZES_M = (0.05, 0.28)
@@ -51,6 +52,8 @@ def placed(value: Draws, course: Course, rest_s: float) -> tuple[Drop, Array]:
     places = course.places_m()
     low, high = -FIELD_M - places.min(axis=1), FIELD_M - places.max(axis=1)
     low, high = np.minimum(low, (low + high) / 2.0), np.maximum(high, (low + high) / 2.0)
+    if course.spread_m is not None:
+        low[:2], high[:2] = -course.spread_m, course.spread_m
     start = np.array(value("start_m", lambda r: r.uniform(low, high)), dtype=np.float64)
     impacts = tuple(type(one)(one.time_s + rest_s, one.before_m_s, one.after_m_s) for one in course.impacts)
 

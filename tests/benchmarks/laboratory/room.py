@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from benchmarks.laboratory.antenna import Antenna
+from benchmarks.laboratory.bed import Bed
 from benchmarks.laboratory.mirror import Mirror
 from benchmarks.laboratory.sphere import Sphere
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ class Room:
 
     `corners` holds pairs of mirrors: the wave that meets both, the first one first, goes that way too. `coupled` holds
     mirrors that send back to the sphere, once, what it scatters straight at them: far from the sphere only, as the
-    returning wave counts as plane.
+    returning wave counts as plane. Waves in the `bed` go slower, and its surface mirrors for a sphere above it.
     """
 
     antennas: tuple[Antenna, ...]
@@ -29,6 +30,7 @@ class Room:
     mirrors: tuple[Mirror, ...] = ()
     corners: tuple[tuple[Mirror, Mirror], ...] = ()
     coupled: tuple[Mirror, ...] = ()
+    bed: Bed | None = None
 
     def path_m(self, position_m: Array) -> Array:
         """Return the path lengths transmitter - sphere - receiver, shape (n_receivers, n)."""
@@ -57,6 +59,9 @@ class Room:
         """Give direction and field at the sphere of each way from an antenna: straight, by a mirror, by a corner."""
         antenna = self.antennas[number]
         yield self._way(number, (), position_m)
+        if self.bed is not None:
+            direction, field = self._way(number, (self.bed.surface,), position_m)
+            yield direction, field * self.bed.above(position_m, self.sphere.radius_m)
         for over in (*((mirror,) for mirror in self.mirrors), *self.corners):
             # an antenna behind a mirror, or whose image in the first lies behind the second, does not light it
             place, seen = antenna.position_m, True
@@ -96,4 +101,8 @@ class Room:
         for mirror in over:
             field = mirror.reflected(direction, field, number)
             direction = mirror.mirrored(direction)
-        return direction, field * np.exp(1j * self.sphere.wavenumber_rad_m * range_m) / range_m
+        longer_m: Array | float = 0.0
+        if self.bed is not None:
+            bottom = next((one.offset_m for one in over if one.normal[2] > 0.5), None)
+            longer_m = self.bed.longer_m(image, position_m, self.sphere.radius_m, bottom)
+        return direction, field * np.exp(1j * self.sphere.wavenumber_rad_m * (range_m + longer_m)) / range_m

@@ -27,6 +27,8 @@ WORST_RATIO = 2.5
 """rms(error) / rms(u) above which a scene has to warn."""
 FAR_M, FAR_U = 1e-3, 3.0
 """A place is far off where a coordinate's error is above both: a millimetre, and so many (combined) u."""
+WRONG_E_U = 5.0
+"""A coefficient is wrong that is farther off, in (combined) u: honest ones are so once in two million."""
 FAR_SHARE = 0.02
 """A track with more of its valid motion far off is wrong: 20 to 100 ms of the motions here."""
 
@@ -66,6 +68,8 @@ class Score:
         Whether g is told of a motion in which nothing falls freely.
     seconds
         Of processor time.
+    baseless_e
+        How many coefficients are told, as valid, of what is no impact on a floor.
     """
 
     scene: str
@@ -93,6 +97,19 @@ class Score:
     seconds: float
     motion: str = "drop"
     false_fall: bool = False
+    baseless_e: int = 0
+
+    @property
+    def worst_e_in_u(self) -> float | None:
+        """The largest |error| / u of a coefficient, u combined where there is one."""
+        sizes = [abs(one.in_u if one.in_combined is None else one.in_combined) for one in self.e]
+        return max(sizes, default=None)
+
+    @property
+    def wrong_e(self) -> bool:
+        """Whether a result called ok tells a coefficient that is far off or of no impact, whatever was said of it."""
+        far = self.worst_e_in_u is not None and self.worst_e_in_u > WRONG_E_U
+        return self.status == "ok" and (far or self.baseless_e > 0)
 
     @property
     def wrong(self) -> bool:
@@ -101,10 +118,10 @@ class Score:
 
     @property
     def silent(self) -> bool:
-        """Whether the uncertainty is too small by far, or a motion that is no drop is wrong, and nothing was said."""
+        """Whether the uncertainty is too small by far, or a motion that is no drop or its e wrong, and nothing said."""
         ratio = self.ratio if self.ratio_combined is None else self.ratio_combined
         small = ratio is not None and ratio > WORST_RATIO
-        return (small or (self.motion != "drop" and self.wrong)) and not self.warnings
+        return (small or (self.motion != "drop" and (self.wrong or self.wrong_e))) and not self.warnings
 
 
 def score(record: Record, result: RunResult, seconds: float) -> Score:
@@ -116,6 +133,7 @@ def score(record: Record, result: RunResult, seconds: float) -> Score:
             bounces = list(csv.DictReader(file))
         document = json.loads(Path(name, "result.json").read_text(encoding="utf-8"))
     e, found_s = _restitution(record, bounces)
+    told_s = [float(row["time_s"]) for row in bounces if row["valid"] == "1"]
     drop, end_s = record.scene.drop, record.scene.drop.duration_s - NEAR_END_S
     seen = [one.time_s for one in drop.impacts if one.after_m_s > SEEN_M_S and one.time_s < end_s]
     first = drop.impacts[0].time_s if drop.impacts else None
@@ -138,6 +156,7 @@ def score(record: Record, result: RunResult, seconds: float) -> Score:
         seconds=seconds,
         motion=record.scene.motion,
         false_fall=has_g and not record.scene.falls,
+        baseless_e=sum(bool(np.abs(record.truth.impact_time_s - time).min(initial=1.0) > SAME_S) for time in told_s),
     )
 
 

@@ -32,6 +32,7 @@ def _moved(one: Score) -> str:
     return (
         f" {one.status} largest {_plain(one.largest_over_u, 1)} u known {_plain(one.known_share, 2)} "
         f"far off {_plain(one.far_share, 2)}{' WRONG' if one.wrong else ''}{' NO FALL' if one.false_fall else ''}"
+        f" e worst {_plain(one.worst_e_in_u, 1)} u baseless {one.baseless_e}{' E WRONG' if one.wrong_e else ''}"
     )
 
 
@@ -78,6 +79,7 @@ def _other_motions(part: list[Score]) -> str:
     return (
         f"wrong {_named([one.scene for one in part if one.wrong])}; largest u {_spread(largest, 1)}; "
         f"g of no fall {_named([one.scene for one in part if one.false_fall])}; "
+        f"wrong e {_named([one.scene for one in part if one.wrong_e])}; "
         f"not ok {_named([one.scene for one in part if one.status != 'ok'])}; "
     )
 

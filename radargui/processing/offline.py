@@ -172,7 +172,8 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         else:
             # where the sphere was at the start is assumed, not known: no e, and no g
             bounces = Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts))
-        bounces, floor = judged_by_floor(bounces, track)
+        alike_m = None if motion.bounces is None else setup.radar.wavelength_m / (4.0 * np.pi)
+        bounces, floor = judged_by_floor(bounces, track, alike_m)
         warnings += disagreements(bounces) + floor + braked_without_rebound(bounces, track)
         if bounces.braked_1_m is not None:
             warnings.append(BRAKED.format(drag=bounces.braked_1_m))

@@ -11,7 +11,7 @@ from radargui.model.result import Bounces, Track
 from radargui.restitution.settings import CHECKS
 
 
-def judged_by_floor(bounces: Bounces, track: Track) -> tuple[Bounces, list[str]]:
+def judged_by_floor(bounces: Bounces, track: Track, alike_m: float | None = None) -> tuple[Bounces, list[str]]:
     """Return the bounces, and a sentence where the impacts do not lie in one plane.
 
     Where a rebound is faster than its arrival, too, the floor moves, and no e of the run is one of a floor at rest:
@@ -23,8 +23,11 @@ def judged_by_floor(bounces: Bounces, track: Track) -> tuple[Bounces, list[str]]
         Impacts in order, and the normal found or given.
     track
         Position of the sphere's centre.
+    alike_m
+        Places so close to each other have the same error: that of a joint estimate belongs to the place, and what
+        mirrors do turns by one radian within wavelength / 4 pi. None: the errors are each their own.
     """
-    off = _off_one_plane(bounces, track)
+    off = _off_one_plane(bounces, track, alike_m)
     if off is None:
         return bounces, []
     lie = (
@@ -48,7 +51,7 @@ def judged_by_floor(bounces: Bounces, track: Track) -> tuple[Bounces, list[str]]
     return replace(bounces, impacts=tuple(replace(one, valid=False) for one in bounces.impacts)), [sentence]
 
 
-def _off_one_plane(bounces: Bounces, track: Track) -> tuple[float, float] | None:
+def _off_one_plane(bounces: Bounces, track: Track, alike_m: float | None) -> tuple[float, float] | None:
     """Return how far impacts are off one plane, and how far they might be, in m; None where that is no farther.
 
     h_k = c + s x_k + r_k, heights along the floor's normal; the slope s is within what is known of the normal, and r_k
@@ -62,6 +65,9 @@ def _off_one_plane(bounces: Bounces, track: Track) -> tuple[float, float] | None
     if len(places) < CHECKS.least_in_plane:
         return None
     position, variance = np.stack([one[0] for one in places]), np.array([one[1] for one in places])
+    if alike_m is not None:
+        apart = np.linalg.norm(position - np.median(position, axis=0), axis=1)
+        variance = variance * np.minimum(1.0, apart / alike_m) ** 2
     variance = variance + CHECKS.uneven_m**2
     away = position - np.average(position, axis=0, weights=1.0 / variance)
     height = away @ normal

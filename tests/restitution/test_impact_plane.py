@@ -50,6 +50,10 @@ def test_a_flat_floor_is_not_mentioned_nor_what_the_track_does_not_know() -> Non
     assert off_one_plane(*dropped(LEVEL + noise, TOGETHER)) == []
     bumps = 2e-4 * np.array([0.0, 1.0, 0.0, 1.0])
     assert off_one_plane(*dropped(bumps, TOGETHER, u_m=2e-4)) == []
+    # an error that belongs to the place is the same in all of them
+    assert judged_by_floor(*dropped(bumps, TOGETHER, u_m=2e-4), alike_m=2.4e-3)[1]
+    far = np.array([0.0, 0.01, -0.01, 0.02])
+    assert judged_by_floor(*dropped(bumps, far, u_m=2e-4), alike_m=2.4e-3)[1] == []
 
 
 def test_a_slope_within_what_is_known_of_the_normal_is_no_step() -> None:

@@ -30,6 +30,9 @@ class OnsetSettings:
         In standard deviations, root mean square over the channels, in two blocks in turn.
     most_wander
         Largest deviation that a rest may have, as a share of what the channels do altogether.
+    widths, sigmas
+        Blocks that are averaged when a creeping tracer is sought, one after the other, and by how many deviations it
+        is seen to have crept: in blocks, in longer means.
     crept, moved, swept
         How far I and Q go from where they began, in radii of their circle: seen to have crept, moved (0.3 mm of path),
         and so far as no drift takes them.
@@ -47,6 +50,8 @@ class OnsetSettings:
     long_enough: int = 30
     threshold: float = 6.0
     most_wander: float = 0.02
+    widths: tuple[int, ...] = (1, 4, 10)
+    sigmas: tuple[float, float] = (6.0, 4.0)
     crept: float = 0.015
     moved: float = 0.06
     swept: float = 0.5
@@ -129,20 +134,37 @@ def creeps_since(time_s: FloatArray, value: FloatArray, onset_s: float) -> float
         return None
     first = np.flatnonzero(np.diff(label, prepend=-1))
     mean = np.add.reduceat(value[:, : label.size], first, axis=1) / np.diff(np.append(first, label.size))
-    begun = mean[:, :fewest]
-    noise = float(begun.std(axis=1).max())
-    away = mean - begun.mean(axis=1, keepdims=True)
+    away = mean - mean[:, :fewest].mean(axis=1, keepdims=True)
+    noise = white = float(mean[:, :fewest].std(axis=1).max())
+    # what drowns in 5 ms may stand out of longer means: slides of 1.5 mm before a fall were missed at 22 dB
+    for width in SETTINGS.widths:
+        if away.shape[1] < 2 * fewest + width:
+            break
+        wide = np.apply_along_axis(np.convolve, 1, away, np.full(width, 1.0 / width), "valid")
+        if width > 1:
+            # from differences of neighbours in the first half: slow noise does not fall as white noise does
+            still = wide[:, : wide.shape[1] // 2 + width]
+            apart = np.median(np.abs(still[:, width:] - still[:, :-width]), axis=1) / 0.95
+            noise = max(float(white) / np.sqrt(width), float(apart.max()))
+        middle_s = time_s[first[: wide.shape[1]]] + (width - 1) / 2.0 * block_s
+        if (crept_s := _crept_since(middle_s, wide, SETTINGS.sigmas[width > 1] * noise)) is not None:
+            return max(crept_s, float(time_s[0]))
+    return None
+
+
+def _crept_since(begin_s: FloatArray, away: FloatArray, least: float) -> float | None:
+    """Return when blocks (n_channels, n) that begin at some times set off along a parabola; None where none did."""
+    fewest = SETTINGS.fewest
     # of two receivers: one alone may have a cable that is touched
     d = np.sort(np.hypot(away[0::2], away[1::2]), axis=0)[-min(2, away.shape[0] // 2)]
-    seen = max(SETTINGS.crept, 6.0 * noise)
+    seen = max(SETTINGS.crept, least)
     moved = max(SETTINGS.moved, 4.0 * seen)
     half_way = float(np.median(d[d.size // 2 - fewest // 2 : d.size // 2 + fewest // 2]))
     if d.max() < moved or (d.max() < SETTINGS.swept and half_way > SETTINGS.even * d.max()):
         return None
-    t_2 = float(time_s[first[np.argmax(d >= moved)]])
+    t_2 = float(begin_s[np.argmax(d >= moved)])
     last_still = int(np.flatnonzero(d[: int(np.argmax(d >= moved)) + 1] < seen)[-1])
-    t_1 = float(time_s[first[last_still]]) + block_s
-    return max(2.0 * t_1 - t_2, float(time_s[0]))
+    return 2.0 * (float(begin_s[last_still]) + SETTINGS.block_s) - t_2
 
 
 def is_under_way(time_s: FloatArray, value: FloatArray, rest_end_s: float) -> bool:

@@ -33,9 +33,10 @@ def test_a_drift_of_the_offsets_is_no_onset(drift: np.ndarray) -> None:
     assert find_onset(TIME, falling) == pytest.approx(0.8, abs=0.02)
 
 
+@pytest.mark.parametrize("noise", [0.01, 0.1])
 @pytest.mark.parametrize("drift", [0.2 * TIME, 0.3 * TIME**2, 0.1 * np.sin(2.0 * np.pi * 0.3 * TIME)])
-def test_a_drift_of_the_offsets_is_no_gentle_start(drift: np.ndarray) -> None:
-    falling = turning(300.0 * np.clip(TIME - 0.8, 0.0, None) ** 2, 0.01) + drift
+def test_a_drift_of_the_offsets_is_no_gentle_start(drift: np.ndarray, noise: float) -> None:
+    falling = turning(300.0 * np.clip(TIME - 0.8, 0.0, None) ** 2, noise) + drift
     assert creeps_since(TIME, falling, 0.8) is None
 
 
@@ -45,6 +46,15 @@ def test_a_start_so_gentle_that_forecasts_move_with_it_is_found_where_it_began(u
     phase = 2.0 * np.pi / 0.03 * 0.1 * np.clip(TIME - 0.4, 0.0, None) ** 2
     found = creeps_since(TIME, turning(phase, 0.07), until_s)
     assert found == pytest.approx(0.4, abs=0.05)
+
+
+@pytest.mark.parametrize("seed", [3, 4, 5])
+def test_a_slide_before_the_fall_that_drowns_in_short_means_is_found_in_longer_ones(seed: int) -> None:
+    # 0.2 to 0.3 rad in a quarter of a second at 20 dB, as of 1 or 2 mm to the side
+    phase = 0.25 * np.clip((TIME - 0.4) / 0.25, 0.0, None) ** 2
+    found = creeps_since(TIME, turning(phase, 0.1, seed), 0.65)
+    assert found == pytest.approx(0.4, abs=0.05)
+    assert creeps_since(TIME, turning(np.zeros_like(TIME), 0.1, seed), 0.65) is None
 
 
 def test_what_one_receiver_alone_shows_is_no_start_of_a_motion() -> None:

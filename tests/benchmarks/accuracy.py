@@ -2,6 +2,7 @@
 
 python3 packaging/dev.py bench accuracy [--seed 500] [--scenes 40] [--method joint-exact] [--kind physical]
 python3 packaging/dev.py bench accuracy --kind laboratory [--setup drawn] [--hold snr_db=35 walls=2 ...] [--hostile]
+python3 packaging/dev.py bench accuracy --kind laboratory --disturbed hand steps/slip [--strength 0.9] [--scenes 6]
 """
 
 from __future__ import annotations
@@ -10,11 +11,14 @@ import argparse
 import sys
 import time
 import tomllib
+from collections.abc import Iterable
 
 import numpy as np
+from benchmarks.laboratory.disturbed.draw import DISTURBED, disturbed
 from benchmarks.laboratory.draw import MOTIONS, draw
 from benchmarks.laboratory.hostile import hostile_scenes
 from benchmarks.laboratory.run import run as run_laboratory
+from benchmarks.laboratory.scene import Scene
 from benchmarks.laboratory.stated import STATED
 from benchmarks.laboratory.table import table as laboratory_table
 from benchmarks.scenes.draw import MOTIONS as SCENE_MOTIONS, draw_scene
@@ -120,6 +124,14 @@ def main() -> int:
     laboratory.add_argument("--setup", choices=STATED, action="append", help="what the setup states; default: exact")
     laboratory.add_argument("--hold", nargs="+", default=[], metavar="NAME=VALUE", help="held instead of drawn, TOML")
     laboratory.add_argument("--hostile", action="store_true", help="a list of hard drops instead, from the first seed")
+    laboratory.add_argument(
+        "--disturbed",
+        nargs="+",
+        metavar="NAME[/VARIANT]",
+        help="each scene with a disturbance, or once with each: "
+        + "; ".join(f"{name} ({', '.join(variants)})" for name, (_, variants) in DISTURBED.items()),
+    )
+    laboratory.add_argument("--strength", type=float, help="of the disturbance, 0 to 1; left out: drawn")
     options = parser.parse_args()
     if options.kind == "laboratory":
         return _laboratory(options)
@@ -139,7 +151,12 @@ def _laboratory(options: argparse.Namespace) -> int:
     scores = []
     for stated in options.setup or STATED[:1]:
         seeds = range(options.seed, options.seed + options.scenes)
-        drawn = hostile_scenes(options.seed, stated) if options.hostile else (draw(s, stated, **held) for s in seeds)
+        if options.hostile:
+            drawn: Iterable[Scene] = hostile_scenes(options.seed, stated)
+        elif options.disturbed:
+            drawn = (disturbed(k, s, stated, options.strength, **held) for k in options.disturbed for s in seeds)
+        else:
+            drawn = (draw(s, stated, **held) for s in seeds)
         scores += run_laboratory(drawn)
     print(laboratory_table(scores))
     return 0

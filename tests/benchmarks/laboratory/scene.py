@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from benchmarks.laboratory.disturbance import Disturbance
 from benchmarks.laboratory.drop import Body, Drop
 from benchmarks.laboratory.receiver_chain import Converter, Mixer, Noise
 from benchmarks.laboratory.room import Room
@@ -34,6 +35,8 @@ class Scene:
         What was drawn, for the printed line.
     motion, falls
         Which motion, and whether the sphere flies freely in it.
+    disturbances
+        What else happens in the room and the receivers, in this order.
     """
 
     name: str
@@ -53,6 +56,7 @@ class Scene:
     facts: dict[str, object] = field(default_factory=dict)
     motion: str = "drop"
     falls: bool = True
+    disturbances: tuple[Disturbance, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -75,10 +79,18 @@ def make_record(scene: Scene) -> Record:
         size = abs(scene.room.direct(receiver, origin)[0]) * np.exp(-1j * scene.phases_rad[receiver])
         for part in range(2):
             channel = 2 * receiver + part
-            place = drop.position(converter.times_s(count, channel))
+            time_s = converter.times_s(count, channel)
+            place = drop.position(time_s)
             echo = scene.room.received(receiver, place) / size
+            for one in scene.disturbances:
+                echo = one.echo(receiver, time_s, place, echo)
             clean = mixer.volts(echo if scene.phase_sign > 0 else echo.conj(), part)
             volts[channel] = clean + mixer.amplitude_v * scene.noise.made(rng, count, converter.rate_hz)
+            for one in scene.disturbances:
+                volts[channel] = one.volts(channel, time_s, volts[channel], mixer.amplitude_v)
+    codes = converter.codes(volts)
+    for one in scene.disturbances:
+        codes = one.codes(codes)
     digitisation = Digitisation(
         iq_names(len(scene.mixers)),
         scene.setup.daq.rate_hz,
@@ -89,4 +101,4 @@ def make_record(scene: Scene) -> Record:
     place = drop.position(converter.times_s(count, 0))
     times = np.array([impact.time_s for impact in drop.impacts])
     truth = Truth(place, scene.room.path_m(place), times)
-    return Record(scene, Recording(scene.name, converter.codes(volts), digitisation), truth)
+    return Record(scene, Recording(scene.name, codes, digitisation), truth)

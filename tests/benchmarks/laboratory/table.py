@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
+from benchmarks.laboratory.disturbed.verdict import wrong, wrong_in_silence
 from benchmarks.laboratory.scene import Scene
 from benchmarks.laboratory.score import Array, Figure, Score
 
@@ -22,9 +23,15 @@ def line(scene: Scene, one: Score) -> str:
         f"in2u {_plain(one.inside_2u, 2)}/{_plain(one.inside_2u_combined, 2)} "
         f"|err|/u {_pooled([one.error_over_u])}/{_pooled([one.error_over_u_combined])} "
         f"missed {one.missed} false {one.false} e {_figure(one.first_e)} g {_figure(one.g)} by {one.used} "
-        f"warnings {len(one.warnings)}{_moved(one) if one.motion != 'drop' else ''}"
-        f"{' SILENT' if one.silent else ''} {one.seconds:.1f} s"
+        f"warnings {len(one.warnings)}{_moved(one) if one.motion != 'drop' or scene.disturbances else ''}"
+        f"{_off(one) if scene.disturbances else ''}{' SILENT' if one.silent else ''} {one.seconds:.1f} s"
     )
+
+
+def _off(one: Score) -> str:
+    """Return what is wrong with a drop that was disturbed, and whether nothing was said of it."""
+    found = ", ".join(wrong(one))
+    return f" off: {found}{' IN SILENCE' if wrong_in_silence(one) else ''}" if found else ""
 
 
 def _moved(one: Score) -> str:

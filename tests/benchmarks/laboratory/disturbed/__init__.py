@@ -1,0 +1,1 @@
+"""Drops with one disturbance of a real room each, from the physics alone."""

@@ -92,7 +92,7 @@ def test_lost_samples_are_shaded_and_counted(make_window: Any, setup_path: Any, 
     source.push_all(codes(6000))
     source.push(codes(2000, seed=2), lost=1500)
     wait_for(lambda: shaded_of(window.scopes.time.scopes[0]) == 1)
-    wait_for(lambda: window.health.labels["lost"].text() == "Lost 1500 in 1 gaps")
+    wait_for(lambda: window.health.labels["lost"].text() == "Lost 1500 in 1 gap")
 
 
 def test_the_live_track_says_that_it_starts_anew_after_a_gap_in_a_motion(

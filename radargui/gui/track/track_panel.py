@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 _AXES = "xyz"
 _VIEWS = ((0, 2), (1, 2), (0, 1))
 """Axis to the right and axis upwards of each: x-z, y-z, x-y."""
+_LEFT = 50
+"""Width of the left axes in pixels (chosen by hand): in less a low plot writes its words upon its figures."""
 
 
 class Projections(QWidget):
@@ -43,7 +45,7 @@ class Projections(QWidget):
         self._parts = []
         for across, up in _VIEWS:
             words = f"{_AXES[across]} [mm]", f"{_AXES[up]} [mm]"
-            plot = Plot(theme, *words, left_px=46, equal=True, live=True, density=0.6)
+            plot = Plot(theme, *words, left_px=_LEFT, equal=True, live=True, density=0.6)
             floor = plot.rule("line", 0.0, angle=0, dashed=False) if up == 2 else None
             trail = SpeedTrail(colours)
             plot.addItem(trail)
@@ -75,6 +77,8 @@ _MOST_LIVE_POINTS = 1500
 """One each 2.7 ms of `LIVE_S`: 8 mm at the 3.1 m/s of a drop of half a metre."""
 LIVE_S = 4.0
 """Of the live track: a drop of half a metre with its first ten bounces."""
+LEAST_REST_S = 0.25
+"""What is quiet for less is a sphere that turns round at the top of a bounce: chosen by hand."""
 HOLD_S = 0.8
 """A result stays so long at least, whatever moves: the hand that puts the sphere back comes a moment later."""
 
@@ -100,6 +104,7 @@ class TrackPanel(QWidget):
         self._theme, self._start = theme, start
         self._feed: Feed | None = None
         self._drawn = -1
+        self._moved: int | None = None
         self.shown: ShownTrack | None = None
         self.result: RunResult | None = None
         self._held_until = 0.0
@@ -176,7 +181,7 @@ class TrackPanel(QWidget):
 
     def show_feed(self, feed: Feed | None) -> None:
         """Follow another acquisition; None keeps what is shown."""
-        self._feed, self._drawn = feed, -1
+        self._feed, self._drawn, self._moved = feed, -1, None
         if feed is not None:
             self.show_setup(feed.setup)
         self._follow()
@@ -223,13 +228,16 @@ class TrackPanel(QWidget):
         if feed is None or live is None or self.paused or live.latest == self._drawn:
             return
         self._drawn = live.latest
+        if live.moving:
+            self._moved = self._drawn
+        rests = self._moved is None or self._drawn - self._moved >= feed.samples(LEAST_REST_S)
         span = live.since(max(0, self._drawn - feed.samples(LIVE_S)))
         held = self.result is not None and (time.monotonic() < self._held_until or not live.moving)
         if held or not span.index.size:
             return
         self.result = None
         anew = "starts anew after lost samples, as if from the release" if live.began_anew else ""
-        now = ", ".join(filter(None, ("" if live.moving else "at rest", anew)))
+        now = ", ".join(filter(None, ("at rest" if rests else "", anew)))
         self._title.setText(f"Live track: {now}" if now else "Live track")
         if self.isVisible():
             rows: FloatArray = thin(np.vstack([span.index[None], span.position_m]), _MOST_LIVE_POINTS)

@@ -1,5 +1,6 @@
 """Output that every console can show, and any error as one clear line and a status."""
 
+import errno
 import io
 import logging
 import sys
@@ -7,7 +8,7 @@ from logging.handlers import RotatingFileHandler
 
 import typer
 
-from radargui.model.errors import RadarGuiError, SetupError, UsageError, fault_of
+from radargui.model.errors import FileError, RadarGuiError, SetupError, UsageError, fault_of
 from radargui.model.resources import LOG_FORMAT, log_path
 from radargui.session.ending import interrupt, on_ending
 
@@ -60,6 +61,9 @@ def fail(error: RadarGuiError, what: str = "") -> int:
 
 def fail_unexpected(error: Exception, what: str = "") -> int:
     """Print an error that nobody foresaw in one line, put the rest into the log, and return the exit status."""
+    if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
+        # whoever first looks at a path that was given meets it
+        return fail(FileError(f"{error.filename} is a longer path than this system allows.", remedy="Shorten it."))
     _log.error("Unexpected error %s", what, exc_info=error)
     text = f"{fault_of(error, what or 'The program')} The details are in {log_path()}"
     return _fail_line(text, FAILED)

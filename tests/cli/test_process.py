@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from contextlib import nullcontext
 from pathlib import Path
@@ -144,6 +145,25 @@ def test_an_input_without_setup_is_refused_before_work(command: Command, run: Pa
     assert ended.status == 2
     assert ended.error == f"{tmp_path / 'pair.csv'} brings no setup. Give --setup FILE."
     assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_cannot_be_made_is_told_before_any_work(
+    command: Command, run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("radargui.cli.process.process", lambda *_: pytest.fail("it was computed"))
+    ended = command("process", run, "--output", run / "results")
+    assert ended.status == 1
+    assert ended.error == f"{run / 'results' / 'run-0001'} cannot be made: Not a directory. Choose another folder."
+    assert list(run.parent.iterdir()) == [run]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="another length, and another error")
+def test_too_long_a_path_is_no_fault_of_the_program(command: Command, run: Path) -> None:
+    long = "n" * 300
+    for options in ([run, "--name", long], [run, "--output", "/".join(["y" * 200] * 25)], [f"{long}.csv"]):
+        ended = command("process", *options)
+        assert ended.status == 1
+        assert ended.error.endswith("is a longer path than this system allows. Shorten it.")
 
 
 def test_a_failed_input_is_status_1_and_the_others_are_written(command: Command, run: Path, tmp_path: Path) -> None:

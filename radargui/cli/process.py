@@ -116,7 +116,11 @@ def _refuse_collisions(inputs: list[Input], *, force: bool) -> None:
     equal = [str(source.files[0]) for source, folder in inputs if count[folder.name.casefold()] > 1]
     if equal:
         raise UsageError(f"Inputs of equal name: {', '.join(equal)}", remedy="Process them one by one, with --name.")
-    there = [str(folder) for _, folder in inputs if folder.exists()]
+    # a folder given as an input is refused as one, not for what is in it
+    by_itself = [folder for source, folder in inputs if folder in source.files]
+    if own := [str(folder) for folder in by_itself if folder.is_file()]:
+        raise UsageError(f"The results of {', '.join(own)} would be a folder of that name", remedy="Give --name.")
+    there = [str(folder) for _, folder in inputs if folder.exists() and folder not in by_itself]
     if there and not force:
         raise UsageError(f"Results are there already: {', '.join(there)}", remedy="Give --force to write over them.")
 

@@ -77,6 +77,26 @@ def test_results_that_are_there_need_force(command: Command, run: Path) -> None:
     assert sorted(path.name for path in folder.iterdir()) == TABLES
 
 
+def test_a_folder_is_no_input_and_nothing_is_written_into_it(command: Command, run: Path) -> None:
+    for options in ([], ["--force"]):
+        ended = command("process", run.parent, *options)
+        assert ended.status == 1
+        assert ended.error.startswith(f"{run.parent} is a folder, not a file.")
+    assert list(run.parent.iterdir()) == [run]
+
+
+def test_a_file_without_suffix_needs_another_name_for_its_results(
+    command: Command, setup_file: Path, tmp_path: Path
+) -> None:
+    plain = tmp_path / "plain"
+    plain.write_bytes(bytes(120))
+    layout = ["--raw", "dtype=i2le,channels=6,rate=1000,scale=1e-3", "--channels", "I1=0,Q1=1,I2=2,Q2=3,I3=4,Q3=5"]
+    ended = command("process", plain, *layout, "--setup", setup_file, "--force")
+    assert ended.status == 2
+    assert ended.error == f"The results of {plain} would be a folder of that name. Give --name."
+    assert command("process", plain, *layout, "--setup", setup_file, "--name", "other").status == 0
+
+
 def test_the_correction_and_geometry_of_the_command_line_win(command: Command, run: Path, tmp_path: Path) -> None:
     options = ["--correction", "ellipse", "--geometry", "plane", "--output", tmp_path / "out"]
     assert command("process", run, *options).status == 0

@@ -4,6 +4,8 @@ import errno
 import io
 import logging
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from logging.handlers import RotatingFileHandler
 
 import typer
@@ -35,7 +37,7 @@ def guarded(app: typer.Typer, arguments: list[str] | None = None) -> int:
     make_output_safe()
     start_log()
     try:
-        with on_ending(interrupt):
+        with on_ending(interrupt), _file_warnings_shown():
             # in this mode the library returns the status that the command returned, or that of an interrupt
             status = app(args=arguments, prog_name="radargui", standalone_mode=False)
     except RadarGuiError as error:
@@ -43,12 +45,32 @@ def guarded(app: typer.Typer, arguments: list[str] | None = None) -> int:
     except typer.TyperException as error:
         context = getattr(error, "ctx", None)
         command = context.command_path if context else "radargui"
-        return _fail_line(f"{error.format_message().rstrip('.')}. See {command} --help.", error.exit_code)
+        said = error.format_message().replace("Value error, ", "").rstrip(".")
+        return _fail_line(f"{said}. See {command} --help.", error.exit_code)
     except (typer.Abort, KeyboardInterrupt):
         status = INTERRUPTED
     except Exception as error:  # noqa: BLE001  the last door: whatever it is, the operator gets a line, the log the rest
         return fail_unexpected(error)
     return _fail_line("interrupted", FAILED) if status == INTERRUPTED else int(status or 0)
+
+
+class _Shown(logging.Handler):
+    """Prints warnings as lines on stderr."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print one."""
+        typer.echo(f"warning: {one_line(record.getMessage())}", err=True)
+
+
+@contextmanager
+def _file_warnings_shown() -> Iterator[None]:
+    """Show meanwhile what the readers of files warn of (another rate than the file's own, bytes left out)."""
+    shown, of_files = _Shown(logging.WARNING), logging.getLogger("radargui.files")
+    of_files.addHandler(shown)
+    try:
+        yield
+    finally:
+        of_files.removeHandler(shown)
 
 
 def fail(error: RadarGuiError, what: str = "") -> int:

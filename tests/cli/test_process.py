@@ -186,6 +186,14 @@ def test_too_long_a_path_is_no_fault_of_the_program(command: Command, run: Path)
         assert ended.error.endswith("is a longer path than this system allows. Shorten it.")
 
 
+def test_another_rate_than_the_files_own_is_told(command: Command, run: Path, tmp_path: Path) -> None:
+    assert command("export", run, "--format", "sigmf", "--output", tmp_path).status == 0
+    file = tmp_path / "run-0001.sigmf-meta"
+    ended = command("process", file, "--rate-hz", 2000, "--output", tmp_path / "out")
+    assert ended.status == 0
+    assert f"warning: {file} says 4000 Hz; 2000 Hz is used, as asked with --rate-hz.\n" in ended.err
+
+
 def test_a_failed_input_is_status_1_and_the_others_are_written(command: Command, run: Path, tmp_path: Path) -> None:
     broken, absent = tmp_path / "broken.h5", tmp_path / "absent.h5"
     broken.write_bytes(b"\x89HDF\r\n\x1a\nand nothing else")

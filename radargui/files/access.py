@@ -169,7 +169,7 @@ def fresh_files(paths: Sequence[Path], *, force: bool = False) -> Iterator[tuple
         for part, path in zip(partial, paths, strict=True):
             part.replace(path)
     except OSError as error:
-        raise worded(FileError, "unwritable", path=paths[0], why=why(error)) from error
+        raise _unwritable(paths[0], error) from error
     finally:
         for part in partial:
             with suppress(OSError):
@@ -226,3 +226,28 @@ def make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FileError(f"{folder} cannot be made: {why(error)}", remedy="Choose another folder.") from error
+
+
+def want_room_for(path: Path) -> None:
+    """Refuse, before the work whose results go there, a file that cannot be written; its folder is made.
+
+    Raises
+    ------
+    FileError
+        Its folder cannot be made or written, or a folder has its name.
+    """
+    if path.is_dir():
+        raise FileError(f"{path} is a folder, not a file.")
+    make_folder(path.parent)
+    probe = path.with_name(f".{os.getpid()}.part")
+    try:
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise _unwritable(path, error) from error
+
+
+def _unwritable(path: Path, error: OSError) -> FileError:
+    if isinstance(error, NotADirectoryError | FileExistsError):
+        return FileError(f"{path} cannot be written: a part of its path is a file.", remedy="Choose another folder.")
+    return worded(FileError, "unwritable", path=path, why=why(error))

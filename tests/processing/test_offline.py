@@ -94,6 +94,21 @@ def test_path_lengths_start_at_zero_in_the_mean_at_rest(setup: Setup) -> None:
     assert np.sqrt(np.mean(wrong**2)) < 0.4e-3
 
 
+@pytest.mark.parametrize("correction", ["published", "adaptive"])
+def test_without_a_rest_path_lengths_start_at_zero_in_the_first_valid_sample(setup: Setup, correction: str) -> None:
+    # fast enough for means of several samples
+    setup = changed(setup, daq={"rate_hz": 20_000.0}, processing={"correction": correction})
+    recording, truth = simulate_recording(setup)
+    cut = int((truth.impact_time_s[0] - 0.05) * 20_000.0)
+    result = process(replace(recording, raw=recording.raw[:, cut:], trigger_index=None), setup)
+    assert result.paths is not None
+    assert result.segment is not None
+    assert result.segment.rest_last == result.segment.rest_first
+    first = np.argmax(result.paths.valid, axis=1)
+    assert np.abs(result.paths.change_m[range(3), first]).max() < 1e-12
+    assert np.abs(result.paths.phase_rad[range(3), first]).max() < 1e-9
+
+
 def test_an_inverted_phase_sign_is_undone(setup: Setup) -> None:
     inverted = changed(setup, radar={"phase_sign": -1})
     recording, _ = simulate_recording(inverted)

@@ -109,6 +109,21 @@ def test_without_a_rest_path_lengths_start_at_zero_in_the_first_valid_sample(set
     assert np.abs(result.paths.phase_rad[range(3), first]).max() < 1e-9
 
 
+def test_one_receiver_that_loses_its_echo_is_not_said_to_have_had_a_position() -> None:
+    setup = quick_setup()
+    alone = setup.model_copy(
+        update={
+            "receiver": setup.receiver[:1],
+            "daq": setup.daq.model_copy(update={"channels": setup.daq.channels[:2]}),
+        }
+    )
+    recording, _ = simulate_recording(alone)
+    result = process(recording, alone)
+    assert result.track is None
+    (told,) = [warning for warning in result.warnings if "echo was lost" in warning]
+    assert "position" not in told
+
+
 def test_an_inverted_phase_sign_is_undone(setup: Setup) -> None:
     inverted = changed(setup, radar={"phase_sign": -1})
     recording, _ = simulate_recording(inverted)

@@ -274,6 +274,12 @@ def _warnings_before(recording: Recording, setup: Setup) -> list[str]:
     warnings = []
     if recording.excerpt is not None:
         warnings.append(recording.excerpt.reason)
+    if recording.raw.dtype != np.int16:
+        # taken for clipped further on: neither is a voltage
+        for name, row in zip(recording.digitisation.channel_names, recording.raw, strict=True):
+            if missing := int(row.size - np.isfinite(row).sum()):
+                samples = "all samples are" if missing == row.size else f"{missing} of {row.size} samples are"
+                warnings.append(f"{name}: {samples} no numbers, and left out")
     if recording.gaps:
         lost, many = sum(gap.count for gap in recording.gaps), len(recording.gaps)
         warnings.append(

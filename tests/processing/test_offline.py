@@ -109,6 +109,24 @@ def test_without_a_rest_path_lengths_start_at_zero_in_the_first_valid_sample(set
     assert np.abs(result.paths.phase_rad[range(3), first]).max() < 1e-9
 
 
+def test_samples_that_are_no_numbers_are_told_where_they_are(setup: Setup) -> None:
+    recording, _ = simulate_recording(setup)
+    volts = recording.volts()
+    volts[2] = np.nan
+    volts[5, 10:13] = np.inf
+    of_volts = replace(recording.digitisation, scaling=None)
+    result = process(replace(recording, raw=volts, digitisation=of_volts), setup)
+    assert result.status == "rejected"
+    n = recording.n_samples
+    assert result.warnings[:2] == (
+        "I2: all samples are no numbers, and left out",
+        f"Q3: 3 of {n} samples are no numbers, and left out",
+    )
+    nothing = process(replace(recording, raw=np.full_like(volts, np.nan), digitisation=of_volts), setup)
+    assert nothing.status == "no_motion"
+    assert len(nothing.warnings) == 6
+
+
 def test_one_receiver_that_loses_its_echo_is_not_said_to_have_had_a_position() -> None:
     setup = quick_setup()
     alone = setup.model_copy(

@@ -46,6 +46,7 @@ NO_REST = (
 PLANE = (
     "plane geometry takes the antennas as infinitely far away: no uncertainty has what that does to position, e and g"
 )
+NOWHERE = "the receivers stand so that their path lengths tell no position: set them apart, or correct their places"
 NO_REST_AFTER_GAP = "the motion begins right after lost samples: where the sphere was then is not known"
 
 
@@ -151,6 +152,9 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         track = None if track is None else replace(track, valid=np.zeros_like(track.valid))
     if track is not None and not rejected and track.geometry == "plane":
         warnings.append(PLANE)
+    known = paths.valid.all(axis=0)
+    if track is not None and known.any() and not np.isfinite(track.u_position_m[:, known]).any():
+        warnings.append(NOWHERE)
     if track is not None and not segment.has_rest:
         # with a gap before it even the release is no assumption that one could make
         after_gap = conditioned.samples.start > 0

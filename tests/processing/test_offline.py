@@ -14,7 +14,7 @@ from support.small_setups import quick_setup
 from radargui.model.errors import ProcessingError
 from radargui.model.recording import Gap
 from radargui.model.setup import Setup
-from radargui.processing.offline import PLANE, process
+from radargui.processing.offline import NOWHERE, PLANE, process
 from radargui.sources.simulated.model import simulate_recording
 
 E = 0.8
@@ -107,6 +107,15 @@ def test_without_a_rest_path_lengths_start_at_zero_in_the_first_valid_sample(set
     first = np.argmax(result.paths.valid, axis=1)
     assert np.abs(result.paths.change_m[range(3), first]).max() < 1e-12
     assert np.abs(result.paths.phase_rad[range(3), first]).max() < 1e-9
+
+
+@pytest.mark.parametrize("geometry", ["exact", "plane"])
+def test_receivers_at_one_place_tell_no_position_and_that_is_said(setup: Setup, geometry: str) -> None:
+    one = changed(setup, processing={"correction": "published", "geometry": geometry})
+    one = one.model_copy(update={"receiver": (setup.receiver[0],) * 3})
+    recording, _ = simulate_recording(one)
+    assert NOWHERE in process(recording, one).warnings
+    assert NOWHERE not in process(recording, changed(setup, processing={"correction": "published"})).warnings
 
 
 def test_samples_that_are_no_numbers_are_told_where_they_are(setup: Setup) -> None:

@@ -140,8 +140,10 @@ def reading(path: Path, what: str) -> Iterator[None]:
         raise
     except MemoryError:
         raise FileError(f"{path} does not fit into the memory of this computer.") from None
-    except PermissionError as error:
-        raise FileError(f"{path} cannot be opened: {why(error)}") from None
+    except PermissionError:
+        # a library adds its own names and flags to what the system says
+        said = f"{path} cannot be opened: {os.strerror(errno.EACCES)}."
+        raise FileError(said, remedy="Ask whom it belongs to for the right to read it.") from None
     except Exception as error:
         raise worded(FileError, "unreadable", path=path, what=what, why=why(error)) from error
 

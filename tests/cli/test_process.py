@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import shutil
 from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -184,6 +186,27 @@ def test_too_long_a_path_is_no_fault_of_the_program(command: Command, run: Path)
         ended = command("process", *options)
         assert ended.status == 1
         assert ended.error.endswith("is a longer path than this system allows. Shorten it.")
+
+
+def test_a_file_without_the_right_to_read_it_does_not_keep_the_others_from_being_processed(
+    command: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    locked = tmp_path / "locked.csv"
+    locked.write_text("time_s,I1,Q1\n", encoding="utf-8")
+    opened = Path.open
+
+    def refused(path: Path, *arguments: Any, **options: Any) -> Any:
+        if path == locked:
+            raise PermissionError(errno.EACCES, "Permission denied", str(path))
+        return opened(path, *arguments, **options)
+
+    # as for somebody who is not the administrator
+    monkeypatch.setattr("os.access", lambda path, *_, **__: Path(path) != locked)
+    monkeypatch.setattr(Path, "open", refused)
+    ended = command("process", locked, run, "--output", tmp_path / "out")
+    assert ended.status == 1
+    assert f"{locked} cannot be opened: Permission denied." in ended.error
+    assert (tmp_path / "out" / "run-0001" / "result.json").exists()
 
 
 def test_another_rate_than_the_files_own_is_told(command: Command, run: Path, tmp_path: Path) -> None:

@@ -251,5 +251,6 @@ def want_room_for(path: Path) -> None:
 
 def _unwritable(path: Path, error: OSError) -> FileError:
     if isinstance(error, NotADirectoryError | FileExistsError):
-        return FileError(f"{path} cannot be written: a part of its path is a file.", remedy="Choose another folder.")
-    return worded(FileError, "unwritable", path=path, why=why(error))
+        return worded(FileError, "path_is_file", path=path)
+    is_denied = isinstance(error, PermissionError)
+    return worded(FileError, "write_protected" if is_denied else "unwritable", path=path, why=why(error))

@@ -175,6 +175,22 @@ def test_the_words_of_the_projections_do_not_lie_upon_their_figures(panel: Track
         assert words.right() <= axis.width() - figures - axis.style["tickTextOffset"][0]
 
 
+def test_a_run_without_a_track_says_why_in_place_of_what_to_press(panel: TrackPanel, result: RunResult) -> None:
+    alone = result.setup.model_copy(update={"receiver": result.setup.receiver[:1]})
+    plot = panel.curves.height_plot
+    panel.show_result(replace(result, setup=alone, track=None), "run-0001")
+    assert plot.when_empty == "No track: a position needs 3 receivers."
+    panel.show_result(replace(result, status="no_motion", track=None), "run-0002")
+    assert plot.when_empty == "Nothing moved in this run."
+    panel.show_result(result, "run-0003")
+    assert plot.when_empty == ""
+    panel.show_result(replace(result, track=None), "run-0004")
+    panel.clear()
+    assert plot.when_empty == "", "then it says again how to begin"
+    panel.show_setup(alone)
+    assert plot.when_empty == "No track: a position needs 3 receivers.", "whatever is pressed"
+
+
 def test_a_track_that_comes_late_is_not_drawn_over_another_run(qtbot: QtBot, theme: Theme, result: RunResult) -> None:
     waiting: list[Any] = []
     panel = TrackPanel(theme, result.setup, lambda *call: waiting.append(call))

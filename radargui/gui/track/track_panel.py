@@ -23,6 +23,7 @@ from radargui.gui.track.track_curves import TrackCurves
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
+from radargui.processing.locate import LEAST_RECEIVERS
 
 if TYPE_CHECKING:
     from radargui.gui.track.space_view import SpaceView
@@ -81,6 +82,9 @@ LEAST_REST_S = 0.25
 """What is quiet for less is a sphere that turns round at the top of a bounce: chosen by hand."""
 HOLD_S = 0.8
 """A result stays so long at least, whatever moves: the hand that puts the sphere back comes a moment later."""
+
+
+TOO_FEW = f"No track: a position needs {LEAST_RECEIVERS} receivers."
 
 
 class TrackPanel(QWidget):
@@ -178,6 +182,8 @@ class TrackPanel(QWidget):
         self._show_colours()
         for view in (self.view, self.curves.height_plot):
             view.show_space(self._space)
+        if self.result is None:
+            self._say_why_empty()
 
     def show_feed(self, feed: Feed | None) -> None:
         """Follow another acquisition; None keeps what is shown."""
@@ -194,6 +200,7 @@ class TrackPanel(QWidget):
 
         def show(track: ShownTrack | None) -> None:
             self._title.setText(f"{name}: {'no track' if track is None else what}")
+            self.curves.height_plot.when_empty = "" if track else _why_none(result)
             # at once, for each part of it would draw everything anew; and axes only where they change
             if result.setup != self._setup:
                 self.show_setup(result.setup)
@@ -215,6 +222,7 @@ class TrackPanel(QWidget):
     def show_live(self) -> None:
         """Go back to the live track."""
         self.result = None
+        self._say_why_empty()
 
     def set_paused(self, paused: bool) -> None:
         """Hold the picture, or let it go on."""
@@ -235,7 +243,7 @@ class TrackPanel(QWidget):
         held = self.result is not None and (time.monotonic() < self._held_until or not live.moving)
         if held or not span.index.size:
             return
-        self.result = None
+        self.show_live()
         anew = "starts anew after lost samples, as if from the release" if live.began_anew else ""
         now = ", ".join(filter(None, ("at rest" if rests else "", anew)))
         self._title.setText(f"Live track: {now}" if now else "Live track")
@@ -245,6 +253,11 @@ class TrackPanel(QWidget):
             self._draw(track)
             self.curves.show_live(track)
             self._show_where(track.position_mm[:, -1])
+
+    def _say_why_empty(self) -> None:
+        """Say in the empty plot that there will be no track; where there can be one, what to do."""
+        few = self._setup.n_receivers < LEAST_RECEIVERS
+        self.curves.height_plot.when_empty = TOO_FEW if few else ""
 
     def _show_colours(self) -> None:
         """Show the colours of the look, and the speed that they reach."""
@@ -262,3 +275,11 @@ class TrackPanel(QWidget):
         known = bool(np.isfinite(place_mm).all())
         words = (f"{axis} {f'{value:+z.1f}' if known else '–':>7}" for axis, value in zip(_AXES, place_mm, strict=True))
         self.where.setText("  ".join((*words, "mm")))
+
+
+def _why_none(result: RunResult) -> str:
+    if result.status == "no_motion":
+        return "Nothing moved in this run."
+    if result.setup.n_receivers < LEAST_RECEIVERS:
+        return TOO_FEW
+    return "No track was found in this run."

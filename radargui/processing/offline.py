@@ -15,7 +15,7 @@ from radargui.model.calibrated_setup import edited_since
 from radargui.model.errors import ProcessingError, worded
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.gravity import drag_of_sphere_1_m
-from radargui.model.recording import Recording
+from radargui.model.recording import Recording, channel_skew
 from radargui.model.result import Bounces, CorrectedIQ, PathLengths, Quality, RunResult, Segment, Track
 from radargui.model.setup import Setup
 from radargui.processing.continuity import checked, is_alone, known_where, lay_down
@@ -296,6 +296,14 @@ def _warnings_before(recording: Recording, setup: Setup) -> list[str]:
         warnings.append(f"the setup gives no tracer.release_position_m: ({place}) m is assumed")
     if edited := edited_since(setup):
         warnings.append(edited)
+    digitisation = recording.digitisation
+    delay_s, n_channels = channel_skew(digitisation, setup.daq).delay_s, digitisation.n_channels
+    # a multiplexer is through with a sample before the next one begins
+    if (n_channels - 1) * delay_s >= 1.0 / digitisation.sample_rate_hz:
+        warnings.append(
+            f"{n_channels} channels {1e6 * delay_s:g} µs apart do not fit into a sample of "
+            f"{1e6 / digitisation.sample_rate_hz:.3g} µs: correct daq.channel_skew_s"
+        )
     return warnings
 
 

@@ -118,6 +118,15 @@ def test_receivers_at_one_place_tell_no_position_and_that_is_said(setup: Setup, 
     assert NOWHERE not in process(recording, changed(setup, processing={"correction": "published"})).warnings
 
 
+@pytest.mark.parametrize(("skew_s", "is_told"), [(1.0 / 6.0, False), (0.2, True)])
+def test_channels_farther_apart_than_a_sample_is_long_are_told(setup: Setup, skew_s: float, is_told: bool) -> None:
+    # evenly spread over the sample is the most that a multiplexer can do
+    skewed = changed(setup, daq={"channel_skew_s": skew_s / setup.daq.rate_hz})
+    recording, _ = simulate_recording(skewed)
+    told = any("do not fit into a sample" in warning for warning in process(recording, skewed).warnings)
+    assert told is is_told
+
+
 def test_samples_that_are_no_numbers_are_told_where_they_are(setup: Setup) -> None:
     recording, _ = simulate_recording(setup)
     volts = recording.volts()

@@ -41,7 +41,7 @@ def list_sessions(options: Sessions) -> int:
             catalogue.refresh(report_progress)
         found = catalogue.find(query)
         if not found:
-            typer.echo(f"No such session in {folder}.")
+            typer.echo(f"No {'' if query == Query() else 'such '}session in {folder}.")
             return 0
         if options.runs:
             lines = [(one, run) for one in found for run in catalogue.runs(one.path)]

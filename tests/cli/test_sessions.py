@@ -132,6 +132,16 @@ def test_a_run_that_another_computer_may_still_record_is_left_and_told(command: 
     assert "recovered" in command("recover", run).out
 
 
+def test_nothing_there_is_told_from_nothing_found(command: Command, session: Session, tmp_path: Path) -> None:
+    (tmp_path / "new").mkdir()
+    assert command("sessions", tmp_path / "new").out == f"No session in {tmp_path / 'new'}.\n"
+    data = session.path.parent
+    assert command("sessions", data, "--operator", "nobody").out == f"No such session in {data}.\n"
+    for run in session.path.glob("*.h5"):
+        run.unlink()
+    assert command("figures", session.path, "--output", tmp_path / "figures").out.startswith("1 figure as PDF")
+
+
 def test_recovery_without_anything_to_do_or_without_a_place(command: Command, tmp_path: Path) -> None:
     assert command("recover", tmp_path).status == 0
     assert command("recover", tmp_path / "none").status == 2

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, SupportsIndex, overload
 
 import numpy as np
 
+from radargui.files.access import want_file
 from radargui.files.formats import RUN, format_of, own_setup_of
 from radargui.files.reading import parse_channel_map, read_recording
 from radargui.model.arrays import BoolArray, FloatArray
@@ -200,6 +201,7 @@ def open_run(
         The file cannot be read, or there is no setup that is valid.
     """
     path = Path(path)
+    want_file(path)
     if not isinstance(setup, Setup):
         setup = read_setup(setup) if setup is not None else own_setup_of(path)
     if setup is None:

@@ -177,11 +177,18 @@ class Reading:
         times = tuple(self._times)
         if len(times) < 2:
             return None
-        last = times[-1][0]
+        # a block that was fetched late is no slow sample: of both ends the most punctual one is taken
+        part = max(1, len(times) // 3)
+        (first_s, first), (last_s, last) = self._punctual(times[:part]), self._punctual(times[-part:])
         # a source that has fallen silent must not show the rate it had
-        if self._clock.now() - last > _SILENCE_S:
-            last = self._clock.now()
-        return (times[-1][1] - times[0][1]) / (last - times[0][0]) if last > times[0][0] else None
+        if self._clock.now() - times[-1][0] > _SILENCE_S:
+            last_s, last = self._clock.now(), times[-1][1]
+        return (last - first) / (last_s - first_s) if last_s > first_s else None
+
+    def _punctual(self, times: tuple[tuple[float, int], ...]) -> tuple[float, int]:
+        """Return when which count was reached, where that was least behind the rate promised."""
+        rate_hz = self._digitisation.sample_rate_hz
+        return min(times, key=lambda one: one[0] - one[1] / rate_hz)
 
 
 _LEVEL_S = 0.25

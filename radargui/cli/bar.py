@@ -10,15 +10,18 @@ from rich.console import Console
 from rich.progress import Progress, ProgressColumn
 from rich.table import Table
 
-PIPE_WIDTH = 200
-"""Columns of a table written to a file or pipe, which has no width. Chosen by hand: wide enough not to fold."""
+PIPE_WIDTH = 20_000
+"""Columns of a table written to a file or pipe, which has no width. Chosen by hand: more than paths are long."""
 
 
 def show_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table; the first column to the left, the others to the right."""
+    """Print a table; the first column to the left, the others to the right.
+
+    On a terminal that is too narrow the widest cells go on below: a result that is cut off is none.
+    """
     table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
     for number, title in enumerate(header):
-        table.add_column(title, justify="right" if number else "left", no_wrap=True)
+        table.add_column(title, justify="right" if number else "left", overflow="fold")
     for row in rows:
         table.add_row(*row)
     width = None if sys.stdout.isatty() else PIPE_WIDTH

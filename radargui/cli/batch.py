@@ -15,7 +15,7 @@ from radargui.cli.setup_choice import processing_changes
 from radargui.experiment.batch.task import BatchOutcome, BatchTask, FoundRuns, TablesTo, find_runs
 from radargui.experiment.batch.workers import run_local, run_on_cluster
 from radargui.experiment.compare import ComparedFigure, RunComparison, compare_stored, compare_with
-from radargui.files.access import Progress, each_run
+from radargui.files.access import Progress, each_run, want_room_for
 from radargui.model.drop import restitution_words
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.rounding import UNKNOWN, alone, quantity
@@ -34,12 +34,15 @@ def run_batch(options: Batch) -> int:
     SetupError
         The setup or an option instead of it is not allowed.
     RadarGuiError
-        The cluster cannot be used.
+        The output cannot be written, or the cluster cannot be used.
     """
     if options.workers is not None and options.scheduler is not None:
         raise UsageError("--workers and --scheduler do not go together: the cluster has its own workers")
     wanted, found = processing_changes(options.correction, options.geometry), find_runs(options.paths)
     tasks = _tasks(options, wanted, found)
+    if options.output is not None and options.scheduler is None:
+        # runs may be computed for hours; of a cluster only its workers know what they can write
+        want_room_for(options.output / "track.csv")
     for error in found.errors:
         fail(error)
     states: Counter[str] = Counter(failed=len(found.errors))

@@ -13,6 +13,7 @@ from radargui.cli.app import Calibrate
 from radargui.cli.bar import progress_bar, show_table
 from radargui.experiment.batch.task import find_runs
 from radargui.experiment.calibrating import CalibrationOrder, calibrate_files
+from radargui.files.access import want_room_for
 from radargui.files.calibration_file import write_calibration
 from radargui.files.formats import own_setup_of
 from radargui.model.calibrated_setup import calibrated
@@ -34,6 +35,8 @@ def calibrate_antennas(options: Calibrate) -> int:
         Options that do not go together, an output that is there already.
     SetupError
         The setup or a path file cannot be used.
+    FileError
+        The output cannot be written.
     ProcessingError
         The recordings do not fit what is known of them.
     """
@@ -49,6 +52,8 @@ def calibrate_antennas(options: Calibrate) -> int:
     files = _files(options.files, options.known)
     recordings, known = zip(*files, strict=True)
     setup = read_setup(options.setup) if options.setup is not None else _setup_of(recordings)
+    # before the work, which takes minutes
+    want_room_for(output)
     order = CalibrationOrder(recordings, known, setup, groups, options.operator, options.clock)
     with progress_bar("Calibrating") as progress:
         calibration = calibrate_files(order, progress)

@@ -36,6 +36,8 @@ def _with_help(field: Parameter, shown: str, words: str) -> Parameter:
     kind, *given = get_args(field.annotation) if get_origin(field.annotation) is Annotated else (field.annotation,)
     option = copy(given[0]) if given else Option(f"--{field.name.replace('_', '-')}")
     option.help, option.metavar = words or option.help, shown or option.metavar
+    # a file that cannot be read is told by who reads it: of several the others are taken all the same
+    option.readable = False
     annotated: Any = Annotated
     return field.replace(annotation=annotated[kind, option])
 

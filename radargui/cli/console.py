@@ -1,13 +1,16 @@
 """Output that every console can show, and any error as one clear line and a status."""
 
+import errno
 import io
 import logging
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from logging.handlers import RotatingFileHandler
 
 import typer
 
-from radargui.model.errors import RadarGuiError, SetupError, UsageError, fault_of
+from radargui.model.errors import FileError, RadarGuiError, SetupError, UsageError, fault_of
 from radargui.model.resources import LOG_FORMAT, log_path
 from radargui.session.ending import interrupt, on_ending
 
@@ -34,7 +37,7 @@ def guarded(app: typer.Typer, arguments: list[str] | None = None) -> int:
     make_output_safe()
     start_log()
     try:
-        with on_ending(interrupt):
+        with on_ending(interrupt), _file_warnings_shown():
             # in this mode the library returns the status that the command returned, or that of an interrupt
             status = app(args=arguments, prog_name="radargui", standalone_mode=False)
     except RadarGuiError as error:
@@ -42,12 +45,32 @@ def guarded(app: typer.Typer, arguments: list[str] | None = None) -> int:
     except typer.TyperException as error:
         context = getattr(error, "ctx", None)
         command = context.command_path if context else "radargui"
-        return _fail_line(f"{error.format_message().rstrip('.')}. See {command} --help.", error.exit_code)
+        said = error.format_message().replace("Value error, ", "").rstrip(".")
+        return _fail_line(f"{said}. See {command} --help.", error.exit_code)
     except (typer.Abort, KeyboardInterrupt):
         status = INTERRUPTED
     except Exception as error:  # noqa: BLE001  the last door: whatever it is, the operator gets a line, the log the rest
         return fail_unexpected(error)
     return _fail_line("interrupted", FAILED) if status == INTERRUPTED else int(status or 0)
+
+
+class _Shown(logging.Handler):
+    """Prints warnings as lines on stderr."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print one."""
+        typer.echo(f"warning: {one_line(record.getMessage())}", err=True)
+
+
+@contextmanager
+def _file_warnings_shown() -> Iterator[None]:
+    """Show meanwhile what the readers of files warn of (another rate than the file's own, bytes left out)."""
+    shown, of_files = _Shown(logging.WARNING), logging.getLogger("radargui.files")
+    of_files.addHandler(shown)
+    try:
+        yield
+    finally:
+        of_files.removeHandler(shown)
 
 
 def fail(error: RadarGuiError, what: str = "") -> int:
@@ -60,6 +83,9 @@ def fail(error: RadarGuiError, what: str = "") -> int:
 
 def fail_unexpected(error: Exception, what: str = "") -> int:
     """Print an error that nobody foresaw in one line, put the rest into the log, and return the exit status."""
+    if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
+        # whoever first looks at a path that was given meets it
+        return fail(FileError(f"{error.filename} is a longer path than this system allows.", remedy="Shorten it."))
     _log.error("Unexpected error %s", what, exc_info=error)
     text = f"{fault_of(error, what or 'The program')} The details are in {log_path()}"
     return _fail_line(text, FAILED)

@@ -4,9 +4,10 @@ import typer
 
 from radargui.cli.app import Devices
 from radargui.cli.bar import show_table
-from radargui.model.errors import UsageError
+from radargui.model.errors import DeviceError, UsageError
 from radargui.model.setup import Setup, read_setup
 from radargui.sources.ni.discovery import NiDevice, find_devices
+from radargui.sources.ni.driver import split_address
 from radargui.sources.ni.source import check_setup
 
 
@@ -16,7 +17,7 @@ def list_devices(options: Devices) -> int:
     Raises
     ------
     UsageError
-        A certificate without a device server.
+        A certificate without a device server, or what is no address of one.
     SetupError
         The setup cannot be used.
     DeviceError
@@ -28,6 +29,8 @@ def list_devices(options: Devices) -> int:
         remote, certificate = remote or chosen.daq.remote, certificate or chosen.daq.remote_certificate
     if certificate is not None and remote is None:
         raise UsageError(f"--certificate {certificate}, allowed: with --remote HOST:PORT")
+    if options.remote is not None:
+        _want_address(options.remote)
     found = find_devices(remote, certificate)
     place = remote or "this computer"
     if not found:
@@ -38,6 +41,13 @@ def list_devices(options: Devices) -> int:
     if chosen is not None:
         _try(chosen, remote, certificate)
     return 0
+
+
+def _want_address(remote: str) -> None:
+    try:
+        split_address(remote)
+    except DeviceError as error:
+        raise UsageError(f"--remote: {error.message}", remedy=error.remedy) from None
 
 
 def _try(setup: Setup, remote: str | None, certificate: str | None) -> None:

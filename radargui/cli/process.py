@@ -10,6 +10,7 @@ from radargui.cli.app import Import, Process
 from radargui.cli.bar import progress_bar, show_table
 from radargui.cli.console import fail, fail_unexpected, one_line
 from radargui.cli.setup_choice import COMMAND_LINE, positive, processing_changes
+from radargui.files.access import make_folder
 from radargui.files.formats import format_of, own_setup_of
 from radargui.files.import_input import ImportInput
 from radargui.files.raw_file import parse_raw_layout
@@ -57,6 +58,7 @@ def process_files(options: Process) -> int:
 def _process(source: ImportInput, folder: Path, setup: Setup | RadarGuiError) -> RunResult:
     if isinstance(setup, RadarGuiError):
         raise setup
+    _want_room(folder)
     # of an hour only the part with the motion is read
     is_plain = source.channel_map is None and source.rate_hz is None and source.raw is None
     with progress_bar(folder.name) as report_progress:
@@ -66,6 +68,15 @@ def _process(source: ImportInput, folder: Path, setup: Setup | RadarGuiError) ->
     for text in ((result.reason,) if result.status != "ok" else ()) + result.warnings:
         typer.echo(f"{folder.name}: {one_line(text)}", err=True)
     return result
+
+
+def _want_room(folder: Path) -> None:
+    """Refuse, with a FileError, a folder of results that cannot be made: computing them takes a while."""
+    if folder.is_dir():
+        return
+    make_folder(folder)
+    # the tables make it again: one without them would be taken for results
+    folder.rmdir()
 
 
 def sources_of(options: Process | Import) -> list[ImportInput]:
@@ -105,7 +116,11 @@ def _refuse_collisions(inputs: list[Input], *, force: bool) -> None:
     equal = [str(source.files[0]) for source, folder in inputs if count[folder.name.casefold()] > 1]
     if equal:
         raise UsageError(f"Inputs of equal name: {', '.join(equal)}", remedy="Process them one by one, with --name.")
-    there = [str(folder) for _, folder in inputs if folder.exists()]
+    # a folder given as an input is refused as one, not for what is in it
+    by_itself = [folder for source, folder in inputs if folder in source.files]
+    if own := [str(folder) for folder in by_itself if folder.is_file()]:
+        raise UsageError(f"The results of {', '.join(own)} would be a folder of that name", remedy="Give --name.")
+    there = [str(folder) for _, folder in inputs if folder.exists() and folder not in by_itself]
     if there and not force:
         raise UsageError(f"Results are there already: {', '.join(there)}", remedy="Give --force to write over them.")
 

@@ -129,7 +129,7 @@ def _setup(options: Record, like: SessionInfo | None) -> Setup:
     if like is not None and options.setup is not None:
         raise UsageError("--like and --setup, allowed: one of them")
     setup = like.setup if like else own_setup_of(options.file) if options.file and options.setup is None else None
-    if setup is None and options.file is not None and options.setup is None and options.file.exists():
+    if setup is None and options.file is not None and options.setup is None and options.file.is_file():
         # the antennas of the shipped setup are not those of this recording
         raise UsageError(f"{options.file} brings no setup", remedy="Give --setup FILE.")
     changes = {"tracer.release_position_m": parse_release(options.release), "simulation.seed": options.seed}

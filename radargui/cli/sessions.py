@@ -8,7 +8,7 @@ import typer
 from radargui.cli.app import Recover, Sessions
 from radargui.cli.bar import progress_bar, show_table
 from radargui.cli.console import FAILED, fail, one_line
-from radargui.experiment.reprocess import RecoveredRun, recover_run, unfinished_runs
+from radargui.experiment.reprocess import RecoveredRun, held_runs, recover_run, unfinished_runs
 from radargui.files.run_card import summarise
 from radargui.model.drop import restitution_words
 from radargui.model.errors import RadarGuiError, UsageError
@@ -17,6 +17,7 @@ from radargui.model.setup import read_setup
 from radargui.restitution.series import series_of
 from radargui.session.catalogue import Catalogue, Query, RunLine, SessionSummary
 from radargui.session.info import default_data_folder
+from radargui.session.lock import FILE_NAME as LOCK_NAME, Owner
 
 NOTES_WIDTH = 40
 """Characters of a session's notes in its table. Chosen by hand: a session stays one line."""
@@ -40,7 +41,7 @@ def list_sessions(options: Sessions) -> int:
             catalogue.refresh(report_progress)
         found = catalogue.find(query)
         if not found:
-            typer.echo(f"No such session in {folder}.")
+            typer.echo(f"No {'' if query == Query() else 'such '}session in {folder}.")
             return 0
         if options.runs:
             lines = [(one, run) for one in found for run in catalogue.runs(one.path)]
@@ -133,11 +134,15 @@ def recover_runs(options: Recover) -> int:
     where = options.path or default_data_folder()
     if options.path is not None and not where.exists():
         raise UsageError(f"{where}: no such file or folder")
-    found = unfinished_runs(where if where.is_dir() else where.parent)
+    folder = where if where.is_dir() else where.parent
+    found, held = unfinished_runs(folder), held_runs(folder)
     if where.is_file():
         found = tuple(one for one in found if one.path.name == where.name)
+        held = {run: owner for run, owner in held.items() if run.name == where.name}
+    for run, owner in held.items():
+        typer.echo(f"{run} is left out: {owner} writes to its session. {_remedy(run, owner)}", err=True)
     if not found:
-        typer.echo(f"No unfinished run in {where}.")
+        typer.echo(f"No {'other ' if held else ''}unfinished run in {where}.")
         return 0
     if options.only_list:
         show_table(("run", "started", "length"), [_listed(one) for one in found])
@@ -156,6 +161,12 @@ def recover_runs(options: Recover) -> int:
     if rows:
         show_table(("run", "started", "length", "e ± u_e", "status"), rows)
     return status
+
+
+def _remedy(run: Path, owner: Owner) -> str:
+    if owner.is_here:
+        return "Finish it there."
+    return f"If that program is gone, delete {run.parent / LOCK_NAME} and recover again."
 
 
 def _listed(one: RunLine) -> tuple[str, str, str]:

@@ -6,6 +6,7 @@ from radargui.cli.app import Wiring
 from radargui.cli.console import fail
 from radargui.cli.setup_choice import named_or_default
 from radargui.experiment.wiring import WiringGuide
+from radargui.files.access import want_room_for
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.setup import Setup, write_setup
 from radargui.processing.wiring import WiringReport
@@ -22,12 +23,16 @@ def check_wiring(options: Wiring) -> int:
         Options that do not go together.
     SetupError
         The setup cannot be used or written.
+    FileError
+        The setup to write cannot be written there.
     SourceError
         The device failed.
     """
     if options.fast and options.source == "ni":
         raise UsageError("--fast, allowed: only with --source simulated; a device keeps its own time")
     chosen = named_or_default(options.setup)
+    if options.output is not None:
+        want_room_for(options.output)
     report = guided(_source(options, chosen), chosen)
     for finding in report.findings:
         typer.echo(f"{'ok  ' if finding.kind == 'good' else 'BAD '} {finding}")

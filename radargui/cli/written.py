@@ -70,7 +70,7 @@ def draw_figures(options: Figures) -> int:
     folder = options.output or own_subfolder(session.path, FIGURES_FOLDER)
     with progress_bar(f"Figures of {session.path.name}") as progress:
         names = write_figures(session, stored_or_computed, folder, width_mm, progress)
-    typer.echo(f"{len(names)} figures as PDF, SVG and PNG: {folder}")
+    typer.echo(f"{len(names)} figure{'' if len(names) == 1 else 's'} as PDF, SVG and PNG: {folder}")
     return 0
 
 

@@ -183,6 +183,14 @@ def signal_warnings(run: FinishedRun) -> Iterator[str]:
             yield f"{channel['name']} gave no number in {_samples(channel['not_a_number'])}"
 
 
+def shortfall(run: FinishedRun, seconds: float | None) -> Iterator[str]:
+    """Yield that a run is shorter than was asked for, where its source ended before; `seconds` None: no length was."""
+    rate_hz = run.health.get("sample_rate_hz")
+    if seconds is not None and run.ending is Ending.END_OF_DATA and isinstance(rate_hz, float):
+        long_s = (run.end_index - run.first_index) / rate_hz
+        yield f"{long_s:.2f} s were recorded of the {seconds:g} s asked for: {run.ending.value}"
+
+
 def _samples(count: int) -> str:
     return f"{count} sample{'s' if count > 1 else ''}"
 

@@ -20,7 +20,7 @@ from radargui.processing.offline import OnPreliminary, process
 from radargui.session.catalogue import Catalogue, RunLine
 from radargui.session.front_ends import known_front_ends
 from radargui.session.info import FILE_NAME
-from radargui.session.lock import SessionLock, owner_of
+from radargui.session.lock import Owner, SessionLock, owner_of
 from radargui.session.session import Session
 
 
@@ -103,11 +103,30 @@ def unfinished_runs(data_folder: Path, index: Path | None = None, progress: Prog
     progress
         Called with the share of the look that is done; what it raises ends it.
     """
-    with closing(Catalogue(data_folder, index)) as catalogue:
-        catalogue.refresh(progress)
-        found = [line for line in catalogue.unfinished() if not line.problem]
+    found = _unfinished(data_folder, index, progress)
     busy = {folder for folder in {line.path.parent for line in found} if owner_of(folder) is not None}
     return tuple(line for line in found if line.path.parent not in busy and not _is_complete(line.path))
+
+
+def held_runs(data_folder: Path, index: Path | None = None) -> dict[Path, Owner]:
+    """Return the unfinished runs that `unfinished_runs` leaves out, with the program that writes to their session.
+
+    One on another computer may be gone: nobody can know from here (see `SessionLock`).
+
+    Parameters
+    ----------
+    data_folder, index
+        See `unfinished_runs`.
+    """
+    runs = [line.path for line in _unfinished(data_folder, index, silent)]
+    owners = {folder: owner_of(folder) for folder in {run.parent for run in runs}}
+    return {run: owner for run in runs if (owner := owners[run.parent]) is not None}
+
+
+def _unfinished(data_folder: Path, index: Path | None, progress: Progress) -> list[RunLine]:
+    with closing(Catalogue(data_folder, index)) as catalogue:
+        catalogue.refresh(progress)
+        return [line for line in catalogue.unfinished() if not line.problem]
 
 
 def recover(run: Path, *, now: datetime) -> int:

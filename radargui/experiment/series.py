@@ -23,6 +23,7 @@ from radargui.experiment.event import (
     RunningWarnings,
     losses,
     recorded,
+    shortfall,
     signal_warnings,
     unprocessed,
     with_place,
@@ -279,6 +280,8 @@ class AcquisitionSeries:
             return
         for warning in signal_warnings(run):
             publisher.report(EventKind.WARNING, warning, number=run.number, topic="signal")
+        for warning in shortfall(run, self._order.seconds):
+            publisher.report(EventKind.WARNING, warning, number=run.number)
         if run.set_aside:
             self._order.session.reject(run.path, run.set_aside)
         publisher.report(EventKind.RECORDED, run=unprocessed(run))

@@ -140,8 +140,10 @@ def reading(path: Path, what: str) -> Iterator[None]:
         raise
     except MemoryError:
         raise FileError(f"{path} does not fit into the memory of this computer.") from None
-    except PermissionError as error:
-        raise FileError(f"{path} cannot be opened: {why(error)}") from None
+    except PermissionError:
+        # a library adds its own names and flags to what the system says
+        said = f"{path} cannot be opened: {os.strerror(errno.EACCES)}."
+        raise FileError(said, remedy="Ask whom it belongs to for the right to read it.") from None
     except Exception as error:
         raise worded(FileError, "unreadable", path=path, what=what, why=why(error)) from error
 
@@ -169,7 +171,7 @@ def fresh_files(paths: Sequence[Path], *, force: bool = False) -> Iterator[tuple
         for part, path in zip(partial, paths, strict=True):
             part.replace(path)
     except OSError as error:
-        raise worded(FileError, "unwritable", path=paths[0], why=why(error)) from error
+        raise _unwritable(paths[0], error) from error
     finally:
         for part in partial:
             with suppress(OSError):
@@ -226,3 +228,29 @@ def make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FileError(f"{folder} cannot be made: {why(error)}", remedy="Choose another folder.") from error
+
+
+def want_room_for(path: Path) -> None:
+    """Refuse, before the work whose results go there, a file that cannot be written; its folder is made.
+
+    Raises
+    ------
+    FileError
+        Its folder cannot be made or written, or a folder has its name.
+    """
+    if path.is_dir():
+        raise FileError(f"{path} is a folder, not a file.")
+    make_folder(path.parent)
+    probe = path.with_name(f".{os.getpid()}.part")
+    try:
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise _unwritable(path, error) from error
+
+
+def _unwritable(path: Path, error: OSError) -> FileError:
+    if isinstance(error, NotADirectoryError | FileExistsError):
+        return worded(FileError, "path_is_file", path=path)
+    is_denied = isinstance(error, PermissionError)
+    return worded(FileError, "write_protected" if is_denied else "unwritable", path=path, why=why(error))

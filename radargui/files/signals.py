@@ -306,4 +306,5 @@ def _want_numbers(raw: RawArray, signals: Sequence[Signal], where: str) -> None:
         finite = np.isfinite(row)
         if not finite.all():
             count, first = int((~finite).sum()), int(np.argmin(finite)) + 1
-            raise worded(FileError, "no_numbers", where=where, name=signal.name, count=count, first=first)
+            samples = f"{count} sample{'s' if count > 1 else ''}"
+            raise worded(FileError, "no_numbers", where=where, name=signal.name, count=samples, first=first)

@@ -308,7 +308,7 @@ class SeriesPanel(QWidget):
         kind = f"{found[0].series.kind}, " if found and found[0].series.kind not in (None, "measured") else ""
         n_runs = sum(len(one.runs) for one in facts.sessions) if facts else 0
         named = ", ".join(one.name for one in found)
-        self._title.setText(f"{named}: {kind}{n_runs} runs" if found else nothing)
+        self._title.setText(f"{named}: {kind}{n_runs} run{'' if n_runs == 1 else 's'}" if found else nothing)
         self._stale = {"speeds", "falls"}
         self._draw()
         self.words.setPlainText("\n\n".join(_said(facts)) if facts and n_runs else "")

@@ -68,7 +68,9 @@ LATE = (
     "the echo is known from {begin_s:.2f} s on, when it was moving already: path lengths count from there, not from "
     "the rest, and the slow beginning may shift them by a quarter of a wavelength"
 )
-LOST = "the echo was lost {times}: path lengths start anew after it, and the position is not known there"
+LOST = "the echo was lost {times}: path lengths start anew after it"
+PLACE_LOST = ", and the position is not known there"
+"""Said too where there is a track."""
 
 
 def checked(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: float) -> MeasuredMotion:
@@ -242,7 +244,8 @@ def _divided(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: flo
     phase = lay_down(phase, paths.valid, piece, slice(segment.rest_first, segment.rest_last))
     per_rad = wavelength_m / (2.0 * np.pi)
     known, lost = np.asarray(paths.valid.any(axis=0)), int(piece[-1])
-    warnings = [LOST.format(times="once" if lost == 1 else f"{lost} times")] if lost else []
+    place = "" if motion.track is None else PLACE_LOST
+    warnings = [LOST.format(times="once" if lost == 1 else f"{lost} times") + place] if lost else []
     if segment.has_rest and known.any() and not known[segment.rest_first : segment.rest_last].any():
         warnings.insert(0, LATE.format(begin_s=float(paths.time_s[np.argmax(known)])))
     return replace(

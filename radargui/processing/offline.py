@@ -15,7 +15,7 @@ from radargui.model.calibrated_setup import edited_since
 from radargui.model.errors import ProcessingError, worded
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.gravity import drag_of_sphere_1_m
-from radargui.model.recording import Recording
+from radargui.model.recording import Recording, channel_skew
 from radargui.model.result import Bounces, CorrectedIQ, PathLengths, Quality, RunResult, Segment, Track
 from radargui.model.setup import Setup
 from radargui.processing.continuity import checked, is_alone, known_where, lay_down
@@ -48,6 +48,7 @@ NO_REST = (
 PLANE = (
     "plane geometry takes the antennas as infinitely far away: no uncertainty has what that does to position, e and g"
 )
+NOWHERE = "the receivers stand so that their path lengths tell no position: set them apart, or correct their places"
 NO_REST_AFTER_GAP = "the motion begins right after lost samples: where the sphere was then is not known"
 
 
@@ -153,6 +154,9 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         track = None if track is None else replace(track, valid=np.zeros_like(track.valid))
     if track is not None and not rejected and track.geometry == "plane":
         warnings.append(PLANE)
+    known = paths.valid.all(axis=0)
+    if track is not None and known.any() and not np.isfinite(track.u_position_m[:, known]).any():
+        warnings.append(NOWHERE)
     if track is not None and not segment.has_rest:
         # with a gap before it even the release is no assumption that one could make
         after_gap = conditioned.samples.start > 0
@@ -278,6 +282,12 @@ def _warnings_before(recording: Recording, setup: Setup) -> list[str]:
     warnings = []
     if recording.excerpt is not None:
         warnings.append(recording.excerpt.reason)
+    if recording.raw.dtype != np.int16:
+        # taken for clipped further on: neither is a voltage
+        for name, row in zip(recording.digitisation.channel_names, recording.raw, strict=True):
+            if missing := int(row.size - np.isfinite(row).sum()):
+                samples = "all samples are" if missing == row.size else f"{missing} of {row.size} samples are"
+                warnings.append(f"{name}: {samples} no numbers, and left out")
     if recording.gaps:
         lost, many = sum(gap.count for gap in recording.gaps), len(recording.gaps)
         warnings.append(
@@ -290,6 +300,14 @@ def _warnings_before(recording: Recording, setup: Setup) -> list[str]:
         warnings.append(f"the setup gives no tracer.release_position_m: ({place}) m is assumed")
     if edited := edited_since(setup):
         warnings.append(edited)
+    digitisation = recording.digitisation
+    delay_s, n_channels = channel_skew(digitisation, setup.daq).delay_s, digitisation.n_channels
+    # a multiplexer is through with a sample before the next one begins
+    if (n_channels - 1) * delay_s >= 1.0 / digitisation.sample_rate_hz:
+        warnings.append(
+            f"{n_channels} channels {1e6 * delay_s:g} µs apart do not fit into a sample of "
+            f"{1e6 / digitisation.sample_rate_hz:.3g} µs: correct daq.channel_skew_s"
+        )
     return warnings
 
 

@@ -76,12 +76,18 @@ class Whole:
     def paths(self, paths: PathLengths) -> PathLengths:
         """Return path lengths of all samples."""
         phase_rad, change_m, u_m = (self._all(rows) for rows in (paths.phase_rad, paths.change_m, paths.u_m))
-        if self._size > 1 and self._rest.stop > self._rest.start:
+        piece, valid = None if paths.piece is None else self._spread(paths.piece), self._all(paths.valid)
+        has_rest = self._rest.stop > self._rest.start
+        if self._size > 1 and has_rest:
             # the lines between means leave the rest before its end does: its mean is the zero in the samples too
             for rows in (phase_rad, change_m):
                 rows -= np.nan_to_num(rows[:, self._rest].mean(axis=1, keepdims=True))
-        piece = None if paths.piece is None else self._spread(paths.piece)
-        return PathLengths(self._recording.time_s(), phase_rad, change_m, u_m, self._all(paths.valid), piece)
+        elif piece is None and not has_rest:
+            # counted from the first mean or bin of what begins in motion: its first sample lies half of it before
+            first = np.argmax(valid, axis=1)[:, None]
+            for rows in (phase_rad, change_m):
+                rows -= np.nan_to_num(np.take_along_axis(rows, first, axis=1))
+        return PathLengths(self._recording.time_s(), phase_rad, change_m, u_m, valid, piece)
 
     def track(self, track: Track) -> Track:
         """Return the track of all samples."""

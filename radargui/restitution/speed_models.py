@@ -10,7 +10,7 @@ import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.rounding import quantity
-from radargui.restitution.statistics import CONFIDENCE, probability, student
+from radargui.restitution.statistics import CONFIDENCE, freedom, probability, student
 
 ModelName = Literal["constant", "power", "johnson", "viscoelastic"]
 
@@ -180,7 +180,7 @@ class SpeedFit:
         found = ", ".join(one.words for one in self.parameters)
         shape = "" if self.trend_p is None else f"; left dependence on the speed: p {probability(self.trend_p)}"
         return (
-            f"{title}: {found} (χ² = {self.chi2:.3g} of {self.degrees_of_freedom} degrees of freedom, "
+            f"{title}: {found} (χ² = {self.chi2:.3g} of {freedom(self.degrees_of_freedom or 0)}, "
             f"p {probability(self.p or 0.0)}{shape})"
         )
 

@@ -55,7 +55,7 @@ class Consistency:
         elif self.p > CONFIDENCE:
             said = "smaller than the stated uncertainties"
         return (
-            f"The scatter is {said} (χ² = {self.chi2:.3g} of {self.degrees_of_freedom} degrees of freedom, "
+            f"The scatter is {said} (χ² = {self.chi2:.3g} of {freedom(self.degrees_of_freedom)}, "
             f"p {probability(self.p)}, Birge ratio {self.birge_ratio:.2f})"
         )
 
@@ -211,6 +211,11 @@ def outliers_of(values: FloatArray) -> tuple[int, ...]:
         if distance.max() > (m - 1) * t / math.sqrt((m - 2 + t * t) * m):
             found = len(removed)
     return tuple(removed[:found])
+
+
+def freedom(degrees: int) -> str:
+    """Return so many degrees of freedom in words."""
+    return f"{degrees} degree{'' if degrees == 1 else 's'} of freedom"
 
 
 def probability(p: float) -> str:

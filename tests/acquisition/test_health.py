@@ -48,6 +48,19 @@ def test_the_read_rate_is_what_really_came_and_falls_when_nothing_comes() -> Non
     assert reading.rate_hz() == pytest.approx(100.0)
 
 
+def test_a_block_that_was_fetched_late_does_not_change_the_rate() -> None:
+    clock = FakeClock()
+    promised = digitisation(1)
+    reading, rate_hz = Reading(promised, clock), promised.sample_rate_hz
+    begin_s = clock.now()
+    for number in range(60):
+        # the first two wait for a busy computer
+        late_s = 0.04 if number < 2 else 0.0
+        clock.advance(max(begin_s + 100 * (number + 1) / rate_hz + late_s - clock.now(), 0.0))
+        reading.take(Block(np.zeros((2, 100), dtype=np.int16), 100 * number))
+    assert reading.rate_hz() == pytest.approx(rate_hz, rel=1e-3)
+
+
 def test_lost_samples_are_counted_also_where_the_source_does_not_tell_them() -> None:
     reading = Reading(digitisation(1), FakeClock())
     reading.take(Block(np.zeros((2, 10), dtype=np.int16), 0))

@@ -49,6 +49,13 @@ def test_what_is_public_is_listed_typed_and_there() -> None:
         assert getattr(radargui, name).__doc__, name
 
 
+def test_a_folder_or_nothing_is_no_run(path: Path) -> None:
+    with pytest.raises(radargui.RadarGuiError, match="is a folder, not a file"):
+        radargui.open_run(path.parent)
+    with pytest.raises(radargui.RadarGuiError, match="no such file"):
+        radargui.open_run(path.with_name("absent.bin"))
+
+
 def test_a_name_that_is_not_there_is_said() -> None:
     with pytest.raises(AttributeError, match="no attribute 'frobnicate'"):
         radargui.frobnicate  # noqa: B018

@@ -79,6 +79,16 @@ def test_recordings_of_other_receivers_are_refused_before_the_fit(
     assert not output.exists()
 
 
+def test_an_output_that_cannot_be_written_is_told_before_the_fit(
+    command: Command, session: Path, setup_file: Path, fitted: list[KnownRecording]
+) -> None:
+    output = setup_file / "lab.toml"
+    ended = command("calibrate", session, "--known", "fall", "--free", "tilt", "--output", output)
+    assert ended.status == 1
+    assert ended.error.startswith(f"{setup_file} cannot be made: ")
+    assert fitted == []
+
+
 def test_one_drop_says_whether_the_setup_holds(command: Command, session: Path, setup_file: Path) -> None:
     ended = command("calibrate", "--check", session, "--setup", setup_file)
     assert ended.status == 0, ended

@@ -35,6 +35,7 @@ def test_help_offers_commands_that_explain_themselves(command: Command) -> None:
         (["frobnicate"], "No such command 'frobnicate'"),
         (["record", "--frobnicate"], "No such option"),
         (["record", "--source", "radio"], "'radio' is not one of simulated, ni, replay"),
+        (["export", "x", "--format", "xls"], "Invalid value for '--format': 'xls' is not one of 'csv', 'mat', "),
         (["record", "--runs", "0"], "--runs"),
         (["record", "--runs", "many"], "--runs"),
         (["report"], "Missing argument 'SESSION...'"),

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 import shutil
 from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -76,6 +79,26 @@ def test_results_that_are_there_need_force(command: Command, run: Path) -> None:
     assert sorted(path.name for path in folder.iterdir()) == TABLES
 
 
+def test_a_folder_is_no_input_and_nothing_is_written_into_it(command: Command, run: Path) -> None:
+    for options in ([], ["--force"]):
+        ended = command("process", run.parent, *options)
+        assert ended.status == 1
+        assert ended.error.startswith(f"{run.parent} is a folder, not a file.")
+    assert list(run.parent.iterdir()) == [run]
+
+
+def test_a_file_without_suffix_needs_another_name_for_its_results(
+    command: Command, setup_file: Path, tmp_path: Path
+) -> None:
+    plain = tmp_path / "plain"
+    plain.write_bytes(bytes(120))
+    layout = ["--raw", "dtype=i2le,channels=6,rate=1000,scale=1e-3", "--channels", "I1=0,Q1=1,I2=2,Q2=3,I3=4,Q3=5"]
+    ended = command("process", plain, *layout, "--setup", setup_file, "--force")
+    assert ended.status == 2
+    assert ended.error == f"The results of {plain} would be a folder of that name. Give --name."
+    assert command("process", plain, *layout, "--setup", setup_file, "--name", "other").status == 0
+
+
 def test_the_correction_and_geometry_of_the_command_line_win(command: Command, run: Path, tmp_path: Path) -> None:
     options = ["--correction", "ellipse", "--geometry", "plane", "--output", tmp_path / "out"]
     assert command("process", run, *options).status == 0
@@ -144,6 +167,54 @@ def test_an_input_without_setup_is_refused_before_work(command: Command, run: Pa
     assert ended.status == 2
     assert ended.error == f"{tmp_path / 'pair.csv'} brings no setup. Give --setup FILE."
     assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_cannot_be_made_is_told_before_any_work(
+    command: Command, run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("radargui.cli.process.process", lambda *_: pytest.fail("it was computed"))
+    ended = command("process", run, "--output", run / "results")
+    assert ended.status == 1
+    assert ended.error == f"{run / 'results' / 'run-0001'} cannot be made: Not a directory. Choose another folder."
+    assert list(run.parent.iterdir()) == [run]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="another length, and another error")
+def test_too_long_a_path_is_no_fault_of_the_program(command: Command, run: Path) -> None:
+    long = "n" * 300
+    for options in ([run, "--name", long], [run, "--output", "/".join(["y" * 200] * 25)], [f"{long}.csv"]):
+        ended = command("process", *options)
+        assert ended.status == 1
+        assert ended.error.endswith("is a longer path than this system allows. Shorten it.")
+
+
+def test_a_file_without_the_right_to_read_it_does_not_keep_the_others_from_being_processed(
+    command: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    locked = tmp_path / "locked.csv"
+    locked.write_text("time_s,I1,Q1\n", encoding="utf-8")
+    opened = Path.open
+
+    def refused(path: Path, *arguments: Any, **options: Any) -> Any:
+        if path == locked:
+            raise PermissionError(errno.EACCES, "Permission denied", str(path))
+        return opened(path, *arguments, **options)
+
+    # as for somebody who is not the administrator
+    monkeypatch.setattr("os.access", lambda path, *_, **__: Path(path) != locked)
+    monkeypatch.setattr(Path, "open", refused)
+    ended = command("process", locked, run, "--output", tmp_path / "out")
+    assert ended.status == 1
+    assert f"{locked} cannot be opened: Permission denied." in ended.error
+    assert (tmp_path / "out" / "run-0001" / "result.json").exists()
+
+
+def test_another_rate_than_the_files_own_is_told(command: Command, run: Path, tmp_path: Path) -> None:
+    assert command("export", run, "--format", "sigmf", "--output", tmp_path).status == 0
+    file = tmp_path / "run-0001.sigmf-meta"
+    ended = command("process", file, "--rate-hz", 2000, "--output", tmp_path / "out")
+    assert ended.status == 0
+    assert f"warning: {file} says 4000 Hz; 2000 Hz is used, as asked with --rate-hz.\n" in ended.err
 
 
 def test_a_failed_input_is_status_1_and_the_others_are_written(command: Command, run: Path, tmp_path: Path) -> None:

@@ -71,6 +71,19 @@ def test_seconds_records_so_long_without_waiting_for_motion(command: Command, se
     assert read_run(run).n_samples == 1000
 
 
+def test_a_source_that_ends_before_the_seconds_asked_for_is_told(
+    command: Command, setup_file: Path, tmp_path: Path
+) -> None:
+    ended = command("record", "--fast", "--seconds", 30, "--setup", setup_file, "--output", tmp_path / "out")
+    (run,) = only_session(tmp_path / "out").run_paths()
+    recording = read_run(run)
+    long_s = recording.n_samples / recording.digitisation.sample_rate_hz
+    assert long_s < 30.0
+    told = f"run 1: warning: {long_s:.2f} s were recorded of the 30 s asked for: the source gave no more samples"
+    assert told in ended.err
+    assert ended.status == 0
+
+
 def test_release_and_seed_stand_in_the_sessions_setup(command: Command, setup_file: Path, tmp_path: Path) -> None:
     options = ["--seconds", 0.2, "--release", "0.01,-0.02,0.1", "--seed", 7]
     assert command("record", "--fast", "--setup", setup_file, "--output", tmp_path / "out", *options).status == 0

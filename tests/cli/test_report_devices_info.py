@@ -97,6 +97,13 @@ def test_no_device_is_an_answer_and_no_driver_an_error(command: Command, monkeyp
     assert ended.error == "The NI-DAQmx driver is not installed on this computer."
 
 
+@pytest.mark.parametrize("remote", ["lab-pc", "lab-pc:port", ":31763"])
+def test_what_is_no_address_is_wrong_usage(command: Command, remote: str) -> None:
+    ended = command("devices", "--remote", remote)
+    assert ended.status == 2
+    assert ended.error.startswith(f"--remote: '{remote}' is not the address of an NI gRPC device server.")
+
+
 def test_info_tells_what_a_bug_report_needs(command: Command) -> None:
     ended = command("info")
     assert ended.status == 0

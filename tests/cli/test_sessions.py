@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from datetime import UTC, datetime
 from pathlib import Path
@@ -114,6 +115,31 @@ def test_an_unfinished_run_is_shown_recovered_and_told(command: Command, session
     assert read_summary(run) is not None
     assert "No unfinished run" in command("recover", data).out
     assert "recovered" in command("sessions", data, "--runs").out
+
+
+def test_a_run_that_another_computer_may_still_record_is_left_and_told(command: Command, session: Session) -> None:
+    run = crash(session)
+    owner = {"computer": "laboratory", "process": 10250, "since": "2026-11-20T12:47:58+00:00"}
+    lock = session.path / "session.lock"
+    lock.write_text(f" {json.dumps(owner)}", encoding="utf-8")
+    for path in (session.path.parent, session.path, run):
+        ended = command("recover", path)
+        assert ended.err.startswith(f"{run} is left out: process 10250 on laboratory since 2026-11-20T12:47:58+00:00 ")
+        assert f"delete {lock} and recover again" in ended.err
+        assert ended.out == f"No other unfinished run in {path}.\n"
+        assert ended.status == 0
+    lock.unlink()
+    assert "recovered" in command("recover", run).out
+
+
+def test_nothing_there_is_told_from_nothing_found(command: Command, session: Session, tmp_path: Path) -> None:
+    (tmp_path / "new").mkdir()
+    assert command("sessions", tmp_path / "new").out == f"No session in {tmp_path / 'new'}.\n"
+    data = session.path.parent
+    assert command("sessions", data, "--operator", "nobody").out == f"No such session in {data}.\n"
+    for run in session.path.glob("*.h5"):
+        run.unlink()
+    assert command("figures", session.path, "--output", tmp_path / "figures").out.startswith("1 figure as PDF")
 
 
 def test_recovery_without_anything_to_do_or_without_a_place(command: Command, tmp_path: Path) -> None:

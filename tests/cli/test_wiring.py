@@ -71,5 +71,12 @@ def test_a_device_that_fails_during_the_check_is_told(command: Command, setup: S
     assert "cannot be reached any more" in done.error
 
 
+def test_a_setup_that_cannot_be_written_is_told_before_the_guided_half_minute(command: Command, tmp_path: Path) -> None:
+    ended = command("wiring", "--source", "simulated", "--fast", "--output", tmp_path)
+    assert ended.status == 1
+    assert ended.error == f"{tmp_path} is a folder, not a file."
+    assert not ended.out
+
+
 def test_fast_is_for_the_simulated_operator_only(command: Command) -> None:
     assert command("wiring", "--fast").status == 2

@@ -86,7 +86,7 @@ def test_variables_that_are_no_numbers_do_not_disturb(tmp_path: Path) -> None:
 def test_not_a_number_in_the_samples_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.mat"
     scipy.io.savemat(path, {"I1": [1.0, np.nan, 3.0], "Q1": [1.0, 2.0, 3.0], "Fs": 10.0})
-    with pytest.raises(FileError, match="I1 holds 1 samples that are not numbers, the first is sample 2"):
+    with pytest.raises(FileError, match="I1 holds 1 sample that are not numbers, the first is sample 2"):
         read_recording(path)
 
 

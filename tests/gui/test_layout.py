@@ -78,6 +78,17 @@ def test_nothing_is_cut_on_a_small_screen(small: MainWindow, record_one: Any) ->
                     assert ignored or not cut(one), (name, one, one.objectName(), getattr(one, "text", str)())
 
 
+@pytest.mark.parametrize("small", [SMALL, SMALLEST], indirect=True)
+def test_the_words_of_the_time_axes_are_not_cut_on_a_small_screen(small: MainWindow) -> None:
+    looked_at(small, "scopes")
+    plots = (small.scopes.time.scopes[-1], small.track.curves.height_plot)
+    for plot in plots:
+        words = plot.getPlotItem().getAxis("bottom").label
+        place = words.mapRectToScene(words.boundingRect())
+        assert place.left() >= -1.0, words.toPlainText()
+        assert place.right() <= plot.width() + 1.0, (words.toPlainText(), place.right(), plot.width())
+
+
 def test_the_whole_track_is_seen_on_a_small_screen(small: MainWindow, record_one: Any) -> None:
     record_one(small)
     for _ in range(3):

@@ -92,7 +92,7 @@ def test_lost_samples_are_shaded_and_counted(make_window: Any, setup_path: Any, 
     source.push_all(codes(6000))
     source.push(codes(2000, seed=2), lost=1500)
     wait_for(lambda: shaded_of(window.scopes.time.scopes[0]) == 1)
-    wait_for(lambda: window.health.labels["lost"].text() == "Lost 1500 in 1 gaps")
+    wait_for(lambda: window.health.labels["lost"].text() == "Lost 1500 in 1 gap")
 
 
 def test_the_live_track_says_that_it_starts_anew_after_a_gap_in_a_motion(
@@ -144,7 +144,7 @@ def axis_words(plot: Any) -> str:
 
 def test_an_axis_says_now_only_while_its_edge_is_now(own_window: MainWindow, wait_for: Any) -> None:
     plots = (own_window.scopes.time.scopes[-1], own_window.track.curves.height_plot)
-    held, now = "time before the last sample shown [s]", "time before now [s]"
+    held, now = "time to last sample [s]", "time before now [s]"
     assert [axis_words(plot) for plot in plots] == [held, held]
     own_window.actions_.start.trigger()
     wait_for(lambda: own_window.track.shown is not None)
@@ -174,7 +174,7 @@ def test_while_results_are_computed_nothing_is_said_of_now(
     wait_for(lambda: own_window.control.state is AppState.PROCESSING and own_window.control.reached.progress > 0.0)
     wait_for(lambda: own_window.health.labels["rate"].text() == "Rate –")
     plots = (own_window.scopes.time.scopes[-1], own_window.track.curves.height_plot)
-    words = "time before the last sample shown [s]"
+    words = "time to last sample [s]"
     wait_for(lambda: [axis_words(plot) for plot in plots] == [words, words])
     wait_for(lambda: all(level.accessibleName().endswith(" –") for level in own_window.scopes.time.levels))
     assert points_of(own_window.scopes.time.scopes[0]) > 0, "the last picture stays"

@@ -302,7 +302,7 @@ def test_after_stop_every_view_shows_the_last_samples_and_none_of_an_earlier_loo
     for name in ("Spectrum", "Waterfall", "Alignment"):
         scopes.view.setCurrentText(name)
         wait_for(lambda: _level(live) == pytest.approx(0.1, rel=0.1))
-    assert scopes.waterfall.plots[-1].words("bottom") == "time before the last sample shown [s]"
+    assert scopes.waterfall.plots[-1].words("bottom") == "time to last sample [s]"
     # looked back at while paused the time is counted from the pause, as in the scopes
     live.actions_.pause.trigger()
     scopes.back.setValue(0)

@@ -143,6 +143,7 @@ def test_the_series_runs_along_with_each_run_and_reads_nothing_unseen(
     own_window.panels.go_to("series")
     wait_for(lambda: own_window.series.facts is not None and own_window.series.table.rows.entries[0].found.n == 1)
     assert own_window.series.table.rows.entries[0].found == own_window.runs.model.series.e
+    assert own_window.series._title.text().endswith("simulated, 1 run")
     record_one(own_window)
     wait_for(lambda: own_window.series.table.rows.entries[0].found.n == 2)
     assert own_window.series.table.rows.entries[0].found == own_window.runs.model.series.e

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
+from PySide6.QtGui import QFontMetricsF
 from pytestqt.qtbot import QtBot
 from support.results import drop_result
 from support.work_at_once import at_once
 
+from radargui.acquisition.live_track import LiveSpan
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import live_track
 from radargui.gui.track.speed_colours import N_COLOURS
@@ -36,6 +39,12 @@ def panel(qtbot: QtBot, theme: Theme, result: RunResult) -> TrackPanel:
 def drawn(panel: TrackPanel) -> tuple[np.ndarray, np.ndarray]:
     x, y = panel.curves.detail.curve.getData()
     return (np.empty(0), np.empty(0)) if x is None else (x, y)
+
+
+def span_of(n: int) -> LiveSpan:
+    """Estimates of a sphere that stands still, the last `n` of them."""
+    index = np.arange(n)
+    return LiveSpan(index, index / 1000.0, *np.zeros((4, 3, n)))
 
 
 def test_the_trail_has_the_colour_of_its_speed_and_the_bar_says_which(panel: TrackPanel, result: RunResult) -> None:
@@ -129,6 +138,57 @@ def test_a_live_trail_is_coloured_too(panel: TrackPanel) -> None:
     panel.curves.choose("speed")
     assert np.nanmax(drawn(panel)[1]) == pytest.approx(1.962, abs=1e-6)
     assert panel.curves.detail.band_drawn.path().isEmpty()
+
+
+def test_the_speed_of_the_next_fall_is_seen_whole(panel: TrackPanel) -> None:
+    t = np.linspace(-0.2, 0.0, 200)
+    falling = live_track(t, np.stack([0.0 * t, 0.0 * t, 0.1 - 4.905 * (t + 0.2) ** 2]))
+    panel.curves.show_live(falling)
+    # a recording begins: the last moments of before are forgotten
+    panel.clear()
+    panel.curves.show_live(falling)
+    low, high = panel.curves.detail.viewRange()[1]
+    assert low <= 0.0
+    assert high > np.nanmax(falling.speed_m_s)
+
+
+def test_a_bounce_that_turns_round_is_not_called_at_rest(panel: TrackPanel) -> None:
+    # at 1 kHz; only what the panel reads of an acquisition
+    live = SimpleNamespace(latest=0, moving=False, began_anew=False, since=lambda _index: span_of(5))
+    feed = SimpleNamespace(live=live, rate_hz=1000.0, samples=lambda seconds: round(1000.0 * seconds))
+    panel._feed = cast("Any", feed)
+    titles = []
+    for latest, moving in ((100, False), (200, True), (220, False), (240, True), (600, False)):
+        live.latest, live.moving = latest, moving
+        panel.refresh()
+        titles.append(panel._title.text())
+    assert titles == ["Live track: at rest", *["Live track"] * 3, "Live track: at rest"]
+
+
+def test_the_words_of_the_projections_do_not_lie_upon_their_figures(panel: TrackPanel) -> None:
+    panel.resize(490, 600)
+    for plot in panel.projections.plots:
+        axis = plot.getPlotItem().getAxis("left")
+        words = axis.label.mapRectToParent(axis.label.boundingRect())
+        figures = QFontMetricsF(axis.style["tickFont"] or axis.font()).horizontalAdvance("-100")
+        # pyqtgraph lets a label reach a fifth of its height beyond the axis; figures end at their marks
+        assert words.right() <= axis.width() - figures - axis.style["tickTextOffset"][0]
+
+
+def test_a_run_without_a_track_says_why_in_place_of_what_to_press(panel: TrackPanel, result: RunResult) -> None:
+    alone = result.setup.model_copy(update={"receiver": result.setup.receiver[:1]})
+    plot = panel.curves.height_plot
+    panel.show_result(replace(result, setup=alone, track=None), "run-0001")
+    assert plot.when_empty == "No track: a position needs 3 receivers."
+    panel.show_result(replace(result, status="no_motion", track=None), "run-0002")
+    assert plot.when_empty == "Nothing moved in this run."
+    panel.show_result(result, "run-0003")
+    assert plot.when_empty == ""
+    panel.show_result(replace(result, track=None), "run-0004")
+    panel.clear()
+    assert plot.when_empty == "", "then it says again how to begin"
+    panel.show_setup(alone)
+    assert plot.when_empty == "No track: a position needs 3 receivers.", "whatever is pressed"
 
 
 def test_a_track_that_comes_late_is_not_drawn_over_another_run(qtbot: QtBot, theme: Theme, result: RunResult) -> None:

@@ -14,7 +14,7 @@ from support.small_setups import quick_setup
 from radargui.model.errors import ProcessingError
 from radargui.model.recording import Gap
 from radargui.model.setup import Setup
-from radargui.processing.offline import PLANE, process
+from radargui.processing.offline import NOWHERE, PLANE, process
 from radargui.sources.simulated.model import simulate_recording
 
 E = 0.8
@@ -92,6 +92,72 @@ def test_path_lengths_start_at_zero_in_the_mean_at_rest(setup: Setup) -> None:
     change = truth.path_m - truth.path_m[:, :1]
     wrong = (result.paths.change_m - change)[:, result.segment.first : result.segment.last]
     assert np.sqrt(np.mean(wrong**2)) < 0.4e-3
+
+
+@pytest.mark.parametrize("correction", ["published", "adaptive"])
+def test_without_a_rest_path_lengths_start_at_zero_in_the_first_valid_sample(setup: Setup, correction: str) -> None:
+    # fast enough for means of several samples
+    setup = changed(setup, daq={"rate_hz": 20_000.0}, processing={"correction": correction})
+    recording, truth = simulate_recording(setup)
+    cut = int((truth.impact_time_s[0] - 0.05) * 20_000.0)
+    result = process(replace(recording, raw=recording.raw[:, cut:], trigger_index=None), setup)
+    assert result.paths is not None
+    assert result.segment is not None
+    assert result.segment.rest_last == result.segment.rest_first
+    first = np.argmax(result.paths.valid, axis=1)
+    assert np.abs(result.paths.change_m[range(3), first]).max() < 1e-12
+    assert np.abs(result.paths.phase_rad[range(3), first]).max() < 1e-9
+
+
+@pytest.mark.parametrize("geometry", ["exact", "plane"])
+def test_receivers_at_one_place_tell_no_position_and_that_is_said(setup: Setup, geometry: str) -> None:
+    one = changed(setup, processing={"correction": "published", "geometry": geometry})
+    one = one.model_copy(update={"receiver": (setup.receiver[0],) * 3})
+    recording, _ = simulate_recording(one)
+    assert NOWHERE in process(recording, one).warnings
+    assert NOWHERE not in process(recording, changed(setup, processing={"correction": "published"})).warnings
+
+
+@pytest.mark.parametrize(("skew_s", "is_told"), [(1.0 / 6.0, False), (0.2, True)])
+def test_channels_farther_apart_than_a_sample_is_long_are_told(setup: Setup, skew_s: float, is_told: bool) -> None:
+    # evenly spread over the sample is the most that a multiplexer can do
+    skewed = changed(setup, daq={"channel_skew_s": skew_s / setup.daq.rate_hz})
+    recording, _ = simulate_recording(skewed)
+    told = any("do not fit into a sample" in warning for warning in process(recording, skewed).warnings)
+    assert told is is_told
+
+
+def test_samples_that_are_no_numbers_are_told_where_they_are(setup: Setup) -> None:
+    recording, _ = simulate_recording(setup)
+    volts = recording.volts()
+    volts[2] = np.nan
+    volts[5, 10:13] = np.inf
+    of_volts = replace(recording.digitisation, scaling=None)
+    result = process(replace(recording, raw=volts, digitisation=of_volts), setup)
+    assert result.status == "rejected"
+    n = recording.n_samples
+    assert result.warnings[:2] == (
+        "I2: all samples are no numbers, and left out",
+        f"Q3: 3 of {n} samples are no numbers, and left out",
+    )
+    nothing = process(replace(recording, raw=np.full_like(volts, np.nan), digitisation=of_volts), setup)
+    assert nothing.status == "no_motion"
+    assert len(nothing.warnings) == 6
+
+
+def test_one_receiver_that_loses_its_echo_is_not_said_to_have_had_a_position() -> None:
+    setup = quick_setup()
+    alone = setup.model_copy(
+        update={
+            "receiver": setup.receiver[:1],
+            "daq": setup.daq.model_copy(update={"channels": setup.daq.channels[:2]}),
+        }
+    )
+    recording, _ = simulate_recording(alone)
+    result = process(recording, alone)
+    assert result.track is None
+    (told,) = [warning for warning in result.warnings if "echo was lost" in warning]
+    assert "position" not in told
 
 
 def test_an_inverted_phase_sign_is_undone(setup: Setup) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import json
 import math
 import subprocess
@@ -231,8 +232,23 @@ def test_lost_samples_keep_their_place_in_time(tmp_path: Path) -> None:
 
 def test_a_folder_that_cannot_be_written_is_told_in_plain_words(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way", encoding="utf-8")
-    with pytest.raises(FileError, match="cannot be written"):
+    with pytest.raises(FileError, match="cannot be written: a part of its path is a file") as told:
         write_tables(quiet_result(), tmp_path / "file")
+    assert "disk" not in str(told.value)
+
+
+def test_a_folder_that_is_write_protected_is_not_called_a_full_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def denied(*_: object, **__: object) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    result = quiet_result()
+    # the file is written under another name first
+    monkeypatch.setattr(Path, "replace", denied)
+    with pytest.raises(FileError, match=r"Permission denied\. Likely: the folder is write protected;") as told:
+        write_tables(result, tmp_path)
+    assert "disk" not in str(told.value)
 
 
 def test_a_table_that_fails_half_way_leaves_the_old_one(tmp_path: Path) -> None:

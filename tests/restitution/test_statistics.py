@@ -65,6 +65,9 @@ def test_scatter_is_held_against_the_stated_uncertainties() -> None:
 
 def test_a_value_without_its_own_u_leaves_the_comparison_out() -> None:
     assert statistics_of([0.79, 0.80], [0.001, None]).consistency is None
+    of_two = statistics_of([0.79, 0.80], [0.01, 0.01]).consistency
+    assert of_two is not None
+    assert "of 1 degree of freedom, " in of_two.words
 
 
 def test_rosners_example_has_three_outliers_at_5_percent(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -197,7 +197,7 @@ def figures(health: Health | None) -> dict[str, tuple[str, bool]]:
     late = UNKNOWN if lag is None else f"{1e3 * lag:.0f} ms{skipped}"
     return {
         "rate": (f"Rate {rate}", slow),
-        "lost": (f"Lost {lost} in {health.gaps} gaps" if lost else "Lost 0", lost > 0),
+        "lost": (f"Lost {lost} in {health.gaps} gap{'' if health.gaps == 1 else 's'}" if lost else "Lost 0", lost > 0),
         "backlog": (f"Backlog {health.backlog_samples}", False),
         "queue": (f"Queue {full:.0%}" if capacity else f"Queue {UNKNOWN}", full > _QUEUE_ALARM),
         "disk": (f"Disk {disk}", left is not None and left < _DISK_ALARM_S),

@@ -23,7 +23,7 @@ from radargui.model.arrays import FloatArray
 pg.setConfigOptions(antialias=False, useNumba=False, useOpenGL=False)
 
 NOW = "time before now [s]"
-LAST = "time before the last sample shown [s]"
+LAST = "time to last sample [s]"
 """While the picture is held, or nothing comes in any more, the right edge is not now."""
 
 

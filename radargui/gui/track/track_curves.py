@@ -207,6 +207,8 @@ class TrackCurves(QWidget):
         if seen.size:
             plot.fit_y(float(seen.min()), float(seen.max()))
         else:
+            # what was shown before has no say in the range of what comes
+            plot.steady = SteadyRange()
             plot.setYRange(0.0, 1.0, padding=0)
         missing = track.zero and name == "residual" and not values[0].size
         plot.write_inside("no fall was fitted" if missing else "")

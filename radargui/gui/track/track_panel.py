@@ -23,6 +23,7 @@ from radargui.gui.track.track_curves import TrackCurves
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
+from radargui.processing.locate import LEAST_RECEIVERS
 
 if TYPE_CHECKING:
     from radargui.gui.track.space_view import SpaceView
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 _AXES = "xyz"
 _VIEWS = ((0, 2), (1, 2), (0, 1))
 """Axis to the right and axis upwards of each: x-z, y-z, x-y."""
+_LEFT = 50
+"""Width of the left axes in pixels (chosen by hand): in less a low plot writes its words upon its figures."""
 
 
 class Projections(QWidget):
@@ -43,7 +46,7 @@ class Projections(QWidget):
         self._parts = []
         for across, up in _VIEWS:
             words = f"{_AXES[across]} [mm]", f"{_AXES[up]} [mm]"
-            plot = Plot(theme, *words, left_px=46, equal=True, live=True, density=0.6)
+            plot = Plot(theme, *words, left_px=_LEFT, equal=True, live=True, density=0.6)
             floor = plot.rule("line", 0.0, angle=0, dashed=False) if up == 2 else None
             trail = SpeedTrail(colours)
             plot.addItem(trail)
@@ -75,8 +78,13 @@ _MOST_LIVE_POINTS = 1500
 """One each 2.7 ms of `LIVE_S`: 8 mm at the 3.1 m/s of a drop of half a metre."""
 LIVE_S = 4.0
 """Of the live track: a drop of half a metre with its first ten bounces."""
+LEAST_REST_S = 0.25
+"""What is quiet for less is a sphere that turns round at the top of a bounce: chosen by hand."""
 HOLD_S = 0.8
 """A result stays so long at least, whatever moves: the hand that puts the sphere back comes a moment later."""
+
+
+TOO_FEW = f"No track: a position needs {LEAST_RECEIVERS} receivers."
 
 
 class TrackPanel(QWidget):
@@ -100,6 +108,7 @@ class TrackPanel(QWidget):
         self._theme, self._start = theme, start
         self._feed: Feed | None = None
         self._drawn = -1
+        self._moved: int | None = None
         self.shown: ShownTrack | None = None
         self.result: RunResult | None = None
         self._held_until = 0.0
@@ -173,10 +182,12 @@ class TrackPanel(QWidget):
         self._show_colours()
         for view in (self.view, self.curves.height_plot):
             view.show_space(self._space)
+        if self.result is None:
+            self._say_why_empty()
 
     def show_feed(self, feed: Feed | None) -> None:
         """Follow another acquisition; None keeps what is shown."""
-        self._feed, self._drawn = feed, -1
+        self._feed, self._drawn, self._moved = feed, -1, None
         if feed is not None:
             self.show_setup(feed.setup)
         self._follow()
@@ -189,6 +200,7 @@ class TrackPanel(QWidget):
 
         def show(track: ShownTrack | None) -> None:
             self._title.setText(f"{name}: {'no track' if track is None else what}")
+            self.curves.height_plot.when_empty = "" if track else _why_none(result)
             # at once, for each part of it would draw everything anew; and axes only where they change
             if result.setup != self._setup:
                 self.show_setup(result.setup)
@@ -210,6 +222,7 @@ class TrackPanel(QWidget):
     def show_live(self) -> None:
         """Go back to the live track."""
         self.result = None
+        self._say_why_empty()
 
     def set_paused(self, paused: bool) -> None:
         """Hold the picture, or let it go on."""
@@ -223,13 +236,16 @@ class TrackPanel(QWidget):
         if feed is None or live is None or self.paused or live.latest == self._drawn:
             return
         self._drawn = live.latest
+        if live.moving:
+            self._moved = self._drawn
+        rests = self._moved is None or self._drawn - self._moved >= feed.samples(LEAST_REST_S)
         span = live.since(max(0, self._drawn - feed.samples(LIVE_S)))
         held = self.result is not None and (time.monotonic() < self._held_until or not live.moving)
         if held or not span.index.size:
             return
-        self.result = None
+        self.show_live()
         anew = "starts anew after lost samples, as if from the release" if live.began_anew else ""
-        now = ", ".join(filter(None, ("" if live.moving else "at rest", anew)))
+        now = ", ".join(filter(None, ("at rest" if rests else "", anew)))
         self._title.setText(f"Live track: {now}" if now else "Live track")
         if self.isVisible():
             rows: FloatArray = thin(np.vstack([span.index[None], span.position_m]), _MOST_LIVE_POINTS)
@@ -237,6 +253,11 @@ class TrackPanel(QWidget):
             self._draw(track)
             self.curves.show_live(track)
             self._show_where(track.position_mm[:, -1])
+
+    def _say_why_empty(self) -> None:
+        """Say in the empty plot that there will be no track; where there can be one, what to do."""
+        few = self._setup.n_receivers < LEAST_RECEIVERS
+        self.curves.height_plot.when_empty = TOO_FEW if few else ""
 
     def _show_colours(self) -> None:
         """Show the colours of the look, and the speed that they reach."""
@@ -254,3 +275,11 @@ class TrackPanel(QWidget):
         known = bool(np.isfinite(place_mm).all())
         words = (f"{axis} {f'{value:+z.1f}' if known else '–':>7}" for axis, value in zip(_AXES, place_mm, strict=True))
         self.where.setText("  ".join((*words, "mm")))
+
+
+def _why_none(result: RunResult) -> str:
+    if result.status == "no_motion":
+        return "Nothing moved in this run."
+    if result.setup.n_receivers < LEAST_RECEIVERS:
+        return TOO_FEW
+    return "No track was found in this run."

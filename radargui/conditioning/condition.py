@@ -15,7 +15,8 @@ from radargui.conditioning.hum import SETTINGS as HUM, Hum, find_hum
 from radargui.conditioning.lines import without_ends, without_standing_lines
 from radargui.conditioning.noise import LEAST_SAMPLES, block_means, white_noise_v
 from radargui.conditioning.onset import creeps_since, find_onset, is_under_way
-from radargui.conditioning.receiver_check import check_receiver, is_worse_pair, same_channels
+from radargui.conditioning.open_channels import open_channels
+from radargui.conditioning.receiver_check import SETTINGS as PAIR, check_receiver, is_worse_pair, same_channels
 from radargui.conditioning.segment import Motion, find_motion
 from radargui.conditioning.skew import remove_skew
 from radargui.model.arrays import BoolArray, FloatArray, RawArray
@@ -184,6 +185,7 @@ def _conditioned(recording: Recording, stretch: _Stretch, setup: Setup) -> Condi
         # a mean that reaches beyond a plateau does not stand at its height
         raw = recording.raw[:, samples]
         usable &= ~blocks_with(_plateaus(raw, slice(motion.first * size, motion.last * size)), size)
+    opened = open_channels(volts, noise_v, rate_hz, moving)
     doppler: tuple[Doppler, ...]
     echoes: tuple[Echo | None, ...] = (None,) * len(pairs)
     if len(pairs) < 3:
@@ -199,7 +201,8 @@ def _conditioned(recording: Recording, stretch: _Stretch, setup: Setup) -> Condi
         doppler = tuple(one.of_samples(look, moving.start) for one in found_in)
     motion = _widened(motion, doppler, echoes)
     (onset_s, rest_end_s), moving = _rest_before(volts, time_s, motion), slice(motion.first, motion.last)
-    faults = _faults(as_wired, noise_v, usable, doppler, moving)
+    faults = _open_faults(_faults(as_wired, noise_v, usable, doppler, moving), opened[:, moving])
+    usable &= ~opened
     if lines:
         faults = tuple(
             f"{_only_tones(lines)} moves it" if only else own for only, own in zip(toned, faults, strict=True)
@@ -303,6 +306,19 @@ def _faults(
             if own[one // 2] or not innocent:
                 faults[one // 2] = f"{names[one]} shows what {names[other]} shows: one cable on both"
     return tuple(faults)
+
+
+def _open_faults(faults: tuple[str, ...], opened: BoolArray) -> tuple[str, ...]:
+    """Return the faults, those of receivers that lack too much of a motion with which channel does."""
+    out = list(faults)
+    for channel, share in enumerate(opened.mean(axis=1)):
+        if share > PAIR.most_clipped:
+            name = f"{'IQ'[channel % 2]}{channel // 2 + 1}"
+            out[channel // 2] = (
+                f"{name} stands still in {100 * share:.0f} % of the motion, and the other channel does not: a contact "
+                "is loose, or a cable came off"
+            )
+    return tuple(out)
 
 
 def _hum_at_rest(

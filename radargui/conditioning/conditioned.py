@@ -92,6 +92,12 @@ class Conditioned:
         some |= {name: tuple(getattr(self, name)[number] for number in numbers) for name in _BY_RECEIVER}
         return replace(self, **some)
 
+    def without(self, number: int, begin_s: float, end_s: float) -> Conditioned:
+        """Return the same with what a receiver, numbered from 0, shows between two times called unusable."""
+        usable = self.usable.copy()
+        usable[2 * number : 2 * number + 2, slice(*np.searchsorted(self.time_s, [begin_s, end_s]))] = False
+        return replace(self, usable=usable)
+
     @property
     def valid(self) -> BoolArray:
         """Where both channels of a receiver can be used and its echo is there, shape (n_receivers, n_samples)."""

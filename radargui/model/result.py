@@ -22,10 +22,8 @@ class Bounce:
 
     Attributes
     ----------
-    time_s
-        Instant of impact.
-    speed_before_m_s, speed_after_m_s
-        Speeds along the floor's normal at the instant of impact, positive.
+    time_s, speed_before_m_s, speed_after_m_s
+        Instant of impact, and speeds along the floor's normal there, positive.
     e
         Coefficient of restitution, after / before.
     u_e
@@ -101,10 +99,8 @@ class Bounces:
         Unit vector away from the floor, which speeds and heights are along; None where nothing was found along any.
     u_tilt_deg
         Standard uncertainty of its angle from the vertical, where it was found from the impacts with one.
-    braked_1_m
-        k of the air's drag, where flights show more of it than a metal sphere has and no density was given.
-    walls_s
-        Instants at which a wall beside the fall threw the sphere back.
+    braked_1_m, walls_s
+        k of the drag where flights show more than a metal sphere has and no density was given; when walls were met.
     """
 
     impacts: tuple[Bounce, ...] = ()

@@ -13,6 +13,12 @@ from radargui.estimation.forward.signal_model import bias_of, complex_of
 from radargui.estimation.hardware import disagreement, knows_more
 from radargui.estimation.joint import JointEstimate, estimate_joint
 from radargui.estimation.motion_estimate import MotionEstimate
+from radargui.estimation.readout.unexplained import (
+    UnexplainedError,
+    UnexplainedStretch,
+    sentences_of,
+    unexplained_stretches,
+)
 from radargui.estimation.select.budget import NoSingleBodyError
 from radargui.estimation.solve.minimise import Solution
 from radargui.geometry.path_length import place_antennas
@@ -62,6 +68,7 @@ def measure_by_estimate(
     progress: Callable[[float], None],
     on_preliminary: Callable[[MeasuredMotion], None],
     prior: FrontEndPrior | None,
+    left_out: tuple[UnexplainedStretch, ...] = (),
 ) -> MeasuredMotion:
     """Return corrected IQ, path lengths and track by the joint or the adaptive estimate, as the setup wants.
 
@@ -81,6 +88,8 @@ def measure_by_estimate(
     prior
         What is known about the front ends, as they are wired. The joint estimate is made without it, and again with it
         where the run by itself does not contradict it and knows much less: short drops.
+    left_out
+        Stretches that are not used: a first joint estimate could not explain them.
 
     Raises
     ------
@@ -92,6 +101,8 @@ def measure_by_estimate(
         asked = method == "joint" and "correction" in setup.processing.model_fields_set
         alone = measure_in_band(conditioned, setup.radar.wavelength_m, lambda own: _by_circles(own, setup))
         return _with_reason(alone, "it needs three receivers" if asked else "")
+    for stretch in left_out:
+        conditioned = conditioned.without(stretch.receiver, stretch.begin_s, stretch.end_s)
     rounds = adaptive_rounds(conditioned, setup)
     # always: it starts the joint estimate, and stands where that does not
     estimate = estimate_adaptive(rounds)
@@ -104,6 +115,9 @@ def measure_by_estimate(
     try:
         joint, why, tried = _try_joint_with(prior, setup, rounds, progress)
     except NoSingleBodyError as error:
+        if isinstance(error, UnexplainedError) and not left_out:
+            again = measure_by_estimate(conditioned, setup, progress, on_preliminary, prior, error.stretches)
+            return _with_left_out(again, error.stretches)
         wrong = error.misfit > LIMITS.most_misfit
         # a round circle is believed where the places fall: elsewhere mirrors bend it as they like, its u is of noise
         if _falls(estimate):
@@ -143,6 +157,24 @@ def _without(adaptive: MeasuredMotion, wrong: BoolArray, reason: str = NO_SINGLE
         for channel, alone in zip(adaptive.corrected.channels, wrong, strict=True)
     )
     return replace(adaptive, corrected=replace(adaptive.corrected, channels=channels))
+
+
+def _with_left_out(motion: MeasuredMotion, stretches: Sequence[UnexplainedStretch]) -> MeasuredMotion:
+    """Return a motion with what it was measured without; rejected where no joint estimate stands without it either.
+
+    A phase that was led astray for milliseconds may have lost a fringe, and a round circle says nothing of that.
+    """
+    sentences, named = sentences_of(stretches), {one.receiver for one in stretches}
+    if motion.corrected.method != "joint":
+        wrong = np.isin(np.arange(len(motion.corrected.channels)), list(named))
+        return _without(motion, wrong, "; ".join(sentences))
+    channels = tuple(
+        # nothing else is said of samples that are not used
+        replace(one, reason=one.reason.replace("are clipped", "were left out")) if number in named else one
+        for number, one in enumerate(motion.corrected.channels)
+    )
+    warnings = (*(f"{sentence}: left out there" for sentence in sentences), *motion.warnings)
+    return replace(motion, corrected=replace(motion.corrected, channels=channels), warnings=warnings)
 
 
 def _is_hopeless(estimate: MotionEstimate, adaptive: MeasuredMotion) -> bool:
@@ -339,7 +371,8 @@ def _try_joint(
         return None, f"its equations have no solution: {error}"
     # a bad misfit is a model that is wrong here, and its u means nothing
     if not joint.fits:
-        raise NoSingleBodyError(joint.chi_square)
+        stretches = unexplained_stretches(joint.chosen.solution)
+        raise UnexplainedError(joint.chi_square, stretches) if stretches else NoSingleBodyError(joint.chi_square)
     return joint, ""
 
 

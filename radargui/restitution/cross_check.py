@@ -117,6 +117,9 @@ def disagreements(bounces: Bounces) -> list[str]:
         known = all(one.valid for one in bounces.impacts[number - 1 : number + 1])
         if not known or impact.speed_after_m_s < CHECKS.least_speed_m_s:
             continue
+        # longer than two impacts that are missing would make it: it lay there until somebody dropped it again
+        if impact.e_flight_time > CHECKS.longest_flight:
+            continue
         # not u alone: a rigid floor without air is a model, and a good one to about a percent
         within = CHECKS.coverage * math.hypot(impact.u_e, CHECKS.model_share * impact.e)
         for name, other in (("flight time", impact.e_flight_time), ("height", impact.e_height)):

@@ -160,6 +160,8 @@ class CheckSettings:
         of them being wrong.
     least_speed_m_s
         After a slower rebound the next impact may be below what is resolved: nothing is said.
+    longest_flight
+        e from the flight time above which it was no flight: of three in a row with e = 1 the first impact shows 3.
     least_tilt_deg
         A tilt that the impacts found is reported where it is beyond `coverage` uncertainties above this: less is within
         what a floor laid with a spirit level has.
@@ -187,6 +189,7 @@ class CheckSettings:
     coverage: float = 3.0
     model_share: float = 0.01
     least_speed_m_s: float = 0.15
+    longest_flight: float = 3.0
     least_tilt_deg: float = 0.5
     least_braked_m: float = 0.003
     least_bounce_m_s: float = 0.1

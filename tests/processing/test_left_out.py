@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from benchmarks.laboratory.disturbed.draw import disturbed
+from benchmarks.laboratory.scene import make_record
 from benchmarks.robust_scenes.budget import with_correction
 from benchmarks.robust_scenes.drops import Drop, make_drop
 
@@ -50,3 +52,25 @@ def test_of_three_receivers_none_can_be_left_out_and_nothing_is_valid() -> None:
         assert not result.paths.valid.any()
         assert result.track is None or not result.track.valid.any()
         assert not result.bounces.impacts
+
+
+def test_a_loose_contact_of_15_ms_is_left_out_and_no_fringe_is_lost() -> None:
+    scene = disturbed("steps/contact", 7101, "exact", strength=0.9, rate_hz=5000.0)
+    record = make_record(scene)
+    result = process(record.recording, scene.setup)
+    assert result.status == "ok"
+    assert result.corrected is not None
+    assert result.corrected.method == "joint"
+    assert [one for one in result.warnings if "receiver 1 shows from 0.7" in one and "left out" in one]
+    assert result.track is not None
+    known = result.track.valid & (result.track.time_s > scene.drop.start_s)
+    wrong_m = np.linalg.norm(result.track.position_m - record.truth.position_m, axis=0)[known]
+    # 25 mm with the contact counted as an echo
+    assert wrong_m.max() < 1e-4
+
+
+def test_a_cable_that_comes_off_for_good_is_named() -> None:
+    scene = disturbed("steps/lost", 7104, "exact", strength=0.9, rate_hz=5000.0)
+    result = process(make_record(scene).recording, scene.setup)
+    assert result.status == "rejected"
+    assert "I2 stands still" in result.reason

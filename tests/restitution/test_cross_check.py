@@ -42,6 +42,13 @@ def test_a_flight_is_compared_by_its_duration_where_the_impact_that_ends_it_is_k
     assert len(disagreements(Bounces((first, last)))) == known
 
 
+@pytest.mark.parametrize(("e_flight_time", "told"), [(1.7, True), (49.8, False)])
+def test_a_sphere_that_lay_until_it_was_dropped_again_made_no_flight(e_flight_time: float, *, told: bool) -> None:
+    first = Bounce(0.0, BEFORE, AFTER, AFTER / BEFORE, 1e-4, "made", valid=True, e_flight_time=e_flight_time)
+    again = Bounce(9.0, BEFORE, AFTER, AFTER / BEFORE, 1e-4, "made", valid=True)
+    assert bool(disagreements(Bounces((first, again)))) is told
+
+
 @pytest.mark.parametrize("met", [True, False])
 def test_a_flight_that_meets_a_wall_is_not_compared(*, met: bool) -> None:
     first = Bounce(0.0, BEFORE, AFTER, AFTER / BEFORE, 1e-4, "made", valid=True, e_flight_time=0.9, e_height=0.9)

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from radargui.estimation.adaptive.still_ellipse import StillEllipse, fit_still_ellipse
+from radargui.estimation.adaptive.unwrapping import unwrapped
 from radargui.estimation.forward.bins import pool
 from radargui.estimation.signals import ScaledSignals
 from radargui.model.arrays import BoolArray, FloatArray
@@ -111,9 +112,9 @@ def rough_phases(signals: ScaledSignals, onset_s: float, settings: RoughSettings
         fitted.append(ellipse)
     ellipses = _arcs_completed(smooth, moving, fitted, signals.scale_v, settings)
     pairs = pooled.value.reshape(-1, 2, pooled.time_s.size)
-    phase = np.array([_unwrapped(pair, ellipse) for pair, ellipse in zip(pairs, ellipses, strict=True)])
+    phase = np.array([_phase_of(pair, pooled.time_s, own) for pair, own in zip(pairs, ellipses, strict=True)])
     changed = [k for k, ellipse in enumerate(ellipses) if ellipse is not fitted[k]]
-    seen = {k: (fitted[k], _unwrapped(pairs[k], fitted[k])) for k in changed}
+    seen = {k: (fitted[k], _phase_of(pairs[k], pooled.time_s, fitted[k])) for k in changed}
     every = np.array([*phase, *(own for _, own in seen.values())])
     slope = np.gradient(uniform_filter1d(every, 2 * width, axis=1, mode="nearest"), pooled.time_s, axis=1)
     # the fastest receiver sets the bins, so that in none of them a phase turns too far
@@ -121,9 +122,9 @@ def rough_phases(signals: ScaledSignals, onset_s: float, settings: RoughSettings
     return RoughPhases(pooled.time_s, phase, turns, tuple(ellipses), seen)
 
 
-def _unwrapped(pair: FloatArray, ellipse: StillEllipse) -> FloatArray:
+def _phase_of(pair: FloatArray, time_s: FloatArray, ellipse: StillEllipse) -> FloatArray:
     x, y = ellipse.point(pair[0], pair[1])
-    return np.unwrap(np.arctan2(y, x))
+    return unwrapped(np.arctan2(y, x), time_s)
 
 
 def _arcs_completed(

@@ -10,7 +10,8 @@ from radargui.estimation.adaptive.circle_data import at_one_time, circle_data, m
 from radargui.estimation.adaptive.circle_fit import CircleData, CircleFit, fit_circle
 from radargui.estimation.adaptive.circle_layout import CircleLayout
 from radargui.estimation.adaptive.still_ellipse import StillEllipse
-from radargui.estimation.forward.bins import BinnedData
+from radargui.estimation.adaptive.unwrapping import unwrapped
+from radargui.estimation.forward.bins import BinnedData, Bins
 from radargui.estimation.forward.parameters import ReceiverConstants
 from radargui.estimation.forward.position_map import PositionBasis, make_basis
 from radargui.model.arrays import BoolArray, FloatArray
@@ -139,7 +140,7 @@ def still_round(binned: BinnedData, ellipses: tuple[StillEllipse, ...], counted_
     # phases tell what a channel would have shown at the time of channel 0, and that tells better phases
     for _ in range(2 if binned.delay_s.any() else 1):
         points = [ellipse.point(i, q) for i, q, ellipse in zip(value[0::2], value[1::2], ellipses, strict=True)]
-        phase, at_rest = _phases(points, binned.rest, counted_rad)
+        phase, at_rest = _phases(points, binned.bins, binned.rest, counted_rad)
         value = at_one_time(binned, phase + at_rest[:, None], amplitude, ellipses)
     fits = tuple(CircleFit.still(ellipse) for ellipse in ellipses)
     # still ellipses tell offsets and amplitude; gain ratio and quadrature error of a short arc they do not
@@ -249,7 +250,7 @@ def best_round(binned: BinnedData, before: Round, stride: int = 1, settings: Map
 
 def recounted_round(binned: BinnedData, one: Round) -> Round:
     """Return a round whose fringes are counted anew in time: by its circles, not by those that counted first."""
-    phase = np.unwrap(one.phase_rad, axis=1)
+    phase = unwrapped(one.phase_rad, binned.bins.time_s)
     fitted = one if one.made_from is None else one.made_from
     return replace(one, phase_rad=phase, place=_places(binned, phase), fitted_m=fitted.place)
 
@@ -344,6 +345,7 @@ def _round(binned: BinnedData, data: list[CircleData], before: Round, maps: _Map
     fits, prior_mean = maps.fits, before.prior_mean
     phase, at_rest = _phases(
         [fit.point(own.i, own.q, own.bias) for fit, own in zip(fits, data, strict=True)],
+        binned.bins,
         binned.rest,
         before.phase_rad if before.holds_count else None,
     )
@@ -373,7 +375,7 @@ def _places(binned: BinnedData, phase_rad: FloatArray) -> FloatArray:
 
 
 def _phases(
-    points: list[FloatArray], rest: BoolArray, counted_rad: FloatArray | None = None
+    points: list[FloatArray], bins: Bins, rest: BoolArray, counted_rad: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Return the unwrapped phases against their mean direction at rest, and that direction.
 
@@ -386,7 +388,7 @@ def _phases(
         reference = z[rest].mean() if rest.any() else z[0]
         angle = np.angle(z * reference.conj())
         if counted_rad is None:
-            phase = np.unwrap(angle)
+            phase = unwrapped(angle, bins.time_s)
         else:
             near = counted_rad[number] - (counted_rad[number, rest].mean() if rest.any() else counted_rad[number, 0])
             phase = angle - 2.0 * np.pi * np.rint((angle - near) / (2.0 * np.pi))

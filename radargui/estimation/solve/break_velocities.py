@@ -180,11 +180,10 @@ class BreakVelocities:
     def along(self, normal: FloatArray) -> BreakSpeeds:
         """Return the speeds along a unit vector, shape (3,), the kicks across it, and their uncertainties."""
         difference = np.concatenate([-np.eye(3), np.eye(3)], axis=1)
+        across = np.eye(3) - np.outer(normal, normal)
         covariance = difference @ self.covariance @ difference.T
-        along, across = np.outer(normal, normal), np.eye(3) - np.outer(normal, normal)
-        u_jump, u_kick = (
-            np.sqrt(np.maximum(np.trace(part @ covariance @ part, axis1=1, axis2=2), 0.0)) for part in (along, across)
-        )
+        u_jump = np.sqrt(np.maximum(normal @ covariance @ normal, 0.0))
+        u_kick = np.sqrt(np.maximum(np.trace(across @ covariance @ across, axis1=1, axis2=2), 0.0))
         kick = np.linalg.norm((self.after_m_s - self.before_m_s) @ across, axis=1)
         return BreakSpeeds(self.time_s, self.before_m_s @ normal, self.after_m_s @ normal, u_jump, kick, u_kick)
 

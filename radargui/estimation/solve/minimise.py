@@ -236,7 +236,11 @@ def chi_square(solution: Solution) -> FloatArray:
 
 def local_chi_square(problem: JointProblem, at: Linearised) -> FloatArray:
     """Return the squared residual of both channels averaged over about 40 bins, shape (n_receivers, n_bins)."""
+    return np.asarray(uniform_filter1d(receiver_misfits(problem, at), _LOCAL_BINS, axis=1, mode="nearest"))
+
+
+def receiver_misfits(problem: JointProblem, at: Linearised) -> FloatArray:
+    """Return the squared residual of both channels in units of the white noise, shape (n_receivers, n_bins)."""
     square = np.where(problem.use, at.residual**2 / problem.bins.expected, 1.0)
     # against the white noise, not against what the misfit has made of it
-    pairs = square.reshape(-1, 2, square.shape[1]).mean(axis=1) * problem.noise_scale[:, None] ** 2
-    return np.asarray(uniform_filter1d(pairs, _LOCAL_BINS, axis=1, mode="nearest"))
+    return np.asarray(square.reshape(-1, 2, square.shape[1]).mean(axis=1) * problem.noise_scale[:, None] ** 2)

@@ -312,7 +312,8 @@ def _open_faults(faults: tuple[str, ...], opened: BoolArray) -> tuple[str, ...]:
     """Return the faults, those of receivers that lack too much of a motion with which channel does."""
     out = list(faults)
     for channel, share in enumerate(opened.mean(axis=1)):
-        if share > PAIR.most_clipped:
+        # what is known to be dead need not be open
+        if share > PAIR.most_clipped and not faults[channel // 2]:
             name = f"{'IQ'[channel % 2]}{channel // 2 + 1}"
             out[channel // 2] = (
                 f"{name} stands still in {100 * share:.0f} % of the motion, and the other channel does not: a contact "

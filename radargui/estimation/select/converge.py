@@ -9,7 +9,7 @@ import numpy as np
 
 from radargui.estimation.forward.bins import BinnedData
 from radargui.estimation.forward.motion_spline import SplineMotion
-from radargui.estimation.select.breaks import misfit_times, respline, sharp_turns, side_kicks
+from radargui.estimation.select.breaks import BREAKS, misfit_times, respline, sharp_turns, side_kicks
 from radargui.estimation.select.fewer_bins import fewer_bins, with_bins_of
 from radargui.estimation.solve.break_velocities import break_speeds
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_breaks
@@ -195,7 +195,9 @@ def settle_breaks(
         # or the same ripple would be tried for ever
         refused = np.concatenate([refused, inserted[~good]])
         last = number == settings.break_rounds - 1
-        sought = np.concatenate([sharp_turns(solution, normal), side_kicks(solution, normal)])
+        turns = sharp_turns(solution, normal)
+        # a kick beside a turn is that impact's own
+        sought = np.concatenate([turns, _away(side_kicks(solution, normal), turns, BREAKS.apart_s)])
         new = np.zeros(0) if last else _away(sought, refused, settings.same_s)
         stiff = misfit_times(solution) if new.size == 0 else np.zeros(0)
         if new.size == 0 and good.all() and (stiff.size == 0 or sharp.size > 0):

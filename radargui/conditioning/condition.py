@@ -171,6 +171,10 @@ def _conditioned(recording: Recording, stretch: _Stretch, setup: Setup) -> Condi
         found, inner = find_motion(volts, rate_hz, noise_v), without_ends(volts, rate_hz)
         toned = tuple(find_motion(inner[pair], rate_hz, noise_v[pair]) is None for pair in pairs)
         if found is None or all(toned):
+            # below what was taken off a target may still go its way
+            found = _steady_motion(volts, stretch.signals.usable, rate_hz, noise_v, lines)
+            toned = (False,) * len(pairs)
+        if found is None:
             return NoMotion(f"{_only_tones(lines)} moves the voltages")
         motion = found
     phase_sign, as_wired = setup.radar.phase_sign, volts

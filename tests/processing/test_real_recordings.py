@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks.altered import altered
 from benchmarks.robust_scenes.real_truth import known_of, read
 
 from radargui.files.reading import parse_channel_map, read_mapped
@@ -141,3 +142,15 @@ def test_an_ellipse_that_a_second_reflection_bends_is_refused_where_the_line_kno
     channel = process(recording, one_receiver(24.13e9, 1, "adaptive")).corrected.channels[0]  # type: ignore[union-attr]
     assert channel.gain_ratio == pytest.approx(0.762, abs=2 * 0.004)
     assert channel.quadrature_error_deg == pytest.approx(25.3, abs=2 * 0.4)
+
+
+def test_a_plate_under_a_hum_and_noise_is_not_called_at_rest(test_data: Path) -> None:
+    # backwards, noise and mains added: without the mains nothing shakes the voltages, and its line goes on
+    name, how, one = altered(test_data, 77301, 32)
+    assert (name, how) == ("PRG", "backwards, noisier, humming")
+    recording = Recording(name, np.ascontiguousarray(one.volts), Digitisation(("I1", "Q1"), one.rate_hz))
+    result = process(recording, one_receiver(9.0e9, 1, "adaptive"))
+    assert result.status == "ok"
+    assert result.paths is not None
+    valid = result.paths.valid[0]
+    assert valid.mean() > 0.9

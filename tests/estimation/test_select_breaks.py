@@ -82,6 +82,21 @@ def test_a_wall_beside_the_fall_is_a_break_but_no_impact() -> None:
     assert side_kicks(converge(small_problem(sigma=0.005).start, 4, nothing), UP).size == 0
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "kick", "met"),
+    [
+        (1.2, 1.1, 0.5, True),  # rising
+        (-1.2, -0.9, 0.5, True),  # falling, and rubbed
+        (1.2, 1.2, 0.05, False),
+        (-1.0, 0.9, 0.3, True),  # an impact that kicks
+        (0.2, 2.2, 0.3, False),  # thrown up
+    ],
+)
+def test_a_wall_is_met_rising_and_falling_and_only_rubs(before: float, after: float, kick: float, *, met: bool) -> None:
+    one = BreakSpeeds(*(np.array([value]) for value in (1.0, before, after, 1e-3, kick, 1e-3)))
+    assert one.are_kicks().tolist() == [met]
+
+
 def test_breaks_in_the_middle_of_a_flight_make_no_impacts() -> None:
     made = small_problem(breaks_s=(0.17, BOUNCE_S, 0.36), sigma=0.005)
     solution = settled(made)

@@ -35,9 +35,10 @@ class BreakLimits:
     same_share
         The last impact's share of the speed counts up to so many times the median, since a missing bounce may have
         drawn it away. Chosen by hand.
-    least_kick_m_s, kick_sigmas
+    least_kick_m_s, kick_sigmas, sigmas_rubbed
         A wall throws a body back by so much along the floor at least, and by so many uncertainties: half of what makes
-        a break be tried there (`BreakSettings.kick_m_s`). Chosen by hand.
+        a break be tried there (`BreakSettings.kick_m_s`); by how many the speed along the normal may be off. Chosen by
+        hand.
     least_lost
         Every impact takes so much of the speed at least: the hardest floors give back 0.95.
     """
@@ -51,6 +52,7 @@ class BreakLimits:
     same_share: float = 1.15
     least_kick_m_s: float = 0.075
     kick_sigmas: float = 7.0
+    sigmas_rubbed: float = 3.0
     least_lost: float = 0.05
 
 
@@ -84,9 +86,13 @@ class BreakSpeeds:
         return np.asarray(impacts & self.are_possible())
 
     def are_kicks(self) -> BoolArray:
-        """Return where the velocity along the floor jumps: a wall, or an impact that kicks."""
+        """Return where the velocity along the floor jumps: a wall, or an impact that kicks.
+
+        A wall is met rising, too, and rubs: it changes the speed along the normal by no more than its kick.
+        """
         least = np.maximum(LIMITS.least_kick_m_s, LIMITS.kick_sigmas * self.u_kick_m_s)
-        return np.asarray((self.kick_m_s > least) & self.are_possible())
+        rubbed = np.abs(self.after_m_s - self.before_m_s) < self.kick_m_s + LIMITS.sigmas_rubbed * self.u_jump_m_s
+        return np.asarray((self.kick_m_s > least) & (rubbed & self._are_held() | self.are_possible()))
 
     def are_kinks(self) -> BoolArray:
         """Return where the velocity jumps up at all, or aside.
@@ -102,11 +108,14 @@ class BreakSpeeds:
         """
         # a break between bins can swing its two sides against each other by metres a second
         thrown = self.after_m_s > LIMITS.most_thrown * np.maximum(-self.before_m_s, 0.0) + LIMITS.doubt_m_s
-        # nothing but gravity and a push of the floor acts between two impacts
+        return np.asarray(~thrown & self._are_held())
+
+    def _are_held(self) -> BoolArray:
+        """Return where nothing but gravity and a push of the floor acted since the break before."""
         flight = np.diff(self.time_s)
         changed = np.abs(self.before_m_s[1:] - self.after_m_s[:-1] + NOMINAL_GRAVITY_M_S2 * flight)
         held = np.concatenate([[True], changed < LIMITS.doubt_m_s + LIMITS.other_acceleration_m_s2 * flight])
-        return np.asarray(~thrown & held[: self.time_s.size])
+        return np.asarray(held[: self.time_s.size])
 
     def expected_impacts(self, end_s: float) -> FloatArray:
         """Return when a body that bounces on lands after the last impact, while its flights take 10 ms or more.

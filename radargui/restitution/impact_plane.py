@@ -10,6 +10,8 @@ from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounces, Track
 from radargui.restitution.settings import CHECKS
 
+_SAMPLES = 8  # of each flight before an impact: more say the same
+
 
 def judged_by_floor(bounces: Bounces, track: Track, alike_m: float | None = None) -> tuple[Bounces, list[str]]:
     """Return the bounces, and a sentence where the impacts do not lie in one plane.
@@ -60,11 +62,9 @@ def _off_one_plane(bounces: Bounces, track: Track, alike_m: float | None) -> tup
     if bounces.normal is None:
         return None
     normal = np.asarray(bounces.normal)
-    found = [_place(bounces, number, track) for number in range(len(bounces.impacts))]
-    places = [place for place in found if place is not None]
-    if len(places) < CHECKS.least_in_plane:
+    position, variance = _places(bounces, track, normal)
+    if len(position) < CHECKS.least_in_plane:
         return None
-    position, variance = np.stack([one[0] for one in places]), np.array([one[1] for one in places])
     if alike_m is not None:
         apart = np.linalg.norm(position - np.median(position, axis=0), axis=1)
         variance = variance * np.minimum(1.0, apart / alike_m) ** 2
@@ -74,7 +74,7 @@ def _off_one_plane(bounces: Bounces, track: Track, alike_m: float | None) -> tup
     aside = away - np.outer(height, normal)
     u_tilt = math.radians(CHECKS.given_tilt_deg if bounces.u_tilt_deg is None else bounces.u_tilt_deg)
     covariance = np.diag(variance) + u_tilt**2 * aside @ aside.T
-    n = len(places) - 1
+    n = len(position) - 1
     misfit, spread = float(height @ np.linalg.solve(covariance, height)), 2.0 / (9.0 * n)
     # Wilson & Hilferty 1931: the cube root of chi-square / n is nearly normal, about 1 - 2 / 9n
     if math.cbrt(misfit / n) < 1.0 - spread + CHECKS.plane_sigmas * math.sqrt(spread):
@@ -82,22 +82,26 @@ def _off_one_plane(bounces: Bounces, track: Track, alike_m: float | None) -> tup
     return float(np.abs(height).max()), float(np.sqrt(np.diag(covariance)).max())
 
 
-def _place(bounces: Bounces, number: int, track: Track) -> tuple[FloatArray, float] | None:
-    """Return where the centre is at an impact, shape (3,), and the variance of its height; None where nobody knows."""
-    impact, normal = bounces.impacts[number], np.asarray(bounces.normal)
+def _places(bounces: Bounces, track: Track, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return where the centre is at the impacts that bounce and are seen, shape (n, 3), and the heights' variances."""
+    at_s, before_m_s, after_m_s = (
+        np.array([(one.time_s, one.speed_before_m_s, one.speed_after_m_s) for one in bounces.impacts]).reshape(-1, 3).T
+    )
+    early_s, late_s = CHECKS.before_impact_s
+    first_s = np.maximum(at_s - early_s, np.append(-np.inf, at_s[:-1]) + late_s)
+    begin, end = np.searchsorted(track.time_s, [first_s, at_s - late_s])
+    # some samples of each stretch tell it
+    sample = begin[:, None] + np.arange(_SAMPLES) * np.maximum(end - begin - 1, 0)[:, None] // (_SAMPLES - 1)
+    sample = np.minimum(sample, track.time_s.size - 1)
     # what hardly arrives or hardly leaves may lie, or hang in a hand
-    if not min(impact.speed_before_m_s, impact.speed_after_m_s) > CHECKS.least_bounce_m_s:
-        return None
-    g_m_s2 = NOMINAL_GRAVITY_M_S2 * float(normal[2])
-    first_s = impact.time_s - CHECKS.before_impact_s[0]
-    if number:
-        first_s = max(first_s, bounces.impacts[number - 1].time_s + CHECKS.before_impact_s[1])
-    begin, end = np.searchsorted(track.time_s, [first_s, impact.time_s - CHECKS.before_impact_s[1]])
-    known = begin + np.flatnonzero(track.valid[begin:end])
-    if not known.size:
-        return None
-    left_s = impact.time_s - track.time_s[known]
+    bounce = (np.minimum(before_m_s, after_m_s) > CHECKS.least_bounce_m_s) & (end > begin)
+    known = track.valid[sample] & bounce[:, None]
+    seen = known.any(axis=1)
+    weight = known[seen] / known[seen].sum(axis=1, keepdims=True)
+    sample, left_s = sample[seen], at_s[seen, None] - track.time_s[sample[seen]]
     # v(t) = v_k - g (t_k - t) downwards
-    fallen_m = impact.speed_before_m_s * left_s - g_m_s2 * left_s**2 / 2.0
-    position = (track.position_m[:, known] - normal[:, None] * fallen_m).mean(axis=1)
-    return position, float((normal**2 @ track.u_position_m[:, known] ** 2).mean())
+    fallen_m = before_m_s[seen, None] * left_s - NOMINAL_GRAVITY_M_S2 * normal[2] * left_s**2 / 2.0
+    # a sample that is not known may be NaN: its weight is none
+    position = np.where(known[seen], track.position_m[:, sample] - normal[:, None, None] * fallen_m, 0.0)
+    variance = np.where(known[seen], np.tensordot(normal**2, track.u_position_m[:, sample] ** 2, 1), 0.0)
+    return np.asarray((position * weight).sum(axis=2).T), np.asarray((variance * weight).sum(axis=1))

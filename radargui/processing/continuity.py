@@ -74,7 +74,9 @@ PLACE_LOST = ", and the position is not known there"
 """Said too where there is a track."""
 
 
-def checked(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: float) -> MeasuredMotion:
+def checked(
+    motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: float, *, is_held: bool = False
+) -> MeasuredMotion:
     """Return the motion with receivers rejected whose path does not follow its signal, and with its path in pieces.
 
     Three receivers tell a position: a weak moment, or an impact that shares a frame of the spectrum with the fall, is
@@ -88,6 +90,9 @@ def checked(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: floa
         Doppler frequencies of its signals, rest, rate.
     wavelength_m
         Of the radar.
+    is_held
+        Whether a model of the motion holds all receivers, or will test this: where it goes to and fro within a frame
+        a path on a whole circle is believed then.
     """
     alone = is_alone(conditioned)
     valid = motion.paths.valid.copy()
@@ -106,8 +111,7 @@ def checked(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: floa
             present = _present(motion.corrected, k, echo, moving, rate_hz) if has_rest else None
             channels[k] = _judged_by_echo(channel, phase, good, echo, moving, rate_hz, present)
         elif not (rested and doppler.clear.mean() < LEAST_CLEAR):
-            # three receivers hold each other: what the joint estimate finds in them is judged once more
-            whole = not alone and _is_whole(motion.corrected, k, good, moving)
+            whole = is_held and not alone and _is_whole(motion.corrected, k, good, moving)
             channels[k] = _judged(channel, phase, good, doppler, alone=alone, is_whole=whole)
         if alone:
             good &= without_blips(good, max(2, round(LEAST_RUN_S * rate_hz)))

@@ -20,12 +20,13 @@ from radargui.estimation.solve.problem import State, linearise
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.recording import Recording, Truth
 from radargui.model.resources import default_setup_path
-from radargui.model.result import RunResult
+from radargui.model.result import RunResult, Track
 from radargui.model.setup import Setup, read_setup
 from radargui.model.uncertainty_budget import InputChange
 from radargui.processing.by_estimate import (
     _falls,
     _hardly_known,
+    _is_fringe_sure,
     _is_hopeless,
     _is_unknown,
     _missing_mirrors,
@@ -324,3 +325,17 @@ def test_where_no_motion_of_one_body_describes_round_circles_only_a_fall_makes_t
     record = make_record(draw_scene(9, "generic", motion, **fixed))
     result = process(record.recording, record.setup)
     assert result.status == status
+
+
+def test_a_sphere_that_lies_on_a_shaken_plate_after_its_fall_is_measured() -> None:
+    # 25 dB; to and fro by 1.1 mm, fifteen times a second
+    record = make_world_record(draw_world(931104, "exact", motion="shaken"))
+    assert process(record.recording, record.scene.setup).status == "ok"
+
+
+@pytest.mark.parametrize(("u_m", "is_sure"), [(1e-4, True), (3e-3, False)])
+def test_places_that_are_known_to_millimetres_do_not_tell_their_fringe(u_m: float, is_sure: bool) -> None:
+    time_s = np.arange(100) / 100.0
+    track = Track(time_s, np.zeros((3, 100)), np.full((3, 100), u_m), np.ones(100, dtype=np.bool_), "exact")
+    assert _is_fringe_sure(track, 0.2) == is_sure
+    assert not _is_fringe_sure(None, 0.2)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.conditioning.doppler import Doppler
+from radargui.conditioning.doppler import SETTINGS, Doppler, measure_doppler
 from radargui.model.arrays import BoolArray, FloatArray
 
 
@@ -48,7 +48,12 @@ _PARTS = 8
 
 
 def missed_frames(
-    phase_rad: FloatArray, valid: BoolArray, doppler: Doppler, settings: FollowSettings = ALONE
+    phase_rad: FloatArray,
+    valid: BoolArray,
+    doppler: Doppler,
+    settings: FollowSettings = ALONE,
+    *,
+    is_whole: bool = False,
 ) -> tuple[BoolArray, float]:
     """Return in which frames the phase turns otherwise than the spectrum says, and the share of the steady ones.
 
@@ -64,6 +69,9 @@ def missed_frames(
         Lines of the receiver's frames.
     settings
         What counts as missed.
+    is_whole
+        Whether the path goes all around its circle, and on it: what turns round in a frame, as a sphere does that
+        bounces low, then only has to show the line that the signal shows.
     """
     part = max(1, doppler.size // (2 * _PARTS))
     inside = (doppler.centre >= _PARTS * part // 2) & (doppler.centre + _PARTS * part // 2 <= phase_rad.size)
@@ -94,9 +102,23 @@ def missed_frames(
     # a hand that trembles goes to and fro on a short arc, whose line is weak
     power = doppler.power[inside]
     off &= ~((power < settings.arc_line * power.max(initial=0.0)) & (np.ptp(means, axis=1) < settings.arc_rad))
+    if is_whole and (off & line).any():
+        # another offset would leave a turn that is not whole, or not round
+        turns_round = (np.diff(np.sign(steps_hz), axis=1) != 0.0).any(axis=1)
+        shown_hz = _shown_hz(phase_rad, doppler)[inside]
+        off &= ~(line & turns_round & (np.abs(shown_hz - expected) <= within))
     missed = np.zeros(doppler.centre.size, dtype=np.bool_)
     missed[np.flatnonzero(inside)] = off
     return missed, float((off & steady).sum() / max(int((held & steady).sum()), 1))
+
+
+def _shown_hz(phase_rad: FloatArray, doppler: Doppler) -> FloatArray:
+    """Return the frequency of the strongest line of a unit circle with this phase, in the same frames."""
+    known = np.nan_to_num(phase_rad)
+    circle = np.stack([np.cos(known), np.sin(known)])
+    frames = replace(SETTINGS, lengths_s=(doppler.size / doppler.sample_rate_hz,))
+    shown = measure_doppler(circle, doppler.sample_rate_hz, np.full(2, 1e-3), frames)
+    return np.interp(doppler.centre, shown.centre, shown.frequency_hz)
 
 
 def follows(missed: BoolArray, share: float, settings: FollowSettings = ALONE) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 
 from radargui.conditioning.doppler import Doppler
 from radargui.conditioning.noise import LEAST_SAMPLES, SIXTH_DIFFERENCE_GAIN, sixth_differences
+from radargui.conditioning.whole_turn import turn_around_ellipse
 from radargui.model.arrays import BoolArray, FloatArray
 
 
@@ -87,6 +88,7 @@ class PairSettings:
 
 
 SETTINGS = PairSettings()
+TOO_SHORT = "or its motion, to and fro by less than a fringe, is too short to tell"
 
 
 def check_receiver(doppler: Doppler, pair_v: FloatArray, noise_v: FloatArray, usable: BoolArray) -> str:
@@ -132,6 +134,18 @@ def check_receiver(doppler: Doppler, pair_v: FloatArray, noise_v: FloatArray, us
         return "more than one frequency at a time: no single echo, or more than one thing moves"
     if int(clear.sum()) < SETTINGS.least_frames or doppler.clear.mean() < SETTINGS.least_clear:
         return ""
+    fault = _fault_of_lines(doppler, clear, spread)
+    if not fault:
+        return ""
+    # a sphere that bounces low is up and down within one frame: its lines at +f and -f add up to any gain and angle
+    turn = turn_around_ellipse(pair_v[:, usable.all(axis=0)], noise_v)
+    if turn.is_whole:
+        return ""
+    return f"{fault}, {TOO_SHORT}" if turn.is_arc else fault
+
+
+def _fault_of_lines(doppler: Doppler, clear: BoolArray, spread: FloatArray) -> str:
+    """Return what gain and phase between I and Q in some frames say against a pair; `spread` moves each, (2,)."""
     i, q = np.maximum(np.abs(doppler.i[clear]), 1e-300), np.maximum(np.abs(doppler.q[clear]), 1e-300)
     gain = float(np.median(q / i))
     if not 1.0 / SETTINGS.gain < gain < SETTINGS.gain:

@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
-from radargui.correction.ellipse import Ellipse, correct_ellipse
+from radargui.conditioning.ellipse import Ellipse
+from radargui.correction.ellipse import correct_ellipse
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.published import PublishedSteps, correct_published
 from radargui.correction.quality import PHASE_OVER_ROUNDNESS, assess, circularity

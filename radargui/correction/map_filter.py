@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from radargui.correction.ellipse import Ellipse, fit_ellipse
+from radargui.conditioning.ellipse import Ellipse, fit_ellipse
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.errors import ProcessingError
 from radargui.model.front_end import point_of

@@ -9,7 +9,6 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.quality import LIMITS
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import AdaptiveRounds, adaptive_rounds
-from radargui.estimation.forward.signal_model import bias_of, complex_of
 from radargui.estimation.hardware import disagreement, knows_more
 from radargui.estimation.joint import JointEstimate, estimate_joint
 from radargui.estimation.motion_estimate import MotionEstimate
@@ -20,16 +19,15 @@ from radargui.estimation.readout.unexplained import (
     unexplained_stretches,
 )
 from radargui.estimation.select.budget import NoSingleBodyError
-from radargui.estimation.solve.minimise import Solution
 from radargui.geometry.path_length import place_antennas
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import CorrectedIQ, PathLengths, Track
 from radargui.model.setup import Setup
-from radargui.model.uncertainty_budget import InputChange
 from radargui.processing.continuity import checked
+from radargui.processing.doubts import doubt, hardly_known, is_fringe_sure, is_unknown
 from radargui.processing.in_band import measure_in_band
 from radargui.processing.locate import LEAST_RECEIVERS, locate, locate_body
 from radargui.processing.measured_motion import MeasuredMotion
@@ -43,22 +41,13 @@ ENDED_EARLY = (
     "the search for walls was ended before it had looked everywhere: the signals ask for more than the model has, and "
     "what the models before it say counts in full in the uncertainty"
 )
-_MOST_U_M = 1.5e-4
-"""Uncertainty of a place, root mean square over the motion, above which it is told: drops of 30 dB without a wall that
-nobody can tell are known to 0.01 to 0.05 mm."""
-_AS_A_POINT = "; and a metal sphere counts as a point where no polarisation is given (polarization_deg)"
-_MOST_BIAS = 0.2
-"""Deviation of bias maps, in amplitudes, above which they stand for what reflects: generic scenes have 0.01 to 0.07, a
-level circle over a floor and beside a wall of which the search found neither 0.5 (physical seed 6766219)."""
-_MOST_WAVERING = 0.4
-"""Deviation of maps of ln A, where nothing flies, above which they stand for it too: level motions that are right
-within their u have up to 0.33, one that lost a fringe 0.5 (pendulum 1265520 of the laboratory, 20 mm off)."""
-_MOST_REFLECTION = 0.5
-"""Share of the wave that no floor or wall sends back: 0.1 to 0.35 was found in 34 sound scenes of floors of 0.1 to 0.3,
-0.8 in a level circle that is 2.2 mm off (physical seed 5328935)."""
-
 NO_SINGLE_BODY = (
     "no motion of one body describes it together with the others: swapped cables, a lost fringe, or a second target"
+)
+
+UNSURE_FRINGE = (
+    "the position is not known well enough to tell which fringe it is, and the motion goes to and fro too quickly for "
+    "the spectra to tell: let it go farther, or raise the signal"
 )
 
 
@@ -106,9 +95,11 @@ def measure_by_estimate(
     rounds = adaptive_rounds(conditioned, setup)
     # always: it starts the joint estimate, and stands where that does not
     estimate = estimate_adaptive(rounds)
-    adaptive = _motion_of(estimate, conditioned, setup)
+    if method != "joint":
+        return _motion_of(estimate, conditioned, setup)
+    adaptive = _motion_of(estimate, conditioned, setup, is_tested=True)
     # a long search in a signal without an echo ends in a misfit: said at once instead
-    if method != "joint" or _is_hopeless(estimate, adaptive):
+    if _is_hopeless(estimate, adaptive):
         return adaptive
     # the operator has a result soon, and the joint one replaces it
     on_preliminary(adaptive)
@@ -126,14 +117,19 @@ def measure_by_estimate(
             return _without(adaptive, wrong)
         joint, why, tried = None, error.message.rstrip(".").replace("Its", "its", 1), None
     if joint is None:
-        return _with_reason(adaptive, why)
+        # nothing has tested it
+        return _with_reason(_motion_of(estimate, conditioned, setup), why)
     motion = _motion_of(joint, conditioned, setup)
-    if motion.track is not None and _is_unknown(motion.track, joint.onset_s, setup.radar.wavelength_m):
+    if motion.track is not None and is_unknown(motion.track, joint.onset_s, setup.radar.wavelength_m):
         return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool))
-    doubt = _doubt(joint.chosen.solution, joint.onset_s, setup)
+    # believed on whole circles before, and what was to test them does not say enough
+    unsure = _strayed(joint, motion) & ~_rejected(adaptive)
+    if unsure.any() and not is_fringe_sure(motion.track, joint.onset_s):
+        motion = _without(motion, unsure, UNSURE_FRINGE)
+    doubted = doubt(joint.chosen.solution, joint.onset_s, setup)
     # a fall that obeys its law would show a lost fringe; nothing holds a level motion, and its u means nothing then
-    if doubt and not joint.chosen.solution.problem.in_flight.any():
-        return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool), doubt)
+    if doubted and not joint.chosen.solution.problem.in_flight.any():
+        return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool), doubted)
     return _with_prior(motion, tried, why)
 
 
@@ -184,9 +180,17 @@ def _is_hopeless(estimate: MotionEstimate, adaptive: MeasuredMotion) -> bool:
     signal. A floor can bend circles of level motion by more than they leave of their noise: no such circle says that
     there is no echo.
     """
-    # rejected by its path, not by the fit of its circle
-    rejected = np.array([channel.verdict == "rejected" for channel in adaptive.corrected.channels])
-    return bool((rejected & [channel.verdict != "rejected" for channel in estimate.channels]).any())
+    return bool(_strayed(estimate, adaptive).any())
+
+
+def _strayed(estimate: MotionEstimate, motion: MeasuredMotion) -> BoolArray:
+    """Return which receivers are rejected by their path, not by the fit of their circle."""
+    return _rejected(motion) & [channel.verdict != "rejected" for channel in estimate.channels]
+
+
+def _rejected(motion: MeasuredMotion) -> BoolArray:
+    """Return which receivers are rejected."""
+    return np.array([channel.verdict == "rejected" for channel in motion.corrected.channels])
 
 
 def _falls(estimate: MotionEstimate) -> bool:
@@ -203,7 +207,10 @@ def _falls(estimate: MotionEstimate) -> bool:
     return bool(abs(-2.0 * bend / NOMINAL_GRAVITY_M_S2 - 1.0) < TRACKS.largest_g_error)
 
 
-def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup) -> MeasuredMotion:
+def _motion_of(
+    estimate: MotionEstimate, conditioned: Conditioned, setup: Setup, *, is_tested: bool = False
+) -> MeasuredMotion:
+    """Return what was measured, its paths held against their signals; `is_tested`: by an estimate that follows."""
     bounces, changes = None, None
     warnings: tuple[str, ...] = ()
     # the far field bends the path by millimetres: no flight obeys gravity there, and the track gives the bounces
@@ -235,83 +242,13 @@ def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup)
         warnings += (ENDED_EARLY,)
     elif isinstance(estimate, JointEstimate) and not warnings:
         solution = estimate.chosen.solution
-        warning = _doubt(solution, estimate.onset_s, setup) or _hardly_known(estimate, setup, changes)
+        warning = doubt(solution, estimate.onset_s, setup) or hardly_known(estimate, setup, changes)
         warnings = (warning,) if warning else ()
     paths, track = _located(estimate, paths, setup)
     motion = MeasuredMotion(corrected, paths, track, bounces, changes, warnings=warnings)
-    return checked(motion, conditioned, setup.radar.wavelength_m)
-
-
-def _is_unknown(track: Track, onset_s: float, wavelength_m: float) -> bool:
-    """Whether flights bend so much that u was widened beyond a wavelength: then not even the fringes are counted."""
-    return _u_moving_m(track.u_position_m, track.time_s > onset_s) > wavelength_m
-
-
-def _u_moving_m(u_position_m: FloatArray, moving: BoolArray) -> float:
-    square = (u_position_m[:, moving] ** 2).sum(axis=0)
-    return float(np.sqrt(np.nanmean(square))) if np.isfinite(square).any() else 0.0
-
-
-def _doubt(solution: Solution, onset_s: float, setup: Setup) -> str:
-    """Return a sentence where maps or mirrors stand for what no laboratory has, else nothing."""
-    return _missing_mirrors(solution, onset_s, setup) or _unlikely_mirrors(solution)
-
-
-def _missing_mirrors(solution: Solution, onset_s: float, setup: Setup) -> str:
-    """Return a sentence where the maps of the offsets take what only mirrors or another count make, else nothing."""
-    problem, theta = solution.problem, solution.state.theta
-    own_maps = list(zip(problem.layout.receivers, solution.at.signals, strict=True))
-    # of a metal sphere that counts as a point they take what it scatters; the budget has that
-    is_polarised = setup.transmitter.polarization_deg is not None
-    grown = is_polarised and max(float(problem.prior.sd[own.bias_i.start]) for own, _ in own_maps) > _MOST_BIAS
-    moving = problem.bins.time_s > onset_s
-    # an offset beyond the wave: the phasor may have gone round it on the other side
-    beyond = any(
-        (np.abs(bias_of(theta, own, problem.inputs)) > np.abs(signal.field))[moving].any() for own, signal in own_maps
-    )
-    wavers = max(float(problem.prior.sd[own.amplitude_map.start]) for own, _ in own_maps) > _MOST_WAVERING
-    if not (grown or beyond or (wavers and not problem.in_flight.any())):
-        return ""
-    what = "offsets change" if grown or beyond else "amplitude changes"
-    return (
-        f"the {what} with the place as much as the signal: likely reflectors that were not found, or a lost "
-        "fringe, and the position may be off by more than its uncertainty: cover what reflects within a metre, or let "
-        "it go farther"
-    )
-
-
-def _unlikely_mirrors(solution: Solution) -> str:
-    """Return a sentence where mirrors that no laboratory has stand for a motion that no flight holds, else nothing."""
-    problem, theta = solution.problem, solution.state.theta
-    layout = problem.layout
-    if problem.in_flight.any() or not problem.inputs.planes:
-        return ""
-    places = [layout.transmitter_reflection, *(own.receiver_reflection for own in layout.receivers)]
-    most = max(float(np.abs(complex_of(theta[own])).max()) for own in places)
-    if most < _MOST_REFLECTION:
-        return ""
-    return (
-        f"a mirror was found that would send back {most:.1g} of the wave: a level motion hardly tells mirrors from "
-        "itself, and the position may be off by more than its uncertainty: let it go up and down, or cover what "
-        "reflects"
-    )
-
-
-def _hardly_known(estimate: MotionEstimate, setup: Setup, changes: Sequence[InputChange] | None) -> str:
-    """Return a sentence where the motion is known much worse than noise and the setup let it be, else nothing."""
-    if estimate.u_position_m is None:
-        return ""
-    u_m = _u_moving_m(estimate.u_position_m, estimate.time_s > estimate.onset_s)
-    # antennas known to a degree make millimetres, and their mirrors as much: the budget says so
-    square = sum(_u_moving_m(one.moved_m, one.time_s > estimate.onset_s) ** 2 for one in changes or ())
-    if u_m < max(_MOST_U_M, float(np.sqrt(square))):
-        return ""
-    is_polarised = setup.transmitter.polarization_deg is not None
-    return (
-        f"the position is only known to {1e3 * u_m:.1g} mm: the signals do not tell what reflects beside the motion, "
-        "or it is too short for that: cover what reflects within a metre, or let it go farther"
-        f"{'' if is_polarised else _AS_A_POINT}"
-    )
+    if isinstance(estimate, JointEstimate):
+        is_tested = is_fringe_sure(track, estimate.onset_s)
+    return checked(motion, conditioned, setup.radar.wavelength_m, is_held=is_tested)
 
 
 def _located(estimate: MotionEstimate, paths: PathLengths, setup: Setup) -> tuple[PathLengths, Track | None]:

@@ -12,6 +12,7 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.doppler import Doppler
 from radargui.conditioning.follows import ALONE, TOGETHER, follows, missed_frames
 from radargui.conditioning.segment import without_blips
+from radargui.conditioning.whole_turn import is_whole_circle
 from radargui.correction.agreement import lasting, strays
 from radargui.correction.phase import join_pieces
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
@@ -73,7 +74,9 @@ PLACE_LOST = ", and the position is not known there"
 """Said too where there is a track."""
 
 
-def checked(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: float) -> MeasuredMotion:
+def checked(
+    motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: float, *, is_held: bool = False
+) -> MeasuredMotion:
     """Return the motion with receivers rejected whose path does not follow its signal, and with its path in pieces.
 
     Three receivers tell a position: a weak moment, or an impact that shares a frame of the spectrum with the fall, is
@@ -87,6 +90,9 @@ def checked(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: floa
         Doppler frequencies of its signals, rest, rate.
     wavelength_m
         Of the radar.
+    is_held
+        Whether a model of the motion holds all receivers, or will test this: where it goes to and fro within a frame
+        a path on a whole circle is believed then.
     """
     alone = is_alone(conditioned)
     valid = motion.paths.valid.copy()
@@ -105,7 +111,8 @@ def checked(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: floa
             present = _present(motion.corrected, k, echo, moving, rate_hz) if has_rest else None
             channels[k] = _judged_by_echo(channel, phase, good, echo, moving, rate_hz, present)
         elif not (rested and doppler.clear.mean() < LEAST_CLEAR):
-            channels[k] = _judged(channel, phase, good, doppler, alone=alone)
+            whole = is_held and not alone and _is_whole(motion.corrected, k, good, moving)
+            channels[k] = _judged(channel, phase, good, doppler, alone=alone, is_whole=whole)
         if alone:
             good &= without_blips(good, max(2, round(LEAST_RUN_S * rate_hz)))
             known = float(good[moving].mean())
@@ -168,15 +175,24 @@ def _drop_jumps(phase_rad: FloatArray, valid: BoolArray, rate_hz: float) -> None
 
 
 def _judged(
-    channel: ChannelQuality, phase_rad: FloatArray, valid: BoolArray, doppler: Doppler, *, alone: bool
+    channel: ChannelQuality, phase_rad: FloatArray, valid: BoolArray, doppler: Doppler, *, alone: bool, is_whole: bool
 ) -> ChannelQuality:
     """Return the verdict on a receiver; alone, single moments that do not follow become invalid, in place."""
-    missed, share = missed_frames(phase_rad, valid, doppler)
+    missed, share = missed_frames(phase_rad, valid, doppler, is_whole=is_whole)
     if not follows(missed, share, ALONE if alone else TOGETHER):
         return _strayed(channel, share)
     if alone:
         valid &= ~doppler.around(missed, valid.size)
     return channel
+
+
+def _is_whole(corrected: CorrectedIQ, number: int, valid: BoolArray, moving: slice) -> bool:
+    """Whether a receiver's corrected signal goes all around its circle, and on it."""
+    iq = np.stack([corrected.i[number, moving], corrected.q[number, moving]])
+    snr_db = corrected.channels[number].snr_db
+    known = valid[moving] & np.isfinite(iq).all(axis=0)
+    noise = 0.0 if snr_db is None else float(np.sqrt(0.5 * 10.0 ** (-snr_db / 10.0)))
+    return is_whole_circle(iq[:, known], noise)
 
 
 def _judged_by_echo(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radargui.conditioning.conditioned import Conditioned
-from radargui.correction.ellipse import Ellipse
+from radargui.conditioning.ellipse import Ellipse
 from radargui.correction.published import ChannelSteps, PublishedSteps
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.front_end import FrontEnd

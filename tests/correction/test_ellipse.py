@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from radargui.conditioning.ellipse import fit_ellipse
 from radargui.conditioning.skew import remove_skew
-from radargui.correction.ellipse import correct_ellipse, fit_ellipse
+from radargui.correction.ellipse import correct_ellipse
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.model.errors import ProcessingError
 from radargui.model.result import Segment

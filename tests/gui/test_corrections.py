@@ -13,7 +13,7 @@ from support.changed import changed
 from support.gui_sessions import make_session
 from support.small_setups import quick_setup
 
-from radargui.correction.ellipse import Ellipse
+from radargui.conditioning.ellipse import Ellipse
 from radargui.experiment.compare import OverlaidMethod, compute_methods, overlaid
 from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.correction_view import CorrectionView

@@ -20,17 +20,11 @@ from radargui.estimation.solve.problem import State, linearise
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.recording import Recording, Truth
 from radargui.model.resources import default_setup_path
-from radargui.model.result import RunResult
+from radargui.model.result import RunResult, Track
 from radargui.model.setup import Setup, read_setup
 from radargui.model.uncertainty_budget import InputChange
-from radargui.processing.by_estimate import (
-    _falls,
-    _hardly_known,
-    _is_hopeless,
-    _is_unknown,
-    _missing_mirrors,
-    _unlikely_mirrors,
-)
+from radargui.processing.by_estimate import _falls, _is_hopeless
+from radargui.processing.doubts import hardly_known, is_fringe_sure, is_unknown, missing_mirrors, unlikely_mirrors
 from radargui.processing.offline import process
 from radargui.report.tables import result_document
 from radargui.sources.simulated.model import simulate_recording
@@ -223,11 +217,11 @@ def test_maps_nearly_as_large_as_the_signal_are_told_to_stand_for_mirrors(setup:
     small = small_problem(n_bins=20)
     body = changed(setup, transmitter={"polarization_deg": 0.0})
     solution = _solution(small, small.truth)
-    assert _missing_mirrors(solution, START_S, body) == ""
+    assert missing_mirrors(solution, START_S, body) == ""
     small.problem.prior.sd[small.problem.layout.receivers[1].bias_i] = 0.4
-    assert "reflectors that were not found" in _missing_mirrors(solution, START_S, body)
+    assert "reflectors that were not found" in missing_mirrors(solution, START_S, body)
     # where the sphere counts as a point they are what it scatters
-    assert _missing_mirrors(solution, START_S, changed(setup, transmitter={"polarization_deg": None})) == ""
+    assert missing_mirrors(solution, START_S, changed(setup, transmitter={"polarization_deg": None})) == ""
 
 
 @pytest.mark.parametrize(
@@ -240,7 +234,7 @@ def test_an_amplitude_that_changes_by_as_much_as_itself_is_told_where_nothing_fl
     small.problem.prior.sd[small.problem.layout.receivers[1].amplitude_map] = deviation
     solution = _solution(small, small.truth)
     solution.problem = replace(small.problem, in_flight=np.full(small.problem.in_flight.size, flies))
-    assert ("amplitude changes" in _missing_mirrors(solution, START_S, setup)) is is_told
+    assert ("amplitude changes" in missing_mirrors(solution, START_S, setup)) is is_told
 
 
 @pytest.mark.parametrize(("share", "is_told"), [(0.8, False), (1.2, True)])
@@ -252,7 +246,7 @@ def test_an_offset_beyond_the_wave_may_have_lost_a_fringe_whatever_the_sphere_is
     moving = small.problem.bins.time_s > START_S
     wave = np.abs(linearise(small.problem, small.truth).signals[2].field)
     theta[own.bias_i.start] = share / np.abs(small.problem.inputs.bias[moving, 0] / wave[moving]).max()
-    told = _missing_mirrors(_solution(small, State(small.truth.coefficients, theta)), START_S, point)
+    told = missing_mirrors(_solution(small, State(small.truth.coefficients, theta)), START_S, point)
     assert ("a lost fringe" in told) is is_told
 
 
@@ -263,38 +257,38 @@ def test_a_mirror_that_no_laboratory_has_is_told_where_no_flight_holds_the_motio
     theta[level.layout.receivers[0].receiver_reflection] = 0.3, 0.6
     found = State(small.truth.coefficients, theta)
     solution: Any = SimpleNamespace(problem=level, state=small.truth)
-    assert _unlikely_mirrors(solution) == ""
+    assert unlikely_mirrors(solution) == ""
     solution.state = found
-    assert "would send back 0.7 of the wave" in _unlikely_mirrors(solution)
+    assert "would send back 0.7 of the wave" in unlikely_mirrors(solution)
     solution.problem = replace(level, in_flight=np.ones_like(level.in_flight))
-    assert _unlikely_mirrors(solution) == ""
+    assert unlikely_mirrors(solution) == ""
     bare = small_problem(n_bins=20)
-    assert _unlikely_mirrors(_solution(bare, bare.truth)) == ""
+    assert unlikely_mirrors(_solution(bare, bare.truth)) == ""
 
 
 def test_a_position_that_is_hardly_known_is_told_with_its_uncertainty(setup: Setup) -> None:
     # the rest is known by the setup, however little the motion
     u_m = np.append(np.zeros((3, 50)), np.full((3, 100), 1.2e-4), axis=1)
     estimate: Any = SimpleNamespace(time_s=np.arange(150.0), onset_s=49.5, u_position_m=u_m)
-    words = _hardly_known(estimate, setup, ())
+    words = hardly_known(estimate, setup, ())
     assert words.startswith("the position is only known to 0.2 mm")
     assert words.endswith("(polarization_deg)") == (setup.transmitter.polarization_deg is None)
     # where antennas that are known to a degree leave more than that, the budget says so
     antennas = InputChange("receiver[1].tilt_deg", "calibration", np.arange(150.0), 2.0 * u_m, np.empty(0), 0.0)
-    assert _hardly_known(estimate, setup, (antennas,)) == ""
+    assert hardly_known(estimate, setup, (antennas,)) == ""
     estimate.u_position_m = 0.5 * u_m
-    assert _hardly_known(estimate, setup, ()) == ""
+    assert hardly_known(estimate, setup, ()) == ""
     estimate.u_position_m = None
-    assert _hardly_known(estimate, setup, ()) == ""
+    assert hardly_known(estimate, setup, ()) == ""
 
 
 def test_a_motion_that_is_not_known_to_a_wavelength_counts_no_fringes() -> None:
     # laboratory seed 3789260: a receiver beside a wall lost fringes, u was widened 972 times, 51 mm were "ok"
     u_m = np.append(np.zeros((3, 50)), np.full((3, 100), 0.02), axis=1)
     track: Any = SimpleNamespace(time_s=np.arange(150.0), u_position_m=u_m)
-    assert _is_unknown(track, 49.5, 0.03)
+    assert is_unknown(track, 49.5, 0.03)
     track.u_position_m = 0.8 * u_m
-    assert not _is_unknown(track, 49.5, 0.03)
+    assert not is_unknown(track, 49.5, 0.03)
 
 
 @pytest.mark.parametrize(("motion", "status"), [("circle", "rejected"), ("drop", "ok")])
@@ -302,7 +296,7 @@ def test_what_nothing_holds_is_refused_where_maps_or_mirrors_stand_for_what_no_l
     monkeypatch: pytest.MonkeyPatch, motion: str, status: str
 ) -> None:
     # level circles of physical seeds 2755310 and 2755320: 3 and 17 mm off, told in a warning, and "ok"
-    monkeypatch.setattr("radargui.processing.by_estimate._missing_mirrors", lambda *_: "a fringe may be lost")
+    monkeypatch.setattr("radargui.processing.doubts.missing_mirrors", lambda *_: "a fringe may be lost")
     fixed = {"rate_hz": 2000.0, "snr_db": 35.0, "moving_s": 0.4}
     record = make_record(draw_scene(9, "generic", motion, **fixed))
     result = process(record.recording, record.setup)
@@ -324,3 +318,17 @@ def test_where_no_motion_of_one_body_describes_round_circles_only_a_fall_makes_t
     record = make_record(draw_scene(9, "generic", motion, **fixed))
     result = process(record.recording, record.setup)
     assert result.status == status
+
+
+def test_a_sphere_that_lies_on_a_shaken_plate_after_its_fall_is_measured() -> None:
+    # 25 dB; to and fro by 1.1 mm, fifteen times a second
+    record = make_world_record(draw_world(931104, "exact", motion="shaken"))
+    assert process(record.recording, record.scene.setup).status == "ok"
+
+
+@pytest.mark.parametrize(("u_m", "is_sure"), [(1e-4, True), (3e-3, False)])
+def test_places_that_are_known_to_millimetres_do_not_tell_their_fringe(u_m: float, is_sure: bool) -> None:
+    time_s = np.arange(100) / 100.0
+    track = Track(time_s, np.zeros((3, 100)), np.full((3, 100), u_m), np.ones(100, dtype=np.bool_), "exact")
+    assert is_fringe_sure(track, 0.2) == is_sure
+    assert not is_fringe_sure(None, 0.2)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from PySide6 import QtWidgets
 from PySide6.QtCore import Qt
 
-from radargui.correction.ellipse import Ellipse
+from radargui.conditioning.ellipse import Ellipse
 from radargui.experiment.compare import OverlaidMethod
 from radargui.gui.layout import Choice, OneLine, button, fill, having
 from radargui.gui.plots.key import IQ_KEY, Key

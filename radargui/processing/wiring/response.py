@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.correction.ellipse import fit_ellipse
+from radargui.conditioning.ellipse import fit_ellipse
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.errors import ProcessingError
 

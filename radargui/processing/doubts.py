@@ -1,0 +1,107 @@
+"""What speaks against a track that fits its signals: mirrors that were not found, a place hardly known, a fringe."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from radargui.estimation.forward.signal_model import bias_of, complex_of
+from radargui.estimation.motion_estimate import MotionEstimate
+from radargui.estimation.solve.minimise import Solution
+from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.result import Track
+from radargui.model.setup import Setup
+from radargui.model.uncertainty_budget import InputChange
+
+_MOST_U_M = 1.5e-4
+"""Uncertainty of a place, root mean square over the motion, above which it is told: drops of 30 dB without a wall that
+nobody can tell are known to 0.01 to 0.05 mm."""
+_SURE_FRINGE_M = 1e-3
+"""The same above which no fringe is sure: a lost one shifts a place by some mm. 22 dB on a shaken plate, 5 mm off, were
+known to 3 mm (laboratory shaken 931107); others whose spectra say as little, and that are right, to 0.01 to 0.1."""
+_AS_A_POINT = "; and a metal sphere counts as a point where no polarisation is given (polarization_deg)"
+_MOST_BIAS = 0.2
+"""Deviation of bias maps, in amplitudes, above which they stand for what reflects: generic scenes have 0.01 to 0.07, a
+level circle over a floor and beside a wall of which the search found neither 0.5 (physical seed 6766219)."""
+_MOST_WAVERING = 0.4
+"""Deviation of maps of ln A, where nothing flies, above which they stand for it too: level motions that are right
+within their u have up to 0.33, one that lost a fringe 0.5 (pendulum 1265520 of the laboratory, 20 mm off)."""
+_MOST_REFLECTION = 0.5
+"""Share of the wave that no floor or wall sends back: 0.1 to 0.35 was found in 34 sound scenes of floors of 0.1 to 0.3,
+0.8 in a level circle that is 2.2 mm off (physical seed 5328935)."""
+
+
+def is_unknown(track: Track, onset_s: float, wavelength_m: float) -> bool:
+    """Whether flights bend so much that u was widened beyond a wavelength: then not even the fringes are counted."""
+    return _u_moving_m(track.u_position_m, track.time_s > onset_s) > wavelength_m
+
+
+def is_fringe_sure(track: Track | None, onset_s: float) -> bool:
+    """Whether places are known so well that the motion has told which fringe each is."""
+    return track is not None and _u_moving_m(track.u_position_m, track.time_s > onset_s) < _SURE_FRINGE_M
+
+
+def _u_moving_m(u_position_m: FloatArray, moving: BoolArray) -> float:
+    square = (u_position_m[:, moving] ** 2).sum(axis=0)
+    return float(np.sqrt(np.nanmean(square))) if np.isfinite(square).any() else 0.0
+
+
+def doubt(solution: Solution, onset_s: float, setup: Setup) -> str:
+    """Return a sentence where maps or mirrors stand for what no laboratory has, else nothing."""
+    return missing_mirrors(solution, onset_s, setup) or unlikely_mirrors(solution)
+
+
+def missing_mirrors(solution: Solution, onset_s: float, setup: Setup) -> str:
+    """Return a sentence where the maps of the offsets take what only mirrors or another count make, else nothing."""
+    problem, theta = solution.problem, solution.state.theta
+    own_maps = list(zip(problem.layout.receivers, solution.at.signals, strict=True))
+    # of a metal sphere that counts as a point they take what it scatters; the budget has that
+    is_polarised = setup.transmitter.polarization_deg is not None
+    grown = is_polarised and max(float(problem.prior.sd[own.bias_i.start]) for own, _ in own_maps) > _MOST_BIAS
+    moving = problem.bins.time_s > onset_s
+    # an offset beyond the wave: the phasor may have gone round it on the other side
+    beyond = any(
+        (np.abs(bias_of(theta, own, problem.inputs)) > np.abs(signal.field))[moving].any() for own, signal in own_maps
+    )
+    wavers = max(float(problem.prior.sd[own.amplitude_map.start]) for own, _ in own_maps) > _MOST_WAVERING
+    if not (grown or beyond or (wavers and not problem.in_flight.any())):
+        return ""
+    what = "offsets change" if grown or beyond else "amplitude changes"
+    return (
+        f"the {what} with the place as much as the signal: likely reflectors that were not found, or a lost "
+        "fringe, and the position may be off by more than its uncertainty: cover what reflects within a metre, or let "
+        "it go farther"
+    )
+
+
+def unlikely_mirrors(solution: Solution) -> str:
+    """Return a sentence where mirrors that no laboratory has stand for a motion that no flight holds, else nothing."""
+    problem, theta = solution.problem, solution.state.theta
+    layout = problem.layout
+    if problem.in_flight.any() or not problem.inputs.planes:
+        return ""
+    places = [layout.transmitter_reflection, *(own.receiver_reflection for own in layout.receivers)]
+    most = max(float(np.abs(complex_of(theta[own])).max()) for own in places)
+    if most < _MOST_REFLECTION:
+        return ""
+    return (
+        f"a mirror was found that would send back {most:.1g} of the wave: a level motion hardly tells mirrors from "
+        "itself, and the position may be off by more than its uncertainty: let it go up and down, or cover what "
+        "reflects"
+    )
+
+
+def hardly_known(estimate: MotionEstimate, setup: Setup, changes: Sequence[InputChange] | None) -> str:
+    """Return a sentence where the motion is known much worse than noise and the setup let it be, else nothing."""
+    if estimate.u_position_m is None:
+        return ""
+    u_m = _u_moving_m(estimate.u_position_m, estimate.time_s > estimate.onset_s)
+    # antennas known to a degree make millimetres, and their mirrors as much: the budget says so
+    square = sum(_u_moving_m(one.moved_m, one.time_s > estimate.onset_s) ** 2 for one in changes or ())
+    if u_m < max(_MOST_U_M, float(np.sqrt(square))):
+        return ""
+    is_polarised = setup.transmitter.polarization_deg is not None
+    return (
+        f"the position is only known to {1e3 * u_m:.1g} mm: the signals do not tell what reflects beside the motion, "
+        "or it is too short for that: cover what reflects within a metre, or let it go farther"
+        f"{'' if is_polarised else _AS_A_POINT}"
+    )

@@ -116,13 +116,13 @@ def fault_of(error: BaseException, what: str) -> FaultError:
     what
         What failed, for people: "Reading the source".
     """
-    frames = traceback.extract_tb(error.__traceback__)
+    frames = [(frame.filename.replace("\\", "/"), frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
+    # as code objects name it: where the program is frozen they know no whole path
+    package = fault_of.__code__.co_filename.replace("\\", "/").removesuffix("model/errors.py")
     # the last place in this program: what a library says below it helps nobody here
-    ours = [frame for frame in frames if "radargui" in frame.filename] or frames
-    place = ""
-    if ours:
-        path = ours[-1].filename.replace("\\", "/")
-        place = f" ({path[path.rfind('radargui/') :]}, line {ours[-1].lineno})"
+    ours = [(f"radargui/{path.removeprefix(package)}", line) for path, line in frames if path.startswith(package)]
+    places = ours or [(path.rpartition("/")[2], line) for path, line in frames]
+    place = f" ({places[-1][0]}, line {places[-1][1]})" if places else ""
     if isinstance(error, MemoryError):
         fault = FaultError(f"{what} failed: no memory is left{place}", remedy="Close other programs.")
     else:

@@ -1,6 +1,7 @@
 """The words of errors in the resources are those that the program asks for, with room for the facts that it gives."""
 
 import ast
+from collections.abc import Callable
 from pathlib import Path
 from string import Formatter
 from typing import Any
@@ -8,7 +9,7 @@ from typing import Any
 import pytest
 
 import radargui
-from radargui.model.errors import FileError, worded
+from radargui.model.errors import FileError, fault_of, worded
 from radargui.model.resources import resource_table
 
 SOURCES = [path.read_text(encoding="utf-8") for path in Path(radargui.__file__).parent.rglob("*.py")]
@@ -63,3 +64,14 @@ def test_where_the_words_cannot_be_read_an_error_still_tells_its_facts(monkeypat
     error = worded(FileError, "unwritable", path="run.h5", why="Too many open files")
     assert isinstance(error, FileError)
     assert error.message == "unwritable: path run.h5, why Too many open files"
+
+
+def test_a_checkout_called_as_the_program_does_not_make_every_library_in_it_a_part_of_it() -> None:
+    module: dict[str, Callable[[], None]] = {}
+    path = "/home/somebody/radargui/.venv/lib/other.py"
+    exec(compile("def fail():\n    raise ZeroDivisionError('oops')", path, "exec"), module)
+    with pytest.raises(ZeroDivisionError) as caught:
+        module["fail"]()
+    # the test itself is the first frame, and no part of the program either
+    told = fault_of(caught.value, "Reading").message
+    assert told == "Reading failed unexpectedly: ZeroDivisionError: oops (other.py, line 2)"

@@ -146,7 +146,7 @@ def creeps_since(time_s: FloatArray, value: FloatArray, onset_s: float) -> float
             # from differences of neighbours in the first half: slow noise does not fall as white noise does
             still = wide[:, : wide.shape[1] // 2 + width]
             apart = np.median(np.abs(still[:, width:] - still[:, :-width]), axis=1) / 0.95
-            noise = max(float(white) / np.sqrt(width), float(apart.max()))
+            noise = max(white / np.sqrt(width), float(apart.max()))
         middle_s = time_s[first[: wide.shape[1]]] + (width - 1) / 2.0 * block_s
         if (crept_s := _crept_since(middle_s, wide, SETTINGS.sigmas[width > 1] * noise)) is not None:
             return max(crept_s, float(time_s[0]))

@@ -179,9 +179,9 @@ class CheckSettings:
     given_tilt_deg
         Standard deviation of a normal that the setup gives.
     plane_sigmas
-        Impacts are off one plane where chi-square is beyond its mean by so many deviations, once in a thousand: of 80
-        laboratory, generic and physical drops with three corrections it was at most 2.7 a degree of freedom, but 26 in
-        one where a fringe was lost (30 mm, seed 820002, published).
+        Impacts are off one plane where chi-square is beyond its mean by so many deviations, once in a thousand: of
+        190 drops that were right it was at most 4.3 a degree of freedom (decision 45), but 26 in one where a fringe was
+        lost (30 mm, laboratory seed 820002, published).
     """
 
     least_samples: int = 16

@@ -8,7 +8,7 @@ import numpy as np
 from radargui.correction.quality import LIMITS
 from radargui.estimation.select.budget import NoSingleBodyError
 from radargui.estimation.solve.minimise import Solution, receiver_misfits
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, runs_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,14 +88,13 @@ def unexplained_stretches(solution: Solution, settings: StretchSettings = STRETC
     window = np.floor((time_s - time_s[0]) / settings.window_s).astype(np.intp)
     out = []
     for receiver, misfit in enumerate(receiver_misfits(solution.problem, solution.at)):
-        count = np.bincount(window[use])
-        mean = np.bincount(window[use], weights=misfit[use]) / np.maximum(count, 1)
+        count = np.bincount(window[use], minlength=window[-1] + 1)
+        mean = np.bincount(window[use], weights=misfit[use], minlength=count.size) / np.maximum(count, 1)
         typical = float(np.median(mean[count > 0]))
         wrong = mean > max(settings.least_misfit, settings.times_median * typical)
-        kept = use & ~np.isin(window, np.flatnonzero(wrong))
+        kept = use & ~wrong[window]
         if wrong.sum() > settings.most_share * (count > 0).sum() or misfit[kept].mean() > LIMITS.most_misfit:
             return ()
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], wrong, [False]])))
-        for first, last in edges.reshape(-1, 2) * settings.window_s + time_s[0]:
+        for first, last in runs_of(wrong) * settings.window_s + time_s[0]:
             out.append(UnexplainedStretch(receiver, first - settings.margin_s, last + settings.margin_s))
     return tuple(out)

@@ -15,7 +15,7 @@ from radargui.estimation.motion_estimate import MotionEstimate
 from radargui.estimation.readout.unexplained import (
     UnexplainedError,
     UnexplainedStretch,
-    sentences_of,
+    unexplained_of,
     unexplained_stretches,
 )
 from radargui.estimation.select.budget import NoSingleBodyError
@@ -115,7 +115,7 @@ def measure_by_estimate(
             wrong &= estimate.chi_square > LIMITS.most_misfit
         if wrong.any():
             return _without(adaptive, wrong)
-        joint, why, tried = None, error.message.rstrip(".").replace("Its", "its", 1), None
+        joint, why, tried = None, error.message, None
     if joint is None:
         # nothing has tested it
         return _with_reason(_motion_of(estimate, conditioned, setup), why)
@@ -139,7 +139,8 @@ def _by_circles(conditioned: Conditioned, setup: Setup) -> MeasuredMotion:
 
 def _with_reason(adaptive: MeasuredMotion, why: str) -> MeasuredMotion:
     """Return the motion with why the joint correction does not stand; nothing where it was not asked for."""
-    warnings = (f"the joint correction does not stand here ({why}): the adaptive one was used",) if why else ()
+    because = f"{why[:1].lower()}{why[1:]}".rstrip(".")
+    warnings = (f"the joint correction does not stand here ({because}): the adaptive one was used",) if why else ()
     return replace(adaptive, warnings=adaptive.warnings + warnings)
 
 
@@ -160,16 +161,18 @@ def _with_left_out(motion: MeasuredMotion, stretches: Sequence[UnexplainedStretc
 
     A phase that was led astray for milliseconds may have lost a fringe, and a round circle says nothing of that.
     """
-    sentences, named = sentences_of(stretches), {one.receiver for one in stretches}
+    shown = unexplained_of(stretches)
     if motion.corrected.method != "joint":
-        wrong = np.isin(np.arange(len(motion.corrected.channels)), list(named))
-        return _without(motion, wrong, "; ".join(sentences))
+        for receiver, why in shown.items():
+            motion = _without(motion, np.arange(len(motion.corrected.channels)) == receiver, why)
+        return motion
     channels = tuple(
         # nothing else is said of samples that are not used
-        replace(one, reason=one.reason.replace("are clipped", "were left out")) if number in named else one
+        replace(one, reason=one.reason.replace("are clipped", "were left out")) if number in shown else one
         for number, one in enumerate(motion.corrected.channels)
     )
-    warnings = (*(f"{sentence}: left out there" for sentence in sentences), *motion.warnings)
+    said = (f"receiver {receiver + 1} {why}: left out there" for receiver, why in shown.items())
+    warnings = (*said, *motion.warnings)
     return replace(motion, corrected=replace(motion.corrected, channels=channels), warnings=warnings)
 
 

@@ -1,6 +1,6 @@
 """A whole recording to its result."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, partial
 
@@ -141,13 +141,14 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
     channels, paths, track = whole.channels(motion.corrected, part.faults), motion.paths, motion.track
     warnings = [*before, *motion.warnings]
     # every rejected receiver refuses the run, for the track needs all of them, unless it goes on without
-    reasons = {k: f"receiver {k + 1}: {c.reason}" for k, c in enumerate(channels) if c.verdict == "rejected"}
+    reasons = {k: c.reason for k, c in enumerate(channels) if c.verdict == "rejected"}
     # what is no receiver first: without it, its neighbours are hard to judge
-    left_out = [reasons.pop(number) for number, fault in enumerate(part.faults) if fault]
+    no_receivers = {number: reasons.pop(number) for number, fault in enumerate(part.faults) if fault}
+    left_out = said_once(no_receivers)
     if part.goes_on_without:
         warnings += [f"{sentence}: the others go on without it" for sentence in left_out]
         left_out = []
-    rejected = [*left_out, *reasons.values()]
+    rejected = [*left_out, *said_once(reasons)]
     if rejected:
         # rejected means rejected: no sample of it is called valid
         paths = replace(paths, valid=np.zeros_like(paths.valid))
@@ -182,11 +183,8 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         if bounces.braked_1_m is not None:
             warnings.append(BRAKED.format(drag=bounces.braked_1_m))
         corrected = replace(corrected, decisions=(*corrected.decisions, *found_tilt(bounces), *walls_met(bounces)))
-    warnings += [
-        f"receiver {channel.name} is {channel.verdict}: {channel.reason}"
-        for channel in channels
-        if channel.verdict == "usable"
-    ]
+    usable = {number: channel.reason for number, channel in enumerate(channels) if channel.verdict == "usable"}
+    warnings += said_once(usable, "usable")
     return RunResult(
         recording,
         part.whole_setup,
@@ -202,6 +200,16 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         front_end_prior=motion.front_end_prior,
         reported_quality=Quality(motion.corrected.method, channels),
     )
+
+
+def said_once(reasons: Mapping[int, str], verdict: str = "") -> list[str]:
+    """Return each reason once, with the receivers, counted from 0, that have it, and what they are by it."""
+    said = []
+    for why in dict.fromkeys(reasons.values()):
+        *others, last = (str(number + 1) for number, one in reasons.items() if one == why)
+        who, are = (f"receivers {', '.join(others)} and {last}", "are") if others else (f"receiver {last}", "is")
+        said.append(f"{who} {are} {verdict}: {why}" if verdict else f"{who}: {why}")
+    return said
 
 
 def _left_out(part: Part, motion: MeasuredMotion) -> dict[int, str]:

@@ -11,7 +11,7 @@ from benchmarks.robust_scenes.budget import with_correction
 from benchmarks.robust_scenes.drops import Drop, make_drop
 
 from radargui.model.result import RunResult
-from radargui.processing.offline import process
+from radargui.processing.offline import process, said_once
 
 
 def drowned(n_receivers: int, receivers: tuple[int, ...]) -> tuple[Drop, RunResult]:
@@ -24,6 +24,12 @@ def drowned(n_receivers: int, receivers: tuple[int, ...]) -> tuple[Drop, RunResu
         pair += rng.normal(0.0, 1.2 * pair.std(), pair.shape)
     recording = replace(drop.recording, raw=np.round(raw).astype(np.int16))
     return drop, process(recording, with_correction(drop.setup, "ellipse"))
+
+
+def test_a_reason_that_several_receivers_have_is_said_once() -> None:
+    assert said_once({0: "weak", 1: "clipped", 2: "weak"}) == ["receivers 1 and 3: weak", "receiver 2: clipped"]
+    assert said_once({0: "weak", 1: "weak", 2: "weak"}, "usable") == ["receivers 1, 2 and 3 are usable: weak"]
+    assert said_once({3: "weak"}, "usable") == ["receiver 4 is usable: weak"]
 
 
 def test_four_receivers_go_on_without_the_one_that_the_correction_rejects() -> None:

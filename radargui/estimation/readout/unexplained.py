@@ -20,16 +20,16 @@ class UnexplainedStretch:
     end_s: float
 
 
-def sentences_of(stretches: Sequence[UnexplainedStretch]) -> tuple[str, ...]:
-    """Return what is said of stretches, one sentence a receiver, numbered from 1."""
-    said = []
+def unexplained_of(stretches: Sequence[UnexplainedStretch]) -> dict[int, str]:
+    """Return what is said of each receiver that has stretches; the receivers are numbered from 0, in order."""
+    said = {}
     for receiver in sorted({one.receiver for one in stretches}):
         spans = [f"{one.begin_s:.3f} to {one.end_s:.3f}" for one in stretches if one.receiver == receiver]
-        said.append(
-            f"receiver {receiver + 1} shows from {', '.join(spans)} s what no motion of the sphere does (a loose "
-            "contact, a dip of its supply, or something else that moves)"
+        said[receiver] = (
+            f"shows from {', '.join(spans)} s what no motion of the sphere does (a loose contact, a dip of its "
+            "supply, or something else that moves)"
         )
-    return tuple(said)
+    return said
 
 
 class UnexplainedError(NoSingleBodyError):

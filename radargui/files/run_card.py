@@ -66,7 +66,7 @@ def summarise(result: RunResult) -> dict[str, object]:
         `status`, `reason`, `drop_height_m`, `impact_speed_m_s`, `e`, `u_e`, `u_e_combined`, `g_m_s2`, `u_g_m_s2`,
         `u_g_combined_m_s2` (combined: with what calibration and sphere leave open; else statistical), `correction`,
         `geometry`, `version`, `n_bounces` (all impacts), `verdict` (the worst receiver's), `preliminary` (see
-        `RunResult`), `from_rest` (whether the rest before the motion was recorded). JSON can hold it.
+        `RunResult`), `from_rest` (whether the rest before the motion was recorded), `warnings`. JSON can hold it.
     """
     bounce = next((bounce for bounce in result.bounces.impacts[:1] if bounce.valid), None)
     fall, budget = result.bounces.free_fall, result.uncertainty_budget
@@ -87,6 +87,7 @@ def summarise(result: RunResult) -> dict[str, object]:
         "verdict": next((verdict for verdict in _VERDICTS if verdict in verdicts), None),
         "preliminary": result.preliminary,
         "from_rest": result.segment is not None and result.segment.has_rest,
+        "warnings": list(result.warnings),
     }
 
 

@@ -19,6 +19,7 @@ from radargui.gui.services import Services
 from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme
 from radargui.model.rounding import COVERAGE, UNKNOWN, alone, plain
+from radargui.model.words import counted
 from radargui.report.facts import (
     ReportFacts,
     e_span,
@@ -308,7 +309,7 @@ class SeriesPanel(QWidget):
         kind = f"{found[0].series.kind}, " if found and found[0].series.kind not in (None, "measured") else ""
         n_runs = sum(len(one.runs) for one in facts.sessions) if facts else 0
         named = ", ".join(one.name for one in found)
-        self._title.setText(f"{named}: {kind}{n_runs} run{'' if n_runs == 1 else 's'}" if found else nothing)
+        self._title.setText(f"{named}: {kind}{counted(n_runs, 'run')}" if found else nothing)
         self._stale = {"speeds", "falls"}
         self._draw()
         self.words.setPlainText("\n\n".join(_said(facts)) if facts and n_runs else "")

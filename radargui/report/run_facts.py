@@ -19,6 +19,7 @@ from radargui.model.result import Bounces, ChannelQuality, RunResult
 from radargui.model.rounding import UNKNOWN
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
+from radargui.model.words import counted
 from radargui.report.curves import RunCurves, fall_curves, take_curves
 from radargui.report.decimation import COLUMNS, COMPACT, Curve
 from radargui.report.document import Picture
@@ -115,7 +116,8 @@ class RunFacts:
     @property
     def said(self) -> str:
         """What people read of it: that it is no measurement, where it is none, and how good it is."""
-        return ", ".join(filter(None, (self.source.mark, self.verdict)))
+        warned = counted(len(self.warnings), "warning") if self.warnings else ""
+        return ", ".join(filter(None, (self.source.mark, self.verdict, warned)))
 
     @property
     def preliminary(self) -> bool:

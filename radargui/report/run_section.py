@@ -9,6 +9,7 @@ from radargui.model.drop import restitution_words
 from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import budget_rows, variance_shares
+from radargui.model.words import sentence
 from radargui.report.document import Chapter, Content, Drawing, Facts, Grid, Note, Picture
 from radargui.report.run_facts import RunFacts
 
@@ -43,7 +44,7 @@ def run_page(run: RunFacts) -> Chapter:
         *(replace(block, title="") for block in _impacts(shown) if isinstance(block, Grid)),
         *further,
         *(replace(block, title="") for block in _quality(run) if isinstance(block, Grid)),
-        *([Note(_cut(" ".join(f"{one.rstrip('.')}." for one in warnings)), warning=True)] if warnings else []),
+        *([Note(_cut(" ".join(map(sentence, warnings))), warning=True)] if warnings else []),
         Drawing("", partial(run_figures, curves=run.curves)),
     ]
     shown_there = "Phase and height" if run.curves.has_phase else "I and Q"
@@ -62,7 +63,7 @@ def _title(run: RunFacts) -> str:
 
 
 def _samples(run: RunFacts) -> str:
-    return f"{run.n_samples} of each channel in {plain(run.duration_s, 4, 's')} at {run.rate_hz:.7g} 1/s"
+    return f"{run.n_samples} of each channel in {plain(run.duration_s, 4, 's')} at {run.rate_hz:.7g} Hz"
 
 
 def _words(run: RunFacts) -> tuple[Content, ...]:
@@ -73,11 +74,11 @@ def _words(run: RunFacts) -> tuple[Content, ...]:
         "Imported from": run.origin,
         "Device": run.device or ("" if run.origin else UNKNOWN),
     }
-    blocks: list[Content] = [Facts.of(rows), *_refusal(run)]
-    blocks += [Note(text, warning=True) for text in run.warnings]
+    # what speaks against the figures stands before them: below it is out of sight on a small screen
+    blocks = [*_refusal(run), *(Note(sentence(text), warning=True) for text in run.warnings)]
     if run.site_check and run.site_check.agrees is False:
-        blocks.append(Note("g is not that of the site: see the comparison above.", warning=True))
-    return *blocks, *_impacts(run), *_quality(run), *_gaps(run), *_calibration(run)
+        blocks.append(Note("g is not that of the site: see “g against the site”.", warning=True))
+    return *blocks, Facts.of(rows), *_impacts(run), *_quality(run), *_gaps(run), *_calibration(run)
 
 
 def _refusal(run: RunFacts) -> Iterator[Content]:
@@ -92,6 +93,8 @@ def _result_rows(run: RunFacts) -> Iterator[tuple[str, str]]:
         return
     if run.figure("e") is not None:
         yield "e of the first impact", restitution_words(run.figures)
+    elif run.bounces.impacts:
+        yield "e of the first impact", "not valid"
     yield from _fall_rows(run)
     yield "Correction, geometry", f"{run.correction or UNKNOWN}, {run.geometry or UNKNOWN}"
     yield "Decided", " ".join(run.decisions)

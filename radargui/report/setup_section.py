@@ -17,6 +17,7 @@ from radargui.model.calibrated_setup import (
 from radargui.model.radar import Transmitter
 from radargui.model.rounding import UNKNOWN, plain, quantity
 from radargui.model.setup import Setup
+from radargui.model.words import sentence
 from radargui.processing.locate import LEAST_RECEIVERS
 from radargui.report.document import Content, Facts, Grid, Note
 
@@ -105,7 +106,7 @@ def _calibration(setup: Setup) -> Iterator[Content]:
         for unit, scale in [unit_of(name)]
     )
     words = calibration_words(setup)
-    yield Note(f"{words[0].upper()}{words[1:]}: {content.reason.rstrip('.') or UNKNOWN}.")
+    yield Note(sentence(f"{words}: {content.reason or UNKNOWN}"))
     yield Grid.of(rows, "Calibration", left=(0, 1))
     pairs = [
         f"{setup_key(a)} with {setup_key(b)}: {r:+.2f}"
@@ -115,7 +116,7 @@ def _calibration(setup: Setup) -> Iterator[Content]:
     if pairs:
         yield Note(f"Correlated by more than {CORRELATED:g}: {named}.")
     if edited := edited_since(setup):
-        yield Note(f"{edited[0].upper()}{edited[1:]}.", warning=True)
+        yield Note(sentence(edited), warning=True)
 
 
 def _matrix(setup: Setup) -> Iterator[Content]:

@@ -116,6 +116,7 @@ def test_the_summary_tells_the_first_bounce_and_the_worst_verdict(tmp_path: Path
         "preliminary": False,
         "verdict": "usable",
         "from_rest": False,
+        "warnings": ["A warning."],
     }
     json.dumps(summary, allow_nan=False)
 

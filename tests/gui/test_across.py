@@ -62,6 +62,24 @@ def test_f11_fills_the_screen_and_shows_state_result_run_and_what_is_next(
     assert across.situation.next == "Hang the sphere up again, then press R"
 
 
+def test_the_colour_of_done_says_how_good_the_newest_result_is(
+    across: AcrossView, window: MainWindow, record_one: Any, wait_for: Any
+) -> None:
+    record_one(window)
+    wait_for(lambda: across.situation.role == "good")
+    entry = window.runs.model.entries[0]
+    bad = {"status": "rejected", "reason": "receiver 2: clipped"}
+    for summary, role in (({**(entry.summary or {}), "warnings": ["the floor moves"]}, "mark"), (bad, "alarm")):
+        window.runs.change(entry.path, summary=summary)
+        wait_for(lambda role=role: across.situation.role == role)
+    assert across.situation.result == "no e"
+    assert "clipped" in across.situation.next
+    # said first: a long reason leaves no room behind it
+    assert across.situation.next.startswith(AppState.DONE.next)
+    picture = window.bar.state.grab().toImage()
+    assert picture.pixelColor(6, picture.height() // 2).name() == window.theme.colours.alarm
+
+
 @pytest.mark.parametrize("key", [Qt.Key.Key_Escape, Qt.Key.Key_F11])
 def test_esc_and_f11_come_back_and_stop_nothing(
     across: AcrossView, window: MainWindow, wait_for: Any, key: Qt.Key

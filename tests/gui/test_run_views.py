@@ -10,16 +10,19 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QTextDocument
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 from support.changed import changed
-from support.results import drop_result
+from support.results import drop_result, rejected_result
 from support.small_setups import quick_setup
 from support.work_at_once import at_once
 
 from radargui.files.overview import Overview
+from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.figures_view import FiguresView, page_of
-from radargui.gui.runs.run_model import RunEntry
+from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
 from radargui.gui.runs.run_panel import RunPanel, boxes
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import result_track
@@ -145,6 +148,7 @@ def test_texts_from_files_are_no_markup(theme: Theme, setup: Setup) -> None:
         ({"status": "no_motion"}, "no motion"),
         ({"status": "rejected", "reason": "receiver 2: clipped"}, "rejected: receiver 2: clipped"),
         ({"status": "ok", "verdict": "usable", "e": 0.8123, "u_e": 0.0012}, "usable"),
+        ({"status": "ok", "verdict": "good", "warnings": ["the floor moves", "a loose contact"]}, "good, 2 warnings"),
     ],
 )
 def test_the_list_says_what_came_of_a_run(summary: Any, verdict: str, tmp_path: Any) -> None:
@@ -154,6 +158,44 @@ def test_the_list_says_what_came_of_a_run(summary: Any, verdict: str, tmp_path: 
     assert cells[1] == "13:14:15"
     assert cells[-1] == verdict
     assert cells[4] == ("0.8123 ± 0.0012" if summary and "e" in summary else "–")
+
+
+def test_what_speaks_against_a_run_is_said_with_it_in_words_and_colour(tmp_path: Path) -> None:
+    path, warned = tmp_path / "run-0001.h5", {"status": "ok", "verdict": "good", "warnings": ["the floor moves"]}
+    refused = RunEntry(path, summary={"status": "rejected", "reason": "receiver 2: clipped", "warnings": ["cold"]})
+    assert (refused.why_no_e, refused.role) == ("rejected: receiver 2: clipped", "alarm")
+    moved = RunEntry(path, summary=warned)
+    assert (moved.why_no_e, moved.role) == ("the floor moves", "mark")
+    model = RunModel()
+    model.replace_all([moved])
+    verdict = list(COLUMNS).index("Verdict")
+    assert "the floor moves" in model.cell(moved, verdict, Qt.ItemDataRole.ToolTipRole)
+    # of a run that the operator rejected that is what counts
+    assert replace(moved, rejected="rejected by hand").why_no_e == "set aside: by hand"
+    assert RunEntry(path, summary={"status": "ok", "verdict": "good"}).role == "good"
+
+
+def test_a_long_reason_leaves_the_other_runs_in_the_list(window: MainWindow, tmp_path: Path, wait_for: Any) -> None:
+    window.panels.go_to("runs")
+    runs, reason = window.runs, "the motion is too quick for what the spectra tell " * 9
+    known: dict[str, Any] = {"status": "ok", "verdict": "good", "e": 0.8, "u_e": 0.001}
+    summaries = (known, {"status": "rejected", "reason": reason}, known)
+    runs.show_session(None, [RunEntry(tmp_path / f"run-000{n}.h5", summary=one) for n, one in enumerate(summaries, 1)])
+    table = runs.table
+    wait_for(lambda: table.rowHeight(1) > table.rowHeight(0))
+    assert table.rowHeight(1) < 4 * table.rowHeight(0)
+
+
+def test_the_words_of_a_run_begin_with_what_speaks_against_it_and_say_each_thing_once(theme: Theme) -> None:
+    result = drop_result(rate_hz=2000.0)
+    impacts = tuple(replace(one, valid=False) for one in result.bounces.impacts)
+    moved = replace(result, bounces=replace(result.bounces, impacts=impacts), warnings=("the floor moves",))
+    words = QTextDocument()
+    words.setHtml(page_of(moved, theme))
+    lines = [one for one in words.toPlainText().split("\n") if one]
+    assert lines[:5] == ["The floor moves.", "Result", "good, 1 warning", "e of the first impact", "not valid"]
+    words.setHtml(page_of(rejected_result(), theme))
+    assert words.toPlainText().count("receiver 2: no signal") == 1
 
 
 def test_what_is_looked_for_stands_first_and_no_table_is_wider_than_the_panel(qtbot: QtBot, theme: Theme) -> None:
@@ -168,7 +210,8 @@ def test_what_is_looked_for_stands_first_and_no_table_is_wider_than_the_panel(qt
     QApplication.processEvents()
     assert view.horizontalScrollBar().maximum() == 0
     words = [one for one in view.toPlainText().split("\n") if one]
-    assert words[:5:2] == ["Result", "e of the first impact", "g (combined u)"]
+    # but for what is to be known before it is believed
+    assert words[1:6:2] == ["Result", "e of the first impact", "g (combined u)"]
     assert words.index("Recorded") < words.index("Impacts")
     assert "none lost" in words[-1]
     for name in ("Result", "e of the first impact", "g (combined u)"):

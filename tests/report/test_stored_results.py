@@ -18,6 +18,7 @@ from radargui.experiment.reprocess import process_run
 from radargui.files.run_card import read_run_card
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
+from radargui.model.words import sentence
 from radargui.processing.offline import STOPPED, cut_short, process
 from radargui.processing.result_of_run import result_of_run, stored_or_computed
 from radargui.report.document import Note
@@ -110,7 +111,7 @@ def test_the_report_says_what_is_preliminary(tmp_path: Path, monkeypatch: pytest
     monkeypatch.delattr(NO_COMPUTING)
     facts = [study(path, session.setup, result_of_run) for path in session.run_paths()]
     assert [one.verdict for one in facts] == ["good", "good, preliminary"]
-    assert [one.said for one in facts] == ["simulated, good", "simulated, good, preliminary"]
+    assert [one.said for one in facts] == ["simulated, good", "simulated, good, preliminary, 1 warning"]
     one = SessionFacts(session.info, tuple(facts), provenance_of(session, {}, "now"))
     first, *_ = front_chapters(report_facts([one], "now"))
     told = [block.text for block in first.blocks if isinstance(block, Note) and block.warning]
@@ -118,7 +119,7 @@ def test_the_report_says_what_is_preliminary(tmp_path: Path, monkeypatch: pytest
         "All runs are simulated: no measurement.",
         "Preliminary, because the correction was stopped before it ended: run-0002. radargui batch makes up for it.",
     ]
-    assert Note(STOPPED, warning=True) in run_section(facts[1], session.setup).blocks
+    assert Note(sentence(STOPPED), warning=True) in run_section(facts[1], session.setup).blocks
 
 
 def test_what_another_setup_gave_is_shown_and_not_computed_again(

@@ -23,6 +23,7 @@ from radargui.model.calibrated_setup import calibrated, too_old
 from radargui.model.calibration import Calibration
 from radargui.model.calibration_file import read_calibration
 from radargui.model.errors import RadarGuiError
+from radargui.model.words import counted, sentence
 from radargui.processing.calibration_check import CalibrationCheck, check_calibration
 from radargui.session.session import Session
 
@@ -96,7 +97,7 @@ class CalibrationDialog(Dialog):
         operator = self._panel.details.operator
         order = CalibrationOrder(files, known, self._model.setup, self.unknowns.free, operator)
         self._order, calibrate = order, self.calibrate
-        count = f"{len(files)} recording{'s' if len(files) > 1 else ''}"
+        count = counted(len(files), "recording")
         self.doing.setText(f"{count}, together. The window can be used meanwhile.")
         self._go(_FIT)
         self.work.start(
@@ -214,7 +215,7 @@ class CalibrationController:
     def warn(self) -> None:
         """Say that the calibration is too old; called before runs are recorded."""
         if words := too_old(self.model.setup, datetime.now().astimezone()):
-            self.services.board.post_once("warning", f"{words[0].upper()}{words[1:]}.")
+            self.services.board.post_once("warning", sentence(words))
 
     def _recorded(self, run: RecordedRun) -> None:
         """Let the first drop of a series say whether the calibration still holds."""
@@ -225,5 +226,4 @@ class CalibrationController:
     def _checked(self, check: CalibrationCheck | None) -> None:
         self.group.checked.say("" if check is None else f"Last check: {check.words}")
         if check is not None:
-            words = f"{check.words[0].upper()}{check.words[1:]}."
-            self.services.board.post("info" if check.holds else "warning", words)
+            self.services.board.post("info" if check.holds else "warning", sentence(check.words))

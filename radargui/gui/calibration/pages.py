@@ -26,6 +26,7 @@ from radargui.model.radar import MOST_RECEIVERS
 from radargui.model.resources import resources_folder
 from radargui.model.rounding import UNKNOWN, plain
 from radargui.model.setup import Setup
+from radargui.model.words import sentence
 
 _RECORDINGS = f"Recordings ({' '.join('*' + suffix for suffix in SUFFIXES)});;All files (*)"
 _PATHS = "Known motions (*.toml *.csv);;All files (*)"
@@ -250,8 +251,7 @@ def found_words(found: Calibration) -> list[str]:
         more = len(pairs) - _MOST_NAMED
         lines.append(f"known only together: {'; '.join(named)}{f'; {more} more pairs' if more > 0 else ''}")
     lines = [_KEY.sub(lambda key: called(setup_key(key[0])), line) for line in (*lines, *found.notes)]
-    # the symbol u stays small: a large one is the expanded uncertainty
-    return [f"{line[:1] if line[1:2] == ' ' else line[:1].upper()}{line[1:].rstrip('.')}." for line in lines]
+    return [sentence(line) for line in lines]
 
 
 def _together(values: list[float]) -> float:

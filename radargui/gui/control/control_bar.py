@@ -10,6 +10,7 @@ from radargui.gui.control.state import AppState
 from radargui.gui.layout import ALARM, TIPS, OneLine, Scroll, fill, having, labelled
 from radargui.gui.theme import Theme, fitting_font, scaled_font, write
 from radargui.model.rounding import UNKNOWN
+from radargui.model.words import counted
 
 _WORD, _DETAIL = 0.42, 0.5
 """Share of the width that the longest state takes, and size of what stands behind it: two lines beside one word."""
@@ -23,7 +24,7 @@ class StateView(QtWidgets.QWidget):
 
     def __init__(self, theme: Theme) -> None:
         super().__init__()
-        self._theme, self._state, self._detail = theme, AppState.IDLE, ""
+        self._theme, self._state, self._detail, self._role = theme, AppState.IDLE, "", AppState.IDLE.role
         self.setSizePolicy(QtWidgets.QSizePolicy.Policy.Expanding, QtWidgets.QSizePolicy.Policy.Fixed)
         self.setMinimumSize(160, 58)
 
@@ -32,10 +33,11 @@ class StateView(QtWidgets.QWidget):
         """What is shown."""
         return f"{self._state.value}   {self._detail}" if self._detail else self._state.value
 
-    def show_state(self, state: AppState, detail: str = "") -> None:
-        """Show a state and what belongs to it."""
-        if (state, detail) != (self._state, self._detail):
-            self._state, self._detail = state, detail
+    def show_state(self, state: AppState, detail: str = "", role: str = "") -> None:
+        """Show a state and what belongs to it; in its own colour without another `role`."""
+        shown = state, detail, role or state.role
+        if shown != (self._state, self._detail, self._role):
+            self._state, self._detail, self._role = shown
             having(self, accessibleName=self.text, toolTip=self.text).update()
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
@@ -47,7 +49,7 @@ class StateView(QtWidgets.QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         colours = self._theme.colours
-        colour = colours.role(self._state.role)
+        colour = colours.role(self._role)
         frame = QRectF(self.rect()).adjusted(2, 4, -2, -4)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(colours.base))
@@ -197,7 +199,7 @@ def figures(health: Health | None) -> dict[str, tuple[str, bool]]:
     late = UNKNOWN if lag is None else f"{1e3 * lag:.0f} ms{skipped}"
     return {
         "rate": (f"Rate {rate}", slow),
-        "lost": (f"Lost {lost} in {health.gaps} gap{'' if health.gaps == 1 else 's'}" if lost else "Lost 0", lost > 0),
+        "lost": (f"Lost {lost} in {counted(health.gaps, 'gap')}" if lost else "Lost 0", lost > 0),
         "backlog": (f"Backlog {health.backlog_samples}", False),
         "queue": (f"Queue {full:.0%}" if capacity else f"Queue {UNKNOWN}", full > _QUEUE_ALARM),
         "disk": (f"Disk {disk}", left is not None and left < _DISK_ALARM_S),

@@ -6,14 +6,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QRectF, Qt
-from PySide6.QtGui import QCloseEvent, QColor, QFont, QFontMetricsF, QKeyEvent, QPainter, QPaintEvent
+from PySide6.QtGui import QCloseEvent, QColor, QFont, QFontMetrics, QFontMetricsF, QKeyEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 
 from radargui.experiment.event import RecordedRun
+from radargui.gui.control.control_bar import wrapped
 from radargui.gui.control.state import AppState
 from radargui.gui.layout import having
 from radargui.gui.runs.run_keeping import RunKeeping
-from radargui.gui.theme import CENTRED, write
+from radargui.gui.theme import write
+from radargui.model.words import sentence
 
 _WIDEST = {
     "state": "PROCESSING",
@@ -44,12 +46,15 @@ class Situation:
         Which run that is, or which comes.
     next
         What the operator does now.
+    role
+        The colour of the state, where it is not its own.
     """
 
     state: AppState = AppState.IDLE
     result: str = ""
     run: str = ""
     next: str = ""
+    role: str = ""
 
 
 class AcrossView(QWidget):
@@ -102,17 +107,17 @@ class AcrossView(QWidget):
         painter = QPainter(self)
         colours, shown = self._theme.colours, self.situation
         painter.fillRect(self.rect(), QColor(colours.base))
-        fonts, wraps = self.fonts(), CENTRED | int(Qt.TextFlag.TextWordWrap)
-        margin, top = _MARGIN * self.width(), 0.0
+        fonts, margin, top = self.fonts(), _MARGIN * self.width(), 0.0
         lines = {"state": shown.state.value, "result": shown.result, "run": shown.run, "next": shown.next}
         for name, words in lines.items():
             box = QRectF(margin, top, self.width() - 2.0 * margin, _SHARES[name] * self.height())
             if name == "state":
                 band = QRectF(0.0, 0.0, self.width(), box.height())
-                painter.fillRect(band, QColor(colours.role(shown.state.role)))
-            shorter = QFontMetricsF(fonts[name]).elidedText(words, Qt.TextElideMode.ElideRight, box.width())
+                painter.fillRect(band, QColor(colours.role(shown.role or shown.state.role)))
+            height = box.height() if name == "next" else 0.0
+            fitting = wrapped(words, QFontMetrics(fonts[name]), int(box.width()), int(height))
             colour = colours.base if name == "state" else colours.text
-            write(painter, box, words if name == "next" else shorter, colour, wraps, fonts[name])
+            write(painter, box, fitting, colour, font=fonts[name])
             top += box.height()
         keys = QRectF(0.0, top, self.width(), self.height() - top)
         write(painter, keys, _KEYS, colours.faint, font=fonts["keys"])
@@ -159,9 +164,9 @@ class AcrossView(QWidget):
         if entry is None:
             return Situation(state, "", coming, self._next(state, ""))
         run = f"{coming}; e of {entry.called}" if coming else entry.called
-        if entry.has_e:
-            return Situation(state, f"e = {entry.restitution()}", run, self._next(state, ""))
-        return Situation(state, "no e", run, self._next(state, entry.verdict))
+        result = f"e = {entry.restitution()}" if entry.has_e else "no e"
+        why = entry.quality if entry.has_e else entry.why_no_e
+        return Situation(state, result, run, self._next(state, "" if why == "good" else why), self._keeping.role)
 
     def _next(self, state: AppState, why: str) -> str:
         control, notices = self._keeping.control, self._keeping.services.board.notices
@@ -171,7 +176,8 @@ class AcrossView(QWidget):
             return f"Waiting for {control.waits_for}"
         if state is AppState.PROCESSING:
             return f"{state.next}: {control.reached.progress:.0%}"
-        return f"{why[:1].upper()}{why[1:]}. {state.next}" if why and state is AppState.DONE else state.next
+        # what to do stands first: of a long reason the end has no room
+        return f"{state.next}. {sentence(why)}" if why and state is AppState.DONE else state.next
 
     def _take(self, recorded: RecordedRun) -> None:
         if recorded.path is not None and not recorded.set_aside:

@@ -14,7 +14,7 @@ from radargui.gui.services import Services
 from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
 from radargui.model.uncertainty_budget import SHARES, UncertaintyBudget, variance_shares
-from radargui.report.document import Grid, Note, templates
+from radargui.report.document import Grid, templates
 from radargui.report.facts import Glances
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_section
@@ -68,9 +68,7 @@ th, td {{ font-weight: normal; padding: 1px 4px; text-align: right; }}
 
 def page_of(result: RunResult, theme: Theme) -> str:
     """Return what the report says of a run in simple HTML; what it warns of in the colour of an alarm."""
-    blocks = list(run_section(take_facts(result, "", columns=0), result.setup).blocks)
-    if result.status == "rejected":
-        blocks.insert(0, Note(f"rejected: {result.reason}", warning=True))
+    blocks = run_section(take_facts(result, "", columns=0), result.setup).blocks
     shown = [part for one in blocks for part in (one.within(_LETTERS) if isinstance(one, Grid) else (one,))]
     page = SHEET.format(alarm=theme.colours.alarm) + templates().get_template("blocks.html").render(blocks=shown)
     return page + "".join(_stripes(result.uncertainty_budget, theme) if result.uncertainty_budget else ())

@@ -30,6 +30,7 @@ from radargui.gui.track.track_panel import TrackPanel
 from radargui.model.errors import CancelledError, FileError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
+from radargui.model.words import sentence
 from radargui.processing.offline import STOPPED
 from radargui.processing.result_of_run import result_of_run, setup_of_result, stored_result
 from radargui.session.info import REPORT_FOLDER
@@ -266,8 +267,7 @@ class RunController:
     def _show(self, path: Path, result: RunResult, *, with_track: bool = True) -> None:
         self._wanted = path
         entry = self.runs.model.entry_of(path)
-        stopped = f"{STOPPED[:1].upper()}{STOPPED[1:]}."
-        note = COMPUTING if _is_being_computed(result) else stopped if result.preliminary else ""
+        note = COMPUTING if _is_being_computed(result) else sentence(STOPPED) if result.preliminary else ""
         name = entry.title if entry else path.stem
         self._run.show_result(result, name, (note, *((entry.agreement, entry.health) if entry else ())))
         if with_track:

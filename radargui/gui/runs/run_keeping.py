@@ -72,8 +72,14 @@ class RunKeeping(QObject):
         """Say what is being done now."""
         entry = self.runs.model.entry_of(self.control.backlog.computed)
         computed = entry.called if entry else ""
-        self.view.show_state(self.control.state, self._detail(computed))
+        self.view.show_state(self.control.state, self._detail(computed), self.role)
         self.stopping.look(computed)
+
+    @property
+    def role(self) -> str:
+        """The colour of the state: where it is done, how good the newest result is."""
+        state, last = self.control.state, self.runs.model.entry_of(self._of_result)
+        return last.role if state is AppState.DONE and last is not None else state.role
 
     def _detail(self, computed: str) -> str:
         """Return what belongs to the present state; `computed`: what the run is called that is computed."""
@@ -210,8 +216,8 @@ class RunKeeping(QObject):
     def _say(self, recorded: RecordedRun) -> None:
         if (entry := self.runs.model.entry_of(recorded.path)) is not None:
             self._of_result = recorded.path
-            preliminary = ", preliminary" if recorded.result is not None and recorded.result.preliminary else ""
-            said = f"e = {entry.restitution()}{preliminary}" if entry.has_e else f"no e, {entry.verdict}"
+            quality = "" if entry.quality == "good" else f", {entry.quality}"
+            said = f"e = {entry.restitution()}{quality}" if entry.has_e else f"no e, {entry.why_no_e}"
             self.last_result = f"{entry.called}: {said}"
 
 

@@ -20,6 +20,10 @@ _WIDEST_NOTE = 150
 """Pixels of the column (chosen by hand): a wider one takes from the verdict, a narrower one makes lines high."""
 
 
+_MOST_LINES = 3
+"""Of a verdict (chosen by hand): a long reason would push the other runs out of the list; its tip has all of it."""
+
+
 class RunListPanel(QWidget):
     """Lists runs; choosing one asks for its result to be shown."""
 
@@ -28,8 +32,10 @@ class RunListPanel(QWidget):
     def __init__(self, does: Actions) -> None:
         super().__init__()
         self.model = RunModel()
-        # a verdict is never cut on a narrow screen: it takes another line
+        # a verdict takes further lines on a narrow screen
         self.table = having(RowTable(self.model, "runs", many=True), minimumHeight=50, wordWrap=True)
+        lines = self.table.verticalHeader()
+        lines.setMaximumSectionSize(lines.defaultSectionSize() + (_MOST_LINES - 1) * self.fontMetrics().lineSpacing())
         # once the widths have settled: lines change them where a scroll bar comes or goes. One line a turn of the event
         # loop: a line takes milliseconds, and what is drawn live has to be drawn in between
         self._unfit: list[int] = []

@@ -20,6 +20,7 @@ from radargui.gui.table import RowModel
 from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in, gravity_words, restitution_words
 from radargui.model.errors import RadarGuiError
 from radargui.model.rounding import UNKNOWN, plain
+from radargui.model.words import counted
 from radargui.restitution.series import Series, drop_labels, series_of
 from radargui.session.session import was_drop
 
@@ -102,10 +103,11 @@ class RunEntry:
     def verdict(self) -> str:
         """How good the run is, in words; and that it is no measurement, where it is none."""
         mark = self.origin.mark if self.origin and not self.rejected else ""
-        return ", ".join(filter(None, (self._quality, mark)))
+        return ", ".join(filter(None, (self.quality, mark)))
 
     @property
-    def _quality(self) -> str:
+    def quality(self) -> str:
+        """How good it is, in words."""
         if self.problem:
             return self.problem
         if self.rejected:
@@ -117,7 +119,27 @@ class RunEntry:
             return "no motion"
         if says("status") == "rejected":
             return f"rejected: {says('reason') or 'no reason given'}"
-        return f"{'preliminary, ' if says('preliminary') else ''}{says('verdict') or UNKNOWN}"
+        warned = counted(len(self.warnings), "warning") if self.warnings else ""
+        made = "preliminary" if says("preliminary") else ""
+        return ", ".join(filter(None, (made, says("verdict") or UNKNOWN, warned)))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is to be known before its figures are believed, a sentence each."""
+        return tuple((self.summary or {}).get("warnings") or ())
+
+    @property
+    def why_no_e(self) -> str:
+        """Why it has no e; of several reasons the first."""
+        is_measured = not self.rejected and (self.summary or {}).get("status") == "ok"
+        return next(iter(self.warnings)) if is_measured and self.warnings else self.quality
+
+    @property
+    def role(self) -> str:
+        """The colour that says how good it is: nothing to object, something to look at, or refused."""
+        if self.problem or (self.summary or {}).get("status") == "rejected":
+            return "alarm"
+        return "good" if self.quality == "good" else "mark"
 
     @property
     def has_e(self) -> bool:
@@ -214,7 +236,8 @@ class RunModel(RowModel[RunEntry]):
             return f"statistical part of ±: {_STATISTICAL[title](entry.summary, statistical=True)}"
         if role == roles.ToolTipRole and title == "Verdict":
             out = f"not in the statistics: {entry.left_out}" if entry.left_out else ""
-            return "\n".join(filter(None, (entry.verdict, out, entry.agreement, entry.health)))
+            said = (entry.verdict, out, *entry.warnings, entry.agreement, entry.health)
+            return "\n".join(filter(None, said)).replace("<", "‹")
         if role == roles.ToolTipRole and title == "Note":
             return (entry.note or "").replace("<", "‹")
         if role == roles.ForegroundRole and (entry.rejected or entry.left_out):

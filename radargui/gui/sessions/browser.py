@@ -16,6 +16,7 @@ from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_model import COLUMNS, ThumbnailView, look_at
 from radargui.gui.table import RowModel, RowTable
+from radargui.model.words import counted
 from radargui.session.catalogue import Catalogue, Query, SessionSummary
 
 _WAIT_MS = 250
@@ -153,7 +154,7 @@ class SessionBrowser(Dialog):
         self.model.replace_all(found)
         runs = sum(one.n_runs for one in found)
         where = f"below {self._data_folder()}"
-        self.words.setText(f"{_counted(len(found), 'session')} with {_counted(runs, 'run')} {where}")
+        self.words.setText(f"{counted(len(found), 'session')} with {counted(runs, 'run')} {where}")
         if before is None or not self.table.choose(lambda one: one.path == before.path):
             self._chosen()
 
@@ -209,7 +210,3 @@ def _find(folder: Path, query: Query, task: Task) -> tuple[SessionSummary, ...]:
     with Catalogue(folder) as catalogue:
         catalogue.refresh(task.report)
         return catalogue.find(query)
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count} {noun}{'' if count == 1 else 's'}"

@@ -20,6 +20,7 @@ from radargui.gui.setup.words import FORMS, called, in_words
 from radargui.model.errors import DeviceError
 from radargui.model.plugins import plugins
 from radargui.model.setup import MEASURING, Setup
+from radargui.model.words import counted
 from radargui.sources.factory import SourceKind
 from radargui.sources.ni.checks import check_rate, rate_limit_hz, rate_sentence
 from radargui.sources.ni.discovery import NiDevice
@@ -221,7 +222,7 @@ class NiForm(SetupForm):
         if not devices:
             self.answer.say("No device found. Is it plugged in and powered, and does NI MAX show it?")
             return
-        self.answer.say(f"{len(devices)} device{'s' if len(devices) > 1 else ''} found: choose one.")
+        self.answer.say(f"{counted(len(devices), 'device')} found: choose one.")
         if len(devices) == 1:
             self._take(0)
 
@@ -244,8 +245,8 @@ class SetupFileGroup(ModelGroup):
         path, changed = self._model.path, self._model.unsaved
         name = path.name if path else "not saved yet"
         kind = " (shipped)" if self._model.shipped else ""
-        counted = f", {len(changed)} value{'s' if len(changed) > 1 else ''} changed" if changed else ""
-        having(self._name, text=f"{name}{kind}{counted}", toolTip=str(path or ""))
+        edited = f", {counted(len(changed), 'value')} changed" if changed else ""
+        having(self._name, text=f"{name}{kind}{edited}", toolTip=str(path or ""))
         self.undo_all.setEnabled(self._model.modified)
         self.undo_all.setToolTip("\n".join(("Back to what the file says:", *map(called, changed))))
         for one in self._save_buttons:

@@ -83,6 +83,11 @@ class HeightPlot(TimePlot):
             self.setYRange(low, high, padding=0)
 
 
+def _span(time_s: FloatArray) -> tuple[float, float]:
+    """Return the first and the last of some instants; a second where there is none."""
+    return (float(time_s[0]), float(time_s[-1])) if time_s.size else (0.0, 1.0)
+
+
 def _values(detail: Detail, track: ShownTrack) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return time, value and standard uncertainty (NaN: without a band), shape (n,) each."""
     if detail == "residual":
@@ -159,10 +164,10 @@ class TrackCurves(QWidget):
         """Draw a run."""
         self._turn(live=False)
         self._track = track or NO_TRACK
+        self.height_plot.relabel(f"time after {self._track.zero or 'the first sample'} [s]")
+        self.height_plot.setXRange(*_span(self._track.time_s), padding=0.01)
         if track:
-            self.height_plot.relabel(f"time after {track.zero} [s]")
             self.height_plot.show_track(track)
-            self.height_plot.setXRange(float(track.time_s[0]), float(track.time_s[-1]), padding=0.01)
         drawn = [("▬", "track", "z"), ("▒", "track", f"± {COVERAGE:g} u ({track.u_kind})")] if track else []
         drawn += [("╌", "fit", "parabola")] if track and track.fit_time_s.size else []
         drawn += [("×", "mark", "impacts")] if track and track.impact_time_s.size else []
@@ -201,9 +206,7 @@ class TrackCurves(QWidget):
         plot.level.setVisible(name in ("speed", "residual"))
         # the residual over its own time: a fall is a small part of what a sphere does that bounces
         times = values[0] if name == "residual" and values[0].size else track.time_s
-        whole = self._is_live or not times.size
-        span = (-self._live_s, 0.0) if whole else times[[0, -1]].tolist()
-        plot.setXRange(*span, padding=0.01 if track.zero else 0.0)
+        plot.setXRange(*((-self._live_s, 0.0) if self._is_live else _span(times)), padding=0.01 if track.zero else 0.0)
         if seen.size:
             plot.fit_y(float(seen.min()), float(seen.max()))
         else:

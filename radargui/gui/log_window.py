@@ -58,7 +58,7 @@ class LogWindow(Dialog):
     """
 
     def __init__(self, model: SetupModel, services: Services) -> None:
-        super().__init__("Log", (860, 460), services.parent, "log")
+        super().__init__("Log", (860, 460), services.parent, "log", services.settings)
         self._model, self._services = model, services
         self.keeper = LogKeeper()
         logging.getLogger().addHandler(self.keeper)

@@ -295,7 +295,7 @@ class MainWindow(QMainWindow):
 
     def open_help(self) -> None:
         """Show the help."""
-        show_help(self)
+        show_help(self, self.settings)
 
     def tell_about(self) -> None:
         """Show the facts about the program."""

@@ -322,19 +322,19 @@ class About(Dialog):
         self.lay_out(view, fill(QtWidgets.QHBoxLayout(), 1, button("Close", self.reject, default=True)))
 
 
-def show_help(parent: QWidget) -> None:
+def show_help(parent: QWidget, settings: Settings | None = None) -> None:
     """Open the help; without a browser it is shown here."""
     page = help_page()
     url = QUrl.fromLocalFile(str(page))
     if page.suffix != ".html" or not QtGui.QDesktopServices.openUrl(url):
-        HelpBrowser(url, parent).show()
+        HelpBrowser(url, parent, settings).show()
 
 
 class HelpBrowser(Dialog):
     """One page after the other, as their links lead."""
 
-    def __init__(self, url: QUrl, parent: QWidget) -> None:
-        super().__init__("Help", (820, 720), parent)
+    def __init__(self, url: QUrl, parent: QWidget, settings: Settings | None) -> None:
+        super().__init__("Help", (820, 720), parent, "help", settings)
         self.pages = having(QTextBrowser(openExternalLinks=True), source=url)
         back = button("Back", self.pages.backward)
         self.lay_out(self.pages, fill(QHBoxLayout(), back, 1, button("Close", self.reject, default=True)))

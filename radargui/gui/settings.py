@@ -77,12 +77,12 @@ class Settings:
         self._store.remove(key)
 
     def keep_sizes(self, root: QWidget) -> None:
-        """Remember how the operator set dialogs, splitters and columns below a widget, those that have a name."""
+        """Remember how the operator set a window, and the dialogs, splitters and columns in it that have a name."""
         for table in root.findChildren(RowTable):
             if table.columns_chosen:
                 self.put(_columns(table), table.horizontalHeader().saveState())
-        for part in (*root.findChildren(QSplitter), *root.findChildren(QDialog)):
-            if part.objectName():
+        for part in (root, *root.findChildren(QSplitter), *root.findChildren(QDialog)):
+            if isinstance(part, QSplitter | QDialog) and part.objectName():
                 state = part.saveState() if isinstance(part, QSplitter) else part.saveGeometry()
                 self.put(f"sizes/{part.objectName()}", state)
 

@@ -47,7 +47,7 @@ class WiringCheck(Dialog):
     """
 
     def __init__(self, setup_model: SetupModel, hardware: HardwarePanel, services: Services) -> None:
-        super().__init__("Wiring check", (900, 560), services.parent)
+        super().__init__("Wiring check", (900, 560), services.parent, "wiring", services.settings)
         self._setup_model, self._hardware, self._services = setup_model, hardware, services
         self._control = control = services.control
         self._guide: WiringGuide | None = None

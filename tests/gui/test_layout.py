@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication, QCheckBox, QComboBox, QLabel, QLineE
 
 from radargui.gui.layout import OneLine
 from radargui.gui.main_window import MainWindow
-from radargui.gui.panels import TITLES, Room
+from radargui.gui.panels import TITLES, HelpBrowser, Room, show_help
 from radargui.gui.runs.run_model import RunEntry
 from radargui.model.drop import RunOrigin
 
@@ -165,6 +165,29 @@ def test_columns_splitters_and_panels_stay_as_they_were_set(make_window: Any, se
     assert again.sessions.browser.size() == QSize(700, 500)
     (splitter,) = again.track.findChildren(QSplitter)
     assert splitter.sizes() == wanted
+
+
+def test_dialogs_come_again_as_they_were_left(
+    make_window: Any, setup_path: Any, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("radargui.gui.panels.QtGui.QDesktopServices.openUrl", lambda _url: False)
+    first = make_window(setup_path)
+    for dialog in (first.log, first.wiring, first.run_controller.report_preview):
+        dialog.show()
+        dialog.resize(612, 433)
+        dialog.reject()
+    show_help(first, first.settings)
+    (pages,) = first.findChildren(HelpBrowser)
+    pages.resize(611, 432)
+    pages.reject()
+    # another one in the same window, and all in the next
+    show_help(first, first.settings)
+    assert first.findChildren(HelpBrowser)[1].size() == QSize(611, 432)
+    first.close()
+    wait_for(first.isHidden)
+    again = make_window(None)
+    for dialog in (again.log, again.wiring, again.run_controller.report_preview):
+        assert dialog.size() == QSize(612, 433), dialog.windowTitle()
 
 
 def test_words_that_are_longer_than_their_line_end_in_an_ellipsis_and_stand_in_the_tip(qapp: QApplication) -> None:

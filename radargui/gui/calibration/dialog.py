@@ -48,7 +48,7 @@ class CalibrationDialog(Dialog):
     """
 
     def __init__(self, model: SetupModel, calibrate: Calibrate, panel: SessionPanel, services: Services) -> None:
-        super().__init__("Calibrate the antennas", (1060, 640), services.parent, "calibration")
+        super().__init__("Calibrate the antennas", (1060, 640), services.parent, "calibration", services.settings)
         self._model, self.calibrate, self._panel, self._services = model, calibrate, panel, services
         self.found: Calibration | None = None
         self._order: CalibrationOrder | None = None
@@ -198,9 +198,7 @@ class CalibrationController:
     @cached_property
     def dialog(self) -> CalibrationDialog:
         """Made when it is first wanted: the window starts sooner without it."""
-        made = CalibrationDialog(self.model, self.calibrate, self.panel, self.services)
-        self.services.settings.restore_sizes(made)
-        return made
+        return CalibrationDialog(self.model, self.calibrate, self.panel, self.services)
 
     def begin(self) -> None:
         """Calibrate from the runs of the session that is open, or from what the operator adds."""

@@ -89,7 +89,7 @@ class ReportPreview(Dialog):
     """Reads what the results say, in a thread, and only while it is seen; a run is read again when its file changes."""
 
     def __init__(self, services: Services) -> None:
-        super().__init__("Preview of the report", (760, 820), services.parent, "report_preview")
+        super().__init__("Preview of the report", (760, 820), services.parent, "report_preview", services.settings)
         self._services = services
         self._session: Session | None = None
         self._reads = OneAtATime(services.jobs, "the preview of the report", self.refresh)

@@ -99,7 +99,7 @@ class SessionBrowser(Dialog):
     compare_asked = Signal(object)
 
     def __init__(self, services: Services, data_folder: Callable[[], Path]) -> None:
-        super().__init__("Sessions", (1040, 620), services.parent, "sessions")
+        super().__init__("Sessions", (1040, 620), services.parent, "sessions", services.settings)
         self._jobs, self._work, self._data_folder = services.jobs, services.work, data_folder
         self.looks = OneAtATime(services.jobs, "the list of sessions", self.refresh)
         self._task, self._folder_words = Task(), ""

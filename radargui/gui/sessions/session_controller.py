@@ -204,7 +204,6 @@ class SessionController(QObject):
         self.panel, self.run_controller, self.setup_file, self.services = panel, runs, file, services
         self.control, self.runs = services.control, runs.runs
         self.browser = SessionBrowser(services, lambda: panel.data_folder)
-        services.settings.restore_sizes(self.browser)
         self.browser.open_asked.connect(self.open)
         self.browser.setup_asked.connect(self.take_setup)
         self.browser.elsewhere_asked.connect(self.ask_folder)

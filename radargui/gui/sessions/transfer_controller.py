@@ -42,7 +42,7 @@ class ReprocessDialog(Dialog):
     kept = Signal(object)
 
     def __init__(self, services: Services, session: Session, chosen: Path | None, setup: Setup) -> None:
-        super().__init__("Process again and compare", (760, 620), services.parent)
+        super().__init__("Process again and compare", (760, 620), services.parent, "compare", services.settings)
         self._read_only = bool(session.read_only)
         self._other: tuple[Setup | None, dict[str, str]] = (None, {})
         self._good: tuple[Path, ...] = ()
@@ -161,7 +161,7 @@ class ExportDialog(Dialog):
     ordered = Signal(object)
 
     def __init__(self, services: Services, session: Path, run: Path | None) -> None:
-        super().__init__("Export samples", (520, 200), services.parent)
+        super().__init__("Export samples", (520, 200), services.parent, "export", services.settings)
         self._jobs = services.jobs
         one = [(run, f"The chosen run, {run.stem}")] if run is not None else []
         self.what = Choice((*one, (session, f"All runs of the session {session.name}")))

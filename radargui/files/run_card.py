@@ -99,8 +99,8 @@ def sound_results(file: Any) -> Any:
 
 def summary_in(results: Any) -> dict[str, object]:
     """Return the summary stored in a group of results; empty where there is none."""
-    summary = json.loads(hdf5.text(results.attrs, "summary") or "null")
-    return summary if isinstance(summary, dict) else {}
+    summary, warnings = (json.loads(hdf5.text(results.attrs, one) or "null") for one in ("summary", "warnings"))
+    return {**summary, "warnings": warnings or []} if summary and isinstance(summary, dict) else {}
 
 
 def _finite(of: Bounce | FreeFall | None, figure: str) -> float | None:

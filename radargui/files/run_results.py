@@ -130,7 +130,8 @@ def _write(group: Any, result: RunResult, raw_crc32: Any) -> None:
     summary = summarise(result)
     excerpt, channels = result.recording.excerpt, result.corrected.channels if result.corrected else ()
     tables = {
-        "summary": summary,
+        # the warnings stand beside it
+        "summary": {key: value for key, value in summary.items() if key != "warnings"},
         "warnings": result.warnings,
         "uncertainty_budget": result.uncertainty_budget,
         "channels": channels,

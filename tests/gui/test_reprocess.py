@@ -15,6 +15,7 @@ from radargui.files.run_card import read_run_card
 from radargui.files.stored_results import read_stored_results
 from radargui.gui.main_window import MainWindow
 from radargui.gui.sessions.transfer_controller import ReprocessDialog
+from radargui.gui.setup.words import words_of
 from radargui.model.errors import CancelledError
 
 
@@ -42,7 +43,9 @@ def test_old_and_new_are_compared_and_nothing_changes_until_kept(
     lines = dialog.table.rows.entries
     assert [line[0] for line in lines if line[0]] == ["run-0001", "run-0002"]
     assert [line[1] for line in lines[:5]] == ["Verdict", "e", "Drop height [mm]", "Impact speed [m/s]", "g [m/s²]"]
-    assert f"processing.correction: {old} → ellipse" in dialog.settings.text()
+    # in the words of the form, as everywhere in the window
+    was = words_of("processing.correction").shown(old)
+    assert dialog.settings.text() == f"IQ correction: {was} → Static ellipse (Heydemann)"
     assert [results_digest(run) for run in runs] == results
     dialog.keep.click()
     wait_for(lambda: not dialog.work.busy)

@@ -18,7 +18,7 @@ from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
 from radargui.gui.sessions.import_dialog import ImportDialog
 from radargui.gui.sessions.session_controller import SessionController
-from radargui.gui.setup.words import words_of
+from radargui.gui.setup.words import called, words_of
 from radargui.gui.table import WordTable
 from radargui.model.errors import FileError
 from radargui.model.rounding import alone, quantity
@@ -147,12 +147,11 @@ def lines_of(outcome: Outcome[RunComparison]) -> Iterator[tuple[str, str, str, s
 
 def settings_words(comparison: RunComparison) -> str:
     """Return what was set differently, a line each."""
-    lines = [f"{one.key}: {_said(one.before)} → {_said(one.after)}" for one in comparison.settings]
+    lines = []
+    for one in comparison.settings:
+        before, after = map(words_of(one.key).with_unit, (one.before, one.after))
+        lines.append(f"{called(one.key)}: {before} → {after}")
     return "\n".join(lines) or "The settings are the same as those of the stored results."
-
-
-def _said(value: object) -> str:
-    return "not set" if value is None else str(value)
 
 
 class ExportDialog(Dialog):

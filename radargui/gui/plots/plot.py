@@ -22,6 +22,8 @@ from radargui.model.arrays import FloatArray
 
 pg.setConfigOptions(antialias=False, useNumba=False, useOpenGL=False)
 
+INSIDE_PT = 8
+"""Size of words inside a plot."""
 NOW = "time before now [s]"
 LAST = "time to last sample [s]"
 """While the picture is held, or nothing comes in any more, the right edge is not now."""
@@ -359,7 +361,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
     def _write_inside(self) -> None:
         colour = self.colour("text")
         if self._inside is not None:
-            self._inside.setText(self._inside_text, color=colour, size="8pt")
+            self._inside.setText(self._inside_text, color=colour, size=f"{INSIDE_PT}pt")
 
     def _add(self, item: _Item, role: str, name: str = "", *, dashed: bool = False, **options: Any) -> _Item:
         self.addItem(item, **options)

@@ -60,6 +60,7 @@ SHEET = """<style>
 h3 {{ font-size: medium; margin: 8px 0 0 0; }}
 th, td {{ font-weight: normal; padding: 1px 4px; text-align: right; }}
 .grid td {{ white-space: nowrap; }}
+.grid td.left {{ white-space: normal; }}
 .left, .facts th, .facts td {{ text-align: left; }}
 .warning {{ color: {alarm}; }}
 </style>"""

@@ -2,13 +2,14 @@
 
 import numpy as np
 from PySide6.QtCore import QMargins
+from PySide6.QtGui import QFont, QFontMetricsF
 from PySide6.QtWidgets import QGridLayout
 
 from radargui.gui.control.state import Feed
 from radargui.gui.layout import having, take_out
 from radargui.gui.plots.envelope import thin
 from radargui.gui.plots.per_receiver import PerReceiver
-from radargui.gui.plots.plot import Plot
+from radargui.gui.plots.plot import INSIDE_PT, Plot
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
 
@@ -28,8 +29,8 @@ class IQPlane(Plot):
     def __init__(self, theme: Theme, number: int, *, corrected: bool) -> None:
         super().__init__(theme, left_px=_LEFT, equal=True, live=True)
         # axis words or a title would take half of so small a plot
-        self.write_inside(f"Rx {number} / A" if corrected else f"Rx {number} [V]")
-        self._corrected = corrected
+        self._number, self._corrected = number, corrected
+        self._write_name()
         if corrected:
             turn = np.linspace(0.0, 2.0 * np.pi, 181)
             self.fast_line("faint", dashed=True).setData(np.cos(turn), np.sin(turn))
@@ -39,12 +40,23 @@ class IQPlane(Plot):
         tips = "As the converter gave it, in volts", "Corrected, in units of its amplitude A: the unit circle (dashed)"
         self.setToolTip(tips[corrected])
         self._show(1.3)
-        # the words above take pixels, whatever the range
-        self.view.sigResized.connect(lambda _view: self._show(self._half))
+        self.view.sigResized.connect(self._resized)
 
     def words(self, axis: str) -> str:
         """Return what an axis shows; too small a plot to write it there."""
         return self._axes[axis == "left"]
+
+    def _write_name(self) -> None:
+        """Write which receiver it is, and in which unit where there is room for that."""
+        short = f"Rx {self._number}"
+        long = f"{short} {'/ A' if self._corrected else '[V]'}"
+        metrics = QFontMetricsF(having(QFont(self.font()), pointSize=INSIDE_PT))
+        self.write_inside(long if metrics.horizontalAdvance(long) + 4 <= self.view.width() else short)
+
+    def _resized(self, _view: object) -> None:
+        self._write_name()
+        # the words above take pixels, whatever the range
+        self._show(self._half)
 
     def draw(self, i: FloatArray, q: FloatArray) -> None:
         """Draw points in time order, shape (n,) each; NaN is left out."""

@@ -334,7 +334,7 @@ class HelpBrowser(Dialog):
     """One page after the other, as their links lead."""
 
     def __init__(self, url: QUrl, parent: QWidget, settings: Settings | None) -> None:
-        super().__init__("Help", (820, 720), parent, "help", settings)
+        super().__init__("Help", (930, 720), parent, "help", settings)
         self.pages = having(QTextBrowser(openExternalLinks=True), source=url)
         back = button("Back", self.pages.backward)
         self.lay_out(self.pages, fill(QHBoxLayout(), back, 1, button("Close", self.reject, default=True)))

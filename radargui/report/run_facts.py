@@ -116,7 +116,8 @@ class RunFacts:
     @property
     def said(self) -> str:
         """What people read of it: that it is no measurement, where it is none, and how good it is."""
-        warned = counted(len(self.warnings), "warning") if self.warnings else ""
+        warnings = (self.figures or {}).get("warnings")
+        warned = counted(len(warnings), "warning") if isinstance(warnings, Sequence) and warnings else ""
         return ", ".join(filter(None, (self.source.mark, self.verdict, warned)))
 
     @property

@@ -12,7 +12,7 @@ import pyqtgraph as pg
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QTextDocument
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QTextBrowser
 from pytestqt.qtbot import QtBot
 from support.changed import changed
 from support.results import drop_result, rejected_result
@@ -21,7 +21,7 @@ from support.work_at_once import at_once
 
 from radargui.files.overview import Overview
 from radargui.gui.main_window import MainWindow
-from radargui.gui.runs.figures_view import FiguresView, page_of
+from radargui.gui.runs.figures_view import SHEET, FiguresView, page_of
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
 from radargui.gui.runs.run_panel import RunPanel, boxes
 from radargui.gui.theme import Theme
@@ -30,7 +30,7 @@ from radargui.gui.track.track_panel import TrackPanel
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.offline import process
-from radargui.report.document import Grid
+from radargui.report.document import Grid, templates
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_section
 from radargui.report.tables import write_tables
@@ -196,6 +196,22 @@ def test_the_words_of_a_run_begin_with_what_speaks_against_it_and_say_each_thing
     assert lines[:5] == ["The floor moves.", "Result", "good, 1 warning", "e of the first impact", "not valid"]
     words.setHtml(page_of(rejected_result(), theme))
     assert words.toPlainText().count("receiver 2: no signal") == 1
+
+
+def test_a_sentence_in_a_table_of_the_preview_takes_lines_and_a_name_does_not(qtbot: QtBot) -> None:
+    rows = ({"run": f"run-000{number}", "reason": "the floor moves and " * number} for number in (1, 9))
+    page = templates().get_template("blocks.html").render(blocks=[Grid.of(rows, "Runs", left=(0, 1))])
+    view = QTextBrowser()
+    qtbot.addWidget(view)
+    view.resize(300, 200)
+    view.setHtml(SHEET.format(alarm="red") + page)
+    view.show()
+    QApplication.processEvents()
+    assert view.horizontalScrollBar().maximum() == 0
+    begin, end = (view.document().find(text) for text in ("run-0001", "run-0009"))
+    for name in (begin, end):
+        assert name.block().layout().lineCount() == 1
+    assert view.document().find("the floor moves", end).block().layout().lineCount() > 2
 
 
 def test_what_is_looked_for_stands_first_and_no_table_is_wider_than_the_panel(qtbot: QtBot, theme: Theme) -> None:

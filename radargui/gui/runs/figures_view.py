@@ -60,11 +60,11 @@ SHEET = """<style>
 h3 {{ font-size: medium; margin: 8px 0 0 0; }}
 th, td {{ font-weight: normal; padding: 1px 4px; text-align: right; }}
 .grid td {{ white-space: nowrap; }}
-.grid td.left {{ white-space: normal; }}
+.grid td.words {{ white-space: normal; text-align: left; }}
 .left, .facts th, .facts td {{ text-align: left; }}
 .warning {{ color: {alarm}; }}
 </style>"""
-"""Titles may take several lines, figures are never broken."""
+"""Titles and sentences may take several lines, figures are never broken."""
 
 
 def page_of(result: RunResult, theme: Theme) -> str:

@@ -12,6 +12,7 @@ from radargui.acquisition.stream import Peaks, Stream
 from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
 from radargui.model.errors import RadarGuiError
 from radargui.model.recording import Digitisation
+from radargui.model.words import percent
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +93,7 @@ class Health:
             f"{self.samples_lost} lost" if self.samples_lost else "none lost",
             f"{self.samples_not_written} not written" if self.samples_not_written else "",
             f"backlog {self.backlog_samples}" if self.backlog_samples else "",
-            f"writer queue {self.writer_queue_samples / capacity:.0%}" if capacity else "",
+            f"writer queue {percent(self.writer_queue_samples / capacity)}" if capacity else "",
             "" if self.live_lag_s is None else f"live {1e3 * self.live_lag_s:.0f} ms behind",
             f"live skipped {self.live_skipped_samples}" if self.live_skipped_samples else "",
             f"clipping: {' '.join(self.clipped)}" if self.clipped else "",

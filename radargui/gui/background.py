@@ -247,7 +247,7 @@ class _Row(QWidget):
         super().__init__()
         self._task = task
         # without a range it says only that something is done
-        self._bar = having(QProgressBar(minimum=0, maximum=0), maximumWidth=320)
+        self._bar = having(QProgressBar(minimum=0, maximum=0, format="%p %"), maximumWidth=320)
         self._cancel = having(button("Cancel", self._cancelled), accessibleName=f"Cancel: {what}")
         words = QLabel(f"{what[:1].upper()}{what[1:]} …")
         fill(QHBoxLayout(self), words, (self._bar, 1), self._cancel, 1, margins=(8, 2, 4, 2), spacing=6)

@@ -7,6 +7,7 @@ from pathlib import Path
 from radargui.model.drop import gravity_words, restitution_words
 from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.model.uncertainty_budget import SHARES, BudgetLine, variance_shares
+from radargui.model.words import percent
 from radargui.report.document import Chapter, Content, Drawing, Facts, Grid, Note
 from radargui.report.facts import ReportFacts, SessionFacts
 from radargui.report.provenance import RunProvenance
@@ -135,7 +136,7 @@ def _budget(one: SessionFindings, named: str) -> Grid:
         shares = variance_shares(line)
         cells = {"of": name}
         for key in SHARES:
-            share = f" ({100.0 * shares[key]:.0f} %)" if key in shares and getattr(line, key) is not None else ""
+            share = f" ({percent(shares[key])})" if key in shares and getattr(line, key) is not None else ""
             title = "standard error" if key == "statistical" and several else key
             cells[title] = f"{plain(getattr(line, key), 2)}{share}"
         return {**cells, "combined": plain(line.combined, 2)}

@@ -9,7 +9,7 @@ from radargui.model.drop import restitution_words
 from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import budget_rows, variance_shares
-from radargui.model.words import sentence
+from radargui.model.words import percent, sentence, written_time
 from radargui.report.document import Chapter, Content, Drawing, Facts, Grid, Note, Picture
 from radargui.report.run_facts import RunFacts
 
@@ -32,7 +32,7 @@ def run_page(run: RunFacts) -> Chapter:
     # matplotlib is loaded only where a report is made: the window shows the same words without it
     from radargui.report.run_figures import run_figures, run_on_screen
 
-    recorded = filter(None, (run.started_at, run.origin or run.device or run.source.file, _samples(run)))
+    recorded = filter(None, (_when(run), run.origin or run.device or run.source.file, _samples(run)))
     rows = dict(_result_rows(run)) | {"Recorded": "; ".join(recorded)}
     shown = replace(run, bounces=replace(run.bounces, impacts=run.bounces.impacts[:_MOST_IMPACTS]))
     more, lost = len(run.bounces.impacts) - _MOST_IMPACTS, sum(gap.count for gap in run.gaps)
@@ -62,13 +62,17 @@ def _title(run: RunFacts) -> str:
     return f"Run {run.name.removeprefix('run-')}{mark}"
 
 
+def _when(run: RunFacts) -> str:
+    return written_time(run.started_at, "%Y-%m-%d %H:%M:%S %z", run.started_at).rstrip()
+
+
 def _samples(run: RunFacts) -> str:
     return f"{run.n_samples} of each channel in {plain(run.duration_s, 4, 's')} at {run.rate_hz:.7g} Hz"
 
 
 def _words(run: RunFacts) -> tuple[Content, ...]:
     rows = dict(_result_rows(run)) | {
-        "Recorded": run.started_at or UNKNOWN,
+        "Recorded": _when(run) or UNKNOWN,
         "Replay of": run.source.file,
         "Samples": _samples(run),
         "Imported from": run.origin,
@@ -190,7 +194,7 @@ def _calibration(run: RunFacts) -> Iterator[Content]:
     header, *rows = budget_rows(run.uncertainty_budget)
     yield Grid(header, tuple(rows), "Standard uncertainties", left=(0,))
     shares = [
-        f"{name}: " + ", ".join(f"{share} {100.0 * part:.0f} %" for share, part in variance_shares(line).items())
+        f"{name}: " + ", ".join(f"{share} {percent(part)}" for share, part in variance_shares(line).items())
         for name, line in (("e", run.uncertainty_budget.e), ("g", run.uncertainty_budget.g_m_s2))
         if variance_shares(line)
     ]

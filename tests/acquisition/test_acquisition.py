@@ -210,7 +210,7 @@ def test_a_stalled_writer_does_not_hold_the_reader_back_and_what_did_not_fit_is_
     assert health.writer_queue_samples == health.writer_queue_capacity_samples == 5000
     assert health.samples_not_written == 9000 - 200 - 5000
     assert "3800 not written" in health.line()
-    assert "writer queue 100%" in health.line()
+    assert "writer queue 100 %" in health.line()
     run.wrote.clear()
     run.go.set()
     assert run.wrote.wait(LONGEST_S)

@@ -106,4 +106,4 @@ def test_the_line_names_what_is_wrong_and_only_that() -> None:
         live_skipped_samples=9,
         disk_left_s=600.0,
     )
-    assert ill.line() == "5 samples, 2 lost, 3 not written, writer queue 25%, live skipped 9, disk for 10 min"
+    assert ill.line() == "5 samples, 2 lost, 3 not written, writer queue 25 %, live skipped 9, disk for 10 min"

@@ -147,7 +147,7 @@ def test_an_input_at_the_end_of_its_range_is_told() -> None:
 
     report = checked(scene_setup(), miswired(spoil=open_input))
     kinds = {finding.kind: finding for finding in report.findings}
-    assert kinds["clipped"].sentence == "I3 (ai4) is at the end of its range 100% of the time."
+    assert kinds["clipped"].sentence == "I3 (ai4) is at the end of its range 100 % of the time."
     assert "dead" in kinds
 
 

@@ -122,7 +122,7 @@ def test_the_form_offers_what_the_fit_can_find(window: MainWindow) -> None:
     assert unknowns._priors["distance"].text() == "no uncertainty given: ± 20 mm taken"
     window.setup_model.assign("receiver[2].u_tilt_deg", 0.4)
     unknowns.show_setup(window.setup_model.setup)
-    assert unknowns._priors["tilt"].text() == "Receiver 2 ± 0.4 °"
+    assert unknowns._priors["tilt"].text() == "Receiver 2 ± 0.4°"
 
 
 def test_a_refused_calibration_cannot_be_used_and_is_discarded(window: MainWindow, fit: Fit, wait_for: Any) -> None:

@@ -135,7 +135,7 @@ def test_the_table_is_kept_up_to_date_while_samples_come_in_and_says_what_clips(
     assert not window.hardware.source.isEnabled()
     colour = model.data(model.index(0, 5), Qt.ItemDataRole.ForegroundRole)
     assert colour.name() == window.theme.colours.alarm
-    assert "(100%)" in cells(window, 0)[2]
+    assert "(100 %)" in cells(window, 0)[2]
     window.actions_.stop.trigger()
     wait_for(lambda: not window.control.state.running)
 

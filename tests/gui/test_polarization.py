@@ -47,7 +47,7 @@ def test_the_drawing_follows_typing_and_says_in_words_what_it_shows(antennas: Ma
     words = sketch.accessibleDescription().splitlines()
     assert words[0] == "Tx: 30.0° ± 2.5° from x towards y"
     strongest = antennas.setup_model.setup.received_fields()[0].strongest_deg
-    assert words[1] == f"Rx 1: {strongest:.1f}° ± 5° from h towards v, 100% of the strongest signal"
+    assert words[1] == f"Rx 1: {strongest:.1f}° ± 5° from h towards v, 100 % of the strongest signal"
     assert line(antennas, "receiver[1].polarization_deg").placeholderText() == f"strongest, {strongest:.1f}"
 
 

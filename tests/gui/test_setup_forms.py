@@ -55,8 +55,8 @@ def test_distances_are_typed_in_mm_and_kept_in_m(window: MainWindow) -> None:
 
 
 BAD_VALUES = (
-    ("antennas", "receiver[2].tilt_deg", "200", "Tilt: 200 is not allowed: a number from 0 to 180 °"),
-    ("antennas", "receiver[2].tilt_deg", "abc", "Tilt: abc is not allowed: a number from 0 to 180 °"),
+    ("antennas", "receiver[2].tilt_deg", "200", "Tilt: 200 is not allowed: a number from 0 to 180°"),
+    ("antennas", "receiver[2].tilt_deg", "abc", "Tilt: abc is not allowed: a number from 0 to 180°"),
     ("antennas", "transmitter.distance_m", "-5", "Distance: -5 is not allowed: a number above 0 to 100000 mm"),
     ("antennas", "radar.frequency_hz", "3", None),
     ("antennas", "radar.frequency_hz", "0.01", "Frequency: 0.01 is not allowed: a number from 0.1 to 1000 GHz"),

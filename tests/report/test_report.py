@@ -289,7 +289,7 @@ def test_an_imported_session_names_file_and_program_and_claims_no_device(tmp_pat
         writer.write(Block(recording.raw, 0))
     page = write_report(session, result_of_run, now=NOW).html.read_text(encoding="utf-8")
     assert "plate.mat (MATLAB), written by Scope 3" in page
-    assert "2017-10-05T10:34:56" in page
+    assert "2017-10-05 10:34:56" in page
     assert "Imported with" in page
     for claim in ("Dev1", "ai0", "Recorded with", "<dt>Device", ">Device<", "No impact was found"):
         assert claim not in page

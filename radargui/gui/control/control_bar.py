@@ -10,7 +10,7 @@ from radargui.gui.control.state import AppState
 from radargui.gui.layout import ALARM, TIPS, OneLine, Scroll, fill, having, labelled
 from radargui.gui.theme import Theme, fitting_font, scaled_font, write
 from radargui.model.rounding import UNKNOWN
-from radargui.model.words import counted
+from radargui.model.words import counted, percent
 
 _WORD, _DETAIL = 0.42, 0.5
 """Share of the width that the longest state takes, and size of what stands behind it: two lines beside one word."""
@@ -201,7 +201,7 @@ def figures(health: Health | None) -> dict[str, tuple[str, bool]]:
         "rate": (f"Rate {rate}", slow),
         "lost": (f"Lost {lost} in {counted(health.gaps, 'gap')}" if lost else "Lost 0", lost > 0),
         "backlog": (f"Backlog {health.backlog_samples}", False),
-        "queue": (f"Queue {full:.0%}" if capacity else f"Queue {UNKNOWN}", full > _QUEUE_ALARM),
+        "queue": (f"Queue {percent(full)}" if capacity else f"Queue {UNKNOWN}", full > _QUEUE_ALARM),
         "disk": (f"Disk {disk}", left is not None and left < _DISK_ALARM_S),
         "lag": (f"Live lag {late}", lag is not None and lag > _LAG_ALARM_S),
     }

@@ -18,6 +18,7 @@ from radargui.gui.control.state import AppState, Asked, Backlog, Feed, MakeSourc
 from radargui.model.daq import Daq
 from radargui.model.errors import RadarGuiError, SourceError
 from radargui.model.setup import Setup
+from radargui.model.words import percent
 from radargui.processing.live import LiveMemory
 from radargui.session.info import about_setup_file
 from radargui.session.session import BY_OPERATOR, Session
@@ -97,7 +98,7 @@ class RunControl(QObject):
         if not (reached.only_processes or reached.records is AppState.PROCESSING):
             return "the end of the recording"
         runs = "the result of the last run" if len(self.backlog) < 2 else f"the results of {len(self.backlog)} runs"
-        return f"{runs} ({reached.progress:.0%} of one computed)"
+        return f"{runs} ({percent(reached.progress)} of one computed)"
 
     def start_live(
         self, setup: Setup, kind: SourceKind, file: Path | None, *, make: Callable[[Setup], Source] | None = None

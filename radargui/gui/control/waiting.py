@@ -8,6 +8,7 @@ from PySide6.QtCore import Signal
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Asked
 from radargui.gui.layout import Strip, button, ticking
+from radargui.model.words import percent
 
 _LOOK_MS = 50
 """Whether all has ended is looked at so often: soon enough to seem at once."""
@@ -108,7 +109,7 @@ class StoppingStrip(Strip):
             self._began_s = self._clock()
         more = len(control.backlog) - 1
         after = f", {more} more after it" if more else ""
-        share = f"{100.0 * control.reached.progress:.0f} % computed"
+        share = f"{percent(control.reached.progress)} computed"
         waited_s = self._clock() - self._began_s
         left = "" if (left_s := self._left_s(computed)) is None else f", about {left_s:.0f} s left"
         self.words.setText(

@@ -15,7 +15,7 @@ from radargui.gui.control.state import AppState
 from radargui.gui.layout import having
 from radargui.gui.runs.run_keeping import RunKeeping
 from radargui.gui.theme import write
-from radargui.model.words import sentence
+from radargui.model.words import percent, sentence
 
 _WIDEST = {
     "state": "PROCESSING",
@@ -175,7 +175,7 @@ class AcrossView(QWidget):
         if state is AppState.ARMED and control.waits_for:
             return f"Waiting for {control.waits_for}"
         if state is AppState.PROCESSING:
-            return f"{state.next}: {control.reached.progress:.0%}"
+            return f"{state.next}: {percent(control.reached.progress)}"
         # what to do stands first: of a long reason the end has no room
         return f"{state.next}. {sentence(why)}" if why and state is AppState.DONE else state.next
 

@@ -20,6 +20,7 @@ from radargui.gui.panels import Actions
 from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
+from radargui.model.words import percent
 from radargui.session.session import BY_OPERATOR, reason_of
 
 REASONS = ("touched something on its way", "released badly", "not the first bounce", "wrong sample")
@@ -96,7 +97,7 @@ class RunKeeping(QObject):
                 doing = f"{coming}, waiting until nothing moves"
             case AppState.PROCESSING:
                 waiting = f", {len(control.backlog) - 1} more wait" if len(control.backlog) > 1 else ""
-                doing = f"{computed} {100.0 * control.reached.progress:.0f} %{waiting}"
+                doing = f"{computed} {percent(control.reached.progress)}{waiting}"
             case AppState.FAILED:
                 # where the reason was dismissed it stands here
                 return "see the message below" if self._failure in self.strip.texts() else self._failure

@@ -4,7 +4,6 @@ from bisect import bisect_left
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from datetime import datetime
 from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
@@ -20,7 +19,7 @@ from radargui.gui.table import RowModel
 from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in, gravity_words, restitution_words
 from radargui.model.errors import RadarGuiError
 from radargui.model.rounding import UNKNOWN, plain
-from radargui.model.words import counted
+from radargui.model.words import counted, percent, written_time
 from radargui.restitution.series import Series, drop_labels, series_of
 from radargui.session.session import was_drop
 
@@ -273,18 +272,10 @@ def notes_of_file(path: Path) -> tuple[str, str]:
     return agreement_words(health), str(health.get("line", ""))
 
 
-def written_time(at: str, how: str, otherwise: str) -> str:
-    """Return a time in ISO 8601 as `strftime` writes it; what is none is said `otherwise`."""
-    try:
-        return datetime.fromisoformat(at).strftime(how)
-    except ValueError:
-        return otherwise
-
-
 def agreement_words(health: Mapping[str, object]) -> str:
     """Return how far the live track was from the result; empty where nobody compared."""
     rms, most, known = (health.get(f"live_{key}") for key in ("rms_m", "max_m", "share_known"))
     if not isinstance(rms, float) or not isinstance(most, float):
         return ""
-    share = f", known for {100.0 * known:.0f} % of the motion" if isinstance(known, float) else ""
+    share = f", known for {percent(known)} of the motion" if isinstance(known, float) else ""
     return f"live within {1e3 * rms:.2f} mm rms of offline, {1e3 * most:.2f} mm at most{share}"

@@ -17,6 +17,7 @@ from radargui.gui.plots.plot import LAST, Plot
 from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.theme import Theme, scaled_font, write
 from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.words import percent
 
 _FAR_V = 1000.0
 """A shade reaches beyond every range of voltage."""
@@ -214,7 +215,7 @@ class LevelBar(QWidget):
         self._full_scale_v = (level and level.full_scale_v) or self._full_scale_v
         self._share = (level.peak_v if level else 0.0) / self._full_scale_v
         peak = "–" if level is None else f"{level.peak_v:.2f} V"
-        said = "" if level is None else f"{100.0 * self._share:.0f} % of the range"
+        said = "" if level is None else f"{percent(self._share)} of the range"
         self.setToolTip(f"{self.name}: {said}{', clipping: lower the gain or raise the range' * self.clipping}")
         self.setAccessibleName(f"{self.name} {'CLIP' if self.clipping else peak}")
         self.update()

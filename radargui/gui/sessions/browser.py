@@ -16,7 +16,7 @@ from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_model import COLUMNS, ThumbnailView, look_at
 from radargui.gui.table import RowModel, RowTable
-from radargui.model.words import counted
+from radargui.model.words import counted, percent
 from radargui.session.catalogue import Catalogue, Query, SessionSummary
 
 _WAIT_MS = 250
@@ -160,7 +160,7 @@ class SessionBrowser(Dialog):
 
     def _show_share(self) -> None:
         share = self._task.share
-        self.words.setText(self._folder_words + (f" {100 * share:.0f} %" if share else ""))
+        self.words.setText(self._folder_words + (f" {percent(share)}" if share else ""))
 
     def _failed(self, error: BaseException) -> None:
         self._timer.stop()

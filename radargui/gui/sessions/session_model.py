@@ -13,12 +13,13 @@ from PySide6.QtWidgets import QListWidget, QListWidgetItem, QStyledItemDelegate,
 
 from radargui.files.run_card import Thumbnail, read_run_card, read_thumbnail
 from radargui.gui.layout import having
-from radargui.gui.runs.run_model import RunEntry, written_time
+from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.table import Index
 from radargui.gui.theme import CENTRED, Theme, write
 from radargui.model.calibrated_setup import calibration_words
 from radargui.model.errors import RadarGuiError
 from radargui.model.rounding import UNKNOWN
+from radargui.model.words import written_time
 from radargui.restitution.series import drop_labels, series_of
 from radargui.session.catalogue import SessionSummary
 from radargui.session.info import read_info

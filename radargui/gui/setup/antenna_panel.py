@@ -22,6 +22,7 @@ from radargui.model.assumed import ASSUMED
 from radargui.model.calibrated_setup import calibration_words, edited_since, too_old
 from radargui.model.radar import MOST_RECEIVERS
 from radargui.model.scattering import LEAST_SHARE, received_fields
+from radargui.model.words import percent
 
 _ASSUMED_DEG = ASSUMED["u_polarization_deg"]
 _HEIGHT, _MARGIN = 108, 4
@@ -75,7 +76,7 @@ class DrawnAntenna:
         """What is drawn, in words."""
         if self.angle_deg is None:
             return f"{self.name}: not given"
-        got = f", {self.share:.0%} of the strongest signal" if self.share is not None else ""
+        got = f", {percent(self.share)} of the strongest signal" if self.share is not None else ""
         return f"{self.name}: {self.angle_deg:.1f}° ± {self.u_deg:g}° from {self.axes[0]} towards {self.axes[1]}{got}"
 
 
@@ -147,7 +148,7 @@ class PolarizationSketch(QWidget):
             write(painter, below, antenna.name, own.text)
             said, colour = "" if antenna.angle_deg is None else f"{antenna.angle_deg:.0f}°", own.text
             if antenna.share is not None:
-                said, colour = f"{antenna.share:.0%}", own.alarm if antenna.share < LEAST_SHARE else own.faint
+                said, colour = percent(antenna.share), own.alarm if antenna.share < LEAST_SHARE else own.faint
             write(painter, below.translated(0.0, line), said, colour)
 
     def _dial(self, painter: QPainter, antenna: DrawnAntenna, middle: QPointF, radius: float, colour: QColor) -> None:

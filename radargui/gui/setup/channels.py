@@ -18,6 +18,7 @@ from radargui.gui.setup.fields import ModelGroup
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.table import RowModel, RowTable
 from radargui.model.rounding import UNKNOWN
+from radargui.model.words import percent
 
 MOMENT_S = 1.0
 """Long enough for ten turns of a hum of 10 Hz, short enough to wait for."""
@@ -41,7 +42,7 @@ class Channel:
         if self.shows is None:
             return UNKNOWN
         peak_v, most_v = self.shows.level.peak_v, self.shows.level.full_scale_v
-        return f"{peak_v:.2f} ({peak_v / most_v:.0%})" if most_v else f"{peak_v:.2f}"
+        return f"{peak_v:.2f} ({percent(peak_v / most_v)})" if most_v else f"{peak_v:.2f}"
 
     @property
     def clips(self) -> str:

@@ -20,7 +20,7 @@ from radargui.gui.setup.words import FORMS, called, in_words
 from radargui.model.errors import DeviceError
 from radargui.model.plugins import plugins
 from radargui.model.setup import MEASURING, Setup
-from radargui.model.words import counted
+from radargui.model.words import counted, percent
 from radargui.sources.factory import SourceKind
 from radargui.sources.ni.checks import check_rate, rate_limit_hz, rate_sentence
 from radargui.sources.ni.discovery import NiDevice
@@ -75,7 +75,7 @@ class RateView(ModelGroup):
         if limit_hz is not None:
             share = daq.rate_hz / limit_hz
             self.bar.setValue(round(1000.0 * min(1.0, share)))
-            self.bar.setToolTip(f"{share:.0%} of the highest rate that the device has for {count} channels, S/s")
+            self.bar.setToolTip(f"{percent(share)} of the highest rate that the device has for {count} channels, S/s")
         colour = "bright-text" if self.fault else "highlight"
         self.bar.setStyleSheet(f"QProgressBar::chunk {{ background: palette({colour}); }}")
 

@@ -92,7 +92,12 @@ class Words:
 
     def with_unit(self, value: object) -> str:
         """Return a stored value with its unit; `not set` where there is none."""
-        return " ".join(filter(None, (self.shown(value), self.unit))) if value is not None else "not set"
+        return f"{self.shown(value)}{self.tail}" if value is not None else "not set"
+
+    @property
+    def tail(self) -> str:
+        """The unit as it follows a number: the sign of a degree without a space (SI Brochure, 5.4.3)."""
+        return f"{'' if self.unit == '°' else ' '}{self.unit}" if self.unit else ""
 
 
 _TABLE = resource_table("window/words")
@@ -170,10 +175,10 @@ def faults_of(error: ValidationError) -> tuple[dict[str, str], str]:
             key = named[0] if named and (of_table or not key) else key
         words = words_of(key)
         if not text:
-            unit = f" {words.unit}" if words.unit else ""
             shown = words.shown(fault["input"]) if fault["type"] != "missing" else ""
             allowed = place.allowed(words.scale) if place is not None else fault["msg"]
-            text = f"{shown} is not allowed: {allowed}{unit}" if shown else f"a value is needed: {allowed}{unit}"
+            text = f"{shown} is not allowed" if shown else "a value is needed"
+            text = f"{text}: {allowed}{words.tail}"
         faults.setdefault(key, text)
     key, text = next(iter(faults.items()))
     more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""

@@ -9,6 +9,7 @@ import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.setup import Setup
+from radargui.model.words import percent
 from radargui.processing.wiring.response import (
     CLEAR_TURN,
     WiringSamples,
@@ -180,7 +181,11 @@ def _inputs(setup: Setup, dead: BoolArray, clipped: FloatArray) -> Iterator[_Sai
     for channel, (name, physical) in enumerate(zip(setup.channel_names, setup.physical_channels, strict=True)):
         place = f"{name} ({physical})"
         if clipped[channel] > _CLIPPED:
-            yield "clipped", f"{place} is at the end of its range {clipped[channel]:.0%} of the time.", channel // 2
+            yield (
+                "clipped",
+                f"{place} is at the end of its range {percent(clipped[channel])} of the time.",
+                channel // 2,
+            )
         if dead[channel]:
             yield "dead", f"{place} does not answer to anything.", channel // 2
 

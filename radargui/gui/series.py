@@ -20,6 +20,7 @@ from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme
 from radargui.model.rounding import COVERAGE, UNKNOWN, alone, plain
 from radargui.model.words import counted
+from radargui.report.document import with_powers
 from radargui.report.facts import (
     ReportFacts,
     e_span,
@@ -325,7 +326,8 @@ def _said(facts: ReportFacts) -> list[str]:
         for run in one.excluded
     ]
     fits = [said_of(found, fit) for sample in found.samples for fit in sample.fits if fit.n_impacts]
-    return [found.sentence, *(f"{words}." for words in compared), *found.cautions, *out, *fits]
+    said = (found.sentence, *(f"{words}." for words in compared), *found.cautions, *out, *fits)
+    return [with_powers(one) for one in said]
 
 
 def said_of(found: Findings, fit: SpeedFit) -> str:

@@ -22,6 +22,7 @@ from radargui.gui.setup.setup_model import SetupFileController
 from radargui.model.errors import CancelledError, RadarGuiError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
+from radargui.model.words import counted
 from radargui.processing.result_of_run import stored_or_computed
 from radargui.session.catalogue import Catalogue, RunLine
 from radargui.session.info import SessionInfo, read_info
@@ -172,7 +173,7 @@ class LaterOffer(_Offer):
 
 
 def _counted(runs: Sequence[object], one: str, many: str) -> str:
-    return f"1 run {one}" if len(runs) == 1 else f"{len(runs)} runs {many}"
+    return f"{counted(len(runs), 'run')} {one if len(runs) == 1 else many}"
 
 
 def _reported_series(sessions: tuple[Path, ...], output: Path, task: Task) -> Path:

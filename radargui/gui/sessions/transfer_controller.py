@@ -23,6 +23,7 @@ from radargui.gui.table import WordTable
 from radargui.model.errors import FileError
 from radargui.model.rounding import alone, quantity
 from radargui.model.setup import Setup
+from radargui.model.words import counted
 from radargui.session.session import Session
 from radargui.session.transfer import FOLDER, ExportPlan, plan_export
 
@@ -259,8 +260,7 @@ class TransferController:
             self.services.board.post_error(error)
         if imported.session is None:
             return
-        count = "1 run was" if len(imported.paths) == 1 else f"{len(imported.paths)} runs were"
-        self._say(f"{count} imported as session {imported.session.name}")
+        self._say(f"{counted(len(imported.paths), 'run')} imported as session {imported.session.name}")
         if not self.services.control.state.running:
             self.sessions.open(imported.session)
 
@@ -270,7 +270,7 @@ class TransferController:
                 self.services.board.post_error(run.error)
         files = sum(len(run.value or ()) for run in runs)
         if files:
-            self._say(f"{files} file{'s'[: files > 1]} written to {plan.folder}")
+            self._say(f"{counted(files, 'file')} written to {plan.folder}")
 
     def close(self) -> None:
         """Cancel and close the dialog."""

@@ -47,7 +47,7 @@ def judged_by_floor(bounces: Bounces, track: Track, alike_m: float | None = None
         )
         return bounces, [sentence]
     sentence = (
-        f"{lie}, and after impact {faster[0]} the sphere is faster than before: the floor moves. A ratio of the "
+        f"the floor moves: after impact {faster[0]} the sphere is faster than before, and {lie}. A ratio of the "
         "sphere's speeds is then no coefficient of restitution, and none is given"
     )
     return replace(bounces, impacts=tuple(replace(one, valid=False) for one in bounces.impacts)), [sentence]

@@ -89,7 +89,7 @@ def test_stop_while_the_joint_correction_is_computed_keeps_the_adaptive_result(
     assert window.run.result.warnings[0] == STOPPED
     assert window.run.figures.notes[0].startswith("The joint correction was stopped before it ended")
     (entry,) = window.runs.model.entries
-    assert window.bar.state.text == f"DONE   drop 1: e = {entry.restitution()}, preliminary"
+    assert window.bar.state.text == f"DONE   drop 1: e = {entry.restitution()}, preliminary, 1 warning"
     summary = read_summary(entry.path)
     assert (summary["correction"], summary["preliminary"]) == ("adaptive", True)
     assert window.board.notices == ()

@@ -165,8 +165,8 @@ class AcrossView(QWidget):
             return Situation(state, "", coming, self._next(state, ""))
         run = f"{coming}; e of {entry.called}" if coming else entry.called
         result = f"e = {entry.restitution()}" if entry.has_e else "no e"
-        why = entry.quality if entry.has_e else entry.why_no_e
-        return Situation(state, result, run, self._next(state, "" if why == "good" else why), self._keeping.role)
+        why = entry.reserve if entry.has_e else entry.why_no_e
+        return Situation(state, result, run, self._next(state, why), self._keeping.role)
 
     def _next(self, state: AppState, why: str) -> str:
         control, notices = self._keeping.control, self._keeping.services.board.notices

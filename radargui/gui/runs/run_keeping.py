@@ -217,8 +217,9 @@ class RunKeeping(QObject):
     def _say(self, recorded: RecordedRun) -> None:
         if (entry := self.runs.model.entry_of(recorded.path)) is not None:
             self._of_result = recorded.path
-            quality = "" if entry.quality == "good" else f", {entry.quality}"
-            said = f"e = {entry.restitution()}{quality}" if entry.has_e else f"no e, {entry.why_no_e}"
+            why = f"{':' if entry.why_no_e in entry.warnings else ','} {entry.why_no_e}"
+            e = ", ".join(filter(None, (f"e = {entry.restitution()}", entry.reserve)))
+            said = e if entry.has_e else f"no e{why}"
             self.last_result = f"{entry.called}: {said}"
 
 

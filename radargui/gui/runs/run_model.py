@@ -128,6 +128,11 @@ class RunEntry:
         return tuple((self.summary or {}).get("warnings") or ())
 
     @property
+    def reserve(self) -> str:
+        """With what reserve its figures are to be read; empty: with none."""
+        return ", ".join(part for part in self.quality.split(", ") if part != "good")
+
+    @property
     def why_no_e(self) -> str:
         """Why it has no e; of several reasons the first."""
         is_measured = not self.rejected and (self.summary or {}).get("status") == "ok"
@@ -138,7 +143,7 @@ class RunEntry:
         """The colour that says how good it is: nothing to object, something to look at, or refused."""
         if self.problem or (self.summary or {}).get("status") == "rejected":
             return "alarm"
-        return "good" if self.quality == "good" else "mark"
+        return "mark" if self.reserve else "good"
 
     @property
     def has_e(self) -> bool:

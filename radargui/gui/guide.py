@@ -12,7 +12,8 @@ from shiboken6 import isValid
 from radargui.experiment.event import RecordedRun
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState
-from radargui.gui.layout import Dialog, PlainLabel, button, fill, having, ticking
+from radargui.gui.dialog import Dialog
+from radargui.gui.layout import PlainLabel, button, fill, having, ticking
 from radargui.gui.panels import Panels
 from radargui.gui.plots.plot import Plot
 from radargui.gui.services import Services

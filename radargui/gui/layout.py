@@ -2,21 +2,16 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
 from PySide6 import QtWidgets
 from PySide6.QtCore import QObject, QSignalBlocker, QSize, Qt, QTimer, SignalInstance
-from PySide6.QtGui import QHideEvent, QPaintEvent, QWheelEvent
+from PySide6.QtGui import QPaintEvent, QWheelEvent
 
 from radargui.model.resources import resource_table
 
-if TYPE_CHECKING:
-    from radargui.gui.settings import Settings
-
 Margins = tuple[int, int, int, int]
 Part = QtWidgets.QWidget | QtWidgets.QLayout | int | tuple[QtWidgets.QWidget | QtWidgets.QLayout, int]
-_FRAME = QSize(16, 40)
-"""What the system draws around a window: edges and title (chosen by hand, the largest of usual systems)."""
 _FOCUS_ROOM = (3, 3, 3, 3)
 """For the frame around what has the keys: it is drawn within the box."""
 ALARM = "color: palette(bright-text); font-weight: bold;"
@@ -131,53 +126,6 @@ def button(
     made = QtWidgets.QPushButton(words, autoDefault=default, default=default)
     made.clicked.connect(does)
     return having(made, toolTip=tip or TIPS["buttons"].get(words, ""))
-
-
-def fit_screen(window: QtWidgets.QWidget, width: int, height: int) -> None:
-    """Give a window a size at first, no larger than the screen has room for."""
-    window.resize(QSize(width, height).boundedTo(window.screen().availableSize() - _FRAME))
-
-
-class Dialog(QtWidgets.QDialog):
-    """A window beside the main one.
-
-    Parameters
-    ----------
-    size
-        At first, in pixels.
-    name, settings
-        By which and where its size, columns and parts are remembered; without them they are not.
-    """
-
-    def __init__(
-        self,
-        title: str,
-        size: tuple[int, int],
-        parent: QtWidgets.QWidget | None = None,
-        name: str = "",
-        settings: "Settings | None" = None,
-    ) -> None:
-        super().__init__(parent)
-        self._kept_in = settings
-        fit_screen(having(self, windowTitle=title, objectName=name), *size)
-
-    def lay_out(self, *parts: Part, margins: Margins = (9, 9, 9, 9), spacing: int = 6) -> None:
-        """Put the parts one beneath the other, as they were left the last time."""
-        fill(QtWidgets.QVBoxLayout(self), *parts, margins=margins, spacing=spacing)
-        if self._kept_in is not None:
-            self._kept_in.restore_sizes(self)
-
-    def hideEvent(self, event: QHideEvent) -> None:  # noqa: N802 - Qt's name
-        """Remember how it was left: the next one may be another object."""
-        super().hideEvent(event)
-        if self._kept_in is not None:
-            self._kept_in.keep_sizes(self)
-
-    def come_up(self) -> None:
-        """Stand before the other windows."""
-        self.show()
-        self.raise_()
-        self.activateWindow()
 
 
 def labelled(words: str, field: QtWidgets.QWidget) -> QtWidgets.QLabel:

@@ -10,7 +10,8 @@ from pathlib import Path
 from PySide6.QtGui import QFontDatabase, QGuiApplication, QTextCursor
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLineEdit, QPlainTextEdit
 
-from radargui.gui.layout import Choice, Dialog, PlainLabel, button, fill, having, labelled, ticking
+from radargui.gui.dialog import Dialog
+from radargui.gui.layout import Choice, PlainLabel, button, fill, having, labelled, ticking
 from radargui.gui.services import Services
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.model.resources import LOG_FORMAT, log_path

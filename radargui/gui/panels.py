@@ -12,7 +12,8 @@ from PySide6.QtWidgets import QHBoxLayout, QTextBrowser, QWidget
 
 from radargui import __version__
 from radargui.gui.control.state import AppState
-from radargui.gui.layout import Dialog, Scroll, button, fill, fit_screen, having
+from radargui.gui.dialog import Dialog, fit_screen
+from radargui.gui.layout import Scroll, button, fill, having
 from radargui.gui.plots.plot import Plot
 from radargui.gui.settings import LAYOUT_VERSION, Settings
 from radargui.gui.theme import CHOICES, Theme

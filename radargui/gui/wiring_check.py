@@ -8,7 +8,8 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout
 from radargui.acquisition.ring import Ring
 from radargui.experiment.wiring import GuideState, WiringGuide
 from radargui.gui.control.state import AppState, Feed
-from radargui.gui.layout import Dialog, PlainLabel, Scroll, boxed, button, fill, having, take_out, ticking
+from radargui.gui.dialog import Dialog
+from radargui.gui.layout import PlainLabel, Scroll, boxed, button, fill, having, take_out, ticking
 from radargui.gui.services import Services
 from radargui.gui.setup.hardware_panel import HardwarePanel
 from radargui.gui.setup.setup_model import SetupModel

@@ -12,7 +12,8 @@ from radargui.experiment.event import RecordedRun
 from radargui.files.calibration_file import free_path, write_calibration
 from radargui.gui.background import WorkStrip
 from radargui.gui.calibration.pages import Recorded, RecordingList, ResultView, UnknownsForm
-from radargui.gui.layout import TIPS, Dialog, FaultText, PlainLabel, boxed, button, fill, having, holding
+from radargui.gui.dialog import Dialog
+from radargui.gui.layout import TIPS, FaultText, PlainLabel, boxed, button, fill, having, holding
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_controller import SessionController
 from radargui.gui.setup.antenna_panel import CalibrationGroup

@@ -9,7 +9,8 @@ from PySide6.QtGui import QTextOption
 from PySide6.QtWidgets import QTextBrowser
 
 from radargui.gui.background import OneAtATime
-from radargui.gui.layout import Dialog, having
+from radargui.gui.dialog import Dialog
+from radargui.gui.layout import having
 from radargui.gui.services import Services
 from radargui.gui.theme import Theme
 from radargui.model.result import RunResult

@@ -12,7 +12,8 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent
 from PySide6.QtWidgets import QDoubleSpinBox, QGridLayout, QHBoxLayout, QLabel, QWidget
 
 from radargui.acquisition.run_output import Level
-from radargui.gui.layout import Dialog, button, fill, having
+from radargui.gui.dialog import Dialog
+from radargui.gui.layout import button, fill, having
 from radargui.gui.plots.plot import LAST, Plot
 from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.theme import Theme, scaled_font, write

@@ -11,7 +11,8 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLineEdit, QSplitter, QVBoxLayout, QWidget
 
 from radargui.gui.background import OneAtATime, Task
-from radargui.gui.layout import FRAMED, TIPS, Dialog, FaultText, PlainLabel, button, fill, having, labelled, ticking
+from radargui.gui.dialog import Dialog
+from radargui.gui.layout import FRAMED, TIPS, FaultText, PlainLabel, button, fill, having, labelled, ticking
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_model import COLUMNS, ThumbnailView, look_at

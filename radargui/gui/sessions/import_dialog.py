@@ -14,19 +14,8 @@ from radargui.files.raw_file import first_seconds
 from radargui.files.reading import LARGEST
 from radargui.files.signals import ChannelInfo
 from radargui.gui.background import Then, Work
-from radargui.gui.layout import (
-    Choice,
-    Dialog,
-    FaultText,
-    FormScroll,
-    Group,
-    PlainLabel,
-    button,
-    fill,
-    fit_screen,
-    having,
-    side_by_side,
-)
+from radargui.gui.dialog import Dialog, fit_screen
+from radargui.gui.layout import Choice, FaultText, FormScroll, Group, PlainLabel, button, fill, having, side_by_side
 from radargui.gui.services import Services
 from radargui.gui.sessions.raw_form import PREVIEW_S, PREVIEW_SAMPLES, RawForm
 from radargui.gui.setup.session_panel import SessionPanel

@@ -13,7 +13,8 @@ from radargui.experiment.importing import Imported, ImportOrder, import_recordin
 from radargui.files.access import Outcome, each_run, make_folder
 from radargui.files.formats import EXPORT_FORMATS
 from radargui.gui.background import WorkStrip
-from radargui.gui.layout import Choice, Dialog, Group, PathField, PlainLabel, button, side_by_side
+from radargui.gui.dialog import Dialog
+from radargui.gui.layout import Choice, Group, PathField, PlainLabel, button, side_by_side
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
 from radargui.gui.sessions.import_dialog import ImportDialog

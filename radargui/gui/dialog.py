@@ -1,0 +1,58 @@
+"""A window beside the main one, as large as the screen lets it, that comes again as it was left."""
+
+from PySide6.QtCore import QSize
+from PySide6.QtGui import QHideEvent
+from PySide6.QtWidgets import QDialog, QVBoxLayout, QWidget
+
+from radargui.gui.layout import Margins, Part, fill, having
+from radargui.gui.settings import Settings
+
+_FRAME = QSize(16, 40)
+"""What the system draws around a window: edges and title (chosen by hand, the largest of usual systems)."""
+
+
+def fit_screen(window: QWidget, width: int, height: int) -> None:
+    """Give a window a size at first, no larger than the screen has room for."""
+    window.resize(QSize(width, height).boundedTo(window.screen().availableSize() - _FRAME))
+
+
+class Dialog(QDialog):
+    """A window beside the main one.
+
+    Parameters
+    ----------
+    size
+        At first, in pixels.
+    name, settings
+        By which and where its size, columns and parts are remembered; without them they are not.
+    """
+
+    def __init__(
+        self,
+        title: str,
+        size: tuple[int, int],
+        parent: QWidget | None = None,
+        name: str = "",
+        settings: Settings | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._kept_in = settings
+        fit_screen(having(self, windowTitle=title, objectName=name), *size)
+
+    def lay_out(self, *parts: Part, margins: Margins = (9, 9, 9, 9), spacing: int = 6) -> None:
+        """Put the parts one beneath the other, as they were left the last time."""
+        fill(QVBoxLayout(self), *parts, margins=margins, spacing=spacing)
+        if self._kept_in is not None:
+            self._kept_in.restore_sizes(self)
+
+    def hideEvent(self, event: QHideEvent) -> None:  # noqa: N802 - Qt's name
+        """Remember how it was left: the next one may be another object."""
+        super().hideEvent(event)
+        if self._kept_in is not None:
+            self._kept_in.keep_sizes(self)
+
+    def come_up(self) -> None:
+        """Stand before the other windows."""
+        self.show()
+        self.raise_()
+        self.activateWindow()

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray, held_beyond, pieces
+from radargui.model.arrays import FloatArray, held_beyond
 
 SIXTH_DIFFERENCE_GAIN = 924.0
 """Sum of the squared binomial coefficients of order 6: variance of the sixth difference of unit white noise."""
 LEAST_SAMPLES = 64
 """Of a channel: its noise is then known to 15 % (standard deviation over 500 draws of white noise)."""
+_SIXTH_DIFFERENCE = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
 _BLOCK = 64
 """Samples judged together: 2 ms at 33 kS/s, about as long as an impact rings in the sixth difference."""
 _CALM = 3.0
@@ -54,8 +55,9 @@ def white_noise_v(volts: FloatArray) -> FloatArray:
 def sixth_differences(values: FloatArray) -> FloatArray:
     """Return the sixth differences of (n_channels, n_samples), shape (n_channels, n_samples - 6)."""
     out = np.empty((values.shape[0], max(values.shape[1] - 6, 0)))
-    for part in pieces(out.shape[1]):
-        out[:, part] = np.diff(values[:, part.start : part.stop + 6], 6, axis=1)
+    if out.size:
+        for row, own in zip(values, out, strict=True):
+            own[:] = np.correlate(row, _SIXTH_DIFFERENCE)
     return out
 
 

@@ -37,8 +37,8 @@ def _unwrap(phase_rad: FloatArray) -> FloatArray:
     """Unwrap phases (n,) in place: numpy's `unwrap` looks at every sample several times, wraps are few."""
     step = np.diff(phase_rad)
     wrap = np.flatnonzero(np.abs(step) > np.pi)
-    turns = np.cumsum(np.rint(step[wrap] / (2.0 * np.pi)))
-    phase_rad[1:] -= 2.0 * np.pi * np.repeat(np.append(0.0, turns), np.diff(wrap, prepend=0, append=step.size))
+    turned = 2.0 * np.pi * np.cumsum(np.rint(step[wrap] / (2.0 * np.pi)))
+    phase_rad[1:] -= np.repeat(np.append(0.0, turned), np.diff(wrap, prepend=0, append=step.size))
     return phase_rad
 
 

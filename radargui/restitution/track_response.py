@@ -10,7 +10,7 @@ from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounces, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
-from radargui.restitution.floor_normal import e_by_tilt, mean_normals, normal_of_impacts
+from radargui.restitution.floor_normal import e_by_tilt, normal_changes
 from radargui.restitution.parabola import Parabolas
 from radargui.restitution.track_flights import (
     FittedFlights,
@@ -126,8 +126,7 @@ def _normal_changes(
         return np.zeros((shift_m.shape[0], 3))
     u, before, after = at.u_side_m_s[seen], at.before_m_s[seen], at.after_m_s[seen]
     more_before, more_after = _speed_changes(time_s, shift_m, impact_s[seen])
-    upright = normal_of_impacts(before, after, u, u_tilt_deg).normal
-    return mean_normals(before + more_before, after + more_after, u, u_tilt_deg) - upright
+    return normal_changes(before, after, more_before, more_after, u, u_tilt_deg)
 
 
 def _speed_changes(time_s: FloatArray, shift_m: FloatArray, impact_s: FloatArray) -> FloatArray:

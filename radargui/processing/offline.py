@@ -1,6 +1,6 @@
 """A whole recording to its result."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, partial
 
@@ -141,13 +141,13 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
     channels, paths, track = whole.channels(motion.corrected, part.faults), motion.paths, motion.track
     warnings = [*before, *motion.warnings]
     # every rejected receiver refuses the run, for the track needs all of them, unless it goes on without
-    reasons = {k: f"receiver {k + 1}: {c.reason}" for k, c in enumerate(channels) if c.verdict == "rejected"}
+    reasons = {k: c.reason for k, c in enumerate(channels) if c.verdict == "rejected"}
     # what is no receiver first: without it, its neighbours are hard to judge
-    left_out = [reasons.pop(number) for number, fault in enumerate(part.faults) if fault]
+    left_out = {number: reasons.pop(number) for number, fault in enumerate(part.faults) if fault}
     if part.goes_on_without:
-        warnings += [f"{sentence}: the others go on without it" for sentence in left_out]
-        left_out = []
-    rejected = [*left_out, *reasons.values()]
+        warnings += [f"receiver {k + 1}: {reason}: the others go on without it" for k, reason in left_out.items()]
+        left_out = {}
+    rejected = _said_of(left_out | reasons)
     if rejected:
         # rejected means rejected: no sample of it is called valid
         paths = replace(paths, valid=np.zeros_like(paths.valid))
@@ -202,6 +202,15 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         front_end_prior=motion.front_end_prior,
         reported_quality=Quality(motion.corrected.method, channels),
     )
+
+
+def _said_of(reasons: Mapping[int, str]) -> list[str]:
+    """Return reasons with the receivers that they are of: each once, by the numbers from 1 that people use."""
+    said = []
+    for reason in dict.fromkeys(reasons.values()):
+        *others, last = (str(number + 1) for number, own in reasons.items() if own == reason)
+        said.append(f"receivers {', '.join(others)} and {last}: {reason}" if others else f"receiver {last}: {reason}")
+    return said
 
 
 def _left_out(part: Part, motion: MeasuredMotion) -> dict[int, str]:

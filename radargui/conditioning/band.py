@@ -6,9 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.conditioning.averager import code_means
-from radargui.conditioning.noise import block_means
-from radargui.conditioning.segment import held
+from radargui.conditioning.averager import block_means, code_means, held
 from radargui.model.arrays import BoolArray, FloatArray, even_transform_size, order_statistics, pieces
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.recording import Recording, at_rail, stored_starts

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from radargui.conditioning.averager import block_means
 from radargui.conditioning.band import BandSignals, band_signals, band_times_s, blocks_with
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.doppler import ALONE, SETTINGS as DOPPLER, Doppler, measure_doppler, measure_dopplers
 from radargui.conditioning.hum import SETTINGS as HUM, Hum, find_hum
 from radargui.conditioning.lines import without_ends, without_standing_lines
-from radargui.conditioning.noise import LEAST_SAMPLES, block_means, white_noise_v
+from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
 from radargui.conditioning.onset import creeps_since, find_onset, is_under_way
 from radargui.conditioning.open_channels import open_channels
 from radargui.conditioning.receiver_check import SETTINGS as PAIR, check_receiver, is_worse_pair, same_channels

@@ -7,8 +7,9 @@ from functools import cache, partial
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
-from radargui.conditioning.condition import NoMotion, condition
+from radargui.conditioning.condition import condition
 from radargui.conditioning.conditioned import Conditioned
+from radargui.conditioning.stretch import NoMotion
 from radargui.correction.correct import correct
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.model.calibrated_setup import edited_since

@@ -10,12 +10,13 @@ from benchmarks.robust_scenes.drops import drop_setup
 from benchmarks.robust_scenes.garbage import make_garbage
 from benchmarks.robust_scenes.reflecting import make_scene_drop
 
-from radargui.conditioning.condition import NoMotion, condition
+from radargui.conditioning.condition import condition
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.doppler import SETTINGS, Doppler, measure_doppler
 from radargui.conditioning.echo import Echo, follow_echo
 from radargui.conditioning.lines import find_standing_lines, without_standing_lines
 from radargui.conditioning.receiver_check import check_receiver, is_worse_pair, same_channels
+from radargui.conditioning.stretch import NoMotion
 from radargui.model.arrays import FloatArray
 from radargui.model.front_end import channels_of
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray, RawArray
+from radargui.model.arrays import BoolArray, FloatArray, RawArray
 from radargui.model.recording import Digitisation
 
 
@@ -87,6 +87,14 @@ def block_means(volts: FloatArray, size: int) -> FloatArray:
     count = volts.shape[1] // size
     # a product is several times as fast as `mean` over so few
     return np.asarray(volts[:, : count * size].reshape(volts.shape[0], count, size) @ np.full(size, 1.0 / size))
+
+
+def blocks_with(flags: BoolArray, size: int) -> BoolArray:
+    """Return which blocks of `size` hold any flag, shape (n_channels, n_samples // size)."""
+    count = flags.shape[1] // size
+    if not flags.any():
+        return np.zeros((flags.shape[0], count), dtype=np.bool_)
+    return np.asarray(flags[:, : count * size].reshape(flags.shape[0], count, size).any(axis=2))
 
 
 def code_means(blocks: RawArray) -> FloatArray:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radargui.conditioning.averager import block_means
-from radargui.conditioning.band import blocks_with
+from radargui.conditioning.averager import block_means, blocks_with
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.doppler import SETTINGS as DOPPLER, Doppler, measure_dopplers
 from radargui.conditioning.faults import faults_of, open_channels, plateaus, with_open
@@ -18,7 +15,8 @@ from radargui.conditioning.onset import REST, rest_before
 from radargui.conditioning.segment import Motion
 from radargui.conditioning.skew import remove_skew
 from radargui.conditioning.stretch import NO_MOTION, NoMotion, Stretch, find_stretch, only_tones
-from radargui.model.recording import Recording, channel_skew, stored_starts
+from radargui.model.arrays import FloatArray
+from radargui.model.recording import Recording, channel_skew
 from radargui.model.result import Segment
 from radargui.model.setup import Setup
 
@@ -47,7 +45,8 @@ def condition(recording: Recording, setup: Setup) -> Conditioned | NoMotion:
     Conditioned or NoMotion
         NoMotion where the voltages do not move more than their noise.
     """
-    found = [find_stretch(recording, samples, first, setup) for samples, first in stretches(recording)]
+    skew, runs = channel_skew(recording.digitisation, setup.daq), tuple(recording.stretches())
+    found = [find_stretch(recording, samples, first, setup) for samples, first in runs]
     moving = [one for one in found if isinstance(one, Stretch)]
     if not moving:
         # that nothing but a hum is there says more
@@ -57,25 +56,17 @@ def condition(recording: Recording, setup: Setup) -> Conditioned | NoMotion:
         motion = one.motion
         return motion.first > REST.before_onset_s * one.rate_hz, (motion.last - motion.first) * one.signals.size
 
-    return _conditioned(recording, max(moving, key=worth), setup)
+    delay_s = skew.delay_s * np.arange(recording.digitisation.n_channels, dtype=np.float64)
+    return _conditioned(recording, max(moving, key=worth), delay_s, setup.radar.phase_sign)
 
 
-def stretches(recording: Recording) -> Iterator[tuple[slice, int]]:
-    """Yield the runs of stored samples between which nothing was lost, and the first's place among all samples."""
-    starts = stored_starts(recording.gaps, recording.n_samples)
-    for (begin, first), (end, _) in itertools.pairwise([*starts, (recording.n_samples, 0)]):
-        if end > begin:
-            yield slice(begin, end), first
-
-
-def _conditioned(recording: Recording, stretch: Stretch, setup: Setup) -> Conditioned:
+def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, phase_sign: int) -> Conditioned:
     size, volts, noise_v, rate_hz = stretch.signals.size, stretch.volts, stretch.noise_v, stretch.rate_hz
-    motion, pairs, phase_sign, as_wired = stretch.motion, pairs_of(volts), setup.radar.phase_sign, volts
+    motion, pairs, as_wired = stretch.motion, pairs_of(volts), volts
     if phase_sign < 0:
         volts = volts.copy()
         volts[1::2] *= -1.0
-    n_channels, moving = volts.shape[0], slice(motion.first, motion.last)
-    delay_s = channel_skew(recording.digitisation, setup.daq).delay_s * np.arange(n_channels, dtype=np.float64)
+    moving = slice(motion.first, motion.last)
     # after the hum: its slow swing would hide that a channel stands at its end
     usable = stretch.signals.usable & ~plateaus(volts, moving)
     if size > 1:

@@ -29,19 +29,18 @@ def follow_receiver(
     # half a second to load, and only one or two receivers need it
     from radargui.conditioning.echo import follow_echo
 
-    doppler = measure_doppler(pair_v, rate_hz, noise_v, ALONE).without_mains(lines_hz)
-    echo = follow_echo(pair_v, usable, noise_v, doppler)
-    share = float((~usable).mean())
-    for _ in range(FILL_ROUNDS if share > FILLED_SHARE else 0):
-        if echo is None:
-            break
-        as_before = replace(ALONE, lengths_s=(doppler.size / rate_hz,))
-        filled = np.where(usable, pair_v, echo.shown_v)
-        doppler = measure_doppler(filled, rate_hz, noise_v, as_before).without_mains(lines_hz)
-        before, echo = echo.front_end, follow_echo(filled, usable, noise_v, doppler)
-        if echo is not None:
+    share, filled_v, settings, before = float((~usable).mean()), pair_v, ALONE, None
+    rounds = FILL_ROUNDS if share > FILLED_SHARE else 0
+    while True:
+        doppler = measure_doppler(filled_v, rate_hz, noise_v, settings).without_mains(lines_hz)
+        echo = follow_echo(filled_v, usable, noise_v, doppler)
+        if echo is not None and before is not None:
             echo = replace(echo, front_end=echo.front_end.with_change_since(before, CLIPPED_U * share))
-    return doppler, echo
+        if echo is None or rounds == 0:
+            return doppler, echo
+        # as it was, but for what was clipped
+        settings = replace(ALONE, lengths_s=(doppler.size / rate_hz,))
+        filled_v, before, rounds = np.where(usable, pair_v, echo.shown_v), echo.front_end, rounds - 1
 
 
 def steady_motion(

@@ -104,8 +104,9 @@ def _levels(pieces: Iterable[FloatArray], sample_rate_hz: float) -> tuple[FloatA
         count += volts.shape[1]
         if volts.shape[1] >= _FEWEST:
             whole = held(volts)
+            means = block_means(whole, size)
             noise_v = white_noise_v(whole) / np.sqrt(size)
-            levels.append(activity(block_means(whole, size), sample_rate_hz / size, noise_v))
+            levels.append(activity(means, sample_rate_hz / size, noise_v))
     return np.concatenate(levels), count
 
 

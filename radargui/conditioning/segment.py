@@ -104,8 +104,9 @@ def find_motion(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -
     moving = _moving(level, means, rate_hz, noise_v)
     if moving is None and turns_slowly(means, rate_hz, noise_v):
         further = max(1, round(SETTINGS.slow_block_s * rate_hz))
+        longer = block_means(means, further)
         size, rate_hz = size * further, rate_hz / further
-        level = activity(block_means(means, further), rate_hz, noise_v / np.sqrt(further))
+        level = activity(longer, rate_hz, noise_v / np.sqrt(further))
         moving = np.asarray(level > SETTINGS.threshold)
     if moving is None or not moving.any():
         return None

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.conditioning.band import BandSignals, band_signals, band_times_s
-from radargui.conditioning.followed import pairs_of, steady_motion
+from radargui.conditioning.followed import steady_motion
 from radargui.conditioning.hum import SETTINGS as HUM, Hum, find_hum
-from radargui.conditioning.lines import without_ends, without_standing_lines
+from radargui.conditioning.lines import without_standing_lines
 from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
 from radargui.conditioning.onset import REST, rest_before
 from radargui.conditioning.segment import Motion, find_motion
@@ -80,13 +80,14 @@ def find_stretch(recording: Recording, samples: slice, first_index: int, setup: 
     if samples.stop - samples.start < LEAST_SAMPLES:
         return NO_MOTION
     signals = band_signals(recording, samples, setup)
+    time_s = band_times_s(recording, samples, first_index, signals.size)
     volts, usable, rate_hz = signals.volts, signals.usable, recording.digitisation.sample_rate_hz / signals.size
-    noise_v, time_s = white_noise_v(volts), band_times_s(recording, samples, first_index, signals.size)
+    noise_v = white_noise_v(volts)
 
     def motion_in(volts: FloatArray, channels: slice = slice(None)) -> Motion | None:
         return find_motion(volts[channels], rate_hz, noise_v[channels])
 
-    def without_tones(volts: FloatArray) -> tuple[FloatArray, tuple[float, ...]]:
+    def without_tones(volts: FloatArray) -> tuple[FloatArray, tuple[float, ...], slice]:
         return without_standing_lines(volts, rate_hz, noise_v)
 
     def below(clean: FloatArray, tones_hz: tuple[float, ...]) -> Motion | None:
@@ -95,7 +96,7 @@ def find_stretch(recording: Recording, samples: slice, first_index: int, setup: 
 
     motion = motion_in(volts)
     if motion is None:
-        clean, tones_hz = without_tones(volts)
+        clean, tones_hz, _ = without_tones(volts)
         motion = (motion_in(clean) if tones_hz else None) or below(clean, tones_hz)
     if motion is None:
         return NO_MOTION
@@ -106,11 +107,11 @@ def find_stretch(recording: Recording, samples: slice, first_index: int, setup: 
         # without the hum the motion is seen where it begins
         motion = motion_in(volts) or motion
     # what has no rest to be measured on is told by being there on both sides
-    volts, tones_hz = without_tones(volts)
-    toned = (False,) * (volts.shape[0] // 2)
+    volts, tones_hz, sure = without_tones(volts)
+    toned = (False,) * recording.n_receivers
     if tones_hz:
-        found, inner = motion_in(volts), without_ends(volts, rate_hz)
-        toned = tuple(motion_in(inner, pair) is None for pair in pairs_of(volts))
+        found = motion_in(volts)
+        toned = tuple(motion_in(volts[:, sure], slice(2 * k, 2 * k + 2)) is None for k in range(len(toned)))
         if found is None or all(toned):
             found, toned = below(volts, tones_hz), (False,) * len(toned)
         if found is None:

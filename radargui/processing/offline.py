@@ -16,7 +16,7 @@ from radargui.model.calibrated_setup import edited_since
 from radargui.model.errors import ProcessingError, worded
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.gravity import drag_of_sphere_1_m
-from radargui.model.recording import Recording, channel_skew
+from radargui.model.recording import Digitisation, Recording
 from radargui.model.result import Bounces, CorrectedIQ, PathLengths, Quality, RunResult, Segment, Track
 from radargui.model.setup import Setup
 from radargui.processing.continuity import checked, is_alone, known_where, lay_down
@@ -98,6 +98,7 @@ def process(
         # an answer, not a failure: a plate that hangs still is measured too
         if isinstance(conditioned, NoMotion):
             return RunResult(recording, setup, "no_motion", conditioned.reason, warnings=tuple(warnings))
+        warnings += _without_room(conditioned, recording.digitisation)
         report(0.1)
         # a dead or doubled channel is no receiver: its neighbours must not be corrected together with it
         part = Part(setup, conditioned, conditioned.faults)
@@ -310,15 +311,17 @@ def _warnings_before(recording: Recording, setup: Setup) -> list[str]:
         warnings.append(f"the setup gives no tracer.release_position_m: ({place}) m is assumed")
     if edited := edited_since(setup):
         warnings.append(edited)
-    digitisation = recording.digitisation
-    delay_s, n_channels = channel_skew(digitisation, setup.daq).delay_s, digitisation.n_channels
-    # a multiplexer is through with a sample before the next one begins
-    if (n_channels - 1) * delay_s >= 1.0 / digitisation.sample_rate_hz:
-        warnings.append(
-            f"{n_channels} channels {1e6 * delay_s:g} µs apart do not fit into a sample of "
-            f"{1e6 / digitisation.sample_rate_hz:.3g} µs: correct daq.channel_skew_s"
-        )
     return warnings
+
+
+def _without_room(conditioned: Conditioned, digitisation: Digitisation) -> list[str]:
+    """Return what is said of delays between channels for which a sample has no room, if they are such."""
+    n_channels, rate_hz = conditioned.delay_s.size, digitisation.sample_rate_hz
+    # a multiplexer is through with a sample before the next one begins
+    if conditioned.delay_s[-1] * rate_hz < 1.0:
+        return []
+    apart, room = f"{1e6 * conditioned.delay_s[1]:g} µs apart", f"{1e6 / rate_hz:.3g} µs"
+    return [f"{n_channels} channels {apart} do not fit into a sample of {room}: correct daq.channel_skew_s"]
 
 
 def measure_by_receiver(

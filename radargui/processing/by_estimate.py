@@ -170,17 +170,11 @@ def _with_left_out(motion: MeasuredMotion, stretches: Sequence[UnexplainedStretc
 
     A phase that was led astray for milliseconds may have lost a fringe, and a round circle says nothing of that.
     """
-    sentences, named = sentences_of(stretches), {one.receiver for one in stretches}
+    sentences = sentences_of(stretches)
     if motion.corrected.method != "joint":
-        wrong = np.isin(np.arange(len(motion.corrected.channels)), list(named))
+        wrong = np.isin(np.arange(len(motion.corrected.channels)), [one.receiver for one in stretches])
         return _without(motion, wrong, "; ".join(sentences))
-    channels = tuple(
-        # nothing else is said of samples that are not used
-        replace(one, reason=one.reason.replace("are clipped", "were left out")) if number in named else one
-        for number, one in enumerate(motion.corrected.channels)
-    )
-    warnings = (*(f"{sentence}: left out there" for sentence in sentences), *motion.warnings)
-    return replace(motion, corrected=replace(motion.corrected, channels=channels), warnings=warnings)
+    return replace(motion, warnings=(*(f"{sentence}: left out there" for sentence in sentences), *motion.warnings))
 
 
 def _is_hopeless(estimate: MotionEstimate, adaptive: MeasuredMotion) -> bool:

@@ -11,7 +11,7 @@ from radargui.conditioning.condition import condition
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.stretch import NoMotion
 from radargui.correction.correct import correct
-from radargui.correction.phase import unwrap, wrapped_phase
+from radargui.model.arrays import FloatArray
 from radargui.model.calibrated_setup import edited_since
 from radargui.model.errors import ProcessingError, worded
 from radargui.model.front_end import FrontEndPrior
@@ -127,7 +127,8 @@ def steps_of(result: RunResult) -> tuple[object, ...]:
         return ()
     part = Part(result.setup, conditioned, conditioned.faults)
     whole = Whole(result.recording, part.conditioned, part.receivers)
-    return whole.steps(correct(part.conditioned, corrected.method).steps)
+    again, _ = correct(part.conditioned, corrected.method)
+    return whole.steps(again.steps)
 
 
 def cut_short(result: RunResult) -> RunResult:
@@ -340,14 +341,16 @@ def measure_by_receiver(
     progress
         Called with the share done, 0 to 1.
     """
-    corrected = correct(conditioned, method, lambda done: progress(0.7 * done))
-    paths = demodulate(corrected, conditioned, setup.radar.wavelength_m)
+    corrected, phase = correct(conditioned, method, lambda done: progress(0.7 * done))
+    paths = demodulate(corrected, phase, conditioned, setup.radar.wavelength_m)
     progress(0.8)
     paths, track = locate_body(paths, setup)
     return checked(MeasuredMotion(corrected, paths, track), conditioned, setup.radar.wavelength_m)
 
 
-def demodulate(corrected: CorrectedIQ, conditioned: Conditioned, wavelength_m: float) -> PathLengths:
+def demodulate(
+    corrected: CorrectedIQ, phase_rad: FloatArray, conditioned: Conditioned, wavelength_m: float
+) -> PathLengths:
     """Return dL_i = phase_i wavelength / (2 pi), 0 in the mean at rest (Rech & Huang 2019, eq. 1).
 
     Without a rest the first valid sample is 0. Of one or two receivers `checked` does it, piece by piece.
@@ -356,18 +359,17 @@ def demodulate(corrected: CorrectedIQ, conditioned: Conditioned, wavelength_m: f
     ----------
     corrected
         Corrected IQ of all receivers, the wiring's sign applied: moving away raises every phase.
+    phase_rad
+        Unwrapped, shape (n_receivers, n_samples); NaN where not valid.
     conditioned
         What it was corrected from: rest, rate.
     wavelength_m
         Of the transmitted wave.
     """
-    # invalid samples must not lead the count of turns astray
-    masked_i = np.where(corrected.valid, corrected.i, np.nan)
-    masked_q = np.where(corrected.valid, corrected.q, np.nan)
-    phase = unwrap(wrapped_phase(masked_i, masked_q))
     if not is_alone(conditioned):
         # only changes of L are observable: the rest before the motion is their zero (method 1)
         rest = slice(conditioned.segment.rest_first, conditioned.segment.rest_last)
-        phase = lay_down(phase, corrected.valid, np.zeros(conditioned.n_samples, dtype=np.intp), rest)
+        phase_rad = lay_down(phase_rad, corrected.valid, np.zeros(conditioned.n_samples, dtype=np.intp), rest)
     per_rad = wavelength_m / (2.0 * np.pi)
-    return PathLengths(corrected.time_s, phase, phase * per_rad, corrected.u_phase_rad * per_rad, corrected.valid)
+    change_m, u_m = phase_rad * per_rad, corrected.u_phase_rad * per_rad
+    return PathLengths(corrected.time_s, phase_rad, change_m, u_m, corrected.valid)

@@ -1,4 +1,7 @@
-"""Conditioning: from a recording to the signals that every correction starts from, each thing measured once."""
+"""Conditioning: from a recording to the signals that every correction starts from, each thing measured once.
+
+Method 2.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from radargui.conditioning.band import BandSignals, band_signals, band_times_s, 
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.doppler import ALONE, SETTINGS as DOPPLER, Doppler, measure_doppler, measure_dopplers
 from radargui.conditioning.hum import SETTINGS as HUM, Hum, find_hum
-from radargui.conditioning.lines import without_ends, without_standing_lines
+from radargui.conditioning.interference import without_ends, without_interference
 from radargui.conditioning.noise import LEAST_SAMPLES, block_means, white_noise_v
 from radargui.conditioning.onset import creeps_since, find_onset, is_under_way
 from radargui.conditioning.open_channels import open_channels
@@ -132,7 +135,7 @@ def _motion_in(recording: Recording, samples: slice, setup: Setup) -> _Stretch |
     motion = find_motion(volts, rate_hz, noise_v)
     if motion is None:
         # a target below a hum or a tone
-        clean, lines = without_standing_lines(volts, rate_hz, noise_v)
+        clean, lines = without_interference(volts, rate_hz, noise_v)
         motion = find_motion(clean, rate_hz, noise_v) if lines else None
         motion = motion or _steady_motion(clean, signals.usable, rate_hz, noise_v, lines)
     return None if motion is None else _Stretch(samples, signals, noise_v, motion)
@@ -164,7 +167,7 @@ def _conditioned(recording: Recording, stretch: _Stretch, setup: Setup) -> Condi
         # without the hum the motion is seen where it begins
         motion = find_motion(volts, rate_hz, noise_v) or motion
     # what has no rest to be measured on is told by being there on both sides
-    volts, lines = without_standing_lines(volts, rate_hz, noise_v)
+    volts, lines = without_interference(volts, rate_hz, noise_v)
     pairs = _pairs(volts)
     toned = (False,) * len(pairs)
     if lines:

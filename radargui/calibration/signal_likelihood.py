@@ -1,4 +1,4 @@
-"""The likelihood of one recording by its samples, all mismatch marginalised: sharp."""
+"""The likelihood of one recording by its samples, all mismatch marginalised: sharp (method 6, Calibration)."""
 
 from __future__ import annotations
 

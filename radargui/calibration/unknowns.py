@@ -1,4 +1,7 @@
-"""The unknowns of a calibration: values of the setup with their priors, and what motions share."""
+"""The unknowns of a calibration: values of the setup with their priors, and what motions share.
+
+Method 6, Calibration.
+"""
 
 from __future__ import annotations
 

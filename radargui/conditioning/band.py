@@ -1,4 +1,7 @@
-"""The Doppler band: volts at the lowest rate that holds the motion, which all that follows works at."""
+"""The Doppler band: volts at the lowest rate that holds the motion, which all that follows works at.
+
+Method 2, Band.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The Doppler frequency moment by moment, from spectra alone: what every correction is held against."""
+"""The Doppler frequency moment by moment, from spectra alone: what every correction is held against.
+
+Method 2, Doppler frequency.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The ellipse through I and Q: one offset, gain ratio and quadrature error for all samples (Heydemann 1981)."""
+"""The ellipse through I and Q: one offset, gain ratio and quadrature error for all samples (Heydemann 1981).
+
+Method 2, ellipse.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Does the phase follow the signal? The speed of the path held against the Doppler frequency of the spectra."""
+"""Does the phase follow the signal? The speed of the path held against the Doppler frequency of the spectra.
+
+Method 2.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The motion in a recording that is too long to be looked at as a whole: found piece by piece, in little memory."""
+"""The motion in a recording that is too long to be looked at as a whole: found piece by piece, in little memory.
+
+Method 2, Motion.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""White noise of voltages, from high differences that no smooth motion can imitate; how much they move against it."""
+"""White noise of voltages, from high differences that no smooth motion can imitate; how much they move against it.
+
+Method 2, Noise.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Onset: the time when the tracer leaves its rest, found from what the rest foretells."""
+"""Onset: the time when the tracer leaves its rest, found from what the rest foretells (method 2, Onset)."""
 
 from __future__ import annotations
 

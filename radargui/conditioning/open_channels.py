@@ -1,4 +1,7 @@
-"""Channels that stand still while the other one of their receiver goes round: a contact is open, a cable came off."""
+"""Channels that stand still while the other one of their receiver goes round: a contact is open, a cable came off.
+
+Method 2, Open channels.
+"""
 
 from dataclasses import dataclass
 

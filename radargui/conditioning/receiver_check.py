@@ -1,4 +1,7 @@
-"""Is it a receiver? I and Q of one echo show the same frequency, about as strongly, a quarter of a turn apart."""
+"""Is it a receiver? I and Q of one echo show the same frequency, about as strongly, a quarter of a turn apart.
+
+Method 2, Wiring.
+"""
 
 from __future__ import annotations
 

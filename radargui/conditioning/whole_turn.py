@@ -1,4 +1,7 @@
-"""Do I and Q lie around one ellipse? Where a target goes to and fro, that tells a pair, and spectra do not."""
+"""Do I and Q lie around one ellipse? Where a target goes to and fro, that tells a pair, and spectra do not.
+
+Method 2, Wiring.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A path held against the echo that conditioning followed, moment by moment."""
+"""A path held against the echo that conditioning followed, moment by moment (method 2)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Each receiver corrected by itself by the chosen method: published, ellipse, none or a plug-in."""
+"""Each receiver corrected by itself by the chosen method: published, ellipse, none or a plug-in.
+
+Method 2.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Phase by arctangent, unwrapped; where it was lost it starts anew, unless the motion carries it over the hole."""
+"""Phase by arctangent, unwrapped; where it was lost it starts anew, unless the motion carries it over the hole.
+
+Method 2.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The published correction of IQ mismatch (Rech & Huang 2019, section III), one function a step."""
+"""The published correction of IQ mismatch (Rech & Huang 2019, section III), one function a step.
+
+Method 2, published.
+"""
 
 from __future__ import annotations
 

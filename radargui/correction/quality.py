@@ -1,4 +1,7 @@
-"""Quality of one receiver's corrected signal in figures a person understands, and the one verdict on it."""
+"""Quality of one receiver's corrected signal in figures a person understands, and the one verdict on it.
+
+Method 6, Quality.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every estimate hands on: motion, corrected IQ, uncertainties, constants, quality."""
+"""What every estimate hands on: motion, corrected IQ, uncertainties, constants, quality (method 6)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The near field: position from path lengths by the exact bistatic equations."""
+"""The near field: position from path lengths by the exact bistatic equations (method 3)."""
 
 from __future__ import annotations
 

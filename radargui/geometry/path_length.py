@@ -1,4 +1,7 @@
-"""Where antennas and mirrors stand, how long the ways over the tracer are, and the plane wave far from them."""
+"""Where antennas and mirrors stand, how long the ways over the tracer are, and the plane wave far from them.
+
+Method 3.
+"""
 
 from __future__ import annotations
 

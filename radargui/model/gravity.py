@@ -1,4 +1,7 @@
-"""Gravity: the nominal value, the normal gravity of a place, and what air takes off a falling sphere."""
+"""Gravity: the nominal value, the normal gravity of a place, and what air takes off a falling sphere.
+
+Method 5, Flights.
+"""
 
 import math
 

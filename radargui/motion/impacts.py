@@ -1,4 +1,7 @@
-"""Impacts: instants at which a height turns from falling to rising at once; and sharp minima, some of them impacts."""
+"""Impacts: instants at which a height turns from falling to rising at once; and sharp minima, some of them impacts.
+
+Method 5, Impacts.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The way of the estimates: adaptive, in the Doppler band where that knows more, and joint falling back on it."""
+"""The way of the estimates: adaptive, in the Doppler band where that knows more, and joint falling back on it.
+
+Method 2.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -1,4 +1,7 @@
-"""What a measured path must keep to: it follows its signal, never jumps, and starts anew where it was lost."""
+"""What a measured path must keep to: it follows its signal, never jumps, and starts anew where it was lost.
+
+Method 2.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What speaks against a track that fits its signals: mirrors that were not found, a place hardly known, a fringe."""
+"""What speaks against a track that fits its signals: mirrors that were not found, a place hardly known, a fringe.
+
+Method 6, Hardly known.
+"""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Bounces of a track: coefficient of restitution of each, and the free fall before the first."""
+"""Bounces of a track: coefficient of restitution of each, and the free fall before the first (method 5, Flights)."""
 
 from dataclasses import dataclass
 

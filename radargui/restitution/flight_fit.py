@@ -1,4 +1,7 @@
-"""All flights of a run fitted together: common gravity and drag, neighbours meeting at the impacts."""
+"""All flights of a run fitted together: common gravity and drag, neighbours meeting at the impacts.
+
+Method 5, Flights.
+"""
 
 from __future__ import annotations
 

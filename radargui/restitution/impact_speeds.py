@@ -1,4 +1,7 @@
-"""Speeds at the impacts of a track along the floor's normal, their ratio e, and its uncertainty, drag included."""
+"""Speeds at the impacts of a track along the floor's normal, their ratio e, and its uncertainty, drag included.
+
+Method 5, Flights.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What position, e and g of a joint estimate change by where an input of the setup is off by its uncertainty."""
+"""What position, e and g of a joint estimate change by where an input of the setup is off by its uncertainty.
+
+Method 6, Flights that bend.
+"""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,7 @@
-"""Parabolas through flights, gravity shared or free, with uncertainties that know of correlated residuals."""
+"""Parabolas through flights, gravity shared or free, with uncertainties that know of correlated residuals.
+
+Method 5, Flights.
+"""
 
 from __future__ import annotations
 

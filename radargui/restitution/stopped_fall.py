@@ -1,4 +1,7 @@
-"""A fall that ends without a rebound: in what stops the sphere, the wave may be slower than in air."""
+"""A fall that ends without a rebound: in what stops the sphere, the wave may be slower than in air.
+
+Method 5, One fall into a bed.
+"""
 
 import numpy as np
 

@@ -1,4 +1,7 @@
-"""Flights of a track: the stretches between impacts in which only gravity acts, and the velocities at their ends."""
+"""Flights of a track: the stretches between impacts in which only gravity acts, and the velocities at their ends.
+
+Method 5, Flights.
+"""
 
 from __future__ import annotations
 

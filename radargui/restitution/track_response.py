@@ -1,4 +1,7 @@
-"""How e and g of a track's bounces answer a small, smooth shift of the track: to first order, nothing is found anew."""
+"""How e and g of a track's bounces answer a small, smooth shift of the track: to first order, nothing is found anew.
+
+Method 6, Budget.
+"""
 
 from collections.abc import Callable
 

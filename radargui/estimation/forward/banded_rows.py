@@ -1,4 +1,7 @@
-"""Rows of four neighbouring coefficients each: what cubic splines, their derivatives and laws of motion are made of."""
+"""Rows of four neighbouring coefficients each: what cubic splines, their derivatives and laws of motion are made of.
+
+Method 4, Motion.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What lobes make of the direct wave and of mirrors: an image sees the tracer by another part of its lobe."""
+"""What lobes make of the direct wave and of mirrors: an image sees the tracer by another part of its lobe.
+
+Method 4, Mirrors.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the motion obeys between its breaks: an acceleration that changes slowly, or free flight (method 4, Priors)."""
+"""What the motion obeys between its breaks: an acceleration that changes slowly, or flight (method 4, Flight)."""
 
 from __future__ import annotations
 

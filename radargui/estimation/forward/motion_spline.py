@@ -1,4 +1,4 @@
-"""The motion as a cubic B-spline that may change its velocity at breaks (method 4, SplineMotion)."""
+"""The motion as a cubic B-spline that may change its velocity at breaks (method 4, Motion)."""
 
 from __future__ import annotations
 

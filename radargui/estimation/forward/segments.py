@@ -1,4 +1,7 @@
-"""A motion's coefficients from break to break: what a break moves lies in the two segments beside it."""
+"""A motion's coefficients from break to break: what a break moves lies in the two segments beside it.
+
+Method 4, Minimum.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What the samples alone say about the first flights: the posterior without the smoothness prior, for restitution."""
+"""What the samples alone say about the first flights: the posterior without the smoothness prior, for restitution.
+
+Method 5, Flights.
+"""
 
 from __future__ import annotations
 

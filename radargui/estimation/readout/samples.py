@@ -1,4 +1,4 @@
-"""The joint solution at every sample: positions, path lengths, uncertainties, corrected IQ."""
+"""The joint solution at every sample: positions, path lengths, uncertainties, corrected IQ (method 6)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Stretches of one receiver that the motion of the body does not explain: a loose contact, a dip of its supply."""
+"""Stretches of one receiver that the motion of the body does not explain: a loose contact, a dip of its supply.
+
+Method 2.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,7 @@
-"""How the search for a model ends without one: its work is counted, so that each machine says the same of a run."""
+"""How the search for a model ends without one: its work is counted, so that each machine says the same of a run.
+
+Method 4, Walls.
+"""
 
 from collections.abc import Callable
 

@@ -1,4 +1,7 @@
-"""Velocities of a solution just before and just after its breaks, and which of the breaks are impacts."""
+"""Velocities of a solution just before and just after its breaks, and which of the breaks are impacts.
+
+Method 5, Impacts.
+"""
 
 from __future__ import annotations
 

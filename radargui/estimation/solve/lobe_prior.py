@@ -1,4 +1,7 @@
-"""What the lobes of a wall should be: directly each antenna's main lobe is seen, a wall is met by its skirts."""
+"""What the lobes of a wall should be: directly each antenna's main lobe is seen, a wall is met by its skirts.
+
+Method 4, Mirrors.
+"""
 
 from __future__ import annotations
 

@@ -101,8 +101,8 @@ def worded(kind: type[_Error], name: str, /, **facts: object) -> _Error:
         words = resource_table("errors")[name]
     except OSError:
         # a process that may open no more files cannot read them either: the facts alone
-        told = ", ".join(f"{key} {value}" for key, value in facts.items())
-        return kind(f"{name.replace('_', ' ')}: {told}")
+        listed = ", ".join(f"{key} {value}" for key, value in facts.items())
+        return kind(f"{name.replace('_', ' ')}: {listed}")
     return in_words(kind, words, facts)
 
 

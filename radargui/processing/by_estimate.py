@@ -129,10 +129,10 @@ def measure_by_estimate(
     unsure = _strayed(joint, motion) & ~_rejected(adaptive)
     if unsure.any() and not is_fringe_sure(motion.track, joint.onset_s):
         motion = _without(motion, unsure, UNSURE_FRINGE)
-    doubted = doubt(joint.chosen.solution, joint.onset_s, setup)
+    why_not = doubt(joint.chosen.solution, joint.onset_s, setup)
     # a fall that obeys its law would show a lost fringe; nothing holds a level motion, and its u means nothing then
-    if doubted and not joint.chosen.solution.problem.in_flight.any():
-        return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool), doubted)
+    if why_not and not joint.chosen.solution.problem.in_flight.any():
+        return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool), why_not)
     return _with_prior(motion, tried, why)
 
 

@@ -93,7 +93,7 @@ class SignalLikelihood(Likelihood):
     Attributes
     ----------
     problem
-        Of the joint estimate (`preparing.sample_problem`); its spline and the law of flight take no part.
+        Of the joint estimate (`preparing.sample_problem`); its spline and the equation of flight take no part.
     theta
         Where the mismatch starts.
     motion

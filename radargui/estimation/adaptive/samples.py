@@ -87,8 +87,8 @@ def _bent_rad(
     """Return by how much reflectors may bend the phase of a moving tracer, standard deviation.
 
     A wave beside the direct one shows along the radius, and turns the phase unseen by as much. Of one that keeps pace
-    with the fringes the radius shows what maps cannot follow. Others are in the maps; where nothing falls, whose law
-    would tell, the deviations of ln A and of the centre over the motion are all that is known of them.
+    with the fringes the radius shows what maps cannot follow. Others are in the maps; where nothing falls, which would
+    tell, the deviations of ln A and of the centre over the motion are all that is known of them.
     """
     moving, amplitude = ~found.data.rest, found.last.amplitude[receiver]
     off = np.hypot(*fit.point(data.i, data.q, data.bias)) / amplitude - 1.0

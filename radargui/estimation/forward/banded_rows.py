@@ -1,4 +1,4 @@
-"""Rows of four neighbouring coefficients each: what cubic splines, their derivatives and laws of motion are made of.
+"""Rows of four neighbouring coefficients each: what splines, their slopes and the equation of motion are of.
 
 Method 4, Motion.
 """

@@ -251,7 +251,7 @@ class _Selection:
     def with_flights(
         self, solution: Solution, alternatives: tuple[Alternative, ...]
     ) -> tuple[Solution, tuple[Alternative, ...]]:
-        """Return them with the law of free flight where they fly, weighed anew; as they are where nothing does.
+        """Return them with the equation of free flight where they fly, weighed anew; as they are where nothing does.
 
         From here on mirrors are told apart by what they make of the flights, too.
         """

@@ -15,7 +15,7 @@ from radargui.estimation.forward.signal_model import ModelInputs, Waves, waves_a
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.forward.thinned import Thinned
 from radargui.estimation.solve.assemble import assemble
-from radargui.estimation.solve.changed_problem import positions_at_bins, stiff_law_sd
+from radargui.estimation.solve.changed_problem import positions_at_bins, stiff_equation_sd
 from radargui.estimation.solve.lobe_prior import main_lobes
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.priors import Prior
@@ -142,7 +142,7 @@ class LinearisedSearch:
     def __init__(self, solution: Solution, settings: WallSettings) -> None:
         self.solution, self.reflection, problem = solution, settings.reflection, solution.problem
         # at the state of the loose maps, with the curvature of stiff ones: what they have taken shows as slope
-        stiff = replace(stiffened(problem, settings), law_sd=stiff_law_sd(solution))
+        stiff = replace(stiffened(problem, settings), equation_sd=stiff_equation_sd(solution))
         assembled = assemble(stiff, solution.state, solution.at)
         self.normal = assembled.factor()
         self.half_slope = self.normal.half_solve(assembled.slope_motion[:, None], assembled.slope_global[:, None])

@@ -60,7 +60,7 @@ def release_times(onset_s: float, settings: InitialSettings = INITIAL) -> FloatA
     """Return where the release wants finer knots: gravity sets in within no time, between two knots.
 
     With 10 ms between them the acceleration rang for 60 ms after it (1.6, -0.8, 0.4 m/s^2), and the deviation from the
-    law of flight, re-estimated from that, let the whole first fall bend by 0.03 mm.
+    equation of flight, re-estimated from that, let the whole first fall bend by 0.03 mm.
     """
     return onset_s - np.array([settings.onset_late_s, 0.0])
 
@@ -174,7 +174,7 @@ def initial_problem(
         ),
         prior=prior,
         in_flight=np.zeros(sum(spline.spans), dtype=bool),
-        law_sd=np.full(sum(spline.spans), settings.jerk_m_s3),
+        equation_sd=np.full(sum(spline.spans), settings.jerk_m_s3),
         noise_scale=np.ones(n_receivers),
         use=usable_bins(bins, spline.break_s),
         bias_basis=bias,

@@ -78,7 +78,7 @@ class PriorSettings:
         kappa: a multiplexer keeps parts in a thousand of the channel before. Where the samples do not ask for it, its
         deviation shrinks and switches it off.
     off_flight_m_s2
-        Mean of the deviation from the law of flight, one a knot, exp(-s / mean): where the samples hardly determine it
+        Mean of the deviation from the equation of flight, one a knot, exp(-s / mean): where samples hardly determine it
         nothing else holds it, and it wandered between 0.004 and 0.02 from round to round, ln E by 30.
     bias, log_amplitude_map
         Coefficients of the maps; to the second nothing is left but antennas that do not point to the origin.
@@ -189,9 +189,9 @@ def make_prior(
 
     # a group each: what one mirror or map needs is no reason to loosen another
     group([layout.crosstalk], settings.crosstalk)
-    law = flight_prior(layout, settings)
-    mean[layout.flight], sd[layout.flight] = law.mean[layout.flight], law.sd[layout.flight]
-    prior.groups.extend(law.groups)
+    flight = flight_prior(layout, settings)
+    mean[layout.flight], sd[layout.flight] = flight.mean[layout.flight], flight.sd[layout.flight]
+    prior.groups.extend(flight.groups)
     receivers = layout.receivers
     for m, plane in enumerate(planes):
         # T and R of one surface share their deviation: where one is hardly seen, the others say how large it is

@@ -113,6 +113,7 @@ def band_signals(recording: Recording, samples: slice, setup: Setup) -> BandSign
         line_hz = _fastest_line_hz(pooled.volts, rate_hz / pooled.size, settings)
         if line_hz < sure * rate_hz / pooled.size:
             break
+    # the line of the last frame of a fall is that of its middle
     highest_hz = max(_fall_hz(setup), line_hz)
     size = max(1, int(rate_hz / max(settings.least_hz, settings.per_fringe * highest_hz)))
     further = size // pooled.size

@@ -277,6 +277,7 @@ def _frames(
     # |I|^2 + |Q|^2: the sum of the powers at +f and -f, whatever the mixer
     squares = spectrum.real**2 + spectrum.imag**2
     power = squares[0::2] + squares[1::2]
+    # white noise of variance s^2 has s^2 sum(w^2) in each bin
     noise = (window.square * (noise_v**2).reshape(-1, 2).sum(axis=1)).astype(np.float32)[:, None]
     power[:, :, : settings.lowest_bin] = 0.0
     # next to half of the rate lies what folds back from beyond it

@@ -13,7 +13,7 @@ SIXTH_DIFFERENCE_GAIN = 924.0
 """Sum of the squared binomial coefficients of order 6: variance of the sixth difference of unit white noise."""
 LEAST_SAMPLES = 64
 """Of a channel: its noise is then known to 15 % (standard deviation over 500 draws of white noise)."""
-_SIXTH_DIFFERENCE = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
+_SIXTH_DIFFERENCE = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])  # binomial coefficients, signs by turns
 _BLOCK = 64
 """Samples judged together: 2 ms at 33 kS/s, about as long as an impact rings in the sixth difference."""
 _CALM = 3.0

@@ -63,6 +63,7 @@ def correct(conditioned: Conditioned, method: str, progress: Callable[[float], N
     steps: list[Steps] = []
     for k in range(n_receivers):
         pair, name, step = slice(2 * k, 2 * k + 2), str(k + 1), None
+        # one that cannot be corrected must not take the others along
         try:
             corrected[pair], step = _correct_one(conditioned, k, volts[pair], method)
         except ProcessingError as error:

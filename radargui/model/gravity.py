@@ -12,6 +12,8 @@ NOMINAL_GRAVITY_M_S2 = 9.81
 
 Limits and starting values use it; where g is a result it is measured. Standard gravity (9.80665) is no better a guess.
 """
+U_NOMINAL_GRAVITY_M_S2 = 0.015
+"""Of it where no site is given: from the equator to the poles, evenly spread."""
 U_NORMAL_GRAVITY_M_S2 = 5e-4
 """Free-air anomaly, root mean square over land: mountains and rock that the ellipsoid does not know, 50 mGal."""
 AIR_DENSITY_KG_M3 = 1.2

@@ -238,6 +238,7 @@ class FlightUnknowns:
         """Read the unknowns off the free motion."""
         info, layout, g = self.information, self.layout, NOMINAL_GRAVITY_M_S2
         q = np.zeros(layout.size)
+        # no drag to begin with: it is a small correction to all else
         q[layout.gravity] = g
         q[layout.breaks] = info.x0[3 * info.size :]
         q[layout.free] = info.x0[: 3 * self.free.size]

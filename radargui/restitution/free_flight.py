@@ -29,6 +29,7 @@ def speed_below_apex(
     after_apex_s: FloatArray | float, g_m_s2: FloatArray | float, drag_1_m: FloatArray | float
 ) -> FloatArray:
     """Return the upward velocity D seconds after the apex: the derivative of the fall, negative when falling."""
+    # term by term the slope of the series above
     x = np.where(after_apex_s < 0.0, 1.0, -1.0) * g_m_s2 * drag_1_m * after_apex_s**2
     return np.asarray(-g_m_s2 * after_apex_s * (1.0 + x * (1.0 / 3.0 + x * (2.0 / 15.0 + x * (17.0 / 315.0)))))
 

@@ -161,6 +161,7 @@ def error_of_e(impacts: ImpactSpeeds, flights: FittedFlights, drag_1_m: float) -
         """Return true less fitted height and upward speed of flights at the instants."""
         d = np.asarray(instant - own.origin_s[place] - own.speed_m_s[place] / g)
         faster = speed_below_apex(d, g, drag_1_m) - speed_below_apex(d, g, 0.0)
+        # of the flight with drag: what its own parabola has not followed
         return _bend(d, g, drag_1_m) - fitted.height_at(place, instant), faster - fitted.speed_at(place, instant)
 
     (height_in, speed_in), (height_out, speed_out) = missed(before), missed(after)

@@ -79,6 +79,7 @@ def setup_responses(estimate: JointEstimate, setup: Setup) -> SetupResponses:
     ]
     if posterior.is_point:
         asked += [(SPHERE, other) for other in possible_spheres(setup)]
+    # shifts are smooth: so many instants say all
     time_s = estimate.time_s[:: max(1, estimate.time_s.size // INSTANTS)]
     each = posterior.responses([other for _, other in asked], time_s)
     return SetupResponses(time_s, tuple(key for key, _ in asked), each)

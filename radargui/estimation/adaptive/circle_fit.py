@@ -196,6 +196,7 @@ def _minimise(
 ) -> tuple[CircleFit, _Evaluated]:
     sd = sd.copy()
     layout, precision = at.data.layout, 1.0 / sd**2
+    # the first step alone: a start may be far off, later ones are near the minimum
     damping = settings.first_damping
     cost, (normal, slope) = at.cost(mean, precision), at.with_priors(mean, precision)
     for _ in range(settings.steps):
@@ -227,7 +228,9 @@ def _minimise(
     factor, _ = dpotrf(normal)
     upper, _ = dpotri(factor)
     covariance: FloatArray = np.triu(upper) + np.triu(upper, 1).T
+    # Laplace: -cost - ln det H / 2, and the priors' norms, or maps would be free
     evidence = -cost - float(np.log(np.diagonal(factor)).sum()) + 0.5 * float(np.log(precision).sum())
+    # by the robust weights: an impulse is no misfit of the circle
     chi_square = float((at.weight * at.residual**2).mean())
     return CircleFit(layout, at.theta, covariance, evidence, chi_square, sd), at
 

@@ -127,6 +127,7 @@ class EquationDeviation:
             segment = rows.segment[flying, None]
             by_breaks[flying, :, 0] = np.where(segment > 0, shorter, 0.0)
             by_breaks[flying, :, 1] = np.where(segment < n_breaks, -shorter, 0.0)
+            # what is left of a = -g - k |v| v
             value[flying] += gravity_and_drag[:3] + gravity_and_drag[3] * drag[flying]
         return EquationDeviation(rows, value, drag, by_breaks)
 
@@ -134,6 +135,7 @@ class EquationDeviation:
 def spans_in_flight(motion: SplineMotion, released_s: float, settings: FreeFlightSettings = FREE_FLIGHT) -> BoolArray:
     """Return which spans belong to segments that fly, the release before `released_s` left out, shape (n_spans,)."""
     spline = motion.spline
+    # before, a hand or a magnet acted
     after = spline.span_middles() > released_s
     rows = EquationRows.of(spline, after)
     acceleration = (rows.rows @ motion.coefficients)[rows.n_jerk :]
@@ -142,6 +144,7 @@ def spans_in_flight(motion: SplineMotion, released_s: float, settings: FreeFligh
     for number in range(len(spline.spans)):
         here = rows.segment[rows.n_jerk :] == number
         if here.sum() > settings.least_spans:
+            # the mean: at single knots the spline rings by more
             off = acceleration[here].mean(axis=0) + np.array([0.0, 0.0, NOMINAL_GRAVITY_M_S2])
             out[after & (segment == number)] = np.linalg.norm(off) < settings.off_gravity_m_s2
     return out

@@ -351,6 +351,7 @@ def amplitude_of(
     values: FloatArray, own: ReceiverLayout, inputs: ModelInputs, receiver: int | slice, sphere: SphereFactors
 ) -> ComplexArray:
     """Return A from the range factor, the map and what the sphere scatters, shape (..., n_bins)."""
+    # a logarithm: an amplitude is positive, and lobes and distances multiply
     log_amplitude = values[..., own.log_amplitude, None] + values[..., own.amplitude_map] @ inputs.amplitude_map.T
     return np.asarray(sphere.direct * (inputs.range_factor[receiver] * np.exp(log_amplitude)))
 

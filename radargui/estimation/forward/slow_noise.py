@@ -142,6 +142,7 @@ def measure_drift(signals: ScaledSignals, onset_s: float, settings: SlowNoiseSet
     count = int(rest.sum()) // pooled
     # one-sided: all of the variance lies below half the rate
     white = 2.0 * signals.sigma**2 / signals.rate_hz
+    # no spectrum, no drift that anybody could tell
     if count < settings.least_samples:
         return Drift(float(signals.time_s[0]), length, 0, np.zeros((n_channels, 0)), level)
     slow = _slow_deviation(signals, rest, length, settings)

@@ -216,6 +216,7 @@ def motion_information(
     # the equation of flight takes the place of the prior: both would count the same knowledge twice
     replaced = (equation.rows.span >= lifted.start) & (equation.rows.span < lifted.stop)
     without_equation = replace(problem, equation_sd=np.where(replaced, np.inf, problem.equation_sd))
+    # an infinite deviation weighs nothing: the prior is lifted there
     blocks = assemble(without_equation, state, solution.at, sums)
     kept, breaks = 3 * size, slice(0, n_breaks)
     band, coupling, constants = blocks.s[:kept, :kept], blocks.coupling[:kept], blocks.m

@@ -235,6 +235,7 @@ class _Selection:
             ]
             # nobody knows how far below a motion without an impact it is
             starts += [floored[0], *best_started(floored[1:], settings.deep_floors, self.round_done)]
+        # side by side: who is hopelessly behind costs no further round
         bare, *floors = self.raced(starts)
         tried = (bare, max(filter(None, floors), key=log_evidence, default=None))
         gain = self.gain_of(*tried)

@@ -62,6 +62,7 @@ class Assembled:
         reduced, undamped = self._undamped
         if damping == 0:
             return undamped
+        # places of breaks and mirrors lie in M alone: the motion need not be eliminated again
         added = np.zeros(len(self.m))
         added[self.bent] = BENT_ALONE[damping] * np.diagonal(self.m)[self.bent]
         return reduced.factor(added)
@@ -178,6 +179,7 @@ class DataSums:
         by_function = np.einsum("fas,fa->fs", self.beside, motion[segments.coefficient])
         out = copy(self)
         out.slope_motion = self.slope_motion + along.ravel() + self.c @ theta[n_breaks:]
+        # of a linear model: slope(x + d) = slope(x) + H d
         out.slope = self.slope + self.m @ theta
         out.slope[:n_breaks] += segments.of_breaks(_by_segment(segments.segment, by_function, segments))
         out.slope[n_breaks:] += self.c.T @ motion.ravel()
@@ -194,6 +196,7 @@ class DataSums:
         node_m = nodes_of(at.node_m[..., part])
         excess, weight = (one[:, part].reshape(n_receivers, 2, n_bins) for one in (at.excess, at.weight))
         slopes = receiver_slopes(node_m, theta, layout, inputs, EVERY, excess, at.waves)
+        # of J and of the misfit alike: their products are then J^T W J and J^T W r
         root = np.sqrt(weight)
         model = np.stack([one.value[:, part] for one in at.signals])
         misfit = root * (model - problem.bins.value[:, part].reshape(model.shape))
@@ -222,6 +225,7 @@ class DataSums:
         out = out.reshape(*out.shape[:-2], 12)
         if not self.problem.layout.sizes.breaks:
             return np.asarray(out)
+        # dp/dtau = share times the velocity (method 4, Minimum)
         along = (by_position * self.at.motion[1, :, part]).sum(axis=-2)
         return np.concatenate([out, along[..., None] * self.share[part]], axis=-1)
 

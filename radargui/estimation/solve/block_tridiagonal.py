@@ -57,6 +57,7 @@ class BlockTridiagonal:
             raise np.linalg.LinAlgError(f"leading minor {bad}")
         self._band = factor
         padded = np.zeros((width, self.count * _BLOCK))
+        # ones on the diagonal of what is padded: it stays by itself
         padded[0] = 1.0
         padded[:, : self.size] = factor
         self.lower, self.below = (

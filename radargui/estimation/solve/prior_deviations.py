@@ -132,5 +132,6 @@ def updated_noise_scale(solution: Solution, settings: DeviationSettings = DEVIAT
     """
     # Birge ratio, never below one: noise was measured from the samples themselves
     typical = np.median(local_chi_square(solution.problem, solution.at), axis=1)
+    # the misfit is a square, the scale a factor on the deviation
     wanted = np.sqrt(np.maximum(typical, 1.0))
     return np.minimum(wanted, settings.largest_noise_step * solution.problem.noise_scale)

@@ -178,6 +178,7 @@ def make_prior(
     sd[layout.planes] = [deviation for plane in planes for deviation in plane.deviations]
     lobes = lobe_places(layout)
     u_lobes = [settings.u_main_lobe, *[settings.u_wall_lobe] * len(walls_of(planes))]
+    # fixed: re-estimated from the samples they ran away with a wall that was wrong (decision 33)
     mean[lobes], sd[lobes] = np.resize(settings.lobe, lobes.size), np.tile(np.ravel(u_lobes), 1 + len(layout.receivers))
     prior = Prior(mean, sd)
 
@@ -222,6 +223,7 @@ def flight_prior(layout: Layout, settings: PriorSettings = PRIORS) -> Prior:
     prior = Prior(np.zeros(layout.size), np.ones(layout.size))
     if layout.sizes.flight:
         first, sideways = layout.flight.start, settings.sideways_m_s2
+        # along the setup's z; what antennas or a frame lean by shows as a horizontal part
         prior.mean[first + 2] = NOMINAL_GRAVITY_M_S2
         prior.sd[layout.flight] = sideways.start, sideways.start, settings.gravity_m_s2, settings.drag_1_m
         prior.groups.append(PriorGroup(np.arange(first, first + 2), sideways.lowest, sideways.highest))

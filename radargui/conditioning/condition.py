@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class RestSettings:
-    """What of the quiet part counts as rest.
+    """What of the quiet part counts as rest. Chosen by hand.
 
     Attributes
     ----------

@@ -18,7 +18,7 @@ from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray,
 
 @dataclass(frozen=True, slots=True)
 class DopplerSettings:
-    """How the Doppler frequency is measured.
+    """How the Doppler frequency is measured. By hand; `bench robust` and `bench real` are the test (decision 20).
 
     Attributes
     ----------

@@ -15,7 +15,7 @@ from radargui.model.arrays import BoolArray, FloatArray
 
 @dataclass(frozen=True, slots=True)
 class FollowSettings:
-    """When a phase is said not to follow.
+    """When a phase is said not to follow. Chosen by hand; `bench robust` and `bench real` are the test (decision 20).
 
     Attributes
     ----------

@@ -12,7 +12,7 @@ from radargui.model.arrays import BoolArray, FloatArray, runs_of
 
 @dataclass(frozen=True, slots=True)
 class OpenSettings:
-    """When a channel counts as open.
+    """When a channel counts as open. Chosen by hand on contacts and cables that come off (decision 46).
 
     Attributes
     ----------

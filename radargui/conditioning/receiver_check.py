@@ -20,6 +20,8 @@ from radargui.model.arrays import BoolArray, FloatArray
 class PairSettings:
     """What I and Q of a receiver are allowed.
 
+    Chosen by hand where no figure stands; `bench robust` and `bench real` are the test (decision 20).
+
     Attributes
     ----------
     least_frames

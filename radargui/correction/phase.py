@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PieceSettings:
-    """When a hole is bridged.
+    """When a hole is bridged. Chosen by hand.
 
     Attributes
     ----------

@@ -17,7 +17,7 @@ from radargui.model.weighed_sums import savitzky_golay
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What makes a receiver usable or rejected, the same for every correction.
+    """What makes a receiver usable or rejected, the same for every correction (decision 19). Chosen by hand.
 
     Attributes
     ----------

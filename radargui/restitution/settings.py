@@ -145,7 +145,7 @@ class TrackSettings:
 
 @dataclass(frozen=True, slots=True)
 class CheckSettings:
-    """When the two other ways to e speak.
+    """When the two other ways to e, and the plane of the impacts, speak. Chosen by hand where nothing else is said.
 
     Attributes
     ----------

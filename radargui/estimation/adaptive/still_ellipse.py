@@ -12,7 +12,7 @@ from radargui.model.front_end import point_of
 
 @dataclass(frozen=True, slots=True)
 class EllipseSettings:
-    """Which conics count as an ellipse of a front end; others give way to a circle.
+    """Which conics count as an ellipse of a front end; others give way to a circle. Chosen by hand.
 
     Attributes
     ----------

@@ -9,7 +9,7 @@ from radargui.model.arrays import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class UnwrapSettings:
-    """What is a hole, and where the speed beside it is taken.
+    """What is a hole, and where the speed beside it is taken. Chosen by hand on loose contacts (decision 46).
 
     Attributes
     ----------

@@ -109,7 +109,7 @@ class Doppler:
 
     @property
     def steady(self) -> BoolArray:
-        """Which clear lines are so narrow that the frame holds one speed."""
+        """Which clear lines are so narrow that the frame holds one speed, shape (n_frames,)."""
         return self.clear & (self.share > STEADY)
 
     @property

@@ -125,5 +125,5 @@ def _shown_hz(phase_rad: FloatArray, doppler: Doppler) -> FloatArray:
 
 
 def follows(missed: BoolArray, share: float, settings: FollowSettings = ALONE) -> bool:
-    """Whether a phase follows its signal, from what `missed_frames` counted."""
+    """Whether a phase follows its signal, from what `missed_frames` counted: frames (n_frames,), and the share."""
     return int(missed.sum()) < settings.least_missed or share <= settings.most_missed

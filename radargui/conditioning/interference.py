@@ -96,7 +96,7 @@ def without_interference(
 
 
 def without_ends(volts: FloatArray, sample_rate_hz: float) -> FloatArray:
-    """Return the voltages without a window at both ends (a quarter of short ones): there the lines leave something.
+    """Return the voltages (n_channels, n) without a window at both ends, or a quarter: there lines leave something.
 
     Half a window does not tell a line's amplitude, and what that leaves, the next line's window spreads further.
     """

@@ -133,7 +133,7 @@ def held(volts: FloatArray) -> FloatArray:
 
 
 def without_blips(moving: BoolArray, least: int) -> BoolArray:
-    """Return `moving` without runs shorter than `least` blocks."""
+    """Return `moving`, shape (n_blocks,), without runs shorter than `least` blocks."""
     out = moving.copy()
     for begin, end in runs_of(moving):
         if end - begin < least:

@@ -16,7 +16,7 @@ from radargui.model.arrays import BoolArray, FloatArray, IntArray, runs_of
 
 
 def wrapped_phase(i: FloatArray, q: FloatArray) -> FloatArray:
-    """Return arctan(Q / I) over the four quadrants, in rad (Rech & Huang 2019, eq. 1)."""
+    """Return arctan(Q / I) over the four quadrants, in rad, shape as I and Q (Rech & Huang 2019, eq. 1)."""
     return np.arctan2(q, i)
 
 

@@ -252,7 +252,7 @@ def find_zero_crossings(centred_v: FloatArray, peaks: IntArray, valleys: IntArra
     Returns
     -------
     IntArray
-        Sample indices of the first sample after each crossing.
+        Sample indices of the first sample after each crossing, shape (n_crossings,).
     """
     place = np.concatenate([peaks, valleys])
     order = np.argsort(place)

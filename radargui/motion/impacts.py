@@ -81,7 +81,7 @@ class ImpactLimits:
     apart_from_impact_s: float = 0.030
 
     def are_impacts(self, before_m_s: FloatArray, after_m_s: FloatArray, u_jump_m_s: FloatArray) -> BoolArray:
-        """Return where a velocity falls before, rises after and jumps by enough; NaN is none."""
+        """Return where a velocity falls before, rises after and jumps by enough, all shapes (n,); NaN is none."""
         turns = (before_m_s < -self.least_speed_m_s) & (after_m_s > self.least_speed_m_s)
         return np.asarray(turns & (after_m_s - before_m_s > np.maximum(self.least_jump_m_s, self.sigmas * u_jump_m_s)))
 

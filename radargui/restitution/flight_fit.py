@@ -116,7 +116,7 @@ class FlightFit:
         return self.covariance[2:, 2:].reshape(own.size, 7, own.size, 7)[own, 1:, own, 1:]
 
     def follow(self, response: InputResponse) -> FloatArray:
-        """Return the changes of `values` where an input of the estimate changes.
+        """Return the changes of `values`, (n,), where an input of the estimate changes.
 
         The flights minimise -ln L(x(q)) + prior. A change s of its slope, all else marginalised, moves them by
         dq = -N^-1 J^T s with J = dx/dq, N = J^T Lambda J + prior: gravity, drag and impacts share it as they share the

@@ -38,7 +38,7 @@ class ImpactSpeeds:
     valid: BoolArray
 
     def widened(self, u_e: FloatArray, among: BoolArray) -> ImpactSpeeds:
-        """Return them with another, independent part of u_e; only some of them may be valid."""
+        """Return them with another, independent part of u_e; only some may be valid; both shapes (n_impacts,)."""
         u_e = np.hypot(self.u_e, u_e)
         return replace(self, u_e=u_e, valid=_is_valid(self.e, u_e) & among)
 

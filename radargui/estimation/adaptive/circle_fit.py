@@ -87,7 +87,7 @@ class CircleFit:
         return cls(layout, theta, np.zeros((theta.size, theta.size)), -np.inf, np.inf, np.zeros(theta.size))
 
     def deviation_of(self, layout: CircleLayout) -> FloatArray:
-        """Return the deviations of the priors for maps of other functions."""
+        """Return the deviations of the priors for maps of other functions, shape (layout.size,)."""
         out, own = np.empty(layout.size), self.layout
         out[layout.constants] = self.deviation[own.constants]
         for new, was in ((layout.bias, own.bias), (layout.amplitude_map, own.amplitude_map)):

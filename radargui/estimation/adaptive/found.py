@@ -86,7 +86,7 @@ class AdaptiveRounds:
 
     @property
     def break_s(self) -> FloatArray:
-        """Where the motion may have a break: impacts and turns in order."""
+        """Where the motion may have a break: impacts and turns in order, shape (n_breaks,)."""
         return np.sort(np.concatenate([self.impact_s, self.turn_s]))
 
     @property

@@ -218,7 +218,7 @@ def moved_round(binned: BinnedData, one: Round, was_s: FloatArray) -> Round:
     binned
         The bins wanted.
     one, was_s
-        The round, and the times of its bins.
+        The round, and the times of its bins, shape (n_bins,).
     """
     phase, amplitude, place = (
         np.array([np.interp(binned.bins.time_s, was_s, row) for row in rows])

@@ -78,6 +78,8 @@ def fit_still_ellipse(
         Shape (n,), about one amplitude.
     weight
         Shape (n,), proportional to the arc that each point stands for.
+    settings
+        Which conics count.
     """
     root = np.sqrt(weight / weight.mean())
     ones = np.ones_like(i)

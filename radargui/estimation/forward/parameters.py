@@ -183,13 +183,13 @@ def of_mirror(places: slice, mirror: int) -> slice:
 
 
 def lobe_places(layout: Layout) -> IntArray:
-    """Return the places of what lobes do directly and over mirrors, the transmitter's first."""
+    """Return the places of what lobes do directly and over mirrors, the transmitter's first, shape (n,)."""
     places = [layout.transmitter_lobe, *(own.receiver_lobe for own in layout.receivers)]
     return np.concatenate([np.arange(one.start, one.stop) for one in places])
 
 
 def polarisation_places(layout: Layout) -> IntArray:
-    """Return the places of the antennas' angles, the transmitter's first; none where the sphere counts as a point."""
+    """Return the places of the antennas' angles, (1 + n_receivers,), the transmitter's first; none for a point."""
     places = [layout.polarization, *(own.polarization for own in layout.receivers)]
     return np.concatenate([np.arange(one.start, one.stop) for one in places])
 

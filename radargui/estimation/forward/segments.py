@@ -111,7 +111,7 @@ class Segments:
         return BesideJoints(np.stack([distance, column]), row, side, others, own, to_next)
 
     def of(self, first: IntArray) -> IntArray:
-        """Return the segments of rows of four neighbours (`BandedRows`) by the first of them."""
+        """Return the segments of rows of four neighbours (`BandedRows`) by the first of them, both shapes (n,)."""
         return np.searchsorted(self.joint, first, side="right")
 
     def folded(self, values: FloatArray) -> FloatArray:

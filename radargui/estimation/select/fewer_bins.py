@@ -22,7 +22,7 @@ NEAR_BREAK_S = 0.008
 
 
 def fewer_bins(data: BinnedData, break_s: FloatArray, most: int = MOST_BINS) -> BinnedData:
-    """Return the data with up to so many neighbours in one bin, none near a break or across the end of the rest."""
+    """Return the data with up to `most` neighbours a bin, none near breaks (n_breaks,) or over the end of the rest."""
     return data.together(_begins(data, break_s, most))
 
 

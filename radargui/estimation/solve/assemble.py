@@ -394,6 +394,6 @@ def _add_flight(beside: FloatArray, c: FloatArray, m: FloatArray, problem: Joint
 
 
 def diagonal(values: FloatArray) -> csr_matrix:
-    """Return a sparse diagonal matrix."""
+    """Return a sparse diagonal matrix of values, (n,)."""
     n = values.size
     return csr_matrix((values, np.arange(n), np.arange(n + 1)), shape=(n, n))

@@ -150,7 +150,7 @@ class SelectedInverse:
         return out
 
     def diagonal(self) -> FloatArray:
-        """Return the diagonal of S^-1."""
+        """Return the diagonal of S^-1, shape (24 count,)."""
         return np.diagonal(self.on.reshape(len(self.on), _BLOCK, _BLOCK), axis1=1, axis2=2).ravel()
 
 

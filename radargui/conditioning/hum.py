@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.conditioning.noise import block_means
+from radargui.conditioning.averager import block_means
 from radargui.model.arrays import FloatArray, even_transform_size, pieces
 
 MAINS_HZ = (50.0, 60.0)  # nominal, of public grids (IEC 60196)

@@ -69,8 +69,11 @@ MAINS_WITHIN_HZ = 0.4
 
 def without_interference(
     volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray
-) -> tuple[FloatArray, tuple[float, ...]]:
-    """Return the voltages less the interference of each receiver, and the lines' frequencies in Hz.
+) -> tuple[FloatArray, tuple[float, ...], slice]:
+    """Return the voltages less the interference of each receiver, the lines' frequencies in Hz, and where it is sure.
+
+    Half a window does not tell a line's amplitude, and what that leaves, the next line's window spreads further: sure
+    are all samples but a window at both ends (a quarter of short ones).
 
     A moving target turns I + jQ one way: its image at -f is what the mixer's gain and quadrature errors make. Mains
     and other tones that reach the channels directly have any phase between I and Q, in every piece of the record, also
@@ -88,20 +91,12 @@ def without_interference(
     """
     frequencies = find_interference(volts, sample_rate_hz, noise_v)
     if not frequencies:
-        return volts, ()
-    out = volts.copy()
+        return volts, (), slice(None)
+    out, n_samples = volts.copy(), volts.shape[1]
     for frequency in frequencies:
         _take_off(out, sample_rate_hz, frequency, SETTINGS.notch_s)
-    return out, frequencies
-
-
-def without_ends(volts: FloatArray, sample_rate_hz: float) -> FloatArray:
-    """Return the voltages (n_channels, n) without a window at both ends, or a quarter: there lines leave something.
-
-    Half a window does not tell a line's amplitude, and what that leaves, the next line's window spreads further.
-    """
-    end = min(round(SETTINGS.notch_s * sample_rate_hz), volts.shape[1] // 4)
-    return volts[:, end : volts.shape[1] - end]
+    end = min(round(SETTINGS.notch_s * sample_rate_hz), n_samples // 4)
+    return out, frequencies, slice(end, n_samples - end)
 
 
 def find_interference(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -> tuple[float, ...]:

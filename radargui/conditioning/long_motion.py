@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.conditioning.noise import activity, block_size, white_noise_v
-from radargui.conditioning.segment import SETTINGS as MOTION, held, without_blips
+from radargui.conditioning.averager import block_means, held
+from radargui.conditioning.noise import white_noise_v
+from radargui.conditioning.segment import SETTINGS as MOTION, activity, block_size, without_blips
 from radargui.model.arrays import BoolArray, FloatArray, runs_of
 
 PAUSE_S = 2.0
@@ -107,7 +108,9 @@ def _levels(pieces: Iterable[FloatArray], sample_rate_hz: float) -> tuple[FloatA
         count += volts.shape[1]
         if volts.shape[1] >= _FEWEST:
             whole = held(volts)
-            levels.append(activity(whole, sample_rate_hz, white_noise_v(whole)))
+            means = block_means(whole, size)
+            noise_v = white_noise_v(whole) / np.sqrt(size)
+            levels.append(activity(means, sample_rate_hz / size, noise_v))
     return np.concatenate(levels), count
 
 

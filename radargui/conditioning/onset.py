@@ -1,4 +1,4 @@
-"""Onset: the time when the tracer leaves its rest, found from what the rest foretells (method 2, Onset)."""
+"""The rest before the motion, and its end: the onset, found from what the rest foretells (method 2, Onset)."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from radargui.conditioning.segment import Motion
 from radargui.model.arrays import FloatArray, IntArray
 
 
@@ -62,6 +63,63 @@ class OnsetSettings:
 
 
 SETTINGS = OnsetSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class RestSettings:
+    """What of the quiet part counts as rest. Chosen by hand.
+
+    Attributes
+    ----------
+    before_onset_s
+        Kept free before the onset, which a slow beginning lets be seen late.
+    least_s
+        Rest that is left at the least where there is an onset at all; kept free before the motion while the onset is
+        not known yet.
+    hum_margin_s
+        Kept free between the rest that a hum is measured on and the onset.
+    after_motion_s
+        Kept free after the motion: the last small bounces, some 20 ms apart, look like a hum.
+    """
+
+    before_onset_s: float = 0.03
+    least_s: float = 0.02
+    hum_margin_s: float = 0.03
+    after_motion_s: float = 0.2
+
+
+REST = RestSettings()
+SEEN_ON_S = 0.025
+"""After the latest onset that counts: it is one where the next block is away too."""
+
+
+def rest_before(volts: FloatArray, time_s: FloatArray, motion: Motion) -> tuple[float, float]:
+    """Return when the tracer leaves its rest (-inf: it begins in motion), and until when it rests for sure.
+
+    Means over 5 ms do not see every motion: an onset long after the voltages are seen to shake is none.
+    """
+    begin, seen = float(time_s[0]), float(time_s[motion.first])
+    if motion.first == 0:
+        return float("-inf"), begin
+    # every fourth sample tells it as well
+    spread = volts[:, ::4].std(axis=1)
+    scale = np.maximum(np.sqrt(2.0) * np.median(spread.reshape(-1, 2), axis=1), 1e-300).repeat(2)
+    # what comes after the voltages are seen to shake is no onset
+    part = slice(0, int(np.searchsorted(time_s, seen + motion.window_s + SEEN_ON_S)))
+    onset = find_onset(time_s[part], volts[:, part] / scale[:, None], spread / scale)
+    onset = seen if onset is None or onset > seen + motion.window_s else onset
+    if not onset > begin:
+        return float("-inf"), begin
+    crept = creeps_since(time_s[part], volts[:, part] / scale[:, None], onset)
+    if crept is not None:
+        rest_end = crept - REST.before_onset_s
+        return (crept, rest_end) if rest_end > begin + REST.least_s else (float("-inf"), begin)
+    # a slow beginning is seen late: by about as much as the shaking of the voltages is seen after the onset
+    late = max(0.0, seen - onset)
+    # what looks at rest for as long again before it may be creeping already
+    rest_end = max(onset - late - REST.before_onset_s, begin + REST.least_s)
+    is_moving = is_under_way(time_s[part], volts[:, part] / scale[:, None], rest_end)
+    return (float("-inf"), begin) if is_moving else (onset, rest_end)
 
 
 def find_onset(time_s: FloatArray, value: FloatArray, spread: FloatArray | None = None) -> float | None:

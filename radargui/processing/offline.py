@@ -1,21 +1,22 @@
 """A whole recording to its result."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, partial
 
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
-from radargui.conditioning.condition import NoMotion, condition
+from radargui.conditioning.condition import condition
 from radargui.conditioning.conditioned import Conditioned
+from radargui.conditioning.stretch import NoMotion
 from radargui.correction.correct import correct
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.model.calibrated_setup import edited_since
 from radargui.model.errors import ProcessingError, worded
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.gravity import drag_of_sphere_1_m
-from radargui.model.recording import Recording, channel_skew
+from radargui.model.recording import Digitisation, Recording
 from radargui.model.result import Bounces, CorrectedIQ, PathLengths, Quality, RunResult, Segment, Track
 from radargui.model.setup import Setup
 from radargui.processing.continuity import checked, is_alone, known_where, lay_down
@@ -97,6 +98,7 @@ def process(
         # an answer, not a failure: a plate that hangs still is measured too
         if isinstance(conditioned, NoMotion):
             return RunResult(recording, setup, "no_motion", conditioned.reason, warnings=tuple(warnings))
+        warnings += _without_room(conditioned, recording.digitisation)
         report(0.1)
         # a dead or doubled channel is no receiver: its neighbours must not be corrected together with it
         part = Part(setup, conditioned, conditioned.faults)
@@ -141,13 +143,13 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
     channels, paths, track = whole.channels(motion.corrected, part.faults), motion.paths, motion.track
     warnings = [*before, *motion.warnings]
     # every rejected receiver refuses the run, for the track needs all of them, unless it goes on without
-    reasons = {k: f"receiver {k + 1}: {c.reason}" for k, c in enumerate(channels) if c.verdict == "rejected"}
+    reasons = {k: c.reason for k, c in enumerate(channels) if c.verdict == "rejected"}
     # what is no receiver first: without it, its neighbours are hard to judge
-    left_out = [reasons.pop(number) for number, fault in enumerate(part.faults) if fault]
+    left_out = {number: reasons.pop(number) for number, fault in enumerate(part.faults) if fault}
     if part.goes_on_without:
-        warnings += [f"{sentence}: the others go on without it" for sentence in left_out]
-        left_out = []
-    rejected = [*left_out, *reasons.values()]
+        warnings += [f"receiver {k + 1}: {reason}: the others go on without it" for k, reason in left_out.items()]
+        left_out = {}
+    rejected = _said_of(left_out | reasons)
     if rejected:
         # rejected means rejected: no sample of it is called valid
         paths = replace(paths, valid=np.zeros_like(paths.valid))
@@ -202,6 +204,15 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         front_end_prior=motion.front_end_prior,
         reported_quality=Quality(motion.corrected.method, channels),
     )
+
+
+def _said_of(reasons: Mapping[int, str]) -> list[str]:
+    """Return reasons with the receivers that they are of: each once, by the numbers from 1 that people use."""
+    said = []
+    for reason in dict.fromkeys(reasons.values()):
+        *others, last = (str(number + 1) for number, own in reasons.items() if own == reason)
+        said.append(f"receivers {', '.join(others)} and {last}: {reason}" if others else f"receiver {last}: {reason}")
+    return said
 
 
 def _left_out(part: Part, motion: MeasuredMotion) -> dict[int, str]:
@@ -300,15 +311,17 @@ def _warnings_before(recording: Recording, setup: Setup) -> list[str]:
         warnings.append(f"the setup gives no tracer.release_position_m: ({place}) m is assumed")
     if edited := edited_since(setup):
         warnings.append(edited)
-    digitisation = recording.digitisation
-    delay_s, n_channels = channel_skew(digitisation, setup.daq).delay_s, digitisation.n_channels
-    # a multiplexer is through with a sample before the next one begins
-    if (n_channels - 1) * delay_s >= 1.0 / digitisation.sample_rate_hz:
-        warnings.append(
-            f"{n_channels} channels {1e6 * delay_s:g} µs apart do not fit into a sample of "
-            f"{1e6 / digitisation.sample_rate_hz:.3g} µs: correct daq.channel_skew_s"
-        )
     return warnings
+
+
+def _without_room(conditioned: Conditioned, digitisation: Digitisation) -> list[str]:
+    """Return what is said of delays between channels for which a sample has no room, if they are such."""
+    n_channels, rate_hz = conditioned.delay_s.size, digitisation.sample_rate_hz
+    # a multiplexer is through with a sample before the next one begins
+    if conditioned.delay_s[-1] * rate_hz < 1.0:
+        return []
+    apart, room = f"{1e6 * conditioned.delay_s[1]:g} µs apart", f"{1e6 / rate_hz:.3g} µs"
+    return [f"{n_channels} channels {apart} do not fit into a sample of {room}: correct daq.channel_skew_s"]
 
 
 def measure_by_receiver(

@@ -217,7 +217,7 @@ class _Frames:
     mixed: BoolArray
 
     def doppler(self, number: int, sample_rate_hz: float, noise_v: FloatArray) -> Doppler:
-        """Return what is told of the lines of one receiver."""
+        """Return what is measured of the lines of one receiver."""
         pair, power, place = slice(2 * number, 2 * number + 2), self.power[number], self.place[number]
         rows, window = np.arange(self.starts.size), _window(self.size).square
         spectrum = self.spectrum[pair]

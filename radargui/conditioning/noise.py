@@ -25,7 +25,7 @@ def white_noise_v(volts: FloatArray) -> FloatArray:
     """Return the standard deviation of each channel's white noise, sigma^2 = <(D^6 u)^2> / 924.
 
     Sixth differences remove every polynomial up to the fifth order. Blocks above three times the median power
-    (impacts, glitches) are left out; below a millionth of the channel's range nothing is told from rounding.
+    (impacts, glitches) are left out; below a millionth of the channel's range nothing is distinguished from rounding.
 
     Parameters
     ----------

@@ -187,8 +187,8 @@ def same_channels(volts: FloatArray, noise_v: FloatArray, rest_v: FloatArray) ->
     """Return pairs of channels of different receivers that show one and the same voltage: one cable on two inputs.
 
     Two echoes seldom agree in offset, amplitude and phase at once within a few hundredths; where they do in I and in Q,
-    as ideal mixers around a target on the axis do, one cable is told from two by noise that both share (at rest, where
-    a multiplexer's delay makes no difference; 60 dB are enough). Where two conversions share none, nothing is said.
+    as ideal mixers around a target on the axis do, one cable is known from two by noise that both share (at rest,
+    where a multiplexer's delay makes no difference; 60 dB do). Where two conversions share none, nothing is said.
 
     Parameters
     ----------

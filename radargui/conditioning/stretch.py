@@ -109,7 +109,7 @@ def find_stretch(recording: Recording, samples: slice, first_index: int, setup: 
         volts = volts - hum.at(np.arange(volts.shape[1]) / rate_hz)
         # without the hum the motion is seen where it begins
         motion = motion_in(volts) or motion
-    # what has no rest to be measured on is told by being there on both sides
+    # what has no rest to be measured on is known by being there on both sides
     volts, tones_hz, sure = without_tones(volts)
     toned = (False,) * recording.n_receivers
     if tones_hz:

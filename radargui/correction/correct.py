@@ -124,7 +124,7 @@ def _quality(
     elif isinstance(step, PublishedSteps):
         gain = float(np.median(scale[1]) / np.median(scale[0]))
     some = valid[::SOME]
-    # a receiver of which nothing is valid still has a noise to be told
+    # a receiver of which nothing is valid still has a noise to be reported
     used = some if some.any() else np.ones_like(some)
     return assess(
         name,

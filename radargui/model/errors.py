@@ -10,7 +10,7 @@ _logger = logging.getLogger(__name__)
 
 
 class RadarGuiError(Exception):
-    """An error told to the operator; the window, the command line and the log show the same text.
+    """An error reported to the operator; the window, the command line and the log show the same text.
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ def normal_gravity_m_s2(latitude_deg: float, height_m: float) -> float:
 
 
 def gravity_of_site(site: Site) -> tuple[float, float, bool] | None:
-    """Return g of a place, its u, and whether the setup states it (else normal gravity); None where it is not told.
+    """Return g of a place, its u, and whether the setup states it (else normal gravity); None where it is not stated.
 
     A g that is stated without its u counts as if it were normal gravity's.
     """

@@ -101,7 +101,7 @@ def find_impacts(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArra
     time_s
         Shape (n,), increasing, not necessarily even.
     height_m
-        Height along the floor's normal, shape (n,); NaN where unknown: no impact is told within 10 ms of it.
+        Height along the floor's normal, shape (n,); NaN where unknown: no impact is found within 10 ms of it.
     u_height_m
         Standard uncertainty of each height, shape (n,).
     """

@@ -130,7 +130,8 @@ def measure_by_estimate(
     if unsure.any() and not is_fringe_sure(motion.track, joint.onset_s):
         motion = _without(motion, unsure, UNSURE_FRINGE)
     why_not = doubt(joint.chosen.solution, joint.onset_s, setup)
-    # a fall that obeys its law would show a lost fringe; nothing holds a level motion, and its u means nothing then
+    # a fall that obeys its equation of motion would show a lost fringe; nothing holds a level motion, whose u means
+    # nothing then
     if why_not and not joint.chosen.solution.problem.in_flight.any():
         return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool), why_not)
     return _with_prior(motion, tried, why)

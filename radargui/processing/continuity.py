@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from radargui.conditioning.echo import Echo
 
 JUMP_S = 0.005
-"""Around a jump of a path in which nothing is known: half the block in which the phase's roughness is told."""
+"""Around a jump of a path in which nothing is known: half the block in which the phase's roughness is measured."""
 LEAST_RUN_S = 0.005
 """A path known for less is a moment between two doubts."""
 MOST_SCATTER_RAD = 0.8

@@ -164,7 +164,7 @@ class FlightFit:
 
 
 def first_by_flights(before: FloatArray, after: FloatArray, results: FloatArray | None) -> FloatArray:
-    """Return velocities before and after all breaks, (2, n_breaks, 3), those that flights have told by their results.
+    """Return velocities before and after all breaks, (2, n_breaks, 3), those that flights determined by their results.
 
     The flights are the first ones: their slopes know g, a spline's at its end only its neighbourhood.
     """

@@ -117,7 +117,7 @@ def joint_changes(
 
 
 def _tested(fit: FlightFit, responses: SetupResponses, estimate: JointEstimate) -> FlightTest:
-    """Return by what flights that bend widen u, and what is told where neither noise nor the setup explains it."""
+    """Return by what flights that bend widen u, and what is reported where neither noise nor the setup explains it."""
     bends, keys = fit.bends(responses.each), responses.keys
     # of the possible spheres only one is there: their mean counts as one input
     each = np.array([bends[[other == key for other in keys]].mean() for key in dict.fromkeys(keys)])

@@ -300,6 +300,7 @@ def _budget(
     own = found.u_single if found.standard_error is None else found.standard_error
 
     def mean(parts: Sequence[float | None]) -> float | None:
+        # of one run unknown, what all share is unknown
         known = [part for part in parts if part is not None]
         return sum(known) / len(known) if known and len(known) == len(runs) else None
 
@@ -308,6 +309,7 @@ def _budget(
 
 
 def _points(session: SeriesSession, counted: Series) -> list[ImpactPoint]:
+    # slopes are sought against ln v, weights are 1 / u^2: neither speed nor u may be zero
     return [
         ImpactPoint(
             f"{session.name}/{run.drop.name}",

@@ -222,7 +222,7 @@ def judge(quality: ChannelQuality, noise: float, counted_noise: float, chi_squar
     if beyond_noise > LIMITS.good_circularity:
         return "usable", off_circle
     if quality.fraction_clipped:
-        return "usable", f"{100 * quality.fraction_clipped:.2g} % of the samples are clipped"
+        return "usable", f"{100 * quality.fraction_clipped:.2g} % of the samples are clipped or left out"
     if counted_noise > LIMITS.good_noise:
         return "usable", "low signal-to-noise ratio"
     if misfit > LIMITS.good_misfit:

@@ -23,7 +23,7 @@ from radargui.estimation.readout.unexplained import (
 )
 from radargui.estimation.select.budget import NoSingleBodyError
 from radargui.geometry.path_length import place_antennas
-from radargui.model.arrays import BoolArray
+from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
@@ -112,29 +112,39 @@ def measure_by_estimate(
         if isinstance(error, UnexplainedError) and not left_out:
             again = measure_by_estimate(conditioned, setup, progress, on_preliminary, prior, error.stretches)
             return _with_left_out(again, error.stretches)
-        wrong = error.misfit > LIMITS.most_misfit
-        # a round circle is believed where the places fall: elsewhere mirrors bend it as they like, its u is of noise
-        if _falls(estimate):
-            wrong &= estimate.chi_square > LIMITS.most_misfit
+        wrong = _misfits(error.misfit, estimate)
         if wrong.any():
             return _without(adaptive, wrong)
         joint, why, tried = None, error.message.rstrip(".").replace("Its", "its", 1), None
     if joint is None:
         # nothing has tested it
         return _with_reason(_motion_of(estimate, conditioned, setup), why)
-    motion = _motion_of(joint, conditioned, setup)
+    motion = _judged(_motion_of(joint, conditioned, setup), joint, adaptive, setup)
+    return _with_prior(motion, tried, why) if motion.corrected.method == "joint" else motion
+
+
+def _misfits(misfit: FloatArray, estimate: MotionEstimate) -> BoolArray:
+    """Return which receivers neither the motion of one body nor, where it tells, their own circle describes."""
+    wrong = misfit > LIMITS.most_misfit
+    # a round circle is believed where the places fall: elsewhere mirrors bend it as they like, its u is of noise
+    return np.asarray(wrong & (estimate.chi_square > LIMITS.most_misfit) if _falls(estimate) else wrong)
+
+
+def _judged(motion: MeasuredMotion, joint: JointEstimate, adaptive: MeasuredMotion, setup: Setup) -> MeasuredMotion:
+    """Return what the joint estimate measured; rejected where it leaves open which fringe it is, or what reflects."""
+    every = np.ones(len(adaptive.corrected.channels), dtype=np.bool_)
     if motion.track is not None and is_unknown(motion.track, joint.onset_s, setup.radar.wavelength_m):
-        return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool))
-    # believed on whole circles before, and what was to test them does not say enough
-    unsure = _strayed(joint, motion) & ~_rejected(adaptive)
-    if unsure.any() and not is_fringe_sure(motion.track, joint.onset_s):
-        motion = _without(motion, unsure, UNSURE_FRINGE)
+        return _without(adaptive, every)
     why_not = doubt(joint.chosen.solution, joint.onset_s, setup)
     # a fall that obeys its equation of motion would show a lost fringe; nothing holds a level motion, whose u means
     # nothing then
     if why_not and not joint.chosen.solution.problem.in_flight.any():
-        return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool), why_not)
-    return _with_prior(motion, tried, why)
+        return _without(adaptive, every, why_not)
+    # believed on whole circles before, and what was to test them does not say enough
+    unsure = _strayed(joint, motion) & ~_rejected(adaptive)
+    if unsure.any() and not is_fringe_sure(motion.track, joint.onset_s):
+        return _without(motion, unsure, UNSURE_FRINGE)
+    return motion
 
 
 def _by_circles(conditioned: Conditioned, setup: Setup) -> MeasuredMotion:
@@ -164,17 +174,11 @@ def _with_left_out(motion: MeasuredMotion, stretches: Sequence[UnexplainedStretc
 
     A phase that was led astray for milliseconds may have lost a fringe, and a round circle says nothing of that.
     """
-    sentences, named = sentences_of(stretches), {one.receiver for one in stretches}
+    sentences = sentences_of(stretches)
     if motion.corrected.method != "joint":
-        wrong = np.isin(np.arange(len(motion.corrected.channels)), list(named))
+        wrong = np.isin(np.arange(len(motion.corrected.channels)), [one.receiver for one in stretches])
         return _without(motion, wrong, "; ".join(sentences))
-    channels = tuple(
-        # nothing else is said of samples that are not used
-        replace(one, reason=one.reason.replace("are clipped", "were left out")) if number in named else one
-        for number, one in enumerate(motion.corrected.channels)
-    )
-    warnings = (*(f"{sentence}: left out there" for sentence in sentences), *motion.warnings)
-    return replace(motion, corrected=replace(motion.corrected, channels=channels), warnings=warnings)
+    return replace(motion, warnings=(*(f"{sentence}: left out there" for sentence in sentences), *motion.warnings))
 
 
 def _is_hopeless(estimate: MotionEstimate, adaptive: MeasuredMotion) -> bool:

@@ -1,4 +1,7 @@
-"""The Doppler band: volts at the lowest rate that holds the motion, which all that follows works at."""
+"""The Doppler band: volts at the lowest rate that holds the motion, which all that follows works at.
+
+Method 2, Band.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ from radargui.model.setup import Setup
 
 @dataclass(frozen=True, slots=True)
 class BandSettings:
-    """At which rate a motion is held.
+    """At which rate a motion is held. Chosen by hand where no figure stands; decision 26 has what was tried.
 
     Attributes
     ----------
@@ -24,7 +27,7 @@ class BandSettings:
         at 10 GHz, but its turn at an impact is sharp.
     per_fringe
         Samples in a fringe at the least: a mean over 1/32 fringe keeps 0.998 of a wave, in I and in Q alike, so that
-        its phase is kept.
+        its phase is kept. With 16 and 2 kHz published rejects 2 of 30 scenes that it corrects now.
     looked_hz, sure
         Rate at which the fastest line is looked for, and the share of it below which a line is what it seems: one that
         is folded back to there is at the rate itself, 240 m/s of path at 10 GHz.
@@ -108,6 +111,7 @@ def band_signals(recording: Recording, samples: slice, setup: Setup) -> BandSign
         line_hz = _fastest_line_hz(pooled.volts, rate_hz / pooled.size, settings)
         if line_hz < sure * rate_hz / pooled.size:
             break
+    # the line of the last frame of a fall is that of its middle
     highest_hz = max(_fall_hz(setup), line_hz)
     size = max(1, int(rate_hz / max(settings.least_hz, settings.per_fringe * highest_hz)))
     further = size // pooled.size

@@ -1,4 +1,7 @@
-"""Conditioning: from a recording to the signals that every correction starts from, each thing measured once."""
+"""Conditioning: from a recording to the signals that every correction starts from, each thing measured once.
+
+Method 2.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What of the channels is no echo: at an end of the range, an open contact, a receiver that is none."""
+"""What of the channels is no echo: at an end of the range, an open contact, a receiver that is none.
+
+Method 2, Wiring, Open channels.
+"""
 
 from dataclasses import dataclass
 
@@ -8,6 +11,7 @@ from radargui.conditioning.doppler import Doppler
 from radargui.conditioning.followed import pairs_of
 from radargui.conditioning.receiver_check import SETTINGS as PAIR, check_receiver, is_worse_pair, same_channels
 from radargui.model.arrays import BoolArray, FloatArray, RawArray, runs_of
+from radargui.model.recording import iq_names
 
 CLIPPED_SHARE = 0.03
 """Of the motion at one end of the range: a full wave of a 12 bit converter has 1 % of its samples at its two crests."""
@@ -17,7 +21,7 @@ PILED, LEAST_PILED = 5, 20
 
 @dataclass(frozen=True, slots=True)
 class OpenSettings:
-    """When a channel counts as open.
+    """When a channel counts as open. Chosen by hand on contacts and cables that come off (decision 46).
 
     Attributes
     ----------
@@ -109,7 +113,7 @@ def faults_of(
         )
         for own, pair in zip(doppler, pairs_of(as_wired), strict=True)
     ]
-    names, own = [f"{part}{number}" for number in range(1, len(faults) + 1) for part in "IQ"], tuple(faults)
+    names, own = iq_names(len(faults)), tuple(faults)
     # a cable on I and on Q of another shows the same where no sign is applied
     for a, b in same_channels(as_wired[:, moving], noise_v, as_wired[:, : moving.start]):
         for one, other in ((a, b), (b, a)):
@@ -121,13 +125,12 @@ def faults_of(
 
 def with_open(faults: tuple[str, ...], opened: BoolArray) -> tuple[str, ...]:
     """Return the faults, those of receivers that lack too much of a motion with which channel does."""
-    out = list(faults)
+    out, names = list(faults), iq_names(len(faults))
     for channel, share in enumerate(opened.mean(axis=1)):
         # what is known to be dead need not be open
         if share > PAIR.most_clipped and not faults[channel // 2]:
-            name = f"{'IQ'[channel % 2]}{channel // 2 + 1}"
             out[channel // 2] = (
-                f"{name} stands still in {100 * share:.0f} % of the motion, and the other channel does not: a contact "
-                "is loose, or a cable came off"
+                f"{names[channel]} stands still in {100 * share:.0f} % of the motion, and the other channel does not: "
+                "a contact is loose, or a cable came off"
             )
     return tuple(out)

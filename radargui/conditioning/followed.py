@@ -1,4 +1,4 @@
-"""One or two receivers: no position holds their paths, so that each is followed by its own line."""
+"""One or two receivers: no position holds their paths, so that each is followed by its own line (method 2, Echo)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Mains pick-up: measured while the tracer rests, for the whole record and live; told from motion elsewhere."""
+"""Mains pick-up: measured while the tracer rests, for the whole record and live; told from motion elsewhere.
+
+Method 2, Hum.
+"""
 
 from __future__ import annotations
 

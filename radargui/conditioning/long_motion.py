@@ -1,4 +1,7 @@
-"""The motion in a recording that is too long to be looked at as a whole: found piece by piece, in little memory."""
+"""The motion in a recording that is too long to be looked at as a whole: found piece by piece, in little memory.
+
+Method 2, Motion.
+"""
 
 from __future__ import annotations
 
@@ -87,6 +90,7 @@ def find_long_motion(pieces: Iterable[FloatArray], sample_rate_hz: float, most_s
     # of a motion that the record begins with nobody knows where the sphere was
     begin, end = max(motions, key=lambda motion: (motion[0] > 0, motion[1] - motion[0]))
     earlier = max((last for _, last in motions if last <= begin), default=0)
+    # hum and quiet level are taken from it, and more so of a long motion
     rest = round(max(REST_S * sample_rate_hz / size, REST_SHARE * (end - begin)))
     # not back into the motion before
     rest = min(rest, begin - earlier, round(MOST_REST * most_samples / size))

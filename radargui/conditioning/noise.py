@@ -1,4 +1,4 @@
-"""White noise of voltages, from high differences that no smooth motion can imitate."""
+"""White noise of voltages, from high differences that no smooth motion can imitate (method 2, Noise)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ SIXTH_DIFFERENCE_GAIN = 924.0
 """Sum of the squared binomial coefficients of order 6: variance of the sixth difference of unit white noise."""
 LEAST_SAMPLES = 64
 """Of a channel: its noise is then known to 15 % (standard deviation over 500 draws of white noise)."""
-_SIXTH_DIFFERENCE = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
+_SIXTH_DIFFERENCE = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])  # binomial coefficients, signs by turns
 _BLOCK = 64
 """Samples judged together: 2 ms at 33 kS/s, about as long as an impact rings in the sixth difference."""
 _CALM = 3.0
@@ -25,7 +25,7 @@ def white_noise_v(volts: FloatArray) -> FloatArray:
     """Return the standard deviation of each channel's white noise, sigma^2 = <(D^6 u)^2> / 924.
 
     Sixth differences remove every polynomial up to the fifth order. Blocks above three times the median power
-    (impacts, glitches) are left out; below a millionth of the channel's range nothing is told from rounding.
+    (impacts, glitches) are left out; below a millionth of the channel's range nothing is distinguished from rounding.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The rest before the motion, and its end: the onset, found from what the rest foretells."""
+"""The rest before the motion, and its end: the onset, found from what the rest foretells (method 2, Onset)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from radargui.conditioning.segment import Motion
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ SETTINGS = OnsetSettings()
 
 @dataclass(frozen=True, slots=True)
 class RestSettings:
-    """What of the quiet part counts as rest.
+    """What of the quiet part counts as rest. Chosen by hand.
 
     Attributes
     ----------
@@ -147,11 +147,7 @@ def find_onset(time_s: FloatArray, value: FloatArray, spread: FloatArray | None 
     float or None
         -inf where the record starts in motion (less than 50 ms of rest).
     """
-    label = ((time_s - time_s[0]) / SETTINGS.block_s).astype(np.intp)
-    first = np.flatnonzero(np.diff(label, prepend=-1))
-    count = np.diff(np.append(first, label.size))
-    mean = np.add.reduceat(value, first, axis=1) / count
-    fewest = SETTINGS.fewest
+    fewest, (first, count, mean) = SETTINGS.fewest, _means(time_s, value)
     if first.size < 2 * fewest:
         return float("-inf")
     early = np.diff(value[:, : first[2 * fewest - 1]], axis=1)
@@ -187,11 +183,10 @@ def creeps_since(time_s: FloatArray, value: FloatArray, onset_s: float) -> float
         As found there.
     """
     block_s, fewest = SETTINGS.block_s, SETTINGS.fewest
-    label = ((time_s[time_s < onset_s] - time_s[0]) / block_s).astype(np.intp)
-    if label.size == 0 or label[-1] < 2 * fewest:
+    before = int((time_s < onset_s).sum())
+    if before == 0 or int((time_s[before - 1] - time_s[0]) / block_s) < 2 * fewest:
         return None
-    first = np.flatnonzero(np.diff(label, prepend=-1))
-    mean = np.add.reduceat(value[:, : label.size], first, axis=1) / np.diff(np.append(first, label.size))
+    first, _, mean = _means(time_s[:before], value[:, :before])
     away = mean - mean[:, :fewest].mean(axis=1, keepdims=True)
     noise = white = float(mean[:, :fewest].std(axis=1).max())
     total = np.cumsum(np.pad(away, ((0, 0), (1, 0))), axis=1)
@@ -249,6 +244,17 @@ def is_under_way(time_s: FloatArray, value: FloatArray, rest_end_s: float) -> bo
     # one alone may have a cable that is touched
     drift = SETTINGS.under_way + SETTINGS.drift_hz * (rest_end_s - time_s[0])
     return bool((far > np.maximum(drift, SETTINGS.threshold * u_far)).sum() >= min(2, far.size))
+
+
+def _means(time_s: FloatArray, value: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return the first sample and the number of each 5 ms block, shapes (n_blocks,), and means (n_channels, n_blocks).
+
+    By time, not by number: samples that were lost leave a block shorter, or out.
+    """
+    label = ((time_s - time_s[0]) / SETTINGS.block_s).astype(np.intp)
+    first = np.flatnonzero(np.diff(label, prepend=-1))
+    count = np.diff(np.append(first, label.size))
+    return first, count, np.add.reduceat(value, first, axis=1) / count
 
 
 class _Foresight:

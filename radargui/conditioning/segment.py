@@ -1,4 +1,4 @@
-"""The segment with motion: where the voltages move more than their noise, and by more than a hum."""
+"""The segment with motion: where the voltages move more than their noise, and by more than a hum (method 2, Motion)."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class MotionSettings:
         Largest standard deviation of the radius, in radii, of such circles: a drift makes bends and lines.
     least_radius
         In standard deviations of a block mean.
-    standing_purity
+    hum_purity
         A line at the mains frequency that turns less than this one way is a hum, else a motion at that Doppler.
     """
 
@@ -50,7 +50,7 @@ class MotionSettings:
     spread: float = 0.2
     spread_if_sure: float = 0.45
     least_radius: float = 6.0
-    standing_purity: float = 0.8
+    hum_purity: float = 0.8
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,7 +173,7 @@ def sliding_variance(values: FloatArray, window: int) -> FloatArray:
 
 
 def without_blips(moving: BoolArray, least: int) -> BoolArray:
-    """Return `moving` without runs shorter than `least` blocks."""
+    """Return `moving`, shape (n_blocks,), without runs shorter than `least` blocks."""
     out = moving.copy()
     for begin, end in runs_of(moving):
         if end - begin < least:
@@ -235,7 +235,7 @@ def _is_hum(means_v: FloatArray, rate_hz: float, noise_v: FloatArray) -> bool:
     for frequency in MAINS_HZ:
         rest = without_mains(means_v, rate_hz, frequency)
         if float(np.percentile(activity(rest, rate_hz, noise_v), 99.0)) < SETTINGS.threshold:
-            return _stands(means_v, rate_hz, frequency, SETTINGS.standing_purity)
+            return _stands(means_v, rate_hz, frequency, SETTINGS.hum_purity)
     return False
 
 

@@ -1,4 +1,7 @@
-"""A stretch between gaps: its signals, the motion in them, and what the mains and tones add taken off."""
+"""A stretch between gaps: its signals, the motion in them, and what the mains and tones add taken off.
+
+Method 2, Before every correction.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ import numpy as np
 from radargui.conditioning.band import BandSignals, band_signals, band_times_s
 from radargui.conditioning.followed import steady_motion
 from radargui.conditioning.hum import SETTINGS as HUM, Hum, find_hum
-from radargui.conditioning.lines import without_standing_lines
+from radargui.conditioning.interference import without_interference
 from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
 from radargui.conditioning.onset import REST, rest_before
 from radargui.conditioning.segment import Motion, find_motion
@@ -88,7 +91,7 @@ def find_stretch(recording: Recording, samples: slice, first_index: int, setup: 
         return find_motion(volts[channels], rate_hz, noise_v[channels])
 
     def without_tones(volts: FloatArray) -> tuple[FloatArray, tuple[float, ...], slice]:
-        return without_standing_lines(volts, rate_hz, noise_v)
+        return without_interference(volts, rate_hz, noise_v)
 
     def below(clean: FloatArray, tones_hz: tuple[float, ...]) -> Motion | None:
         # below what was taken off a target may still go its way
@@ -106,7 +109,7 @@ def find_stretch(recording: Recording, samples: slice, first_index: int, setup: 
         volts = volts - hum.at(np.arange(volts.shape[1]) / rate_hz)
         # without the hum the motion is seen where it begins
         motion = motion_in(volts) or motion
-    # what has no rest to be measured on is told by being there on both sides
+    # what has no rest to be measured on is known by being there on both sides
     volts, tones_hz, sure = without_tones(volts)
     toned = (False,) * recording.n_receivers
     if tones_hz:

@@ -32,7 +32,7 @@ class TriggerState:
     Attributes
     ----------
     ready
-        Whether the quiet level is known: before, motion cannot be told.
+        Whether the quiet level is known: before, motion cannot be seen.
     moving
         Whether the tracer moves now.
     since_index

@@ -1,4 +1,7 @@
-"""Each receiver corrected by itself by the chosen method: published, ellipse, none or a plug-in."""
+"""Each receiver corrected by itself by the chosen method: published, ellipse, none or a plug-in.
+
+Method 2.
+"""
 
 from __future__ import annotations
 
@@ -63,6 +66,7 @@ def correct(
     steps: list[Steps] = []
     for k in range(n_receivers):
         pair, name, step = slice(2 * k, 2 * k + 2), str(k + 1), None
+        # one that cannot be corrected must not take the others along
         try:
             corrected[pair], step = _correct_one(conditioned, k, volts[pair], method)
         except ProcessingError as error:
@@ -135,7 +139,7 @@ def _quality(
     elif isinstance(step, PublishedSteps):
         gain = float(np.median(scale[1]) / np.median(scale[0]))
     some = valid[::SOME]
-    # a receiver of which nothing is valid still has a noise to be told
+    # a receiver of which nothing is valid still has a noise to be reported
     used = some if some.any() else np.ones_like(some)
     return assess(
         name,

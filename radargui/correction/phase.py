@@ -1,4 +1,7 @@
-"""Phase by arctangent, unwrapped; where it was lost it starts anew, unless the motion carries it over the hole."""
+"""Phase by arctangent, unwrapped; where it was lost it starts anew, unless the motion carries it over the hole.
+
+Method 2.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from radargui.model.arrays import BoolArray, FloatArray, IntArray, runs_of
 
 
 def wrapped_phase(i: FloatArray, q: FloatArray) -> FloatArray:
-    """Return arctan(Q / I) over the four quadrants, in rad (Rech & Huang 2019, eq. 1)."""
+    """Return arctan(Q / I) over the four quadrants, in rad, shape as I and Q (Rech & Huang 2019, eq. 1)."""
     return np.arctan2(q, i)
 
 
@@ -49,7 +52,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PieceSettings:
-    """When a hole is bridged.
+    """When a hole is bridged. Chosen by hand.
 
     Attributes
     ----------

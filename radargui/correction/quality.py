@@ -1,4 +1,7 @@
-"""Quality of one receiver's corrected signal in figures a person understands, and the one verdict on it."""
+"""Quality of one receiver's corrected signal in figures a person understands, and the one verdict on it.
+
+Method 6, Quality.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from radargui.model.weighed_sums import savitzky_golay
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What makes a receiver usable or rejected, the same for every correction.
+    """What makes a receiver usable or rejected, the same for every correction (decision 19). Chosen by hand.
 
     Attributes
     ----------

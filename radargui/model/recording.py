@@ -51,8 +51,8 @@ class Block:
     gap
         Samples lost just before this block, or None.
     trigger_index
-        Absolute index of the edge at which the device started, told with the first block; may lie after it. None where
-        the device waited for none.
+        Absolute index of the edge at which the device started, reported with the first block; may lie after it. None
+        where the device waited for none.
     """
 
     samples: RawArray
@@ -189,7 +189,7 @@ class ChannelSkew:
     delay_s
         Delay of channel k against channel k - 1.
     known_from
-        file: the samples came with it (or the device told it); setup: `daq.channel_skew_s`; assumed 0: neither tells.
+        file: the samples came with it (or the device stated it); setup: `daq.channel_skew_s`; assumed 0: neither does.
     """
 
     delay_s: float

@@ -1,4 +1,7 @@
-"""The way of the estimates: adaptive, in the Doppler band where that knows more, and joint falling back on it."""
+"""The way of the estimates: adaptive, in the Doppler band where that knows more, and joint falling back on it.
+
+Method 2.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -132,10 +135,11 @@ def _judged(motion: MeasuredMotion, joint: JointEstimate, adaptive: MeasuredMoti
     every = np.ones(len(adaptive.corrected.channels), dtype=np.bool_)
     if motion.track is not None and is_unknown(motion.track, joint.onset_s, setup.radar.wavelength_m):
         return _without(adaptive, every)
-    doubted = doubt(joint.chosen.solution, joint.onset_s, setup)
-    # a fall that obeys its law would show a lost fringe; nothing holds a level motion, and its u means nothing then
-    if doubted and not joint.chosen.solution.problem.in_flight.any():
-        return _without(adaptive, every, doubted)
+    why_not = doubt(joint.chosen.solution, joint.onset_s, setup)
+    # a fall that obeys its equation of motion would show a lost fringe; nothing holds a level motion, whose u means
+    # nothing then
+    if why_not and not joint.chosen.solution.problem.in_flight.any():
+        return _without(adaptive, every, why_not)
     # believed on whole circles before, and what was to test them does not say enough
     unsure = _strayed(joint, motion) & ~_rejected(adaptive)
     if unsure.any() and not is_fringe_sure(motion.track, joint.onset_s):

@@ -244,7 +244,7 @@ def _measure(
     if not part.receivers:
         return nothing_measured(conditioned, method)
     if part.is_too_small:
-        # the run is rejected: of the others only their quality is told, and in a moment
+        # the run is rejected: of the others only their quality is reported, and in a moment
         return measure_by_receiver(conditioned, setup, "ellipse", report)
 
     def progress(done: float) -> None:

@@ -218,7 +218,10 @@ def _sums_of_impacts(
 
 
 def e_by_tilt(before_m_s: FloatArray, after_m_s: FloatArray, normal: FloatArray, u_deg: float) -> list[FloatArray]:
-    """Return the changes of all e = -(after . n) / (before . n) where n leans by u_deg towards x, and towards y."""
+    """Return the changes of all e = -(after . n) / (before . n) where n leans by u_deg towards x, and towards y.
+
+    Velocities (n_impacts, 3), changes (n_impacts,).
+    """
     out, down, up = [], before_m_s @ normal, after_m_s @ normal
     for axis in np.eye(3)[:2]:
         side = np.tan(np.radians(u_deg)) * (axis - normal * (axis @ normal))

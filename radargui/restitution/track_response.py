@@ -1,4 +1,7 @@
-"""How e and g of a track's bounces answer a small, smooth shift of the track: to first order, nothing is found anew."""
+"""How e and g of a track's bounces answer a small, smooth shift of the track: to first order, nothing is found anew.
+
+Method 6, Budget.
+"""
 
 from collections.abc import Callable
 
@@ -78,6 +81,7 @@ def respond(
         along_m_s2 = NOMINAL_GRAVITY_M_S2 * float(normal[2])
         e[:, known] = _e_changes(change.parabolas, (one, other), impact_s[known], speeds, along_m_s2)
     if bounces.free_fall is not None and (fall := _changed(time, height, flights[:1])) is not None:
+        # heights are along the normal: only g cos(tilt) acts there
         g = fall.parabolas.g_m_s2 / max(abs(normal[2]), 1e-9)
     return e, g
 

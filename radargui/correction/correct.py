@@ -92,8 +92,8 @@ def correct(
         steps.append(step)
         progress((k + 1) / n_receivers)
     i, q = corrected[0::2], corrected[1::2]
-    told = tuple(channels), tuple(steps)
-    return CorrectedIQ(conditioned.time_s, i, q, valid & np.isfinite(i), u_phase, method, *told), phase
+    known, qualities = valid & np.isfinite(i), tuple(channels)
+    return CorrectedIQ(conditioned.time_s, i, q, known, u_phase, method, qualities, tuple(steps)), phase
 
 
 def correct_none(pair_v: FloatArray, segment: Segment) -> FloatArray:

@@ -1,4 +1,10 @@
-from radargui.api import Bounces as Bounces, Result as Result, Run as Run, open_run as open_run, process as process
+from radargui.api import (
+    BounceTable as BounceTable,
+    Result as Result,
+    Run as Run,
+    open_run as open_run,
+    process as process,
+)
 from radargui.model.errors import RadarGuiError as RadarGuiError
 from radargui.model.recording import Recording as Recording
 from radargui.model.result import Bounce as Bounce, ChannelQuality as ChannelQuality, FreeFall as FreeFall
@@ -7,7 +13,7 @@ from radargui.model.setup import Setup as Setup, read_setup as read_setup
 __version__: str
 __all__ = [
     "Bounce",
-    "Bounces",
+    "BounceTable",
     "ChannelQuality",
     "FreeFall",
     "RadarGuiError",

@@ -43,7 +43,7 @@ class Run:
     setup: Setup
 
 
-class Bounces(tuple[Bounce, ...]):
+class BounceTable(tuple[Bounce, ...]):
     """The impacts of a run in time order: a tuple of `Bounce`, and its columns as arrays."""
 
     __slots__ = ()
@@ -103,9 +103,9 @@ class Result:
         return quality.channels if quality else ()
 
     @property
-    def bounces(self) -> Bounces:
+    def bounces(self) -> BounceTable:
         """The impacts; each e with `u_e` (statistical) and `u_e_combined` (antennas, floor and sphere too)."""
-        return Bounces(self.details.bounces.impacts)
+        return BounceTable(self.details.bounces.impacts)
 
     @property
     def free_fall(self) -> FreeFall | None:

@@ -204,7 +204,7 @@ def channel_facts(ring: Ring, digitisation: Digitisation, count: int) -> tuple[C
     # sixth differences go over no gap
     longest = digitisation.volts(max(blocks, key=lambda block: block.count).samples)
     longest = longest[:, np.isfinite(longest).all(axis=0)]
-    tells = longest.shape[1] >= LEAST_SAMPLES
-    noise = white_noise_v(longest) if tells else np.full(digitisation.n_channels, np.nan)
+    is_enough = longest.shape[1] >= LEAST_SAMPLES
+    noise = white_noise_v(longest) if is_enough else np.full(digitisation.n_channels, np.nan)
     offset = digitisation.volts(samples[:, known]).mean(axis=1) if known.any() else np.full(noise.shape, np.nan)
     return tuple(map(ChannelFacts, levels(samples, digitisation), offset.tolist(), noise.tolist()))

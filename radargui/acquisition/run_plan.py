@@ -90,7 +90,7 @@ class RunPlan(ABC):
 
     @abstractmethod
     def push(self, block: Block) -> None:
-        """Take the next block, a short one: what happened within it is told as of its end."""
+        """Take the next block, a short one: what happened within it is reported as of its end."""
 
     @abstractmethod
     def rest(self, block: Block) -> bool:

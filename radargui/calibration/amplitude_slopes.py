@@ -90,7 +90,7 @@ def amplitude_slopes(
         return near * signals_of(basis, float(angle[0]), angle[1:])
 
     def resting(rest: FloatArray, antennas: Antennas) -> ComplexArray:
-        # all is told against the direct wave at rest: what mirrors add there is the reflections' own phase
+        # all is measured against the direct wave at rest: what mirrors add there is the reflections' own phase
         return received(rest[:, None], antennas, 0)
 
     # within a sixth of a fringe no direction changes by more than 1e-4

@@ -1,4 +1,4 @@
-"""A calibration from recordings and what is known of their motions."""
+"""A calibration from recordings and what is known of their motions (method 6, Calibration)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Falls as known motions: gravity is known and straight, and all impacts lie on one floor."""
+"""Falls as known motions: gravity is known and straight, and all impacts lie on one floor (method 6, Calibration)."""
 
 from __future__ import annotations
 
@@ -159,7 +159,7 @@ def _flights(
         return np.concatenate([v, g - k * np.sqrt((v * v).sum(axis=-1, keepdims=True)) * v], axis=-1)
 
     states = [np.concatenate([np.zeros_like(velocity), velocity], axis=-1)]
-    with np.errstate(over="ignore", invalid="ignore"):  # a step that goes astray is told below
+    with np.errstate(over="ignore", invalid="ignore"):  # a step that goes astray is caught below
         for _ in range(_STEPS):
             state = states[-1]
             s1 = slope(state)

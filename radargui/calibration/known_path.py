@@ -1,4 +1,7 @@
-"""Known trajectories: a stage, a turntable, a pendulum, a table of places; read from a file and checked."""
+"""Known trajectories: a stage, a turntable, a pendulum, a table of places; read from a file and checked.
+
+Method 6, Calibration.
+"""
 
 from __future__ import annotations
 

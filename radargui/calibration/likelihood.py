@@ -1,4 +1,7 @@
-"""The likelihood of one recording by its path lengths: wide; that by its samples is sharp (`signal_likelihood`)."""
+"""The likelihood of one recording by its path lengths: wide; that by its samples is sharp (`signal_likelihood`).
+
+Method 6, Calibration.
+"""
 
 from __future__ import annotations
 

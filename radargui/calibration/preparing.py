@@ -11,8 +11,9 @@ from scipy.ndimage import uniform_filter1d
 from radargui.calibration.falls import LEAST_FLIGHT_S, MOST_FLIGHTS, U_IMPACT_S, Falls
 from radargui.calibration.known_path import KnownMotion, Trajectory
 from radargui.calibration.likelihood import Measured, MotionModel
-from radargui.conditioning.condition import NoMotion, condition
+from radargui.conditioning.condition import condition
 from radargui.conditioning.conditioned import Conditioned
+from radargui.conditioning.stretch import NoMotion
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import adaptive_rounds
 from radargui.estimation.forward.bins import BinnedData, Multiplexer, bin_by_fringe, pool

@@ -1,4 +1,7 @@
-"""A fit by samples that settles: deviations of maps and mirrors, and the noise, follow it and are followed."""
+"""A fit by samples that settles: deviations of maps and mirrors, and the noise, follow it and are followed.
+
+Method 6, Calibration.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The likelihood of one recording by its samples, all mismatch marginalised: sharp."""
+"""The likelihood of one recording by its samples, all mismatch marginalised: sharp (method 6, Calibration)."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class SignalLikelihood(Likelihood):
     Attributes
     ----------
     problem
-        Of the joint estimate (`preparing.sample_problem`); its spline and the law of flight take no part.
+        Of the joint estimate (`preparing.sample_problem`); its spline and the equation of flight take no part.
     theta
         Where the mismatch starts.
     motion

@@ -1,4 +1,7 @@
-"""The unknowns of a calibration: values of the setup with their priors, and what motions share."""
+"""The unknowns of a calibration: values of the setup with their priors, and what motions share.
+
+Method 6, Calibration.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from radargui.model.errors import UsageError
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, drag_of_sphere_1_m, gravity_of_site, share_in_air
+from radargui.model.gravity import (
+    NOMINAL_GRAVITY_M_S2,
+    U_NOMINAL_GRAVITY_M_S2,
+    drag_of_sphere_1_m,
+    gravity_of_site,
+    share_in_air,
+)
 from radargui.model.setup import Setup, moved
 
 GROUPS = ("tilt", "azimuth", "distance", "transmitter", "release", "gravity", "polarization")
@@ -20,8 +29,6 @@ U_UNSTATED = {"tilt": 3.0, "azimuth": 3.0, "distance": 0.02, "release": 0.002, "
 """Prior deviations (degrees, m) where the setup gives none: wide, since what nobody measured is what is asked for."""
 U_PLUMB_DEG = 0.3
 """Of the vertical against the setup's z axis: a spirit level."""
-U_NOMINAL_GRAVITY_M_S2 = 0.015
-"""Of 9.81 m/s^2 where no site is given: from the equator to the poles it is 9.780 to 9.832."""
 U_DRAG, U_DRAG_1_M = 0.3, 0.02
 """Of the drag, relative for a known density (model.gravity), 1/m for an unknown one."""
 U_HEIGHT_M, U_FLOOR_DEG = 0.5, 0.5

@@ -46,12 +46,12 @@ def guarded(app: typer.Typer, arguments: list[str] | None = None) -> int:
         context = getattr(error, "ctx", None)
         command = context.command_path if context else "radargui"
         said = error.format_message().replace("Value error, ", "").rstrip(".")
-        return _fail_line(f"{said}. See {command} --help.", error.exit_code)
+        return fail_line(f"{said}. See {command} --help.", error.exit_code)
     except (typer.Abort, KeyboardInterrupt):
         status = INTERRUPTED
     except Exception as error:  # noqa: BLE001  the last door: whatever it is, the operator gets a line, the log the rest
         return fail_unexpected(error)
-    return _fail_line("interrupted", FAILED) if status == INTERRUPTED else int(status or 0)
+    return fail_line("interrupted") if status == INTERRUPTED else int(status or 0)
 
 
 class _Shown(logging.Handler):
@@ -78,7 +78,7 @@ def fail(error: RadarGuiError, what: str = "") -> int:
     _log.error("%s", error, exc_info=error)
     text = str(error)
     status = WRONG_USAGE if isinstance(error, UsageError | SetupError) else FAILED
-    return _fail_line(f"{what}: {text}" if what and what not in text else text, status)
+    return fail_line(f"{what}: {text}" if what and what not in text else text, status)
 
 
 def fail_unexpected(error: Exception, what: str = "") -> int:
@@ -88,10 +88,11 @@ def fail_unexpected(error: Exception, what: str = "") -> int:
         return fail(FileError(f"{error.filename} is a longer path than this system allows.", remedy="Shorten it."))
     _log.error("Unexpected error %s", what, exc_info=error)
     text = f"{fault_of(error, what or 'The program')} The details are in {log_path()}"
-    return _fail_line(text, FAILED)
+    return fail_line(text)
 
 
-def _fail_line(text: str, status: int) -> int:
+def fail_line(text: str, status: int = FAILED) -> int:
+    """Print what failed in one line and return its exit status."""
     sys.stdout.flush()
     typer.echo(f"error: {one_line(text)}", err=True)
     return WRONG_USAGE if status == WRONG_USAGE else FAILED

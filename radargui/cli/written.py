@@ -8,7 +8,7 @@ import typer
 
 from radargui.cli.app import Export, Figures, Report
 from radargui.cli.bar import Bar, progress_bar
-from radargui.cli.console import FAILED, fail
+from radargui.cli.console import FAILED, fail, fail_line
 from radargui.files.formats import EXPORT_FORMATS
 from radargui.model.errors import RadarGuiError
 from radargui.session.info import own_subfolder
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def report_sessions(options: Report) -> int:
-    """Write the report of each session and return the exit status; one that fails does not stop the others.
+    """Write the report of each session and return the exit status; what fails, session or run, stops no other.
 
     With several sessions and a folder for their reports each gets a folder of its name below, and the folder itself
     the report of all together.
@@ -49,9 +49,11 @@ def report_sessions(options: Report) -> int:
             continue
         reports.append(report)
         _show("Report:", report)
+        for run in (one for facts in report.facts for one in facts.runs if one.failure):
+            status = fail_line(f"{folder}: {'' if run.name in run.failure else f'{run.name}: '}{run.failure}")
     if options.output is None or len(options.sessions) < 2:
         return status
-    if status == FAILED:
+    if len(reports) < len(options.sessions):
         # a series without one of its sessions would be another series
         typer.echo("There is no report of the series: not every session could be reported.")
         return status

@@ -1,4 +1,7 @@
-"""Conditioned signals: one gapless stretch of a recording with all that is measured before any correction."""
+"""Conditioned signals: one gapless stretch of a recording with all that is measured before any correction.
+
+Method 2.
+"""
 
 from __future__ import annotations
 

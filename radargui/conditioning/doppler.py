@@ -1,4 +1,7 @@
-"""The Doppler frequency moment by moment, from spectra alone: what every correction is held against."""
+"""The Doppler frequency moment by moment, from spectra alone: what every correction is held against.
+
+Method 2, Doppler frequency.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray,
 
 @dataclass(frozen=True, slots=True)
 class DopplerSettings:
-    """How the Doppler frequency is measured.
+    """How the Doppler frequency is measured. By hand; `bench robust` and `bench real` are the test (decision 20).
 
     Attributes
     ----------
@@ -106,7 +109,7 @@ class Doppler:
 
     @property
     def steady(self) -> BoolArray:
-        """Which clear lines are so narrow that the frame holds one speed."""
+        """Which clear lines are so narrow that the frame holds one speed, shape (n_frames,)."""
         return self.clear & (self.share > STEADY)
 
     @property
@@ -214,7 +217,7 @@ class _Frames:
     mixed: BoolArray
 
     def doppler(self, number: int, sample_rate_hz: float, noise_v: FloatArray) -> Doppler:
-        """Return what is told of the lines of one receiver."""
+        """Return what is measured of the lines of one receiver."""
         pair, power, place = slice(2 * number, 2 * number + 2), self.power[number], self.place[number]
         rows, window = np.arange(self.starts.size), _window(self.size).square
         spectrum = self.spectrum[pair]
@@ -274,6 +277,7 @@ def _frames(
     # |I|^2 + |Q|^2: the sum of the powers at +f and -f, whatever the mixer
     squares = spectrum.real**2 + spectrum.imag**2
     power = squares[0::2] + squares[1::2]
+    # white noise of variance s^2 has s^2 sum(w^2) in each bin
     noise = (window.square * (noise_v**2).reshape(-1, 2).sum(axis=1)).astype(np.float32)[:, None]
     power[:, :, : settings.lowest_bin] = 0.0
     # next to half of the rate lies what folds back from beyond it

@@ -1,4 +1,7 @@
-"""The echo of one receiver by itself: front end and offset from the spectra, then the phase of what is left."""
+"""The echo of one receiver by itself: front end and offset from the spectra, then the phase of what is left.
+
+Method 2, Echo.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The ellipse through I and Q: one offset, gain ratio and quadrature error for all samples (Heydemann 1981)."""
+"""The ellipse through I and Q: one offset, gain ratio and quadrature error for all samples (Heydemann 1981).
+
+Method 2, ellipse.
+"""
 
 from __future__ import annotations
 
@@ -71,6 +74,7 @@ def fit_ellipse(pair_v: FloatArray) -> Ellipse:
     spread = max(float(np.sqrt(((pair_v - centre[:, None]) ** 2).mean())), 1e-300)
     x, y = (pair_v - centre[:, None]) / spread
     a, b, c, d, e, f = _conic(x, y)
+    # the centre is where the gradient of the conic vanishes
     determinant = 4.0 * a * c - b * b
     x0, y0 = (b * e - 2.0 * c * d) / determinant, (b * d - 2.0 * a * e) / determinant
     level = a * x0 * x0 + b * x0 * y0 + c * y0 * y0 - f

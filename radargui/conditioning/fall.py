@@ -46,6 +46,7 @@ class FallTest:
         self._rate_hz = rate / self._averager.size
         self._means: list[FloatArray] = []
         release = np.array(setup.tracer.release_position_m)[:, None]
+        # by how much each path grows for a metre of fall
         along = path_gradient(release, place_antennas(setup))[:, :, 0] @ -np.array(setup.floor.normal)
         self._rad_per_m = setup.radar.phase_sign * 2.0 * np.pi / setup.radar.wavelength_m * along
 

@@ -1,4 +1,7 @@
-"""Does the phase follow the signal? The speed of the path held against the Doppler frequency of the spectra."""
+"""Does the phase follow the signal? The speed of the path held against the Doppler frequency of the spectra.
+
+Method 2.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from radargui.model.arrays import BoolArray, FloatArray
 
 @dataclass(frozen=True, slots=True)
 class FollowSettings:
-    """When a phase is said not to follow.
+    """When a phase is said not to follow. Chosen by hand; `bench robust` and `bench real` are the test (decision 20).
 
     Attributes
     ----------
@@ -122,5 +125,5 @@ def _shown_hz(phase_rad: FloatArray, doppler: Doppler) -> FloatArray:
 
 
 def follows(missed: BoolArray, share: float, settings: FollowSettings = ALONE) -> bool:
-    """Whether a phase follows its signal, from what `missed_frames` counted."""
+    """Whether a phase follows its signal, from what `missed_frames` counted: frames (n_frames,), and the share."""
     return int(missed.sum()) < settings.least_missed or share <= settings.most_missed

@@ -1,4 +1,7 @@
-"""Mains pick-up: measured while the tracer rests, for the whole record and live; told from motion elsewhere."""
+"""Mains pick-up: measured while the tracer rests, for the whole record and live; told from motion elsewhere.
+
+Method 2, Hum.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.conditioning.noise import block_means
+from radargui.conditioning.averager import block_means
 from radargui.model.arrays import FloatArray, even_transform_size, pieces
 
 MAINS_HZ = (50.0, 60.0)  # nominal, of public grids (IEC 60196)

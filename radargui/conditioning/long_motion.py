@@ -1,4 +1,7 @@
-"""The motion in a recording that is too long to be looked at as a whole: found piece by piece, in little memory."""
+"""The motion in a recording that is too long to be looked at as a whole: found piece by piece, in little memory.
+
+Method 2, Motion.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.conditioning.noise import activity, block_size, white_noise_v
-from radargui.conditioning.segment import SETTINGS as MOTION, held, without_blips
+from radargui.conditioning.averager import block_means, held
+from radargui.conditioning.noise import white_noise_v
+from radargui.conditioning.segment import SETTINGS as MOTION, activity, block_size, without_blips
 from radargui.model.arrays import BoolArray, FloatArray, runs_of
 
 PAUSE_S = 2.0
@@ -86,6 +90,7 @@ def find_long_motion(pieces: Iterable[FloatArray], sample_rate_hz: float, most_s
     # of a motion that the record begins with nobody knows where the sphere was
     begin, end = max(motions, key=lambda motion: (motion[0] > 0, motion[1] - motion[0]))
     earlier = max((last for _, last in motions if last <= begin), default=0)
+    # hum and quiet level are taken from it, and more so of a long motion
     rest = round(max(REST_S * sample_rate_hz / size, REST_SHARE * (end - begin)))
     # not back into the motion before
     rest = min(rest, begin - earlier, round(MOST_REST * most_samples / size))
@@ -103,7 +108,9 @@ def _levels(pieces: Iterable[FloatArray], sample_rate_hz: float) -> tuple[FloatA
         count += volts.shape[1]
         if volts.shape[1] >= _FEWEST:
             whole = held(volts)
-            levels.append(activity(whole, sample_rate_hz, white_noise_v(whole)))
+            means = block_means(whole, size)
+            noise_v = white_noise_v(whole) / np.sqrt(size)
+            levels.append(activity(means, sample_rate_hz / size, noise_v))
     return np.concatenate(levels), count
 
 

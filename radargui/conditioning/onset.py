@@ -1,4 +1,4 @@
-"""Onset: the time when the tracer leaves its rest, found from what the rest foretells."""
+"""The rest before the motion, and its end: the onset, found from what the rest foretells (method 2, Onset)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from radargui.model.arrays import FloatArray
+from radargui.conditioning.segment import Motion
+from radargui.model.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +65,63 @@ class OnsetSettings:
 SETTINGS = OnsetSettings()
 
 
+@dataclass(frozen=True, slots=True)
+class RestSettings:
+    """What of the quiet part counts as rest. Chosen by hand.
+
+    Attributes
+    ----------
+    before_onset_s
+        Kept free before the onset, which a slow beginning lets be seen late.
+    least_s
+        Rest that is left at the least where there is an onset at all; kept free before the motion while the onset is
+        not known yet.
+    hum_margin_s
+        Kept free between the rest that a hum is measured on and the onset.
+    after_motion_s
+        Kept free after the motion: the last small bounces, some 20 ms apart, look like a hum.
+    """
+
+    before_onset_s: float = 0.03
+    least_s: float = 0.02
+    hum_margin_s: float = 0.03
+    after_motion_s: float = 0.2
+
+
+REST = RestSettings()
+SEEN_ON_S = 0.025
+"""After the latest onset that counts: it is one where the next block is away too."""
+
+
+def rest_before(volts: FloatArray, time_s: FloatArray, motion: Motion) -> tuple[float, float]:
+    """Return when the tracer leaves its rest (-inf: it begins in motion), and until when it rests for sure.
+
+    Means over 5 ms do not see every motion: an onset long after the voltages are seen to shake is none.
+    """
+    begin, seen = float(time_s[0]), float(time_s[motion.first])
+    if motion.first == 0:
+        return float("-inf"), begin
+    # every fourth sample tells it as well
+    spread = volts[:, ::4].std(axis=1)
+    scale = np.maximum(np.sqrt(2.0) * np.median(spread.reshape(-1, 2), axis=1), 1e-300).repeat(2)
+    # what comes after the voltages are seen to shake is no onset
+    part = slice(0, int(np.searchsorted(time_s, seen + motion.window_s + SEEN_ON_S)))
+    onset = find_onset(time_s[part], volts[:, part] / scale[:, None], spread / scale)
+    onset = seen if onset is None or onset > seen + motion.window_s else onset
+    if not onset > begin:
+        return float("-inf"), begin
+    crept = creeps_since(time_s[part], volts[:, part] / scale[:, None], onset)
+    if crept is not None:
+        rest_end = crept - REST.before_onset_s
+        return (crept, rest_end) if rest_end > begin + REST.least_s else (float("-inf"), begin)
+    # a slow beginning is seen late: by about as much as the shaking of the voltages is seen after the onset
+    late = max(0.0, seen - onset)
+    # what looks at rest for as long again before it may be creeping already
+    rest_end = max(onset - late - REST.before_onset_s, begin + REST.least_s)
+    is_moving = is_under_way(time_s[part], volts[:, part] / scale[:, None], rest_end)
+    return (float("-inf"), begin) if is_moving else (onset, rest_end)
+
+
 def find_onset(time_s: FloatArray, value: FloatArray, spread: FloatArray | None = None) -> float | None:
     """Return the time of the last block that still looks like the rest, None where none departs from it.
 
@@ -89,11 +147,7 @@ def find_onset(time_s: FloatArray, value: FloatArray, spread: FloatArray | None 
     float or None
         -inf where the record starts in motion (less than 50 ms of rest).
     """
-    label = ((time_s - time_s[0]) / SETTINGS.block_s).astype(np.intp)
-    first = np.flatnonzero(np.diff(label, prepend=-1))
-    count = np.diff(np.append(first, label.size))
-    mean = np.add.reduceat(value, first, axis=1) / count
-    fewest = SETTINGS.fewest
+    fewest, (first, count, mean) = SETTINGS.fewest, _means(time_s, value)
     if first.size < 2 * fewest:
         return float("-inf")
     early = np.diff(value[:, : first[2 * fewest - 1]], axis=1)
@@ -129,11 +183,10 @@ def creeps_since(time_s: FloatArray, value: FloatArray, onset_s: float) -> float
         As found there.
     """
     block_s, fewest = SETTINGS.block_s, SETTINGS.fewest
-    label = ((time_s[time_s < onset_s] - time_s[0]) / block_s).astype(np.intp)
-    if label.size == 0 or label[-1] < 2 * fewest:
+    before = int((time_s < onset_s).sum())
+    if before == 0 or int((time_s[before - 1] - time_s[0]) / block_s) < 2 * fewest:
         return None
-    first = np.flatnonzero(np.diff(label, prepend=-1))
-    mean = np.add.reduceat(value[:, : label.size], first, axis=1) / np.diff(np.append(first, label.size))
+    first, _, mean = _means(time_s[:before], value[:, :before])
     away = mean - mean[:, :fewest].mean(axis=1, keepdims=True)
     noise = white = float(mean[:, :fewest].std(axis=1).max())
     total = np.cumsum(np.pad(away, ((0, 0), (1, 0))), axis=1)
@@ -191,6 +244,17 @@ def is_under_way(time_s: FloatArray, value: FloatArray, rest_end_s: float) -> bo
     # one alone may have a cable that is touched
     drift = SETTINGS.under_way + SETTINGS.drift_hz * (rest_end_s - time_s[0])
     return bool((far > np.maximum(drift, SETTINGS.threshold * u_far)).sum() >= min(2, far.size))
+
+
+def _means(time_s: FloatArray, value: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return the first sample and the number of each 5 ms block, shapes (n_blocks,), and means (n_channels, n_blocks).
+
+    By time, not by number: samples that were lost leave a block shorter, or out.
+    """
+    label = ((time_s - time_s[0]) / SETTINGS.block_s).astype(np.intp)
+    first = np.flatnonzero(np.diff(label, prepend=-1))
+    count = np.diff(np.append(first, label.size))
+    return first, count, np.add.reduceat(value, first, axis=1) / count
 
 
 class _Foresight:

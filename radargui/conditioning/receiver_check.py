@@ -1,4 +1,7 @@
-"""Is it a receiver? I and Q of one echo show the same frequency, about as strongly, a quarter of a turn apart."""
+"""Is it a receiver? I and Q of one echo show the same frequency, about as strongly, a quarter of a turn apart.
+
+Method 2, Wiring.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +19,8 @@ from radargui.model.arrays import BoolArray, FloatArray
 @dataclass(frozen=True, slots=True)
 class PairSettings:
     """What I and Q of a receiver are allowed.
+
+    Chosen by hand where no figure stands; `bench robust` and `bench real` are the test (decision 20).
 
     Attributes
     ----------
@@ -182,8 +187,8 @@ def same_channels(volts: FloatArray, noise_v: FloatArray, rest_v: FloatArray) ->
     """Return pairs of channels of different receivers that show one and the same voltage: one cable on two inputs.
 
     Two echoes seldom agree in offset, amplitude and phase at once within a few hundredths; where they do in I and in Q,
-    as ideal mixers around a target on the axis do, one cable is told from two by noise that both share (at rest, where
-    a multiplexer's delay makes no difference; 60 dB are enough). Where two conversions share none, nothing is said.
+    as ideal mixers around a target on the axis do, one cable is known from two by noise that both share (at rest,
+    where a multiplexer's delay makes no difference; 60 dB do). Where two conversions share none, nothing is said.
 
     Parameters
     ----------

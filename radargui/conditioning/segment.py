@@ -1,4 +1,4 @@
-"""The segment with motion: where the voltages move more than their noise, and by more than a hum."""
+"""The segment with motion: where the voltages move more than their noise, and by more than a hum (method 2, Motion)."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from radargui.conditioning.averager import block_means
 from radargui.conditioning.hum import HARMONICS, MAINS_HZ, without_mains
-from radargui.conditioning.noise import activity, block_means, block_size, window_blocks
-from radargui.model.arrays import BoolArray, FloatArray, order_statistics, runs_of
+from radargui.model.arrays import BoolArray, FloatArray, held_beyond, order_statistics, runs_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,8 +25,8 @@ class MotionSettings:
         A shorter stir is a spike.
     slow_block_s
         Averaging for a motion too slow to be seen within 20 ms; eight such blocks make a window.
-    circle_pool_s, circle_block_s
-        Means in which a slow circle is sought: short ones for the hum to be taken off, longer ones against noise.
+    circle_block_s
+        Means in which a slow circle is sought, longer than those of which the hum is taken off, against noise.
     two_turns_rad, one_turn_rad
         A circle counts with three quarters of a turn in two receivers, or so much in one and half a turn in all.
     sure_turn_rad
@@ -35,7 +35,7 @@ class MotionSettings:
         Largest standard deviation of the radius, in radii, of such circles: a drift makes bends and lines.
     least_radius
         In standard deviations of a block mean.
-    standing_purity
+    hum_purity
         A line at the mains frequency that turns less than this one way is a hum, else a motion at that Doppler.
     """
 
@@ -43,7 +43,6 @@ class MotionSettings:
     not_quiet: float = 0.05
     least_motion_s: float = 0.01
     slow_block_s: float = 0.025
-    circle_pool_s: float = 0.0005
     circle_block_s: float = 0.005
     two_turns_rad: float = 1.5 * np.pi
     one_turn_rad: float = np.pi
@@ -51,7 +50,7 @@ class MotionSettings:
     spread: float = 0.2
     spread_if_sure: float = 0.45
     least_radius: float = 6.0
-    standing_purity: float = 0.8
+    hum_purity: float = 0.8
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,13 +97,16 @@ def find_motion(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -
     """
     if volts.shape[1] < _LEAST_SAMPLES:
         return None
-    size, rate_hz = block_size(sample_rate_hz), sample_rate_hz
-    level = activity(volts, sample_rate_hz, noise_v)
-    moving = _moving(level, volts, sample_rate_hz, noise_v)
-    if moving is None and turns_slowly(volts, sample_rate_hz, noise_v):
-        size = max(1, round(SETTINGS.slow_block_s * sample_rate_hz))
-        rate_hz = sample_rate_hz / size
-        level = activity(block_means(volts, size), rate_hz, noise_v / np.sqrt(size))
+    size = block_size(sample_rate_hz)
+    # a mean of n samples has a noise smaller by sqrt(n)
+    means, rate_hz, noise_v = block_means(volts, size), sample_rate_hz / size, noise_v / np.sqrt(size)
+    level = activity(means, rate_hz, noise_v)
+    moving = _moving(level, means, rate_hz, noise_v)
+    if moving is None and turns_slowly(means, rate_hz, noise_v):
+        further = max(1, round(SETTINGS.slow_block_s * rate_hz))
+        longer = block_means(means, further)
+        size, rate_hz = size * further, rate_hz / further
+        level = activity(longer, rate_hz, noise_v / np.sqrt(further))
         moving = np.asarray(level > SETTINGS.threshold)
     if moving is None or not moving.any():
         return None
@@ -112,28 +114,66 @@ def find_motion(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -
     # a motion that is cut off by the end of the record has no rest after it
     at_end = blocks[-1] == level.size - 1
     last = volts.shape[1] if at_end else (int(blocks[-1]) + 1) * size
-    window_s = window_blocks(rate_hz) * block_size(rate_hz) / rate_hz
-    return Motion(int(blocks[0]) * size, last, window_s)
+    return Motion(int(blocks[0]) * size, last, window_blocks(rate_hz) / rate_hz)
 
 
-def held(volts: FloatArray) -> FloatArray:
-    """Return the voltages with non-finite samples replaced by the one before (the first finite one at the start)."""
-    bad = ~np.isfinite(volts)
-    if not bad.any():
-        return volts
-    out = volts.copy()
-    for channel, wrong in zip(out, bad, strict=True):
-        good = np.flatnonzero(~wrong)
-        if good.size == 0:
-            channel[:] = 0.0
-            continue
-        place = np.maximum(np.searchsorted(good, np.arange(channel.size), side="right") - 1, 0)
-        channel[:] = channel[good[place]]
-    return out
+BLOCK_S = 0.0005
+"""Averaging that still follows a Doppler of several hundred Hz."""
+WINDOW_S = 0.02
+"""Long enough to see the slow start of a fall, short enough to tell when."""
+
+
+def block_size(sample_rate_hz: float) -> int:
+    """Return how many samples one block of the activity averages."""
+    return max(1, round(BLOCK_S * sample_rate_hz))
+
+
+def window_blocks(rate_hz: float) -> int:
+    """Return how many blocks one window of the activity holds; they come at the rate."""
+    return max(8, round(WINDOW_S * rate_hz))
+
+
+def activity(means_v: FloatArray, rate_hz: float, noise_v: FloatArray) -> FloatArray:
+    """Return the variance of block means in a sliding window over the variance that white noise gives them.
+
+    About 1 where nothing moves; pooled over the channels, each in units of its own noise.
+
+    Parameters
+    ----------
+    means_v
+        Finite, shape (n_channels, n_blocks).
+    rate_hz
+        Blocks a second.
+    noise_v
+        White noise of a mean of each channel, shape (n_channels,), above zero.
+
+    Returns
+    -------
+    FloatArray
+        One value a block, shape (n_blocks,); the window is centred on it.
+    """
+    means, window = means_v / noise_v[:, None], window_blocks(rate_hz)
+    if means.shape[1] <= window:
+        # a record shorter than a window has one activity
+        return np.full(means.shape[1], float(means.var(axis=1).mean()) if means.size else 0.0)
+    return sliding_variance(means, window)
+
+
+def sliding_variance(values: FloatArray, window: int) -> FloatArray:
+    """Return the variance in a centred window, ends held, mean over the channels of `values` (n_channels, n): (n,)."""
+    n_channels, n = values.shape
+    centred = values - values.mean(axis=1, keepdims=True)
+    total = np.zeros((n_channels + 1, n + 1))
+    np.cumsum(centred, axis=1, out=total[1:, 1:])
+    # of the squares only their sum over the channels counts
+    np.cumsum(np.einsum("cn,cn->n", centred, centred), out=total[0, 1:])
+    mean = (total[:, window:] - total[:, :-window]) / window
+    variance = (mean[0] - np.einsum("cn,cn->n", mean[1:], mean[1:])) / n_channels
+    return np.maximum(held_beyond(variance, window // 2, n), 0.0)
 
 
 def without_blips(moving: BoolArray, least: int) -> BoolArray:
-    """Return `moving` without runs shorter than `least` blocks."""
+    """Return `moving`, shape (n_blocks,), without runs shorter than `least` blocks."""
     out = moving.copy()
     for begin, end in runs_of(moving):
         if end - begin < least:
@@ -141,22 +181,20 @@ def without_blips(moving: BoolArray, least: int) -> BoolArray:
     return out
 
 
-def turns_slowly(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -> bool:
+def turns_slowly(means_v: FloatArray, rate_hz: float, noise_v: FloatArray) -> bool:
     """Return whether I and Q run along circles: in two receivers three quarters of a turn, or in one and half in all.
 
     A drift of the offsets makes lines and bends, which do not run round a centre at one distance in several receivers
-    at once, nor twice round even a rough circle in one; a hum is taken off first. Parameters as in `find_motion`.
+    at once, nor twice round even a rough circle in one; a hum is taken off first. Parameters as in `activity`.
     """
-    size = max(1, round(SETTINGS.circle_pool_s * sample_rate_hz))
-    means, rate_hz = block_means(volts, size), sample_rate_hz / size
     for frequency in MAINS_HZ:
         # the straight line stays: of a slow motion it is a part
-        means = without_mains(means, rate_hz, frequency, line=False)
+        means_v = without_mains(means_v, rate_hz, frequency, line=False)
     further = max(1, round(SETTINGS.circle_block_s * rate_hz))
-    means = block_means(means, further)
+    means = block_means(means_v, further)
     if means.shape[1] < _LEAST_SAMPLES:
         return False
-    pairs = zip(means[0::2], means[1::2], noise_v[0::2] / np.sqrt(size * further), strict=True)
+    pairs = zip(means[0::2], means[1::2], noise_v[0::2] / np.sqrt(further), strict=True)
     circles = [_turn(i, q, SETTINGS.least_radius * float(noise)) for i, q, noise in pairs]
     if any(turn >= SETTINGS.sure_turn_rad and spread <= SETTINGS.spread_if_sure for turn, spread in circles):
         return True
@@ -178,28 +216,26 @@ def _turn(i: FloatArray, q: FloatArray, least_radius: float) -> tuple[float, flo
     return float(np.ptp(np.unwrap(np.arctan2(q - b, i - a)))), float(radius.std()) / size
 
 
-def _moving(level: FloatArray, volts: FloatArray, sample_rate_hz: float, noise: FloatArray) -> BoolArray | None:
+def _moving(level: FloatArray, means_v: FloatArray, rate_hz: float, noise_v: FloatArray) -> BoolArray | None:
     low, high = order_statistics(level, 0.05, 0.99).tolist()
     # white noise alone makes one: less is chance
     quiet = max(1.0, low)
     if quiet > SETTINGS.not_quiet * high:
-        if high < SETTINGS.threshold or _is_hum(volts, sample_rate_hz, noise):
+        if high < SETTINGS.threshold or _is_hum(means_v, rate_hz, noise_v):
             return None
         quiet = 1.0
     moving = level > SETTINGS.threshold * quiet
-    least = max(1, round(SETTINGS.least_motion_s * sample_rate_hz / block_size(sample_rate_hz)))
+    least = max(1, round(SETTINGS.least_motion_s * rate_hz))
     moving = without_blips(moving, least)
     # one wild sample shakes every window that holds it: what lasts no longer than a window is no motion by itself
-    return moving if without_blips(moving, window_blocks(sample_rate_hz) + least).any() else None
+    return moving if without_blips(moving, window_blocks(rate_hz) + least).any() else None
 
 
-def _is_hum(volts: FloatArray, sample_rate_hz: float, noise: FloatArray) -> bool:
-    size = max(1, round(sample_rate_hz / 2000.0))
-    means, rate = block_means(volts, size), sample_rate_hz / size
+def _is_hum(means_v: FloatArray, rate_hz: float, noise_v: FloatArray) -> bool:
     for frequency in MAINS_HZ:
-        rest = without_mains(means, rate, frequency)
-        if float(np.percentile(activity(rest, rate, noise / np.sqrt(size)), 99.0)) < SETTINGS.threshold:
-            return _stands(means, rate, frequency, SETTINGS.standing_purity)
+        rest = without_mains(means_v, rate_hz, frequency)
+        if float(np.percentile(activity(rest, rate_hz, noise_v), 99.0)) < SETTINGS.threshold:
+            return _stands(means_v, rate_hz, frequency, SETTINGS.hum_purity)
     return False
 
 

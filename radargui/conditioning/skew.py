@@ -1,4 +1,4 @@
-"""Multiplexer skew: all channels brought to the time of channel 0."""
+"""Multiplexer skew: all channels brought to the time of channel 0 (method 2, published)."""
 
 from functools import lru_cache
 

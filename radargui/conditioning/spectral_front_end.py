@@ -1,4 +1,4 @@
-"""Gain ratio and quadrature error from the lines of I and Q, whatever the offset."""
+"""Gain ratio and quadrature error from the lines of I and Q, whatever the offset (method 2)."""
 
 from __future__ import annotations
 

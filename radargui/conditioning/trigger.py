@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.conditioning.averager import Averager
-from radargui.conditioning.noise import block_size, sliding_variance, white_noise_v, window_blocks
-from radargui.conditioning.segment import held
+from radargui.conditioning.averager import Averager, held
+from radargui.conditioning.noise import white_noise_v
+from radargui.conditioning.segment import block_size, sliding_variance, window_blocks
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.recording import Digitisation
 
@@ -32,7 +32,7 @@ class TriggerState:
     Attributes
     ----------
     ready
-        Whether the quiet level is known: before, motion cannot be told.
+        Whether the quiet level is known: before, motion cannot be seen.
     moving
         Whether the tracer moves now.
     since_index
@@ -71,7 +71,7 @@ class MotionTrigger:
         self._digitisation = digitisation
         rate = digitisation.sample_rate_hz
         self._size = block_size(rate)
-        self._window = window_blocks(rate)
+        self._window = window_blocks(rate / self._size)
         self._block_s = self._size / rate
         # the activity is a variance
         self._start = threshold**2

@@ -1,4 +1,7 @@
-"""Do I and Q lie around one ellipse? Where a target goes to and fro, that tells a pair, and spectra do not."""
+"""Do I and Q lie around one ellipse? Where a target goes to and fro, that tells a pair, and spectra do not.
+
+Method 2, Wiring.
+"""
 
 from __future__ import annotations
 
@@ -72,12 +75,14 @@ def turn_around_ellipse(pair_v: FloatArray, noise_v: FloatArray) -> Turn:
     """
     try:
         ellipse = fit_ellipse(pair_v)
+        # again with each part of the turn alike: where the sphere lies for seconds it would lead the conic
         for _ in range(2):
             ellipse = fit_ellipse(pair_v[:, _evenly(_part(ellipse.apply(pair_v)))])
     except ProcessingError:
         return Turn(is_whole=False, is_arc=False)
     iq = ellipse.apply(pair_v)
     is_seen = bool((np.bincount(_part(iq), minlength=SETTINGS.parts) >= SETTINGS.least_in_part).all())
+    # two receivers or motions crossed lie on a figure that a conic fits only as no mixer has it
     is_mixer = 1.0 / SETTINGS.gain < ellipse.gain_ratio < SETTINGS.gain
     is_mixer &= abs(float(np.degrees(ellipse.quadrature_error_rad))) <= SETTINGS.most_quadrature_deg
     is_whole = is_mixer and is_whole_circle(iq, _noise(ellipse, noise_v))

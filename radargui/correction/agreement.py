@@ -1,4 +1,4 @@
-"""A path held against the echo that conditioning followed, moment by moment."""
+"""A path held against the echo that conditioning followed, moment by moment (method 2)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class AgreementSettings:
-    """When a path agrees with the echo.
+    """When a path agrees with the echo. Chosen by hand; `bench robust` is the test (decision 20).
 
     Attributes
     ----------

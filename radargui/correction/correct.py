@@ -1,4 +1,7 @@
-"""Each receiver corrected by itself by the chosen method: published, ellipse, none or a plug-in."""
+"""Each receiver corrected by itself by the chosen method: published, ellipse, none or a plug-in.
+
+Method 2.
+"""
 
 from __future__ import annotations
 
@@ -34,8 +37,10 @@ LEAST_U_PHASE_RAD = 1e-12
 """Of a signal that is perfectly round: a weight stays finite."""
 
 
-def correct(conditioned: Conditioned, method: str, progress: Callable[[float], None] = lambda _: None) -> CorrectedIQ:
-    """Remove the IQ mismatch of each receiver.
+def correct(
+    conditioned: Conditioned, method: str, progress: Callable[[float], None] = lambda _: None
+) -> tuple[CorrectedIQ, FloatArray]:
+    """Remove the IQ mismatch of each receiver, and count its fringes.
 
     Parameters
     ----------
@@ -48,18 +53,20 @@ def correct(conditioned: Conditioned, method: str, progress: Callable[[float], N
 
     Returns
     -------
-    CorrectedIQ
-        A receiver that cannot be corrected is NaN, its quality "rejected" with the reason.
+    tuple
+        Corrected IQ and the unwrapped phase of its valid samples, shape (n_receivers, n_samples). A receiver that
+        cannot be corrected is NaN, its quality "rejected" with the reason.
     """
     volts, segment = conditioned.at_one_time(), conditioned.segment
     n_receivers = conditioned.n_receivers
     corrected = np.full(volts.shape, np.nan)
-    u_phase = np.full((n_receivers, conditioned.n_samples), np.nan)
+    u_phase, phase = (np.full((n_receivers, conditioned.n_samples), np.nan) for _ in range(2))
     valid = conditioned.valid
     channels: list[ChannelQuality] = []
     steps: list[Steps] = []
     for k in range(n_receivers):
         pair, name, step = slice(2 * k, 2 * k + 2), str(k + 1), None
+        # one that cannot be corrected must not take the others along
         try:
             corrected[pair], step = _correct_one(conditioned, k, volts[pair], method)
         except ProcessingError as error:
@@ -68,11 +75,15 @@ def correct(conditioned: Conditioned, method: str, progress: Callable[[float], N
         else:
             moving = np.s_[segment.first : segment.last]
             iq, good = corrected[pair, moving], valid[k, moving]
+            wrapped = wrapped_phase(*corrected[pair])
+            # invalid samples must not lead the count of turns astray
+            phase[k] = unwrap(np.where(valid[k], wrapped, np.nan)[None])[0]
+            turned = phase[k, moving] if good.all() else unwrap(wrapped[None, moving])[0]
             scale, noise = _scale(volts[pair, moving], iq, segment, step), conditioned.noise_v[pair]
             # I and Q may be scaled otherwise: the phase takes the mean of both
             relative = np.sqrt(0.5 * ((noise[0] / scale[0]) ** 2 + (noise[1] / scale[1]) ** 2))
             clipped = float((~conditioned.usable[pair, moving]).any(axis=0).mean())
-            channels.append(_quality(name, iq, scale, relative, good, clipped, step))
+            channels.append(_quality(name, iq, turned, scale, relative, good, clipped, step))
             # taken over the whole way: an echo that grows also leaves an offset that the ellipse does not follow
             known = good & np.isfinite(iq).all(axis=0)
             whole = circularity(iq if known.all() else iq[:, known]) if known.any() else 0.0
@@ -81,7 +92,8 @@ def correct(conditioned: Conditioned, method: str, progress: Callable[[float], N
         steps.append(step)
         progress((k + 1) / n_receivers)
     i, q = corrected[0::2], corrected[1::2]
-    return CorrectedIQ(conditioned.time_s, i, q, valid & np.isfinite(i), u_phase, method, tuple(channels), tuple(steps))
+    known, qualities = valid & np.isfinite(i), tuple(channels)
+    return CorrectedIQ(conditioned.time_s, i, q, known, u_phase, method, qualities, tuple(steps)), phase
 
 
 def correct_none(pair_v: FloatArray, segment: Segment) -> FloatArray:
@@ -112,7 +124,14 @@ def _scale(moving_v: FloatArray, iq: FloatArray, segment: Segment, step: Steps) 
 
 
 def _quality(
-    name: str, iq: FloatArray, scale: FloatArray, noise: FloatArray, valid: BoolArray, clipped: float, step: Steps
+    name: str,
+    iq: FloatArray,
+    phase_rad: FloatArray,
+    scale: FloatArray,
+    noise: FloatArray,
+    valid: BoolArray,
+    clipped: float,
+    step: Steps,
 ) -> ChannelQuality:
     gain, quadrature_deg = None, None
     if isinstance(step, Ellipse):
@@ -120,12 +139,12 @@ def _quality(
     elif isinstance(step, PublishedSteps):
         gain = float(np.median(scale[1]) / np.median(scale[0]))
     some = valid[::SOME]
-    # a receiver of which nothing is valid still has a noise to be told
+    # a receiver of which nothing is valid still has a noise to be reported
     used = some if some.any() else np.ones_like(some)
     return assess(
         name,
         iq=iq,
-        phase_rad=unwrap(wrapped_phase(iq[:1], iq[1:]))[0],
+        phase_rad=phase_rad,
         valid=valid,
         noise=float(np.median(np.broadcast_to(noise, some.shape)[used])),
         fraction_clipped=clipped,

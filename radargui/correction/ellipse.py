@@ -1,4 +1,7 @@
-"""The static ellipse: one offset, gain ratio and quadrature error for the whole motion (Heydemann 1981)."""
+"""The static ellipse: one offset, gain ratio and quadrature error for the whole motion (Heydemann 1981).
+
+Method 2, ellipse.
+"""
 
 from __future__ import annotations
 

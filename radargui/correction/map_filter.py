@@ -1,4 +1,7 @@
-"""The map filter: live correction of one receiver, an extended Kalman filter over a map of its path length."""
+"""The map filter: live correction of one receiver, an extended Kalman filter over a map of its path length.
+
+Method 2, Live.
+"""
 
 from __future__ import annotations
 

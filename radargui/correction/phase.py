@@ -1,4 +1,7 @@
-"""Phase by arctangent, unwrapped; where it was lost it starts anew, unless the motion carries it over the hole."""
+"""Phase by arctangent, unwrapped; where it was lost it starts anew, unless the motion carries it over the hole.
+
+Method 2.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from radargui.model.arrays import BoolArray, FloatArray, IntArray, runs_of
 
 
 def wrapped_phase(i: FloatArray, q: FloatArray) -> FloatArray:
-    """Return arctan(Q / I) over the four quadrants, in rad (Rech & Huang 2019, eq. 1)."""
+    """Return arctan(Q / I) over the four quadrants, in rad, shape as I and Q (Rech & Huang 2019, eq. 1)."""
     return np.arctan2(q, i)
 
 
@@ -37,8 +40,8 @@ def _unwrap(phase_rad: FloatArray) -> FloatArray:
     """Unwrap phases (n,) in place: numpy's `unwrap` looks at every sample several times, wraps are few."""
     step = np.diff(phase_rad)
     wrap = np.flatnonzero(np.abs(step) > np.pi)
-    turns = np.cumsum(np.rint(step[wrap] / (2.0 * np.pi)))
-    phase_rad[1:] -= 2.0 * np.pi * np.repeat(np.append(0.0, turns), np.diff(wrap, prepend=0, append=step.size))
+    turned = 2.0 * np.pi * np.cumsum(np.rint(step[wrap] / (2.0 * np.pi)))
+    phase_rad[1:] -= np.repeat(np.append(0.0, turned), np.diff(wrap, prepend=0, append=step.size))
     return phase_rad
 
 
@@ -49,7 +52,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PieceSettings:
-    """When a hole is bridged.
+    """When a hole is bridged. Chosen by hand.
 
     Attributes
     ----------

@@ -1,4 +1,7 @@
-"""The published correction of IQ mismatch (Rech & Huang 2019, section III), one function a step."""
+"""The published correction of IQ mismatch (Rech & Huang 2019, section III), one function a step.
+
+Method 2, published.
+"""
 
 from __future__ import annotations
 
@@ -249,7 +252,7 @@ def find_zero_crossings(centred_v: FloatArray, peaks: IntArray, valleys: IntArra
     Returns
     -------
     IntArray
-        Sample indices of the first sample after each crossing.
+        Sample indices of the first sample after each crossing, shape (n_crossings,).
     """
     place = np.concatenate([peaks, valleys])
     order = np.argsort(place)

@@ -1,4 +1,7 @@
-"""Quality of one receiver's corrected signal in figures a person understands, and the one verdict on it."""
+"""Quality of one receiver's corrected signal in figures a person understands, and the one verdict on it.
+
+Method 6, Quality.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from radargui.model.weighed_sums import savitzky_golay
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What makes a receiver usable or rejected, the same for every correction.
+    """What makes a receiver usable or rejected, the same for every correction (decision 19). Chosen by hand.
 
     Attributes
     ----------
@@ -219,7 +222,7 @@ def judge(quality: ChannelQuality, noise: float, counted_noise: float, chi_squar
     if beyond_noise > LIMITS.good_circularity:
         return "usable", off_circle
     if quality.fraction_clipped:
-        return "usable", f"{100 * quality.fraction_clipped:.2g} % of the samples are clipped"
+        return "usable", f"{100 * quality.fraction_clipped:.2g} % of the samples are clipped or left out"
     if counted_noise > LIMITS.good_noise:
         return "usable", "low signal-to-noise ratio"
     if misfit > LIMITS.good_misfit:

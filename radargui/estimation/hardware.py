@@ -1,4 +1,7 @@
-"""Hardware constants of the receivers' front ends: their pool over the runs of a session, and whether a run agrees."""
+"""Hardware constants of the receivers' front ends: their pool over the runs of a session, and whether a run agrees.
+
+Method 4, Front ends known before.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every estimate hands on: motion, corrected IQ, uncertainties, constants, quality."""
+"""What every estimate hands on: motion, corrected IQ, uncertainties, constants, quality (method 6)."""
 
 from __future__ import annotations
 
@@ -105,6 +105,7 @@ def channel_qualities(
     chi_square, constants
         As in `MotionEstimate`.
     """
+    # of one channel, over the typical amplitude: 10 log10(A^2 / 2 sigma^2) is the SNR
     noise = signals.sigma.reshape(-1, 2).mean(axis=1) / amplitude
     return tuple(
         assess(

@@ -24,7 +24,7 @@ _ALIGNED = 64
 
 
 def send_arrays(connection: Connection, arrays: Sequence[memoryview]) -> None:
-    """Send the bytes of arrays; the other end is told their sizes before.
+    """Send the bytes of arrays; the other end gets their sizes before.
 
     Parameters
     ----------

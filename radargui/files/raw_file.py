@@ -40,7 +40,7 @@ class RawLayout:
     header_bytes
         Bytes before the first sample.
     rate_hz
-        Samples per second of each channel; None: not told.
+        Samples per second of each channel; None: not stated.
     scale_v, offset_v
         volts = offset + scale x number; a scale of None: the numbers are taken as they are.
     skip

@@ -1,4 +1,4 @@
-"""Which channels of which files are I1, Q1, I2, ...: told, guessed, and read so into one recording."""
+"""Which channels of which files are I1, Q1, I2, ...: stated, guessed, and read so into one recording."""
 
 import re
 from collections import Counter

@@ -61,6 +61,7 @@ class RunWriter:
     def __init__(self, path: Path, digitisation: Digitisation, **header: Unpack[layout.Header]) -> None:
         self.path = path
         self.digitisation = digitisation
+        # entered again by methods that call each other, as `mark` does `add_marker`
         self._lock = threading.RLock()
         self.count = 0
         self._filled = 0
@@ -153,6 +154,7 @@ class RunWriter:
                 return
             self._write_rows()
             with self._guarded() as file:
+                # a picture is drawn from the samples where there is none; what the disk still holds is for the end
                 if self._free_bytes() > 2 * RESERVE_BYTES:
                     write_overview(file, self._overview, layout.stored_unit(self.digitisation))
                 layout.write_end(file, self.count, self._crcs, complete=complete)

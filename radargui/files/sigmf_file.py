@@ -187,6 +187,7 @@ def _gaps(captures: list[dict[str, Any]]) -> tuple[Gap, ...]:
     for (start, index), (next_start, next_index) in pairwise(placed):
         lost = (next_index - index) - (next_start - start)
         if lost > 0:
+            # counted from the first sample of this file, whatever place it had in the stream it was cut from
             gaps.append(Gap(next_index - lost - placed[0][1] + placed[0][0], lost, "told by the SigMF captures"))
     return tuple(gaps)
 
@@ -270,10 +271,14 @@ def _annotations(facts: ExportFacts) -> list[dict[str, Any]]:
     marks = [(marker.index, marker.text) for marker in facts.markers]
     if facts.trigger_index is not None:
         marks.append((facts.trigger_index, "trigger"))
-    lost = stored_starts(facts.gaps, facts.n_samples)
+    starts = stored_starts(facts.gaps, facts.n_samples)
+    ends = [first for first, _ in starts[1:]] + [facts.n_samples]
+    stretches = list(zip(starts, ends, strict=True))
     found = []
     for index, text in sorted(marks):
-        stored = next((index - absolute + first for first, absolute in reversed(lost) if index >= absolute), 0)
+        # what lies among lost samples stands at the first one after them
+        at = (min(index - absolute + first, end) for (first, absolute), end in reversed(stretches) if index >= absolute)
+        stored = next(at, 0)
         if 0 <= stored < facts.n_samples:
             found.append({"core:sample_start": stored, "core:sample_count": 1, "core:comment": text})
     return found

@@ -1,4 +1,4 @@
-"""The near field: position from path lengths by the exact bistatic equations."""
+"""The near field: position from path lengths by the exact bistatic equations (method 3)."""
 
 from __future__ import annotations
 
@@ -196,7 +196,7 @@ def _uncertain(position_m: FloatArray, u_path_m: FloatArray, antennas: Antennas)
         for column, u in zip(columns[1:], u_path_m[1:], strict=True):
             square += (column * u) ** 2
         return np.asarray(np.sqrt(square) / np.abs(determinant))
-    # whether J is singular is told without weights, whose determinant has the unit 1 / u^6
+    # whether J is singular is decided without weights, whose determinant has the unit 1 / u^6
     _, single = _cofactors(_normal(gradient), _SINGULAR_SQUARES)
     products, determinant = _cofactors(_normal(gradient / np.maximum(u_path_m, 1e-15)[:, None]), 0.0)
     determinant[(determinant <= 0.0) | np.isnan(single)] = np.nan

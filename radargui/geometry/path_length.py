@@ -1,4 +1,7 @@
-"""Where antennas and mirrors stand, how long the ways over the tracer are, and the plane wave far from them."""
+"""Where antennas and mirrors stand, how long the ways over the tracer are, and the plane wave far from them.
+
+Method 3.
+"""
 
 from __future__ import annotations
 
@@ -48,6 +51,7 @@ def receiver_values(setup: Setup) -> FloatArray:
 def antennas_at(receivers: FloatArray, transmitter_m: FloatArray) -> Antennas:
     """Return the antennas by tilt, azimuth and distance of each receiver, (3, n_receivers), see `place_antennas`."""
     tilt, azimuth = np.radians(receivers[:2])
+    # tilt from the z axis, azimuth from x towards y
     direction = np.stack([np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)], axis=1)
     return Antennas(transmitter_m, receivers[2][:, None] * direction)
 
@@ -139,6 +143,7 @@ def t_matrix(antennas: Antennas) -> FloatArray:
         No unit, shape (n_receivers, 3).
     """
     to_receiver = antennas.receivers_m / np.linalg.norm(antennas.receivers_m, axis=1, keepdims=True)
+    # for a transmitter on the axis (0, 0, 1), which gives the 1 + cos t
     to_transmitter = antennas.transmitter_m / np.linalg.norm(antennas.transmitter_m)
     return np.asarray(to_receiver + to_transmitter)
 

@@ -1,4 +1,4 @@
-"""What the scattering of a metal sphere adds to the direct path length: the phase of its scattered field."""
+"""What the scattering of a metal sphere adds to the direct path length: the phase of its scattered field (method 3)."""
 
 from __future__ import annotations
 

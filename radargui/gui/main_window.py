@@ -297,7 +297,7 @@ class MainWindow(QMainWindow):
         """Show the help."""
         show_help(self, self.settings)
 
-    def tell_about(self) -> None:
+    def show_about(self) -> None:
         """Show the facts about the program."""
         opengl, folder = self.opengl_answer or "not tested", self.session_panel.data_folder
         About(opengl, folder, self.setup_model.path, self).exec()

@@ -1,4 +1,7 @@
-"""What the setup's values are uncertain by: what it says, else what a laboratory is assumed to know."""
+"""What the setup's values are uncertain by: what it says, else what a laboratory is assumed to know.
+
+Method 6, Budget.
+"""
 
 from dataclasses import dataclass
 

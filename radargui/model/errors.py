@@ -10,7 +10,7 @@ _logger = logging.getLogger(__name__)
 
 
 class RadarGuiError(Exception):
-    """An error told to the operator; the window, the command line and the log show the same text.
+    """An error reported to the operator; the window, the command line and the log show the same text.
 
     Parameters
     ----------
@@ -101,8 +101,8 @@ def worded(kind: type[_Error], name: str, /, **facts: object) -> _Error:
         words = resource_table("errors")[name]
     except OSError:
         # a process that may open no more files cannot read them either: the facts alone
-        told = ", ".join(f"{key} {value}" for key, value in facts.items())
-        return kind(f"{name.replace('_', ' ')}: {told}")
+        listed = ", ".join(f"{key} {value}" for key, value in facts.items())
+        return kind(f"{name.replace('_', ' ')}: {listed}")
     return in_words(kind, words, facts)
 
 

@@ -1,4 +1,7 @@
-"""Gravity: the nominal value, the normal gravity of a place, and what air takes off a falling sphere."""
+"""Gravity: the nominal value, the normal gravity of a place, and what air takes off a falling sphere.
+
+Method 5, Flights.
+"""
 
 import math
 
@@ -9,6 +12,8 @@ NOMINAL_GRAVITY_M_S2 = 9.81
 
 Limits and starting values use it; where g is a result it is measured. Standard gravity (9.80665) is no better a guess.
 """
+U_NOMINAL_GRAVITY_M_S2 = 0.015
+"""Of it where no site is given: from the equator to the poles, evenly spread."""
 U_NORMAL_GRAVITY_M_S2 = 5e-4
 """Free-air anomaly, root mean square over land: mountains and rock that the ellipsoid does not know, 50 mGal."""
 AIR_DENSITY_KG_M3 = 1.2
@@ -38,7 +43,7 @@ def normal_gravity_m_s2(latitude_deg: float, height_m: float) -> float:
 
 
 def gravity_of_site(site: Site) -> tuple[float, float, bool] | None:
-    """Return g of a place, its u, and whether the setup states it (else normal gravity); None where it is not told.
+    """Return g of a place, its u, and whether the setup states it (else normal gravity); None where it is not stated.
 
     A g that is stated without its u counts as if it were normal gravity's.
     """

@@ -51,8 +51,8 @@ class Block:
     gap
         Samples lost just before this block, or None.
     trigger_index
-        Absolute index of the edge at which the device started, told with the first block; may lie after it. None where
-        the device waited for none.
+        Absolute index of the edge at which the device started, reported with the first block; may lie after it. None
+        where the device waited for none.
     """
 
     samples: RawArray
@@ -189,7 +189,7 @@ class ChannelSkew:
     delay_s
         Delay of channel k against channel k - 1.
     known_from
-        file: the samples came with it (or the device told it); setup: `daq.channel_skew_s`; assumed 0: neither tells.
+        file: the samples came with it (or the device stated it); setup: `daq.channel_skew_s`; assumed 0: neither does.
     """
 
     delay_s: float
@@ -317,14 +317,22 @@ class Recording:
         before = 0 if self.excerpt is None else self.excerpt.first_index
         return tuple(replace(gap, first_index=gap.first_index + before) for gap in self.gaps)
 
+    def stretches(self) -> Iterator[tuple[slice, int]]:
+        """Yield the runs of stored samples between which nothing was lost, each with the index of its first sample."""
+        starts = stored_starts(self.gaps, self.n_samples)
+        for (first, index), (last, _) in pairwise([*starts, (self.n_samples, 0)]):
+            if last > first:
+                yield slice(first, last), index
+
     def blocks(self, length: int) -> Iterator[Block]:
         """Yield the samples in blocks of at most `length`, each gapless and with the gap before it, where one is."""
         reasons = {gap.first_index: gap.reason for gap in reversed(self.gaps)}
         end_index = 0
-        for (first, index), (last, _) in pairwise([*stored_starts(self.gaps, self.n_samples), (self.n_samples, 0)]):
+        for stretch, index in self.stretches():
             gap = Gap(end_index, index - end_index, reasons.get(end_index, "")) if index > end_index else None
-            end_index = index + last - first
-            for part in pieces(last - first, length):
+            first, count = stretch.start, stretch.stop - stretch.start
+            end_index = index + count
+            for part in pieces(count, length):
                 yield Block(self.raw[:, first + part.start : first + part.stop], index + part.start, gap)
                 gap = None
 

@@ -163,7 +163,7 @@ class ChannelQuality:
     fraction_valid
         Share of valid samples in the motion segment.
     fraction_clipped
-        Share of samples at the end of the range.
+        Share of samples at the end of the range, or that are left out: an open contact, what no motion explains.
     gain_ratio
         Amplitude of Q over amplitude of I.
     quadrature_error_deg

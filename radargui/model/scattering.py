@@ -1,4 +1,4 @@
-"""What a metal sphere scatters (Mie series), and what an antenna turned by an angle gets of it."""
+"""What a metal sphere scatters (Mie series), and what an antenna turned by an angle gets of it (method 1)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -15,7 +15,7 @@ class WiringStep:
     kind
         quiet: nothing moves; away: the tracer is moved away; wave: a hand is waved in front of one antenna.
     announce_s
-        When the operator is told.
+        When the operator is warned.
     start_s, end_s
         What lies between is measured.
     receiver

@@ -1,4 +1,7 @@
-"""Impacts: instants at which a height turns from falling to rising at once; and sharp minima, some of them impacts."""
+"""Impacts: instants at which a height turns from falling to rising at once; and sharp minima, some of them impacts.
+
+Method 5, Impacts.
+"""
 
 from __future__ import annotations
 
@@ -78,7 +81,7 @@ class ImpactLimits:
     apart_from_impact_s: float = 0.030
 
     def are_impacts(self, before_m_s: FloatArray, after_m_s: FloatArray, u_jump_m_s: FloatArray) -> BoolArray:
-        """Return where a velocity falls before, rises after and jumps by enough; NaN is none."""
+        """Return where a velocity falls before, rises after and jumps by enough, all shapes (n,); NaN is none."""
         turns = (before_m_s < -self.least_speed_m_s) & (after_m_s > self.least_speed_m_s)
         return np.asarray(turns & (after_m_s - before_m_s > np.maximum(self.least_jump_m_s, self.sigmas * u_jump_m_s)))
 
@@ -98,7 +101,7 @@ def find_impacts(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArra
     time_s
         Shape (n,), increasing, not necessarily even.
     height_m
-        Height along the floor's normal, shape (n,); NaN where unknown: no impact is told within 10 ms of it.
+        Height along the floor's normal, shape (n,); NaN where unknown: no impact is found within 10 ms of it.
     u_height_m
         Standard uncertainty of each height, shape (n,).
     """

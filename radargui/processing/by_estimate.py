@@ -1,4 +1,7 @@
-"""The way of the estimates: adaptive, in the Doppler band where that knows more, and joint falling back on it."""
+"""The way of the estimates: adaptive, in the Doppler band where that knows more, and joint falling back on it.
+
+Method 2.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -20,7 +23,7 @@ from radargui.estimation.readout.unexplained import (
 )
 from radargui.estimation.select.budget import NoSingleBodyError
 from radargui.geometry.path_length import place_antennas
-from radargui.model.arrays import BoolArray
+from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
@@ -109,28 +112,39 @@ def measure_by_estimate(
         if isinstance(error, UnexplainedError) and not left_out:
             again = measure_by_estimate(conditioned, setup, progress, on_preliminary, prior, error.stretches)
             return _with_left_out(again, error.stretches)
-        wrong = error.misfit > LIMITS.most_misfit
-        # a round circle is believed where the places fall: elsewhere mirrors bend it as they like, its u is of noise
-        if _falls(estimate):
-            wrong &= estimate.chi_square > LIMITS.most_misfit
+        wrong = _misfits(error.misfit, estimate)
         if wrong.any():
             return _without(adaptive, wrong)
         joint, why, tried = None, error.message, None
     if joint is None:
         # nothing has tested it
         return _with_reason(_motion_of(estimate, conditioned, setup), why)
-    motion = _motion_of(joint, conditioned, setup)
+    motion = _judged(_motion_of(joint, conditioned, setup), joint, adaptive, setup)
+    return _with_prior(motion, tried, why) if motion.corrected.method == "joint" else motion
+
+
+def _misfits(misfit: FloatArray, estimate: MotionEstimate) -> BoolArray:
+    """Return which receivers neither the motion of one body nor, where it tells, their own circle describes."""
+    wrong = misfit > LIMITS.most_misfit
+    # a round circle is believed where the places fall: elsewhere mirrors bend it as they like, its u is of noise
+    return np.asarray(wrong & (estimate.chi_square > LIMITS.most_misfit) if _falls(estimate) else wrong)
+
+
+def _judged(motion: MeasuredMotion, joint: JointEstimate, adaptive: MeasuredMotion, setup: Setup) -> MeasuredMotion:
+    """Return what the joint estimate measured; rejected where it leaves open which fringe it is, or what reflects."""
+    every = np.ones(len(adaptive.corrected.channels), dtype=np.bool_)
     if motion.track is not None and is_unknown(motion.track, joint.onset_s, setup.radar.wavelength_m):
-        return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool))
+        return _without(adaptive, every)
+    why_not = doubt(joint.chosen.solution, joint.onset_s, setup)
+    # a fall that obeys its equation of motion would show a lost fringe; nothing holds a level motion, whose u means
+    # nothing then
+    if why_not and not joint.chosen.solution.problem.in_flight.any():
+        return _without(adaptive, every, why_not)
     # believed on whole circles before, and what was to test them does not say enough
     unsure = _strayed(joint, motion) & ~_rejected(adaptive)
     if unsure.any() and not is_fringe_sure(motion.track, joint.onset_s):
-        motion = _without(motion, unsure, UNSURE_FRINGE)
-    doubted = doubt(joint.chosen.solution, joint.onset_s, setup)
-    # a fall that obeys its law would show a lost fringe; nothing holds a level motion, and its u means nothing then
-    if doubted and not joint.chosen.solution.problem.in_flight.any():
-        return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool), doubted)
-    return _with_prior(motion, tried, why)
+        return _without(motion, unsure, UNSURE_FRINGE)
+    return motion
 
 
 def _by_circles(conditioned: Conditioned, setup: Setup) -> MeasuredMotion:
@@ -166,14 +180,8 @@ def _with_left_out(motion: MeasuredMotion, stretches: Sequence[UnexplainedStretc
         for receiver, why in shown.items():
             motion = _without(motion, np.arange(len(motion.corrected.channels)) == receiver, why)
         return motion
-    channels = tuple(
-        # nothing else is said of samples that are not used
-        replace(one, reason=one.reason.replace("are clipped", "were left out")) if number in shown else one
-        for number, one in enumerate(motion.corrected.channels)
-    )
-    said = (f"receiver {receiver + 1} {why}: left out there" for receiver, why in shown.items())
-    warnings = (*said, *motion.warnings)
-    return replace(motion, corrected=replace(motion.corrected, channels=channels), warnings=warnings)
+    sentences = (f"receiver {receiver + 1} {why}: left out there" for receiver, why in shown.items())
+    return replace(motion, warnings=(*sentences, *motion.warnings))
 
 
 def _is_hopeless(estimate: MotionEstimate, adaptive: MeasuredMotion) -> bool:

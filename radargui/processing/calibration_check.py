@@ -6,14 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.model.calibrated_setup import day_of
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2
 from radargui.model.result import RunResult
 from radargui.model.rounding import COVERAGE, concise
 from radargui.processing.uncertainty_budget import changes_of_track
 from radargui.restitution.site_gravity import site_check
 
-U_NOMINAL_M_S2 = 0.015
-"""Of g where the setup names no site: 9.780 at the equator to 9.832 at the poles, evenly spread."""
 COVERAGE_2D = 2.45
 """So many u hold 95 % of the lengths of a vector of two components (Rayleigh's distribution)."""
 LEAST_SAMPLES = 50
@@ -61,7 +59,7 @@ def check_calibration(result: RunResult) -> CalibrationCheck | None:
     size, u_drift = float(np.hypot(*drift)), math.sqrt(variance)
     site = site_check(result)
     expected, u_expected = (
-        (site.expected_m_s2, site.u_expected_m_s2) if site else (NOMINAL_GRAVITY_M_S2, U_NOMINAL_M_S2)
+        (site.expected_m_s2, site.u_expected_m_s2) if site else (NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2)
     )
     # independent: the site's g knows nothing of the antennas
     g_holds = abs(fall.g_m_s2 - expected) <= COVERAGE * math.hypot(u_g, u_expected)

@@ -1,4 +1,7 @@
-"""What a measured path must keep to: it follows its signal, never jumps, and starts anew where it was lost."""
+"""What a measured path must keep to: it follows its signal, never jumps, and starts anew where it was lost.
+
+Method 2.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,7 @@ if TYPE_CHECKING:
     from radargui.conditioning.echo import Echo
 
 JUMP_S = 0.005
-"""Around a jump of a path in which nothing is known: half the block in which the phase's roughness is told."""
+"""Around a jump of a path in which nothing is known: half the block in which the phase's roughness is measured."""
 LEAST_RUN_S = 0.005
 """A path known for less is a moment between two doubts."""
 MOST_SCATTER_RAD = 0.8
@@ -191,6 +194,7 @@ def _is_whole(corrected: CorrectedIQ, number: int, valid: BoolArray, moving: sli
     iq = np.stack([corrected.i[number, moving], corrected.q[number, moving]])
     snr_db = corrected.channels[number].snr_db
     known = valid[moving] & np.isfinite(iq).all(axis=0)
+    # SNR = 10 log10(A^2 / 2 sigma^2), A = 1
     noise = 0.0 if snr_db is None else float(np.sqrt(0.5 * 10.0 ** (-snr_db / 10.0)))
     return is_whole_circle(iq[:, known], noise)
 
@@ -217,6 +221,7 @@ def _judged_by_echo(
     else:
         valid &= echo.leads
         valid &= ~strays(phase_rad, valid, echo, rate_hz)
+    # of what both knew: where no echo leads nothing can stray from it
     share = 1.0 - int((valid & echo.leads)[moving].sum()) / max(before, 1)
     if share > MOST_STRAYED:
         return _strayed(channel, share)

@@ -1,4 +1,7 @@
-"""What speaks against a track that fits its signals: mirrors that were not found, a place hardly known, a fringe."""
+"""What speaks against a track that fits its signals: mirrors that were not found, a place hardly known, a fringe.
+
+Method 6, Hardly known.
+"""
 
 from collections.abc import Sequence
 
@@ -13,8 +16,8 @@ from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
 
 _MOST_U_M = 1.5e-4
-"""Uncertainty of a place, root mean square over the motion, above which it is told: drops of 30 dB without a wall that
-nobody can tell are known to 0.01 to 0.05 mm."""
+"""Uncertainty of a place, root mean square over the motion, above which it is reported: drops of 30 dB without a wall
+that nobody can tell are known to 0.01 to 0.05 mm."""
 _SURE_FRINGE_M = 1e-3
 """The same above which no fringe is sure: a lost one shifts a place by some mm. 22 dB on a shaken plate, 5 mm off, were
 known to 3 mm (laboratory shaken 931107); others whose spectra say as little, and that are right, to 0.01 to 0.1."""
@@ -36,7 +39,7 @@ def is_unknown(track: Track, onset_s: float, wavelength_m: float) -> bool:
 
 
 def is_fringe_sure(track: Track | None, onset_s: float) -> bool:
-    """Whether places are known so well that the motion has told which fringe each is."""
+    """Whether places are known so well that the motion has shown which fringe each is."""
     return track is not None and _u_moving_m(track.u_position_m, track.time_s > onset_s) < _SURE_FRINGE_M
 
 

@@ -34,7 +34,7 @@ def expected_uncertainty(
     Returns
     -------
     tuple or None
-        u of x, y, z in metres, shape (3, n), NaN where a place cannot be told; None with fewer than three receivers.
+        u of x, y, z in metres, shape (3, n), NaN where no place is determined; None with fewer than three receivers.
     """
     antennas, release = place_antennas(setup), np.array(setup.tracer.release_position_m)
     if antennas.n_receivers < LEAST_RECEIVERS:

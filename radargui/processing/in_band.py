@@ -1,4 +1,7 @@
-"""The way of one or two receivers: each echo in its Doppler band, and circles where the offset is not known there."""
+"""The way of one or two receivers: each echo in its Doppler band, and circles where the offset is not known there.
+
+Method 2.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The track from path lengths, by the chosen geometry."""
+"""The track from path lengths, by the chosen geometry (method 3)."""
 
 from dataclasses import replace
 

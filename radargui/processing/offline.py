@@ -7,15 +7,16 @@ from functools import cache, partial
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
-from radargui.conditioning.condition import NoMotion, condition
+from radargui.conditioning.condition import condition
 from radargui.conditioning.conditioned import Conditioned
+from radargui.conditioning.stretch import NoMotion
 from radargui.correction.correct import correct
-from radargui.correction.phase import unwrap, wrapped_phase
+from radargui.model.arrays import FloatArray
 from radargui.model.calibrated_setup import edited_since
 from radargui.model.errors import ProcessingError, worded
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.gravity import drag_of_sphere_1_m
-from radargui.model.recording import Recording, channel_skew
+from radargui.model.recording import Digitisation, Recording
 from radargui.model.result import Bounces, CorrectedIQ, PathLengths, Quality, RunResult, Segment, Track
 from radargui.model.setup import Setup
 from radargui.processing.continuity import checked, is_alone, known_where, lay_down
@@ -97,6 +98,7 @@ def process(
         # an answer, not a failure: a plate that hangs still is measured too
         if isinstance(conditioned, NoMotion):
             return RunResult(recording, setup, "no_motion", conditioned.reason, warnings=tuple(warnings))
+        warnings += _without_room(conditioned, recording.digitisation)
         report(0.1)
         # a dead or doubled channel is no receiver: its neighbours must not be corrected together with it
         part = Part(setup, conditioned, conditioned.faults)
@@ -125,7 +127,8 @@ def steps_of(result: RunResult) -> tuple[object, ...]:
         return ()
     part = Part(result.setup, conditioned, conditioned.faults)
     whole = Whole(result.recording, part.conditioned, part.receivers)
-    return whole.steps(correct(part.conditioned, corrected.method).steps)
+    again, _ = correct(part.conditioned, corrected.method)
+    return whole.steps(again.steps)
 
 
 def cut_short(result: RunResult) -> RunResult:
@@ -143,12 +146,11 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
     # every rejected receiver refuses the run, for the track needs all of them, unless it goes on without
     reasons = {k: c.reason for k, c in enumerate(channels) if c.verdict == "rejected"}
     # what is no receiver first: without it, its neighbours are hard to judge
-    no_receivers = {number: reasons.pop(number) for number, fault in enumerate(part.faults) if fault}
-    left_out = said_once(no_receivers)
+    left_out = {number: reasons.pop(number) for number, fault in enumerate(part.faults) if fault}
     if part.goes_on_without:
-        warnings += [f"{sentence}: the others go on without it" for sentence in left_out]
-        left_out = []
-    rejected = [*left_out, *said_once(reasons)]
+        warnings += [f"receiver {k + 1}: {reason}: the others go on without it" for k, reason in left_out.items()]
+        left_out = {}
+    rejected = said_once(left_out | reasons)
     if rejected:
         # rejected means rejected: no sample of it is called valid
         paths = replace(paths, valid=np.zeros_like(paths.valid))
@@ -240,7 +242,7 @@ def _measure(
     if not part.receivers:
         return nothing_measured(conditioned, method)
     if part.is_too_small:
-        # the run is rejected: of the others only their quality is told, and in a moment
+        # the run is rejected: of the others only their quality is reported, and in a moment
         return measure_by_receiver(conditioned, setup, "ellipse", report)
 
     def progress(done: float) -> None:
@@ -308,15 +310,17 @@ def _warnings_before(recording: Recording, setup: Setup) -> list[str]:
         warnings.append(f"the setup gives no tracer.release_position_m: ({place}) m is assumed")
     if edited := edited_since(setup):
         warnings.append(edited)
-    digitisation = recording.digitisation
-    delay_s, n_channels = channel_skew(digitisation, setup.daq).delay_s, digitisation.n_channels
-    # a multiplexer is through with a sample before the next one begins
-    if (n_channels - 1) * delay_s >= 1.0 / digitisation.sample_rate_hz:
-        warnings.append(
-            f"{n_channels} channels {1e6 * delay_s:g} µs apart do not fit into a sample of "
-            f"{1e6 / digitisation.sample_rate_hz:.3g} µs: correct daq.channel_skew_s"
-        )
     return warnings
+
+
+def _without_room(conditioned: Conditioned, digitisation: Digitisation) -> list[str]:
+    """Return what is said of delays between channels for which a sample has no room, if they are such."""
+    n_channels, rate_hz = conditioned.delay_s.size, digitisation.sample_rate_hz
+    # a multiplexer is through with a sample before the next one begins
+    if conditioned.delay_s[-1] * rate_hz < 1.0:
+        return []
+    apart, room = f"{1e6 * conditioned.delay_s[1]:g} µs apart", f"{1e6 / rate_hz:.3g} µs"
+    return [f"{n_channels} channels {apart} do not fit into a sample of {room}: correct daq.channel_skew_s"]
 
 
 def measure_by_receiver(
@@ -335,14 +339,16 @@ def measure_by_receiver(
     progress
         Called with the share done, 0 to 1.
     """
-    corrected = correct(conditioned, method, lambda done: progress(0.7 * done))
-    paths = demodulate(corrected, conditioned, setup.radar.wavelength_m)
+    corrected, phase = correct(conditioned, method, lambda done: progress(0.7 * done))
+    paths = demodulate(corrected, phase, conditioned, setup.radar.wavelength_m)
     progress(0.8)
     paths, track = locate_body(paths, setup)
     return checked(MeasuredMotion(corrected, paths, track), conditioned, setup.radar.wavelength_m)
 
 
-def demodulate(corrected: CorrectedIQ, conditioned: Conditioned, wavelength_m: float) -> PathLengths:
+def demodulate(
+    corrected: CorrectedIQ, phase_rad: FloatArray, conditioned: Conditioned, wavelength_m: float
+) -> PathLengths:
     """Return dL_i = phase_i wavelength / (2 pi), 0 in the mean at rest (Rech & Huang 2019, eq. 1).
 
     Without a rest the first valid sample is 0. Of one or two receivers `checked` does it, piece by piece.
@@ -351,18 +357,17 @@ def demodulate(corrected: CorrectedIQ, conditioned: Conditioned, wavelength_m: f
     ----------
     corrected
         Corrected IQ of all receivers, the wiring's sign applied: moving away raises every phase.
+    phase_rad
+        Unwrapped, shape (n_receivers, n_samples); NaN where not valid.
     conditioned
         What it was corrected from: rest, rate.
     wavelength_m
         Of the transmitted wave.
     """
-    # invalid samples must not lead the count of turns astray
-    masked_i = np.where(corrected.valid, corrected.i, np.nan)
-    masked_q = np.where(corrected.valid, corrected.q, np.nan)
-    phase = unwrap(wrapped_phase(masked_i, masked_q))
     if not is_alone(conditioned):
         # only changes of L are observable: the rest before the motion is their zero (method 1)
         rest = slice(conditioned.segment.rest_first, conditioned.segment.rest_last)
-        phase = lay_down(phase, corrected.valid, np.zeros(conditioned.n_samples, dtype=np.intp), rest)
+        phase_rad = lay_down(phase_rad, corrected.valid, np.zeros(conditioned.n_samples, dtype=np.intp), rest)
     per_rad = wavelength_m / (2.0 * np.pi)
-    return PathLengths(corrected.time_s, phase, phase * per_rad, corrected.u_phase_rad * per_rad, corrected.valid)
+    change_m, u_m = phase_rad * per_rad, corrected.u_phase_rad * per_rad
+    return PathLengths(corrected.time_s, phase_rad, change_m, u_m, corrected.valid)

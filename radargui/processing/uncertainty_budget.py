@@ -27,7 +27,7 @@ from radargui.processing.locate import LEAST_RECEIVERS, place_at
 from radargui.restitution.track_response import floor_and_clock, respond
 
 POINTS, LONGEST_S = 500, 0.002
-"""Means of the motion at which its shifts are told, at the least, and how long one may be: a flight of 12 ms, and the
+"""Means of the motion at which its shifts are given, at the least, and how long one may be: a flight of 12 ms, and the
 30 ms beside an impact, must hold some."""
 FIELD_POINTS, LEAST_OF_FIELD = 200, 1e-6
 """Places at which a smooth field of place is computed; share of the strongest below which no direction is visited."""
@@ -104,7 +104,7 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
 
     The same path lengths are located with the input moved (GUM, 5.1.3). That these change with the geometry too,
     through maps of position, is of second order. A sphere that is no point adds the phase it scatters with: by its
-    diameter and the polarisations where they are told, else that of a few polarisations.
+    diameter and the polarisations where they are stated, else that of a few polarisations.
 
     Parameters
     ----------

@@ -203,7 +203,7 @@ def picture_of(block: Drawing) -> str:
 
 
 def drawn_alone(block: Drawing) -> Figure:
-    """Return a figure on a ground of its own."""
+    """Return a figure on a background of its own."""
     height_mm = block.height_mm or 80.0
     figure = sheet.new_figure(_SCREEN_WIDTH_MM, _SCREEN.top + height_mm + _SCREEN_BELOW_MM)
     block.draw(figure, _SCREEN._replace(height=height_mm))
@@ -218,7 +218,7 @@ def pixels_of(block: Drawing) -> str:
 
 
 def _inline(page: Figure, part: Any = None) -> str:
-    """Return a figure as SVG within a data URI; what is white shows the page's own ground."""
+    """Return a figure as SVG within a data URI; what is white shows the page's own background."""
     text = io.StringIO()
     with mpl.rc_context({"svg.fonttype": "none"}):
         page.savefig(text, format="svg", bbox_inches=part, transparent=True, metadata={"Date": None, "Creator": None})

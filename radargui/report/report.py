@@ -39,7 +39,7 @@ from radargui.session.info import REPORT_FOLDER, own_subfolder
 from radargui.session.session import BY_OPERATOR, Session, was_drop
 
 _RUNS_SHARE = 0.95
-"""Of the progress told (chosen by hand): the pages before the runs, which are written last, have the rest."""
+"""Of the progress reported (chosen by hand): the pages before the runs, which are written last, have the rest."""
 REPORT_FILES = ("report.pdf", "report.html", *FILES)
 
 

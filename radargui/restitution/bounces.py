@@ -1,4 +1,4 @@
-"""Bounces of a track: coefficient of restitution of each, and the free fall before the first."""
+"""Bounces of a track: coefficient of restitution of each, and the free fall before the first (method 5, Flights)."""
 
 from dataclasses import dataclass
 
@@ -73,6 +73,7 @@ def find_bounces(
     impacts, heights, g_m_s2 = found.impacts, found.heights, NOMINAL_GRAVITY_M_S2 * found.normal[2]
     fall = _free_fall(track, segment, found)
     braked_1_m = None
+    # air on a sphere of metal is known; a plastic one nobody named is braked ten times as much
     if not is_drag_known:
         least_1_m = TRACKS.much_drag * drag_1_m
         seen_1_m, u_seen_1_m = drag_of_flights(found.flights, least_1_m)

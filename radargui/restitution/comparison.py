@@ -130,6 +130,7 @@ def repeatability_of(groups: Sequence[Sequence[float]]) -> Repeatability | None:
     # below zero by chance alone: then there is none (ISO 5725-2)
     own = max(between - within, 0.0) / size
     f = between / within if within else math.inf
+    # of the sessions' means: drops of one day share what differs from day to day
     u = float(means.std(ddof=1)) / math.sqrt(k)
     mean, half = float(means.mean()), student(k - 1) * u
     return Repeatability(

@@ -1,4 +1,4 @@
-"""Two other ways to e, from the flight after the impact: its duration and its height."""
+"""Two other ways to e, from the flight after the impact: its duration and its height (method 5, Cross-check)."""
 
 import itertools
 import math

@@ -300,6 +300,7 @@ def _budget(
     own = found.u_single if found.standard_error is None else found.standard_error
 
     def mean(parts: Sequence[float | None]) -> float | None:
+        # of one run unknown, what all share is unknown
         known = [part for part in parts if part is not None]
         return sum(known) / len(known) if known and len(known) == len(runs) else None
 
@@ -308,6 +309,7 @@ def _budget(
 
 
 def _points(session: SeriesSession, counted: Series) -> list[ImpactPoint]:
+    # slopes are sought against ln v, weights are 1 / u^2: neither speed nor u may be zero
     return [
         ImpactPoint(
             f"{session.name}/{run.drop.name}",
@@ -344,12 +346,12 @@ def _repeated(
     if not speeds or max(speeds) <= (1.0 + _SAME_SPEED) * min(speeds):
         return repeatability_of([[e for _, e in group] for group in pairs]), ""
     fit = next(fit for fit in fits if fit.model == model)
-    # a law that does not describe e would move sessions apart that agree
+    # a model that does not describe e would move sessions apart that agree
     if fit.problem or fit.describes is False:
         return None, ""
     at = sum(speeds) / len(speeds)
     expected = dict(zip([at, *speeds], fit.e(np.array([at, *speeds]))[0].tolist(), strict=True))
-    # by the ratio: what a drop is above the law stays the same share of e
+    # by the ratio: what a drop is above the model stays the same share of e
     groups = [[e * expected[at] / expected[speed] for speed, e in group] for group in pairs]
     return repeatability_of(groups), f"at {plain(at, 3, 'm/s')} (brought there by the {MODELS[model].title})"
 

@@ -1,4 +1,7 @@
-"""All flights of a run fitted together: common gravity and drag, neighbours meeting at the impacts."""
+"""All flights of a run fitted together: common gravity and drag, neighbours meeting at the impacts.
+
+Method 5, Flights.
+"""
 
 from __future__ import annotations
 
@@ -113,7 +116,7 @@ class FlightFit:
         return self.covariance[2:, 2:].reshape(own.size, 7, own.size, 7)[own, 1:, own, 1:]
 
     def follow(self, response: InputResponse) -> FloatArray:
-        """Return the changes of `values` where an input of the estimate changes.
+        """Return the changes of `values`, (n,), where an input of the estimate changes.
 
         The flights minimise -ln L(x(q)) + prior. A change s of its slope, all else marginalised, moves them by
         dq = -N^-1 J^T s with J = dx/dq, N = J^T Lambda J + prior: gravity, drag and impacts share it as they share the
@@ -161,7 +164,7 @@ class FlightFit:
 
 
 def first_by_flights(before: FloatArray, after: FloatArray, results: FloatArray | None) -> FloatArray:
-    """Return velocities before and after all breaks, (2, n_breaks, 3), those that flights have told by their results.
+    """Return velocities before and after all breaks, (2, n_breaks, 3), those that flights determined by their results.
 
     The flights are the first ones: their slopes know g, a spline's at its end only its neighbourhood.
     """

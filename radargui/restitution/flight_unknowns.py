@@ -88,7 +88,7 @@ class UnknownLayout:
         return int(self.free.stop)
 
     def of_flight(self, flight: int) -> IntArray:
-        """Return where (g, k, apex time, vx, vy, start, end) of a flight stand; -1 where it is fixed."""
+        """Return where (g, k, apex time, vx, vy, start, end) of a flight stand, (7,); -1 where it is fixed."""
         velocity = self.velocity(flight)
         start = self.breaks.start + flight - 1 if flight else -1
         end = self.breaks.start + flight if flight < self.n_breaks else -1
@@ -163,7 +163,7 @@ class FlightUnknowns:
         self.layout = UnknownLayout(plan.n_flights, information.n_breaks, self.free.size)
 
     def edges(self, q: FloatArray) -> FloatArray:
-        """Return start, breaks, end."""
+        """Return start, breaks, end in s for unknowns q, (layout.size,)."""
         edge = self.information.free.edge_s
         return np.concatenate([edge[:1], q[self.layout.breaks], edge[1 + self.layout.n_breaks :]])
 
@@ -172,7 +172,7 @@ class FlightUnknowns:
         return np.array([q[self.layout.apex_time(number)] for number in range(self.plan.n_flights)])
 
     def motion(self, q: FloatArray) -> FlightMotion:
-        """Return the motion and the impacts."""
+        """Return the motion and the impacts for unknowns q, (layout.size,): x (n,), results (2 + 7 n_impacts,)."""
         layout, out = self.layout, np.empty(7 * self.plan.n_flights - 5)
         coefficients = np.empty((self.information.size + 1, 3))
         coefficients[self.free] = q[layout.free].reshape(-1, 3)
@@ -193,7 +193,7 @@ class FlightUnknowns:
         return FlightMotion(np.concatenate([coefficients[1:].ravel(), q[layout.breaks]]), out)
 
     def slopes(self, q: FloatArray) -> FlightMotion:
-        """Return the derivatives of motion and impacts: central differences within a flight, ones between them."""
+        """Return the derivatives of `motion` by q, (..., layout.size): central differences within a flight, or ones."""
         layout = self.layout
         coefficients = np.zeros((self.information.size + 1, 3, layout.size))
         coefficients[self.free, :, layout.free] = np.eye(3 * self.free.size).reshape(-1, 3, 3 * self.free.size)
@@ -235,9 +235,10 @@ class FlightUnknowns:
         return segment.end_s if stop is None else float(segment.knot_s[stop])
 
     def start(self) -> FloatArray:
-        """Read the unknowns off the free motion."""
+        """Return the unknowns as the free motion has them, shape (layout.size,)."""
         info, layout, g = self.information, self.layout, NOMINAL_GRAVITY_M_S2
         q = np.zeros(layout.size)
+        # no drag to begin with: it is a small correction to all else
         q[layout.gravity] = g
         q[layout.breaks] = info.x0[3 * info.size :]
         q[layout.free] = info.x0[: 3 * self.free.size]

@@ -25,6 +25,9 @@ class NormalSettings:
         Range and number of kicks' standard deviations, log uniform: the last is a rough floor's. With a first of 3e-4
         two kicks that happen to agree look like a tilt that is known: 88 % of e inside 2u after two impacts, 92 to
         100 % with this one.
+    least_weight
+        Of a point of the grid that a change of the normal is summed over, against the largest: what is left out of
+        thirty impacts weighs 2e-8 of all.
     same, faces_deg
         Probability before the impacts that the surface which reflects is the one that the sphere falls on, and how far
         from parallel its faces may be (a plate of 30 cm whose thickness varies by a quarter of a millimetre). Even
@@ -42,6 +45,7 @@ class NormalSettings:
     least_tilt_sd: float = 1e-6
     kick_m_s: tuple[float, float] = (1e-2, 0.5)
     kicks: int = 32
+    least_weight: float = 1e-8
     same: float = 0.5
     faces_deg: float = 0.05
     friction: tuple[float, ...] = tuple(4.0 / 7.0 * step / 8.0 for step in range(9))
@@ -50,6 +54,7 @@ class NormalSettings:
 NORMALS = NormalSettings()
 _TILTS_SD = np.tan(np.radians(np.geomspace(*NORMALS.tilt_sd_deg, NORMALS.tilts)))
 _KICKS_M_S = np.geomspace(*NORMALS.kick_m_s, NORMALS.kicks)
+_ONE_MORE = ((1, 0), (0, 0), (0, 0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,34 +121,84 @@ def normal_of_impacts(
     reflecting
         Normal of the surface that reflects, where one was found.
     """
-    tilt, second = _slopes(before_m_s, after_m_s, u_m_s, u_tilt_deg, reflecting)
+    tilt_sd, (a, b, level) = _tilts_sd(u_tilt_deg), _sums_of_impacts(before_m_s, after_m_s, u_m_s)
+    # t is Gaussian given r, q and s: its integral is closed, and r, q and s alone are summed on a grid
+    mean, precision, belief = np.zeros((2, tilt_sd.size)), tilt_sd**-2.0, np.full(tilt_sd.size, 1.0 / tilt_sd.size)
+    if reflecting is not None and u_tilt_deg is None:
+        apart = np.radians(NORMALS.faces_deg) ** 2 + reflecting.slope_variance
+        mean = np.concatenate([mean, (reflecting.normal[:2] / reflecting.normal[2])[:, None]], axis=1)
+        precision = np.append(precision, 1.0 / apart)
+        belief = np.append((1.0 - NORMALS.same) * belief, NORMALS.same)
+    softness = 1.0 / (a[..., None] + precision)
+    pull = b[..., None] + (precision * mean)[:, None, None, :]
+    exponent = level[..., None] - 0.5 * (precision * mean**2).sum(axis=0) + 0.5 * (pull**2).sum(axis=0) * softness
+    # less the largest, whose exponential would overflow
+    share = np.exp(exponent - exponent.max()) * softness * (precision * belief)
+    share /= share.sum()
+    tilt = (pull * softness * share).sum(axis=(1, 2, 3))
+    second = ((pull * softness) ** 2 * share).sum(axis=(1, 2, 3)) + (softness * share).sum()
     normal = np.array([*tilt, 1.0])
     # law of total variance: within each of the grid's points and between them
     return FloorNormal(normal / np.linalg.norm(normal), float(np.mean(second) - np.mean(tilt**2)))
 
 
-def mean_normals(
-    before_m_s: FloatArray, after_m_s: FloatArray, u_m_s: FloatArray, u_tilt_deg: float | None = None
-) -> FloatArray:
-    """Return the mean normals of several sets of velocities (..., n_impacts, 3), shape (..., 3); as above."""
-    tilt, _ = _slopes(before_m_s, after_m_s, u_m_s, u_tilt_deg)
-    normal = np.concatenate([tilt, np.ones((*tilt.shape[:-1], 1))], axis=-1)
-    return np.asarray(normal / np.linalg.norm(normal, axis=-1, keepdims=True))
-
-
-def _slopes(
+def normal_changes(
     before_m_s: FloatArray,
     after_m_s: FloatArray,
+    more_before_m_s: FloatArray,
+    more_after_m_s: FloatArray,
     u_m_s: FloatArray,
-    u_tilt_deg: float | None,
-    reflecting: FloorNormal | None = None,
-) -> tuple[FloatArray, FloatArray]:
-    """Return mean and mean square of the slope towards x and y, shapes (..., 2); parameters as above."""
-    # the floor acts on the change alone: the speed along it was there before
-    change = after_m_s - before_m_s
+    u_tilt_deg: float | None = None,
+) -> FloatArray:
+    """Return the changes of the mean normal by changes of the velocities.
+
+    Parameters
+    ----------
+    before_m_s, after_m_s, u_m_s, u_tilt_deg
+        As in `normal_of_impacts`.
+    more_before_m_s, more_after_m_s
+        Their changes, shape (n_changes, n_impacts, 3).
+
+    Returns
+    -------
+    FloatArray
+        Shape (n_changes, 3).
+    """
+    precision = _tilts_sd(u_tilt_deg) ** -2.0
+    before, after = before_m_s + np.pad(more_before_m_s, _ONE_MORE), after_m_s + np.pad(more_after_m_s, _ONE_MORE)
+    a, b, level = (sums.reshape(*sums.shape[:-2], -1) for sums in _sums_of_impacts(before, after, u_m_s))
+
+    square = (b**2).sum(axis=1)
+    # few points of the grid weigh anything: the others are left out, of all sets alike
+    softness = 1.0 / (a[0, :, None] + precision)
+    weight = level[0, :, None] + 0.5 * square[0, :, None] * softness + np.log(softness * precision)
+    heavy = weight > weight.max() + np.log(NORMALS.least_weight)
+    point, precision = np.flatnonzero(heavy.any(axis=1)), precision[heavy.any(axis=0)]
+    softness = 1.0 / (a[:, point, None] + precision)
+    exponent = level[:, point, None] + 0.5 * square[:, point, None] * softness
+    share = np.exp(exponent - exponent.max(axis=(1, 2), keepdims=True)) * softness * precision
+    tilt = (b[..., point] @ (softness * share).sum(axis=2)[..., None])[..., 0] / share.sum(axis=(1, 2))[:, None]
+    normal = np.pad(tilt, ((0, 0), (0, 1)), constant_values=1.0)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    return np.asarray(normal[1:] - normal[0])
+
+
+def _tilts_sd(u_tilt_deg: float | None) -> FloatArray:
+    """Return the standard deviations of the slope that are summed over, shape (n_tilts,)."""
     tilt_sd = _TILTS_SD if u_tilt_deg is None else np.tan(np.radians([u_tilt_deg]))
     # an exact normal is a narrow prior, not a division by zero
-    tilt_sd = np.maximum(tilt_sd, NORMALS.least_tilt_sd)
+    return np.asarray(np.maximum(tilt_sd, NORMALS.least_tilt_sd))
+
+
+def _sums_of_impacts(
+    before_m_s: FloatArray, after_m_s: FloatArray, u_m_s: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return a, b (x and y: another axis before) and c of ln p = c + b . t - a |t|^2 / 2, of each r and q: (..., r, q).
+
+    Velocities (..., n_impacts, 3), else as in `normal_of_impacts`.
+    """
+    # the floor acts on the change alone: the speed along it was there before
+    change = after_m_s - before_m_s
     # a kick cannot be told from noise sideways: their variances add
     weight = 1.0 / (_KICKS_M_S**2 + u_m_s[:, None] ** 2)
     # friction takes r (v - t v_z): sums over the impacts of what belongs to the tilt t, second degree polynomials in r
@@ -158,33 +213,15 @@ def _slopes(
         level, linear, square = ((degree @ weight)[..., None, :] for degree in degrees)
         return np.asarray(level + friction * (linear + friction * square))
 
-    a, b = summed(2, 2), np.stack([summed(2, axis) for axis in (0, 1)], axis=-3)
-    level = np.log(weight).sum(axis=0) - 0.5 * (summed(0, 0) + summed(1, 1))
-    # t is Gaussian given r, q and s: its integral is closed, and r, q and s alone are summed on a grid
-    mean, precision, belief = np.zeros((2, tilt_sd.size)), tilt_sd**-2.0, np.full(tilt_sd.size, 1.0 / tilt_sd.size)
-    if reflecting is not None and u_tilt_deg is None:
-        apart = np.radians(NORMALS.faces_deg) ** 2 + reflecting.slope_variance
-        mean = np.concatenate([mean, (reflecting.normal[:2] / reflecting.normal[2])[:, None]], axis=1)
-        precision = np.append(precision, 1.0 / apart)
-        belief = np.append((1.0 - NORMALS.same) * belief, NORMALS.same)
-    softness = 1.0 / (a[..., None] + precision)
-    pull = b[..., None]
-    # about the horizontal the pull is the same for all widths of the prior
-    if mean.any():
-        pull = pull + (precision * mean)[:, None, None, :]
-    square = pull**2
-    exponent = level[..., None] - 0.5 * (precision * mean**2).sum(axis=0) + 0.5 * square.sum(axis=-4) * softness
-    # less the largest, whose exponential would overflow
-    share = np.exp(exponent - exponent.max(axis=(-3, -2, -1), keepdims=True)) * softness * (precision * belief)
-    share /= share.sum(axis=(-3, -2, -1), keepdims=True)
-    lever = share * softness
-    tilt = np.einsum("...arqs,...rqs->...a", pull, lever)
-    mean_square = np.einsum("...arqs,...rqs->...a", square, lever * softness)
-    return tilt, mean_square + lever.sum(axis=(-3, -2, -1))[..., None]
+    sideways = np.stack([summed(2, axis) for axis in (0, 1)], axis=-3)
+    return summed(2, 2), sideways, np.log(weight).sum(axis=0) - 0.5 * (summed(0, 0) + summed(1, 1))
 
 
 def e_by_tilt(before_m_s: FloatArray, after_m_s: FloatArray, normal: FloatArray, u_deg: float) -> list[FloatArray]:
-    """Return the changes of all e = -(after . n) / (before . n) where n leans by u_deg towards x, and towards y."""
+    """Return the changes of all e = -(after . n) / (before . n) where n leans by u_deg towards x, and towards y.
+
+    Velocities (n_impacts, 3), changes (n_impacts,).
+    """
     out, down, up = [], before_m_s @ normal, after_m_s @ normal
     for axis in np.eye(3)[:2]:
         side = np.tan(np.radians(u_deg)) * (axis - normal * (axis @ normal))

@@ -28,7 +28,11 @@ def fall_below_apex(after_apex_s: FloatArray, g_m_s2: FloatArray | float, drag_1
 def speed_below_apex(
     after_apex_s: FloatArray | float, g_m_s2: FloatArray | float, drag_1_m: FloatArray | float
 ) -> FloatArray:
-    """Return the upward velocity D seconds after the apex: the derivative of the fall, negative when falling."""
+    """Return the upward velocity D seconds after the apex: the derivative of the fall, negative when falling.
+
+    Parameters and shapes as for `fall_below_apex`, in m/s.
+    """
+    # term by term the slope of the series above
     x = np.where(after_apex_s < 0.0, 1.0, -1.0) * g_m_s2 * drag_1_m * after_apex_s**2
     return np.asarray(-g_m_s2 * after_apex_s * (1.0 + x * (1.0 / 3.0 + x * (2.0 / 15.0 + x * (17.0 / 315.0)))))
 
@@ -44,6 +48,8 @@ def drift_time(time_s: FloatArray, height_m: FloatArray, drag_1_m: FloatArray | 
         From the start of the flight, increasing, shape (..., n).
     height_m
         Height at these times.
+    drag_1_m
+        k, one for all or shape (..., 1).
     """
     # the path of a steep flight is nearly its change of height
     path = _summed(np.abs(np.diff(height_m)))

@@ -1,4 +1,7 @@
-"""Whether the impacts lie in one plane, as those on a rigid floor do: one that moves takes part in every speed."""
+"""Whether the impacts lie in one plane, as those on a rigid floor do: one that moves takes part in every speed.
+
+Method 5, One plane.
+"""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,7 @@
-"""Speeds at the impacts of a track along the floor's normal, their ratio e, and its uncertainty, drag included."""
+"""Speeds at the impacts of a track along the floor's normal, their ratio e, and its uncertainty, drag included.
+
+Method 5, Flights.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,7 @@ class ImpactSpeeds:
     valid: BoolArray
 
     def widened(self, u_e: FloatArray, among: BoolArray) -> ImpactSpeeds:
-        """Return them with another, independent part of u_e; only some of them may be valid."""
+        """Return them with another, independent part of u_e; only some may be valid; both shapes (n_impacts,)."""
         u_e = np.hypot(self.u_e, u_e)
         return replace(self, u_e=u_e, valid=_is_valid(self.e, u_e) & among)
 
@@ -158,6 +161,7 @@ def error_of_e(impacts: ImpactSpeeds, flights: FittedFlights, drag_1_m: float) -
         """Return true less fitted height and upward speed of flights at the instants."""
         d = np.asarray(instant - own.origin_s[place] - own.speed_m_s[place] / g)
         faster = speed_below_apex(d, g, drag_1_m) - speed_below_apex(d, g, 0.0)
+        # of the flight with drag: what its own parabola has not followed
         return _bend(d, g, drag_1_m) - fitted.height_at(place, instant), faster - fitted.speed_at(place, instant)
 
     (height_in, speed_in), (height_out, speed_out) = missed(before), missed(after)

@@ -1,4 +1,7 @@
-"""What position, e and g of a joint estimate change by where an input of the setup is off by its uncertainty."""
+"""What position, e and g of a joint estimate change by where an input of the setup is off by its uncertainty.
+
+Method 6, Flights that bend.
+"""
 
 from dataclasses import dataclass
 
@@ -76,6 +79,7 @@ def setup_responses(estimate: JointEstimate, setup: Setup) -> SetupResponses:
     ]
     if posterior.is_point:
         asked += [(SPHERE, other) for other in possible_spheres(setup)]
+    # shifts are smooth: so many instants say all
     time_s = estimate.time_s[:: max(1, estimate.time_s.size // INSTANTS)]
     each = posterior.responses([other for _, other in asked], time_s)
     return SetupResponses(time_s, tuple(key for key, _ in asked), each)
@@ -113,7 +117,7 @@ def joint_changes(
 
 
 def _tested(fit: FlightFit, responses: SetupResponses, estimate: JointEstimate) -> FlightTest:
-    """Return by what flights that bend widen u, and what is told where neither noise nor the setup explains it."""
+    """Return by what flights that bend widen u, and what is reported where neither noise nor the setup explains it."""
     bends, keys = fit.bends(responses.each), responses.keys
     # of the possible spheres only one is there: their mean counts as one input
     each = np.array([bends[[other == key for other in keys]].mean() for key in dict.fromkeys(keys)])

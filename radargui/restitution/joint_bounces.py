@@ -1,4 +1,7 @@
-"""Bounces of a joint estimate: which parts of it are flights, and e from their speeds at the instant of impact."""
+"""Bounces of a joint estimate: which parts of it are flights, and e from their speeds at the instant of impact.
+
+Method 5, Flights.
+"""
 
 from __future__ import annotations
 

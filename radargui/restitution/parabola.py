@@ -1,4 +1,7 @@
-"""Parabolas through flights, gravity shared or free, with uncertainties that know of correlated residuals."""
+"""Parabolas through flights, gravity shared or free, with uncertainties that know of correlated residuals.
+
+Method 5, Flights.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +43,7 @@ class Parabolas:
         return np.asarray(self.speed_m_s[..., flight] - self._g(flight) * (time_s - self.origin_s[flight]))
 
     def chosen(self, which: BoolArray) -> Parabolas:
-        """Return some of the flights."""
+        """Return some of the flights, `which` of shape (n_flights,)."""
         return Parabolas(self.origin_s[which], self.height_m[..., which], self.speed_m_s[..., which], self.g_m_s2)
 
     def _g(self, flight: int | IntArray) -> FloatArray:

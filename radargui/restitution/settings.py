@@ -32,7 +32,7 @@ class FlightSettings:
         A fit is good below chi-square = good_misfit n + slack, n degrees of freedom; below -slack, which rounding does
         not reach, the samples do not determine it.
     least_excess
-        It is told where chi-square exceeds n, and what the setup's uncertainties explain, by so many of its standard
+        Reported where chi-square exceeds n, and what the setup's uncertainties explain, by so many of its standard
         deviations. Of 16 laboratory drops the 12 that were right had -1.2 to 1.2, four that were wrong 2.3 to 135.
     least_bend
         And where the motion is off its flights by this many u, root mean square. Ten laboratory drops without walls had
@@ -145,7 +145,7 @@ class TrackSettings:
 
 @dataclass(frozen=True, slots=True)
 class CheckSettings:
-    """When the two other ways to e speak.
+    """When the two other ways to e, and the plane of the impacts, speak. Chosen by hand where nothing else is said.
 
     Attributes
     ----------

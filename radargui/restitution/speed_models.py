@@ -298,6 +298,7 @@ def fit_speed_model(points: Sequence[ImpactPoint], name: ModelName) -> SpeedFit:
 def _jackknife(left: FloatArray) -> FloatArray:
     """Return the covariance (p, p) of values found with each run left out in turn, shape (n_runs, p)."""
     spread = left - left.mean(axis=0)
+    # n - 1 of n runs differ by little: the jackknife multiplies their scatter by it (Efron & Stein 1981)
     return np.asarray((len(left) - 1.0) / len(left) * spread.T @ spread)
 
 
@@ -370,6 +371,7 @@ def _minus_2_log_likelihood(residual: FloatArray, variance: FloatArray) -> float
 
 def _spread(v: FloatArray, e: FloatArray, variance: FloatArray) -> float:
     """Return the weighted sum of squares of ln v about its mean, in units of the variance of ln e."""
+    # u(ln e) = u / e
     weights, x = e**2 / variance, np.log(v)
     return float(np.sum(weights * (x - np.average(x, weights=weights)) ** 2))
 

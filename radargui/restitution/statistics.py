@@ -206,6 +206,7 @@ def outliers_of(values: FloatArray) -> tuple[int, ...]:
         if deviation <= 1e-12 * float(np.abs(x).max(initial=0.0)):
             break
         distance = np.abs(x - x.mean()) / deviation
+        # two-sided, and any of the m may be it (Bonferroni)
         t = float(stdtrit(m - 2, 1.0 - OUTLIER_LEVEL / (2.0 * m)))
         removed.append(left.pop(int(distance.argmax())))
         if distance.max() > (m - 1) * t / math.sqrt((m - 2 + t * t) * m):

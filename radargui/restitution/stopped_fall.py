@@ -1,4 +1,7 @@
-"""A fall that ends without a rebound: in what stops the sphere, the wave may be slower than in air."""
+"""A fall that ends without a rebound: in what stops the sphere, the wave may be slower than in air.
+
+Method 5, One fall into a bed.
+"""
 
 import numpy as np
 
@@ -10,7 +13,7 @@ def braked_without_rebound(bounces: Bounces, track: Track) -> list[str]:
     """Return a sentence where the sphere falls freely and is then stopped on some way, not by an impact.
 
     A path of the length s in a medium of refractive index n shows as n s: below the surface of grains the track is too
-    deep by (n - 1) times the depth. Nobody told the program of a medium.
+    deep by (n - 1) times the depth. No setup states a medium.
 
     Parameters
     ----------

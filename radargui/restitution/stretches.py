@@ -46,7 +46,7 @@ class Stretches:
         return Stretches(place, first, count, origin, time - np.repeat(origin, count))
 
     def chosen(self, which: BoolArray) -> Stretches:
-        """Return some of the stretches."""
+        """Return some of the stretches, `which` of shape (n_stretches,)."""
         if which.all():
             return self
         kept, count = np.repeat(which, self.count), self.count[which]

@@ -1,4 +1,7 @@
-"""Flights of a track: the stretches between impacts in which only gravity acts, and the velocities at their ends."""
+"""Flights of a track: the stretches between impacts in which only gravity acts, and the velocities at their ends.
+
+Method 5, Flights.
+"""
 
 from __future__ import annotations
 
@@ -60,13 +63,13 @@ class FittedFlights:
         return FittedFlights(samples, height_m, solve_parabolas(samples, height_m), place)
 
     def sides(self, n_impacts: int) -> tuple[IntArray, IntArray, IntArray]:
-        """Return the impacts with fitted flights on both sides, and the places of those before and after them."""
+        """Return the impacts with fitted flights on both sides, and the places of those before and after, (n,) each."""
         known = [k for k in range(n_impacts) if k in self.place and k + 1 in self.place]
         before, after = ([self.place[k + side] for k in known] for side in (0, 1))
         return np.array(known, dtype=np.intp), np.array(before, dtype=np.intp), np.array(after, dtype=np.intp)
 
     def meet(self, impact_s: FloatArray) -> FloatArray:
-        """Return where the parabolas before and after each impact meet, nearest to the first estimate."""
+        """Return where the parabolas before and after each impact meet, (n_impacts,), nearest to the first estimate."""
         out, fitted = impact_s.copy(), self.parabolas
         known, before, after = self.sides(impact_s.size)
         instant = impact_s[known]
@@ -103,7 +106,7 @@ def find_flights(begin_s: float, end_s: float, impact_s: FloatArray, rising_m_s:
 
 
 def fit_track_flights(heights: Heights, flights_s: FloatArray) -> FittedFlights | None:
-    """Fit all flights with one g; None where none can be.
+    """Fit all flights, begin and end in s of shape (n_flights, 2), with one g; None where none can be.
 
     A stretch that is no parabola (an impact missed in it, a lost fringe) would spoil the shared g: it is left out.
     """
@@ -174,7 +177,7 @@ def impact_velocities(
 
 
 def velocities_of_track(track: Track, segment: Segment, impact_s: FloatArray) -> ImpactVelocities:
-    """Return `impact_velocities` of the known samples of a track's motion."""
+    """Return `impact_velocities` of the known samples of a track's motion, impacts of shape (n_impacts,)."""
     part = slice(segment.first, segment.last)
     time, position = track.time_s[part], track.position_m[:, part]
     known = track.valid[part] & np.isfinite(position).all(axis=0)

@@ -1,4 +1,7 @@
-"""How e and g of a track's bounces answer a small, smooth shift of the track: to first order, nothing is found anew."""
+"""How e and g of a track's bounces answer a small, smooth shift of the track: to first order, nothing is found anew.
+
+Method 6, Budget.
+"""
 
 from collections.abc import Callable
 
@@ -10,7 +13,7 @@ from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounces, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
-from radargui.restitution.floor_normal import e_by_tilt, mean_normals, normal_of_impacts
+from radargui.restitution.floor_normal import e_by_tilt, normal_changes
 from radargui.restitution.parabola import Parabolas
 from radargui.restitution.track_flights import (
     FittedFlights,
@@ -78,6 +81,7 @@ def respond(
         along_m_s2 = NOMINAL_GRAVITY_M_S2 * float(normal[2])
         e[:, known] = _e_changes(change.parabolas, (one, other), impact_s[known], speeds, along_m_s2)
     if bounces.free_fall is not None and (fall := _changed(time, height, flights[:1])) is not None:
+        # heights are along the normal: only g cos(tilt) acts there
         g = fall.parabolas.g_m_s2 / max(abs(normal[2]), 1e-9)
     return e, g
 
@@ -126,8 +130,7 @@ def _normal_changes(
         return np.zeros((shift_m.shape[0], 3))
     u, before, after = at.u_side_m_s[seen], at.before_m_s[seen], at.after_m_s[seen]
     more_before, more_after = _speed_changes(time_s, shift_m, impact_s[seen])
-    upright = normal_of_impacts(before, after, u, u_tilt_deg).normal
-    return mean_normals(before + more_before, after + more_after, u, u_tilt_deg) - upright
+    return normal_changes(before, after, more_before, more_after, u, u_tilt_deg)
 
 
 def _speed_changes(time_s: FloatArray, shift_m: FloatArray, impact_s: FloatArray) -> FloatArray:

@@ -310,7 +310,7 @@ class Session:
             raise type(right)(right.message, reasons=right.reasons, remedy=right.remedy)
 
     def _make_again(self) -> None:
-        # a failure is told in the words of what needs the folder
+        # a failure is reported in the words of what needs the folder
         with contextlib.suppress(OSError):
             self.path.mkdir(parents=True, exist_ok=True)
             self._write(self.info)

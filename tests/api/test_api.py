@@ -21,7 +21,7 @@ from radargui.report.tables import write_tables
 
 ROOT = Path(radargui.__file__).parent
 PUBLIC = {
-    *("Bounce", "Bounces", "ChannelQuality", "FreeFall", "RadarGuiError", "Recording", "Result", "Run", "Setup"),
+    *("Bounce", "BounceTable", "ChannelQuality", "FreeFall", "RadarGuiError", "Recording", "Result", "Run", "Setup"),
     *("__version__", "open_run", "process", "read_setup"),
 }
 

@@ -65,6 +65,18 @@ def test_what_is_no_session_is_status_1_and_the_others_are_written_each_in_its_f
     assert not (tmp_path / "report" / "report.json").exists()
 
 
+def test_a_run_that_cannot_be_read_is_status_1_and_named_beside_the_report_of_the_others(
+    command: Command, recorded: Path, tmp_path: Path
+) -> None:
+    session = shutil.copytree(recorded, tmp_path / "session")
+    (session / "run-0009.h5").write_bytes(b"no run at all")
+    ended = command("report", session, "--output", tmp_path / "report")
+    assert ended.status == 1
+    assert ended.error.startswith(f"{session}: run-0009.h5 cannot be read")
+    assert len(ended.error.splitlines()) == 1
+    assert (tmp_path / "report" / "report.pdf").is_file()
+
+
 def test_devices_are_listed_with_what_one_must_know_to_wire_them(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from support.drops import Drop
 
-from radargui.conditioning.condition import NoMotion, condition
+from radargui.conditioning.condition import condition
 from radargui.conditioning.conditioned import Conditioned
+from radargui.conditioning.stretch import NoMotion
 from radargui.model.arrays import FloatArray
 from radargui.model.recording import Digitisation, Gap, Recording
 from radargui.model.setup import Setup

@@ -1,4 +1,4 @@
-"""Doppler frequencies, standing lines, fading and what is no receiver, on signals whose frequencies are known."""
+"""Doppler frequencies, interference, fading and what is no receiver, on signals whose frequencies are known."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from benchmarks.robust_scenes.drops import drop_setup
 from benchmarks.robust_scenes.garbage import make_garbage
 from benchmarks.robust_scenes.reflecting import make_scene_drop
 
-from radargui.conditioning.condition import NoMotion, condition
+from radargui.conditioning.condition import condition
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.doppler import SETTINGS, Doppler, measure_doppler
 from radargui.conditioning.echo import Echo, follow_echo
-from radargui.conditioning.lines import find_standing_lines, without_standing_lines
+from radargui.conditioning.interference import find_interference, without_interference
 from radargui.conditioning.receiver_check import check_receiver, is_worse_pair, same_channels
+from radargui.conditioning.stretch import NoMotion
 from radargui.model.arrays import FloatArray
 from radargui.model.front_end import channels_of
 
@@ -83,7 +84,7 @@ def test_a_hum_and_a_tone_that_stand_are_found_and_taken_off_and_the_target_is_l
     target = echo(2 * np.pi * 300.0 * TIME)
     tones = np.stack([np.cos(2 * np.pi * 50.03 * TIME), 0.6 * np.cos(2 * np.pi * 50.03 * TIME + 0.4)])
     tones += 0.5 * np.stack([np.cos(2 * np.pi * 874.4 * TIME), np.cos(2 * np.pi * 874.4 * TIME + 0.3)])
-    clean, lines = without_standing_lines(target + tones, RATE, NOISE)
+    clean, lines, _ = without_interference(target + tones, RATE, NOISE)
     assert sorted(lines) == pytest.approx([50.03, 874.4], abs=0.05)
     inside = slice(4000, -4000)
     assert np.abs(clean - target)[:, inside].max() < 0.08
@@ -93,19 +94,19 @@ def test_a_hum_and_a_tone_that_stand_are_found_and_taken_off_and_the_target_is_l
 def test_a_hum_that_turns_one_way_as_a_target_does_is_found_by_its_frequency(mains_hz: float) -> None:
     phase = 2 * np.pi * mains_hz * TIME
     hum = 2.0 * np.stack([np.cos(phase), 0.9 * np.sin(phase + 0.1)])
-    clean, lines = without_standing_lines(echo(2 * np.pi * 300.0 * TIME) + hum, RATE, NOISE)
+    clean, lines, _ = without_interference(echo(2 * np.pi * 300.0 * TIME) + hum, RATE, NOISE)
     assert lines == pytest.approx([mains_hz], abs=0.05)
     assert np.abs(clean - echo(2 * np.pi * 300.0 * TIME))[:, 4000:-4000].max() < 0.08
-    assert find_standing_lines(echo(2 * np.pi * (mains_hz + 1.0) * TIME), RATE, NOISE) == ()
+    assert find_interference(echo(2 * np.pi * (mains_hz + 1.0) * TIME), RATE, NOISE) == ()
     # a target that passes there again and again
     swinging = 30.0 * np.sin(2 * np.pi * 1.3 * TIME)
-    assert find_standing_lines(echo(2 * np.pi * (mains_hz * TIME + swinging)), RATE, NOISE) == ()
+    assert find_interference(echo(2 * np.pi * (mains_hz * TIME + swinging)), RATE, NOISE) == ()
 
 
 @pytest.mark.parametrize("speed", ["steady", "to and fro"])
 def test_a_target_is_no_standing_line(speed: str) -> None:
     turn = 300.0 * TIME if speed == "steady" else 300.0 * np.abs((TIME % 1.0) - 0.5)
-    assert find_standing_lines(echo(2 * np.pi * turn, 1.6, np.radians(35.0)), RATE, NOISE) == ()
+    assert find_interference(echo(2 * np.pi * turn, 1.6, np.radians(35.0)), RATE, NOISE) == ()
 
 
 def followed(pair: FloatArray) -> Echo:

@@ -5,9 +5,9 @@ import pytest
 from conditioning.test_condition import conditioned, recording_of, setup_of
 from scipy.integrate import cumulative_trapezoid
 
-from radargui.conditioning.condition import _followed
 from radargui.conditioning.doppler import measure_doppler
 from radargui.conditioning.echo import Echo, follow_echo
+from radargui.conditioning.followed import follow_receiver
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.front_end import channels_of
 
@@ -64,7 +64,7 @@ def test_a_clipped_channel_is_filled_with_what_the_echo_shows_and_its_gain_holds
     pair_v = np.asarray(channels_of(wave, wave, 1.2, np.radians(6.0)))
     pair_v = pair_v + NOISE_V * np.random.default_rng(3).normal(size=pair_v.shape)
     usable, clipped_v, noise_v = np.abs(pair_v) < level_v, np.clip(pair_v, -level_v, level_v), np.full(2, NOISE_V)
-    _, filled = _followed(clipped_v, usable, RATE_HZ, noise_v, ())
+    _, filled = follow_receiver(clipped_v, usable, RATE_HZ, noise_v, ())
     as_it_is = follow_echo(clipped_v, usable, noise_v, measure_doppler(clipped_v, RATE_HZ, noise_v))
     assert filled is not None
     assert as_it_is is not None

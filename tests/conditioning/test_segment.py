@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from support.drops import Drop
 
+from radargui.conditioning.averager import held
 from radargui.conditioning.noise import white_noise_v
-from radargui.conditioning.segment import Motion, find_motion, held, without_blips
+from radargui.conditioning.segment import Motion, find_motion, without_blips
 from radargui.model.arrays import FloatArray
 
 RATE = 20000.0

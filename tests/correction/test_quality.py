@@ -86,7 +86,7 @@ def beyond(limit: float) -> float:
         ({"fringes": 1.01}, NOISE, None, "good", ""),
         ({"fraction_valid": 0.89}, NOISE, None, "usable", "89 % of the samples are valid"),
         ({"fraction_valid": 0.91}, NOISE, None, "good", ""),
-        ({"fraction_clipped": 0.002}, NOISE, None, "usable", "0.2 % of the samples are clipped"),
+        ({"fraction_clipped": 0.002}, NOISE, None, "usable", "0.2 % of the samples are clipped or left out"),
     ],
 )
 def test_each_limit_parts_two_verdicts(

@@ -10,7 +10,8 @@ from benchmarks.scenes.draw import draw_scene
 from benchmarks.scenes.scene import SceneRecord, make_record
 from support.estimates import joint_of, rounds_of
 
-from radargui.conditioning.condition import NoMotion, condition
+from radargui.conditioning.condition import condition
+from radargui.conditioning.stretch import NoMotion
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import AdaptiveRounds
 from radargui.estimation.joint import JointEstimate, estimate_joint

@@ -83,7 +83,7 @@ def test_with_other_priors_what_the_data_say_need_not_be_summed_again() -> None:
     made = small_problem()
     solution, known = minimise_on(made.away(1.0), 6, MINIMISE)
     prior = replace(solution.problem.prior, sd=2.0 * solution.problem.prior.sd)
-    other = replace(solution.problem, prior=prior, law_sd=0.5 * solution.problem.law_sd)
+    other = replace(solution.problem, prior=prior, equation_sd=0.5 * solution.problem.equation_sd)
     kept, _ = minimise_on(Start(other, solution.state), 3, MINIMISE, known=known)
     anew, _ = minimise_on(Start(other, solution.state), 3, MINIMISE)
     assert kept.at.cost == pytest.approx(anew.at.cost, abs=0.05)
@@ -125,14 +125,14 @@ def test_evidence_is_laplaces_formula_of_the_dense_matrix_and_what_deviations_ar
         -at.cost
         - 0.5 * np.linalg.slogdet(dense)[1]
         - np.log(problem.prior.sd).sum()
-        - 3.0 * np.log(problem.law_sd).sum()
+        - 3.0 * np.log(problem.equation_sd).sum()
         - 2.0 * problem.use.sum() * np.log(problem.noise_scale).sum()
-        - problem.law_sd[at.law.rows.is_flight].sum() / PRIORS.off_flight_m_s2
+        - problem.equation_sd[at.equation.rows.is_flight].sum() / PRIORS.off_flight_m_s2
     )
     for own in problem.layout.receivers:
         wanted -= problem.prior.sd[own.bias_i.start] / PRIORS.bias_beside_floor.scale
         wanted -= problem.prior.sd[own.amplitude_map.start] / PRIORS.log_amplitude_map.scale
-    assert at.law.rows.is_flight.any()
+    assert at.equation.rows.is_flight.any()
     found = log_evidence(replace(solution, problem=problem, at=at, normal=blocks.factor()))
     assert found == pytest.approx(wanted, rel=1e-8)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.small_problem import ANTENNAS, CONSTANTS, FLOOR_PLANE, WALL_PLANE, small_problem
 
-from radargui.estimation.forward.motion_law import LawRows
+from radargui.estimation.forward.equation_of_motion import EquationRows
 from radargui.estimation.forward.motion_spline import make_spline
 from radargui.estimation.forward.parameters import Sizes, lobe_places, make_layout
 from radargui.estimation.hardware import LogFrontEnd
@@ -128,8 +128,8 @@ def test_the_jerk_may_be_large_at_the_bounce_and_becomes_small_in_the_fall() -> 
         problem, state = update_priors(solution), solution.state
     _, middle, _ = solution.at.spline.jerk()
     falling = (middle > 0.08) & (middle < 0.23)
-    assert np.median(problem.law_sd[falling]) < 20.0
-    assert problem.law_sd.min() >= 0.3
+    assert np.median(problem.equation_sd[falling]) < 20.0
+    assert problem.equation_sd.min() >= 0.3
 
 
 def test_what_no_sample_says_of_a_deviation_from_the_law_of_flight_is_that_there_is_none() -> None:
@@ -140,8 +140,8 @@ def test_what_no_sample_says_of_a_deviation_from_the_law_of_flight_is_that_there
         solution = minimise(replace(start, problem=problem, state=state), 4)
         problem, state = update_priors(solution), solution.state
     # 0.014 where every deviation is as likely as another
-    in_flight = solution.at.law.rows.is_flight
-    assert np.median(problem.law_sd[in_flight]) == pytest.approx(DeviationSettings().lowest_off_m_s2)
+    in_flight = solution.at.equation.rows.is_flight
+    assert np.median(problem.equation_sd[in_flight]) == pytest.approx(DeviationSettings().lowest_off_m_s2)
 
 
 def test_the_noise_scale_follows_the_typical_misfit_not_a_short_one() -> None:
@@ -161,12 +161,12 @@ def test_the_noise_scale_follows_the_typical_misfit_not_a_short_one() -> None:
 def test_rows_of_the_release_of_the_fall_and_of_a_flight_stay_apart() -> None:
     spline = make_spline(0.0, 0.5, np.array([0.3]))
     _, middle, _ = spline.jerk()
-    rows = LawRows.of(spline, np.zeros(middle.size, dtype=bool))
+    rows = EquationRows.of(spline, np.zeros(middle.size, dtype=bool))
     parts = rows_together(rows, spline, 0.055)
     assert [middle[part].min() > 0.055 for part in parts] == [False, True, True]
     assert np.concatenate([middle[part] for part in parts]) == pytest.approx(middle)
     assert max(middle[parts[1]]) < 0.3 < min(middle[parts[2]])
-    flying = LawRows.of(spline, middle > 0.055)
+    flying = EquationRows.of(spline, middle > 0.055)
     release, fall, rebound = rows_together(flying, spline, 0.055)
     assert flying.span[release].max() < flying.span[fall].min()
     assert not flying.is_flight[release].any()

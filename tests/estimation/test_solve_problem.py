@@ -48,7 +48,7 @@ def test_the_slope_of_the_cost_equals_finite_differences_in_every_global_paramet
     start = fine.away(0.3)
     # coefficients drawn like these jerk a thousand times as much as the prior allows, and what the prior then says of a
     # break's time is left out of the slope; in a motion that it allows it would move a break by a nanosecond
-    problem = replace(start.problem, law_sd=1e3 * start.problem.law_sd)
+    problem = replace(start.problem, equation_sd=1e3 * start.problem.equation_sd)
     at = linearise(problem, start.state)
     blocks = assemble(problem, start.state, at)
     theta = start.state.theta
@@ -88,8 +88,8 @@ def test_the_normal_matrix_is_that_of_a_dense_jacobian(made: SmallProblem) -> No
         columns.append(((values[0] - values[1]) / 2e-7).ravel())
     jacobian = np.array(columns).T
     wanted = jacobian.T @ (at.weight.ravel()[:, None] * jacobian)
-    law = at.law.rows.rows.matrix.toarray()
-    jerk = np.kron(law.T @ np.diag(problem.law_sd**-2.0) @ law, np.eye(3))
+    equation = at.equation.rows.rows.matrix.toarray()
+    jerk = np.kron(equation.T @ np.diag(problem.equation_sd**-2.0) @ equation, np.eye(3))
     count = state.coefficients.size
     wanted[:count, :count] += jerk
     wanted[count:, count:] += np.diag(problem.prior.sd**-2.0)

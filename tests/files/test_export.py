@@ -221,6 +221,19 @@ def test_the_sigmf_recording_is_valid_for_the_package_of_the_standard(tmp_path: 
     assert json.loads(meta.read_text(encoding="utf-8"))["global"]["core:extensions"][0]["optional"] is True
 
 
+def test_a_mark_among_lost_samples_stands_at_the_first_sample_after_them_in_sigmf(tmp_path: Path) -> None:
+    known = Digitisation(iq_names(1), 1000.0, device="scope")
+    with RunWriter(tmp_path / "run-0001.h5", known, started_at="", trigger_index=50) as writer:
+        writer.write(Block(volts(2, 40), 0))
+        writer.write(Block(volts(2, 60), 65, Gap(40, 25, "late")))
+        for index in (39, 65, 70):
+            writer.add_marker(index, str(index))
+    meta, _ = export_run(tmp_path / "run-0001.h5", EXPORT_FORMATS["sigmf"], tmp_path)
+    marks = json.loads(meta.read_text(encoding="utf-8"))["annotations"]
+    stored = {one["core:comment"]: one["core:sample_start"] for one in marks}
+    assert stored == {"39": 39, "trigger": 40, "65": 40, "70": 45}
+
+
 def test_a_sigmf_archive_of_the_pair_keeps_the_facts(run: Path, tmp_path: Path) -> None:
     meta, _ = export_run(run, EXPORT_FORMATS["sigmf"], tmp_path / "out")
     sigmf.fromfile(str(meta), autoscale=False).archive(str(tmp_path / "b.sigmf"))

@@ -316,3 +316,12 @@ def test_a_correction_that_fails_in_one_of_four_receivers_is_not_trusted_in_the_
     assert result.reason.startswith("receiver 3: corrected I and Q leave the circle")
     assert result.track is not None
     assert not result.track.valid.any()
+
+
+def test_what_is_wrong_with_several_receivers_alike_is_said_once(setup: Setup) -> None:
+    recording, _ = simulate_recording(setup)
+    rails = np.where(recording.raw > 0, 32767, -32768).astype(np.int16)
+    result = process(replace(recording, raw=rails), setup)
+    assert result.status == "rejected"
+    assert result.reason.startswith("receivers 1, 2 and 3: ")
+    assert result.reason.count("receiver") == 1

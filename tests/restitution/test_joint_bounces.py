@@ -51,12 +51,12 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
     spline, posterior = solution.at.spline, drop[1].posterior
     plan = FlightPlan(2, posterior.free.first_coefficient_from(drop[1].onset_s + 0.01))
     information = plan.information(posterior)
-    problem, layout, rows = solution.problem, solution.problem.layout, solution.at.law.rows
-    # the law of the first two flights is lifted: each of its rows weighs nothing
+    problem, layout, rows = solution.problem, solution.problem.layout, solution.at.equation.rows
+    # the equation of the first two flights is lifted: each of its rows weighs nothing
     last = sum(spline.spans[:2])
     lifted = (rows.span >= plan.first_coefficient) & (rows.span < last)
     assert rows.is_flight[lifted].all()
-    free = replace(problem, law_sd=np.where(lifted, np.inf, problem.law_sd))
+    free = replace(problem, equation_sd=np.where(lifted, np.inf, problem.equation_sd))
     blocks, held = (assemble(one, solution.state, solution.at) for one in (free, problem))
     size, n_motion = 3 * information.size, blocks.s.shape[0]
     assert size < n_motion
@@ -69,9 +69,9 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
     precision = problem.prior.sd[layout.breaks] ** -2.0
     dense[size:, size:] -= np.diag(precision[: information.n_breaks])
     scale = np.sqrt(np.outer(np.diag(dense), np.diag(dense)))
-    # the law of later flights, as stiff as 1 mm/s^2, is eliminated: both ways keep about eight digits
+    # the equation of later flights, as stiff as 1 mm/s^2, is eliminated: both ways keep about eight digits
     assert np.abs((information.form.times(np.eye(x.size)) - dense) / scale).max() < 1e-7
-    # with the law goes its pull; a break's balance may be a kink, and counts as one
+    # with the equation goes its pull; a break's balance may be a kink, and counts as one
     pull = np.concatenate([blocks.slope_motion, blocks.slope_global])
     pull[n_motion:][layout.breaks] -= held.slope_global[layout.breaks]
     moved = solution.state.theta[layout.breaks] - problem.prior.mean[layout.breaks]
@@ -148,7 +148,7 @@ def test_an_alternative_with_more_or_fewer_flights_counts_for_what_it_shares(
 def test_flights_are_those_of_the_minimum_where_a_solution_is_not_quite_there(
     drop: tuple[SceneRecord, JointEstimate],
 ) -> None:
-    # what the last step has left, 0.0003 in ln L, made 27 of chi-square where the law that held it was lifted
+    # what the last step has left, 0.0003 in ln L, made 27 of chi-square where the equation that held it was lifted
     solution, normal = drop[1].chosen.solution, np.array([0.0, 0.0, 1.0])
     exact = minimise(
         Start(solution.problem, solution.state), 40, MinimiseSettings(close=1e-9, nothing=1e-11, small=0.0)
@@ -255,7 +255,7 @@ def test_g_comes_from_one_fall_into_grains_and_no_impact_is_invented() -> None:
 
 
 def test_a_sphere_that_is_thrown_flies_from_where_the_hand_lets_go() -> None:
-    # pushed up for 70 ms: from 10 ms after the onset on it obeys the law only once the hand has let go
+    # pushed up for 70 ms: from 10 ms after the onset on it obeys the equation only once the hand has let go
     record = laboratory_record(draw(1306, "exact", motion="throw"))
     with threadpool_limits(limits=1, user_api="blas"):
         estimate = joint_of(record.recording, record.scene.setup)

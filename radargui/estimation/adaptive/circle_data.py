@@ -98,7 +98,7 @@ def circle_data(
 
 
 def unit_phasor(angle_rad: FloatArray) -> ComplexArray:
-    """Return exp(j angle), in half of the time that the complex exponential takes."""
+    """Return exp(j angle), shape as the angle, in half of the time that the complex exponential takes."""
     return np.asarray(np.cos(angle_rad) + 1j * np.sin(angle_rad))
 
 

@@ -87,7 +87,7 @@ class CircleFit:
         return cls(layout, theta, np.zeros((theta.size, theta.size)), -np.inf, np.inf, np.zeros(theta.size))
 
     def deviation_of(self, layout: CircleLayout) -> FloatArray:
-        """Return the deviations of the priors for maps of other functions."""
+        """Return the deviations of the priors for maps of other functions, shape (layout.size,)."""
         out, own = np.empty(layout.size), self.layout
         out[layout.constants] = self.deviation[own.constants]
         for new, was in ((layout.bias, own.bias), (layout.amplitude_map, own.amplitude_map)):
@@ -196,6 +196,7 @@ def _minimise(
 ) -> tuple[CircleFit, _Evaluated]:
     sd = sd.copy()
     layout, precision = at.data.layout, 1.0 / sd**2
+    # the first step alone: a start may be far off, later ones are near the minimum
     damping = settings.first_damping
     cost, (normal, slope) = at.cost(mean, precision), at.with_priors(mean, precision)
     for _ in range(settings.steps):
@@ -227,7 +228,9 @@ def _minimise(
     factor, _ = dpotrf(normal)
     upper, _ = dpotri(factor)
     covariance: FloatArray = np.triu(upper) + np.triu(upper, 1).T
+    # Laplace: -cost - ln det H / 2, and the priors' norms, or maps would be free
     evidence = -cost - float(np.log(np.diagonal(factor)).sum()) + 0.5 * float(np.log(precision).sum())
+    # by the robust weights: an impulse is no misfit of the circle
     chi_square = float((at.weight * at.residual**2).mean())
     return CircleFit(layout, at.theta, covariance, evidence, chi_square, sd), at
 

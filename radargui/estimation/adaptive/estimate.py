@@ -28,6 +28,7 @@ def estimate_adaptive(found: AdaptiveRounds) -> MotionEstimate:
     change = samples.phase_rad * data.wavelength_m / (2.0 * np.pi)
     u_change = samples.u_phase_rad * data.wavelength_m / (2.0 * np.pi)
     rest = signals.time_s < found.signals.rest_end_s
+    # the rest is where paths count from: its noise is no motion
     change[:, rest] = 0.0
     position = u_position = None
     if data.antennas.n_receivers >= 3:
@@ -70,6 +71,7 @@ def estimate_adaptive(found: AdaptiveRounds) -> MotionEstimate:
 
 def _constants(found: AdaptiveRounds, receiver: int) -> FrontEnd:
     fit = found.last.fits[receiver]
+    # Birge: residuals above the noise widen, those below by chance do not narrow
     u = np.sqrt(np.diag(fit.covariance) * max(1.0, fit.chi_square))
     at, ellipse = fit.layout, fit.ellipse
     return FrontEnd(

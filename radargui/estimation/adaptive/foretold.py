@@ -43,6 +43,7 @@ def foretold_round(binned: BinnedData, one: Round, normal: FloatArray) -> Round:
         return float(((away - np.outer(normal, normal @ away)) ** 2).sum())
 
     places = [without(receiver) for receiver in range(antennas.n_receivers)]
+    # without the wrong count the others agree on a fall that is straight
     worst = min(range(antennas.n_receivers), key=lambda receiver: sideways(places[receiver]))
     place = places[worst]
     phase = one.phase_rad.copy()

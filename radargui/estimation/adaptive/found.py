@@ -86,7 +86,7 @@ class AdaptiveRounds:
 
     @property
     def break_s(self) -> FloatArray:
-        """Where the motion may have a break: impacts and turns in order."""
+        """Where the motion may have a break: impacts and turns in order, shape (n_breaks,)."""
         return np.sort(np.concatenate([self.impact_s, self.turn_s]))
 
     @property
@@ -213,6 +213,7 @@ def _recounted(data: BinnedData, last: Round) -> Round:
     other = recounted_round(data, last)
     if not _counts_otherwise(other, last):
         return last
+    # a lost fringe is a jump of centimetres between two bins
     return min(last, best_round(data, other, stride_of(data)), key=lambda one: _fastest_m_s(data, one))
 
 

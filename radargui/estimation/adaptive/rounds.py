@@ -218,7 +218,7 @@ def moved_round(binned: BinnedData, one: Round, was_s: FloatArray) -> Round:
     binned
         The bins wanted.
     one, was_s
-        The round, and the times of its bins.
+        The round, and the times of its bins, shape (n_bins,).
     """
     phase, amplitude, place = (
         np.array([np.interp(binned.bins.time_s, was_s, row) for row in rows])
@@ -322,6 +322,7 @@ def _carried(before: Round, data: list[CircleData], place: FloatArray, least_nor
         (layout.bias_q, old.bias_q, data[0].bias, old_bias),
         (layout.amplitude_map, old.amplitude_map, data[0].amplitude_map, old_amplitude),
     ):
+        # values go over, not coefficients: functions of another length are other functions
         projected = _projected(functions, values @ thetas[:, was].T, least_normal)
         for out, own in zip(starts, projected.T, strict=True):
             out[new] = own

@@ -66,6 +66,7 @@ def circles_at_samples(
     data = circle_data(binned, last.value, last.phase_rad, last.place, last.bias, last.amplitude_map)
     for k, (fit, own) in enumerate(zip(last.fits, data, strict=True)):
         of_noise = 0.5 * (own.sigma_i**2 + own.sigma_q**2) / last.amplitude[k] ** 2
+        # the noise of a bin is not that of a sample, and is added for the band of the latter
         fitted = np.maximum(fit.phase_variance(own) - of_noise, 0.0)
         noise = signals.sigma[2 * k : 2 * k + 2].mean() ** 2 / length
         circle, bent = _CircleBetweenBins(found, signals, k, own), _bent_rad(fit, own, found, k, settings)
@@ -87,13 +88,14 @@ def _bent_rad(
     """Return by how much reflectors may bend the phase of a moving tracer, standard deviation.
 
     A wave beside the direct one shows along the radius, and turns the phase unseen by as much. Of one that keeps pace
-    with the fringes the radius shows what maps cannot follow. Others are in the maps; where nothing falls, whose law
-    would tell, the deviations of ln A and of the centre over the motion are all that is known of them.
+    with the fringes the radius shows what maps cannot follow. Others are in the maps; where nothing falls, which would
+    tell, the deviations of ln A and of the centre over the motion are all that is known of them.
     """
     moving, amplitude = ~found.data.rest, found.last.amplitude[receiver]
     off = np.hypot(*fit.point(data.i, data.q, data.bias)) / amplitude - 1.0
     noise = 0.5 * (data.sigma_i**2 + data.sigma_q**2) / amplitude**2
     left = max(float((off**2 - noise)[moving].mean()), 0.0)
+    # a fall would tell what the maps have taken: its acceleration is known
     if found.impact_s.size:
         return settings.along * float(np.sqrt(left))
     maps = [data.amplitude_map @ fit.theta[fit.layout.amplitude_map], *(fit.centre(data.bias) / amplitude)]

@@ -12,7 +12,7 @@ from radargui.model.front_end import point_of
 
 @dataclass(frozen=True, slots=True)
 class EllipseSettings:
-    """Which conics count as an ellipse of a front end; others give way to a circle.
+    """Which conics count as an ellipse of a front end; others give way to a circle. Chosen by hand.
 
     Attributes
     ----------
@@ -78,12 +78,15 @@ def fit_still_ellipse(
         Shape (n,), about one amplitude.
     weight
         Shape (n,), proportional to the arc that each point stands for.
+    settings
+        Which conics count.
     """
     root = np.sqrt(weight / weight.mean())
     ones = np.ones_like(i)
     columns = np.stack([q**2, i * q, i, q, ones], axis=1) * root[:, None]
     a, b, d, e, f = np.linalg.lstsq(columns, -(i**2) * root, rcond=None)[0]
     sine = -b / (2.0 * np.sqrt(a)) if a > 0 else np.inf
+    # no front end is like this: a short arc has led the conic astray, and a circle has two unknowns fewer
     if not (settings.least_g2_inverse < a < settings.most_g2_inverse and abs(sine) < settings.most_sine):
         d, e, f = np.linalg.lstsq(columns[:, 2:], -(i**2 + q**2) * root, rcond=None)[0]
         a, b, sine = 1.0, 0.0, 0.0

@@ -1,4 +1,4 @@
-"""Phases counted on in time, and over what is missing by how fast they turn on both sides."""
+"""Phases counted on in time, and over what is missing by how fast they turn on both sides (method 2, adaptive)."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from radargui.model.arrays import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class UnwrapSettings:
-    """What is a hole, and where the speed beside it is taken.
+    """What is a hole, and where the speed beside it is taken. Chosen by hand on loose contacts (decision 46).
 
     Attributes
     ----------

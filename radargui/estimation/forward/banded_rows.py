@@ -1,4 +1,7 @@
-"""Rows of four neighbouring coefficients each: what cubic splines, their derivatives and laws of motion are made of."""
+"""Rows of four neighbouring coefficients each: what splines, their slopes and the equation of motion are of.
+
+Method 4, Motion.
+"""
 
 from __future__ import annotations
 
@@ -79,6 +82,7 @@ class BandedRows:
 
     def gram(self, weight: FloatArray) -> FloatArray:
         """Return the diagonals (j, j + d) of R^T diag(weight) R, the release at their head, shape (4, size + 1)."""
+        # cubic functions more than three apart share no span: four diagonals hold all
         out = np.zeros((4, self.size + 1))
         for k, other in PAIRS:
             products = weight * self.value[:, k] * self.value[:, other]

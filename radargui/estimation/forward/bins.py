@@ -97,7 +97,7 @@ class Bins:
         return np.array(begin)
 
     def together(self, begin: IntArray) -> Bins:
-        """Return the means over runs that begin at some of the bins: mean and spread of all their samples."""
+        """Return the means over runs that begin at some bins, (n_runs,): mean and spread of all their samples."""
         last = np.append(begin[1:], self.n_bins) - 1
         count = np.add.reduceat(self.count, begin)
         time, value = (weighted_means(one, self.count, begin) for one in (self.time_s, self.value))
@@ -177,13 +177,13 @@ class BinnedData:
         return np.zeros((*self.bins.value.shape, 0)) if self.slow_noise is None else self.slow_noise
 
     def together(self, begin: IntArray) -> BinnedData:
-        """Return the data with runs of bins, none of them partly at rest, as one bin each."""
+        """Return the data with runs of bins that begin at some, (n_runs,), none partly at rest, as one bin each."""
         drift = weighted_means(self.drift.swapaxes(1, 2), self.bins.count, begin).swapaxes(1, 2)
         return replace(self, bins=self.bins.together(begin), rest=self.rest[begin], slow_noise=drift)
 
 
 def weighted_means(values: FloatArray, weight: IntArray, begin: IntArray) -> FloatArray:
-    """Return weighted means over runs of the last axis that begin at some places."""
+    """Return means (..., n_runs) of values (..., n), weights (n,), over runs that begin at places (n_runs,)."""
     return np.asarray(np.add.reduceat(values * weight, begin, axis=-1) / np.add.reduceat(weight, begin))
 
 
@@ -205,12 +205,14 @@ def bin_by_fringe(
 
     Parameters
     ----------
+    signals
+        Samples.
     time_s, turns_hz
-        Fringes per second of the fastest receiver at some times.
+        Fringes per second of the fastest receiver at some times, shape (n,).
     motion_start_s
         Before it the tracer rests.
     breaks_s
-        Impacts and other times that no bin may contain.
+        Impacts and other times that no bin may contain, shape (n_breaks,).
     settings
         Lengths.
     """

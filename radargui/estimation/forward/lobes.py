@@ -1,4 +1,7 @@
-"""What lobes make of the direct wave and of mirrors: an image sees the tracer by another part of its lobe."""
+"""What lobes make of the direct wave and of mirrors: an image sees the tracer by another part of its lobe.
+
+Method 4, Mirrors.
+"""
 
 from __future__ import annotations
 
@@ -141,7 +144,7 @@ def strength_change(exponent: float, q: FloatArray, q_rest: FloatArray) -> Float
 
 
 def main_lobe(exponent: FloatArray, q: FloatArray) -> FloatArray:
-    """Return d ln s / dq of s = |(1 - q)^exponent + j 0.1|: a main lobe on side lobes 20 dB below it."""
+    """Return d ln s / dq, shape as q, of s = |(1 - q)^exponent + j 0.1|: a main lobe on side lobes of -20 dB."""
     square = np.clip(1.0 - q, 1e-3, None) ** (2.0 * exponent)
     return np.asarray(-exponent * square / (square + _SIDE_LOBE**2) / np.clip(1.0 - q, 1e-3, None))
 

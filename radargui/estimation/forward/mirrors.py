@@ -114,7 +114,7 @@ def distances(place_m: FloatArray, points_m: FloatArray) -> FloatArray:
 
 
 def turned(phase: FloatArray) -> ComplexArray:
-    """Return exp(j phase) = (1 - t^2 + 2 j t) / (1 + t^2), t the tangent of half the phase.
+    """Return exp(j phase) = (1 - t^2 + 2 j t) / (1 + t^2), shape as the phase, t the tangent of its half.
 
     numpy computes a tangent many elements at a time where it takes cosines and sines one by one.
     """

@@ -1,4 +1,4 @@
-"""The motion as a cubic B-spline that may change its velocity at breaks (method 4, SplineMotion)."""
+"""The motion as a cubic B-spline that may change its velocity at breaks (method 4, Motion)."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ class MotionSpline:
         return Segments(np.cumsum(np.array(self.spans[:-1], dtype=np.intp) + 2), self.size)
 
     def knots(self) -> FloatArray:
-        """Return the knots with multiplicities 4, 3, ..., 3, 4."""
+        """Return the knots with multiplicities 4, 3, ..., 3, 4, shape (size + 5,)."""
         return np.repeat(self._span_edges(), self._multiplicities)
 
     def rows(self, time_s: FloatArray) -> BandedRows:
@@ -153,7 +153,7 @@ class MotionSpline:
         return self.series(time_s).rows()
 
     def design(self, time_s: FloatArray) -> csr_matrix:
-        """Return B at times as a matrix."""
+        """Return B at times (n,) as a matrix, shape (n, size)."""
         return self.rows(time_s).matrix
 
     def offset(self, time_s: FloatArray, coefficients: FloatArray) -> FloatArray:
@@ -161,7 +161,7 @@ class MotionSpline:
         return self._derivative(time_s, coefficients, 0)
 
     def with_breaks(self, break_s: FloatArray) -> MotionSpline:
-        """Return the spline with its breaks moved."""
+        """Return the spline with its breaks moved to times, shape (n_breaks,)."""
         moved = MotionSpline(np.concatenate([self.edge_s[:1], break_s, self.edge_s[-1:]]), self.fractions)
         # the same shares: found once for all times of the breaks
         same = ("spans", "size", "segments", "polynomials", "_multiplicities")
@@ -250,13 +250,13 @@ class MotionSpline:
         return np.asarray(self.edge_s[unit.segment] + np.diff(self.edge_s)[unit.segment] * unit.middle)
 
     def jerk(self) -> tuple[BandedRows, FloatArray, FloatArray]:
-        """Return the rows of the third derivative in each span, the spans' middles, and their lengths."""
+        """Return the rows of the third derivative in each span, their middles and lengths in s, (n_spans,) each."""
         unit, length = self.polynomials, np.diff(self.edge_s)[self.polynomials.segment]
         third = unit.series[3] / length[:, None] ** 3
         return BandedRows(third, unit.first, self.size), self.span_middles(), length * unit.length
 
     def at_ends(self, span: IntArray, is_end: BoolArray) -> tuple[BandedRows, BandedRows]:
-        """Return the rows of velocity and acceleration at the begin or the end of spans, seen from inside them."""
+        """Return the rows of velocity and acceleration at the begin or end of spans (n,), seen from inside them."""
         unit = self.polynomials
         _, slope, second, third = unit.series[:, span]
         away = (np.where(is_end, 0.5, -0.5) * unit.length[span])[:, None]
@@ -303,7 +303,7 @@ def make_spline(
     sharp_s: FloatArray | None = None,
     settings: SplineSettings = SPLINE,
 ) -> MotionSpline:
-    """Return a spline with knots about every 10 ms between start, breaks and end; 2.5 ms around `sharp_s`."""
+    """Return a spline with knots about every 10 ms between start, breaks (n_breaks,), end; 2.5 ms around `sharp_s`."""
     edge = np.concatenate([[start_s], break_s, [end_s]])
     sharp = np.zeros(0) if sharp_s is None else sharp_s
     fractions = []

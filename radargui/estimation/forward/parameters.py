@@ -183,13 +183,13 @@ def of_mirror(places: slice, mirror: int) -> slice:
 
 
 def lobe_places(layout: Layout) -> IntArray:
-    """Return the places of what lobes do directly and over mirrors, the transmitter's first."""
+    """Return the places of what lobes do directly and over mirrors, the transmitter's first, shape (n,)."""
     places = [layout.transmitter_lobe, *(own.receiver_lobe for own in layout.receivers)]
     return np.concatenate([np.arange(one.start, one.stop) for one in places])
 
 
 def polarisation_places(layout: Layout) -> IntArray:
-    """Return the places of the antennas' angles, the transmitter's first; none where the sphere counts as a point."""
+    """Return the places of the antennas' angles, (1 + n_receivers,), the transmitter's first; none for a point."""
     places = [layout.polarization, *(own.polarization for own in layout.receivers)]
     return np.concatenate([np.arange(one.start, one.stop) for one in places])
 
@@ -199,6 +199,7 @@ def make_layout(sizes: Sizes) -> Layout:
     take = _Taken()
     two_a_mirror, lobe_places = 2 * sizes.mirrors, N_LOBE * (1 + sizes.walls)
     shared = (3 * sizes.mirrors, two_a_mirror, lobe_places, sizes.polarization, sizes.crosstalk)
+    # breaks first: where their number changes all that follows moves by it
     breaks, flight = take(sizes.breaks), take(4 * sizes.flight)
     # shared unknowns stand together: every receiver's data touch them, its own touch no other receiver
     planes, reflection, lobe, polarization, crosstalk = (take(count) for count in shared)

@@ -1,4 +1,7 @@
-"""A motion's coefficients from break to break: what a break moves lies in the two segments beside it."""
+"""A motion's coefficients from break to break: what a break moves lies in the two segments beside it.
+
+Method 4, Minimum.
+"""
 
 from __future__ import annotations
 
@@ -108,7 +111,7 @@ class Segments:
         return BesideJoints(np.stack([distance, column]), row, side, others, own, to_next)
 
     def of(self, first: IntArray) -> IntArray:
-        """Return the segments of rows of four neighbours (`BandedRows`) by the first of them."""
+        """Return the segments of rows of four neighbours (`BandedRows`) by the first of them, both shapes (n,)."""
         return np.searchsorted(self.joint, first, side="right")
 
     def folded(self, values: FloatArray) -> FloatArray:

@@ -92,7 +92,7 @@ class FrontEndState:
 
     @classmethod
     def of(cls, theta: FloatArray, own: ReceiverLayout) -> FrontEndState:
-        """Return them from the global parameters."""
+        """Return them from the global parameters, shape (layout.size,)."""
         return cls(float(np.exp(theta[own.log_gain])), float(theta[own.quadrature_error]))
 
     def channels(self, z: ComplexArray) -> FloatArray:
@@ -351,6 +351,7 @@ def amplitude_of(
     values: FloatArray, own: ReceiverLayout, inputs: ModelInputs, receiver: int | slice, sphere: SphereFactors
 ) -> ComplexArray:
     """Return A from the range factor, the map and what the sphere scatters, shape (..., n_bins)."""
+    # a logarithm: an amplitude is positive, and lobes and distances multiply
     log_amplitude = values[..., own.log_amplitude, None] + values[..., own.amplitude_map] @ inputs.amplitude_map.T
     return np.asarray(sphere.direct * (inputs.range_factor[receiver] * np.exp(log_amplitude)))
 
@@ -361,5 +362,5 @@ def bias_of(values: FloatArray, own: ReceiverLayout, inputs: ModelInputs) -> Com
 
 
 def complex_of(pairs: FloatArray) -> ComplexArray:
-    """Return complex numbers from their real and imaginary parts by turns, along the last axis."""
+    """Return complex numbers (..., n) from their real and imaginary parts by turns, (..., 2 n)."""
     return np.asarray(pairs[..., 0::2] + 1j * pairs[..., 1::2])

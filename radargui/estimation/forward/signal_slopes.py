@@ -98,6 +98,7 @@ def receiver_slopes(
     # the quadrature error lets the real part of the bias into Q
     put(own.bias_i, turn.real[..., None, None] * inputs.bias)
     put(own.bias_q, -turn.imag[..., None, None] * inputs.bias)
+    # A stands in an exponential: dz / d ln A = z
     put(own.amplitude_map, z.real[..., None] * inputs.amplitude_map)
     over = _over_points(waves)
     pull = _pull(waves, over, inputs.wavenumber)

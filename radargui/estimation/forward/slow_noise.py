@@ -30,8 +30,8 @@ class SlowNoiseSettings:
     spectrum_hz
         Rate to which samples are pooled before their periodogram: 1/f noise of interest lies far below.
     gain_a_channel
-        ln likelihood that white + a/f must gain over white, half of it a channel: 2 is what one more parameter gains
-        by chance once in twenty.
+        Twice what ln likelihood must gain a channel by white + a/f over white: one more parameter gains 2 by chance
+        once in twenty.
     white_share
         a/f must exceed this share of the white density at the fastest function: else the functions would fit noise.
     variance_a_bin
@@ -122,8 +122,8 @@ class Drift:
 def measure_drift(signals: ScaledSignals, onset_s: float, settings: SlowNoiseSettings = SLOW_NOISE) -> Drift:
     """Fit white + a / f to the periodogram of the rest (Whittle's likelihood) and decide whether 1/f noise matters.
 
-    It does where the likelihood gains more than 4 in the sum over the channels and a / f exceeds the white density at
-    20 cycles over the record.
+    It does where ln likelihood gains more than 2 a channel in the mean, and a / f exceeds half of the white density at
+    20 cycles over the record in the median channel.
 
     Parameters
     ----------
@@ -142,6 +142,7 @@ def measure_drift(signals: ScaledSignals, onset_s: float, settings: SlowNoiseSet
     count = int(rest.sum()) // pooled
     # one-sided: all of the variance lies below half the rate
     white = 2.0 * signals.sigma**2 / signals.rate_hz
+    # no spectrum, no drift that anybody could tell
     if count < settings.least_samples:
         return Drift(float(signals.time_s[0]), length, 0, np.zeros((n_channels, 0)), level)
     slow = _slow_deviation(signals, rest, length, settings)

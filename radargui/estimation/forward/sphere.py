@@ -167,7 +167,7 @@ class SphereFields:
     def factors(
         self, receiver: int, transmitter_rad: float, receiver_rad: float, walls: FloatArray | None = None
     ) -> SphereFactors:
-        """Return what the sphere multiplies the paths to a receiver with, for angles of both antennas and the walls."""
+        """Return what the sphere multiplies the paths to a receiver with, for angles (rad) and the walls' unknowns."""
         c_tx, c_rx = _weights(transmitter_rad)[0], _weights(receiver_rad)[0]
         field = _signal(self._at_walls(receiver, walls), c_tx, c_rx)
         direct = field[0, 0]

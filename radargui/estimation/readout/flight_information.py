@@ -1,4 +1,7 @@
-"""What the samples alone say about the first flights: the posterior without the smoothness prior, for restitution."""
+"""What the samples alone say about the first flights: the posterior without the smoothness prior, for restitution.
+
+Method 5, Flights.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from scipy.sparse import block_array, csr_matrix
 from scipy.sparse.linalg import SuperLU, splu
 
 from radargui.estimation.readout.free_motion import FreeMotion
-from radargui.estimation.solve.assemble import Assembled, DataSums, assemble, diagonal, law_slopes
+from radargui.estimation.solve.assemble import Assembled, DataSums, assemble, diagonal, equation_slopes
 from radargui.estimation.solve.block_tridiagonal import BlockTridiagonal, lower_band
 from radargui.estimation.solve.minimise import Solution
 from radargui.model.arrays import FloatArray, IntArray
@@ -209,11 +212,12 @@ def motion_information(
         What is marginalised is not determined.
     """
     problem, state = solution.problem, solution.state
-    law = solution.at.law
-    # the law of flight takes the place of the prior: both would count the same knowledge twice
-    replaced = (law.rows.span >= lifted.start) & (law.rows.span < lifted.stop)
-    free_of_law = replace(problem, law_sd=np.where(replaced, np.inf, problem.law_sd))
-    blocks = assemble(free_of_law, state, solution.at, sums)
+    equation = solution.at.equation
+    # the equation of flight takes the place of the prior: both would count the same knowledge twice
+    replaced = (equation.rows.span >= lifted.start) & (equation.rows.span < lifted.stop)
+    without_equation = replace(problem, equation_sd=np.where(replaced, np.inf, problem.equation_sd))
+    # an infinite deviation weighs nothing: the prior is lifted there
+    blocks = assemble(without_equation, state, solution.at, sums)
     kept, breaks = 3 * size, slice(0, n_breaks)
     band, coupling, constants = blocks.s[:kept, :kept], blocks.coupling[:kept], blocks.m
     after = None
@@ -232,7 +236,7 @@ def motion_information(
     eliminated = Eliminated(kept, n_breaks, after, root, lost)
     # what is left where a solution is not quite at its minimum counts, too, but not of the breaks: where one passes the
     # node of a bin the cost has a kink, and the slope on one side of it is no pull
-    whole = law_slopes(replace(problem, law_sd=np.where(replaced, problem.law_sd, np.inf)), solution.at)
+    whole = equation_slopes(replace(problem, equation_sd=np.where(replaced, problem.equation_sd, np.inf)), solution.at)
     left = blocks.slope_global + whole[1]
     left[problem.layout.breaks] = 0.0
     slope = eliminated.marginal(blocks.slope_motion, left - whole[1])

@@ -48,7 +48,7 @@ class MotionSegment:
 
     @property
     def knot_s(self) -> FloatArray:
-        """Times of the knots."""
+        """Times of the knots, shape (n_spans + 1,)."""
         return self.begin_s + self.duration_s * self.knot_share
 
     def collocation(self) -> tuple[FloatArray, FloatArray]:

@@ -12,7 +12,7 @@ from radargui.estimation.forward.sphere import PolarisedSphere, SphereFactors, p
 from radargui.estimation.readout.floor_slope import floor_slope
 from radargui.estimation.solve.assemble import DataSums, assemble
 from radargui.estimation.solve.break_velocities import one_sided_slopes
-from radargui.estimation.solve.changed_problem import stiff_law_sd
+from radargui.estimation.solve.changed_problem import stiff_equation_sd
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.problem import BINS_TOGETHER, signals_in_parts
 from radargui.geometry.path_length import Antennas, place_antennas
@@ -123,7 +123,7 @@ def input_responses(
     # a break that moves carries the knots of both flights along
     by_breaks = spline.break_slopes(bin_s, solution.state.coefficients)
     # where an input is wrong flights bend, and their deviations would follow
-    loose = replace(solution.problem, law_sd=stiff_law_sd(solution))
+    loose = replace(solution.problem, equation_sd=stiff_equation_sd(solution))
     normal = assemble(loose, solution.state, solution.at, sums).factor()
     sides, floor, out = one_sided_slopes(spline), floor_slope(solution), []
     motions, of_global = normal.solve(-by_motion, -by_global)

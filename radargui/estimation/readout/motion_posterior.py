@@ -74,6 +74,7 @@ class MotionPosterior:
         """Return what the samples say about the first coefficients and breaks, see `motion_information`."""
         if self.like is not None:
             return self.like.information(n_coefficients, n_breaks, lifted).moved(self.solution, self.free)
+        # runs of flights are tried from the longest on, and some twice
         key = n_coefficients, n_breaks, lifted.start, lifted.stop
         if key not in self._informations:
             self._informations[key] = motion_information(

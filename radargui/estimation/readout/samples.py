@@ -1,4 +1,4 @@
-"""The joint solution at every sample: positions, path lengths, uncertainties, corrected IQ."""
+"""The joint solution at every sample: positions, path lengths, uncertainties, corrected IQ (method 6)."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def _with_alternatives(
     total = 1.0
     own = _uncertainties(solution)
     square, square_path = (own[0] * excess.max(axis=0)) ** 2, (own[1] * excess) ** 2
-    # the best stays the answer: a mean of two motions obeys no law of motion
+    # the best stays the answer: a mean of two motions obeys no equation of motion
     for alternative in alternatives:
         other, weight = alternative.solution, alternative.weight
         there = places(other)

@@ -1,4 +1,7 @@
-"""Stretches of one receiver that the motion of the body does not explain: a loose contact, a dip of its supply."""
+"""Stretches of one receiver that the motion of the body does not explain: a loose contact, a dip of its supply.
+
+Method 2.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -91,7 +94,9 @@ def unexplained_stretches(solution: Solution, settings: StretchSettings = STRETC
         count = np.bincount(window[use], minlength=window[-1] + 1)
         mean = np.bincount(window[use], weights=misfit[use], minlength=count.size) / np.maximum(count, 1)
         typical = float(np.median(mean[count > 0]))
+        # against the receiver's own median: a model that is wrong throughout has no stretch
         wrong = mean > max(settings.least_misfit, settings.times_median * typical)
+        # leaving stretches out must help, or they are not what is wrong
         kept = use & ~wrong[window]
         if wrong.sum() > settings.most_share * (count > 0).sum() or misfit[kept].mean() > LIMITS.most_misfit:
             return ()

@@ -53,7 +53,17 @@ BREAKS = BreakSettings()
 
 
 def sharp_turns(solution: Solution, normal: FloatArray, settings: BreakSettings = BREAKS) -> FloatArray:
-    """Return times where the motion turns from down to up by 0.1 mm in 8 ms, at high jerk, away from breaks."""
+    """Return times (n,) where the motion turns from down to up by 0.1 mm in 8 ms, at high jerk, away from breaks.
+
+    Parameters
+    ----------
+    solution
+        Converged.
+    normal
+        Upward normal of the floor, shape (3,).
+    settings
+        What is sharp.
+    """
     spline = solution.at.spline
     # 1 ms: the fastest bounce worth finding lasts ten
     grid = np.arange(spline.edge_s[0] + settings.apart_s, spline.edge_s[-1] - settings.apart_s, settings.grid_s)
@@ -71,10 +81,10 @@ def sharp_turns(solution: Solution, normal: FloatArray, settings: BreakSettings 
 
 
 def side_kicks(solution: Solution, normal: FloatArray, settings: BreakSettings = BREAKS) -> FloatArray:
-    """Return times, away from breaks, where the velocity along the floor jumps: there the body met a wall.
+    """Return times (n,), away from breaks, where the velocity along the floor jumps: there the body met a wall.
 
     Of mean velocities v1 to v4 over four windows, two on either side, v3 - v2 less what goes on anyway, (v2 - v1) +
-    (v4 - v3): a circle's even acceleration gives nothing.
+    (v4 - v3): a circle's even acceleration gives nothing. Parameters as for `sharp_turns`.
     """
     spline, width = solution.at.spline, round(settings.kick_side_s / settings.grid_s)
     grid = np.arange(spline.edge_s[0], spline.edge_s[-1], settings.grid_s)
@@ -98,7 +108,7 @@ def side_kicks(solution: Solution, normal: FloatArray, settings: BreakSettings =
 
 
 def misfit_times(solution: Solution, settings: BreakSettings = BREAKS) -> FloatArray:
-    """Return the middles of 10 ms windows whose residuals are far above the typical: the motion is too stiff there."""
+    """Return the middles (n,) of 10 ms windows whose residuals are far above the typical: there it is too stiff."""
     problem = solution.problem
     label = np.floor((problem.bins.time_s - problem.spline.edge_s[0]) / settings.window_s).astype(np.intp)
     square = np.where(problem.use, solution.at.residual**2, 1.0).mean(axis=0)
@@ -114,7 +124,20 @@ def misfit_times(solution: Solution, settings: BreakSettings = BREAKS) -> FloatA
 
 
 def respline(old: MotionSpline, coefficients: FloatArray, break_s: FloatArray, sharp_s: FloatArray) -> SplineMotion:
-    """Return the motion on a spline with other breaks that follows the old motion, finer near `sharp_s`."""
+    """Return the motion on a spline with other breaks that follows the old motion, finer near `sharp_s`.
+
+    Parameters
+    ----------
+    old, coefficients
+        Its spline, and its coefficients, shape (size, 3).
+    break_s, sharp_s
+        Times of the new breaks, and where knots are finer, shapes (n,).
+
+    Raises
+    ------
+    SolveError
+        The new spline is not determined by the old motion.
+    """
     # more points than unknowns: the old curve decides, not the spacing
     new = make_spline(float(old.edge_s[0]), float(old.edge_s[-1]), break_s, sharp_s)
     count = 8 * (sum(new.spans) + 4)

@@ -1,4 +1,7 @@
-"""How the search for a model ends without one: its work is counted, so that each machine says the same of a run."""
+"""How the search for a model ends without one: its work is counted, so that each machine says the same of a run.
+
+Method 4, Walls.
+"""
 
 from collections.abc import Callable
 
@@ -42,6 +45,7 @@ class SearchBudget:
     """
 
     def __init__(self, n_bins: int, round_done: Callable[[], None]) -> None:
+        # rounds, not seconds: a slow machine shall find the same
         self.rounds = min(max(ROUNDS[0], round(BIN_ROUNDS / n_bins)), ROUNDS[1])
         self.left = self.rounds
         self._round_done = round_done

@@ -235,6 +235,7 @@ class _Selection:
             ]
             # nobody knows how far below a motion without an impact it is
             starts += [floored[0], *best_started(floored[1:], settings.deep_floors, self.round_done)]
+        # side by side: who is hopelessly behind costs no further round
         bare, *floors = self.raced(starts)
         tried = (bare, max(filter(None, floors), key=log_evidence, default=None))
         gain = self.gain_of(*tried)
@@ -251,7 +252,7 @@ class _Selection:
     def with_flights(
         self, solution: Solution, alternatives: tuple[Alternative, ...]
     ) -> tuple[Solution, tuple[Alternative, ...]]:
-        """Return them with the law of free flight where they fly, weighed anew; as they are where nothing does.
+        """Return them with the equation of free flight where they fly, weighed anew; as they are where nothing does.
 
         From here on mirrors are told apart by what they make of the flights, too.
         """

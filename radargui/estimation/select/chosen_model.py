@@ -1,4 +1,7 @@
-"""What the choice of a model hands on: the solution, what the evidence does not rule out, what was decided."""
+"""What the choice of a model hands on: the solution, what the evidence does not rule out, what was decided.
+
+Method 4, Alternatives.
+"""
 
 from __future__ import annotations
 

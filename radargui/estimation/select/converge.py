@@ -184,6 +184,22 @@ def settle_breaks(
     away. The bins are put together anew around each set of breaks. A break that was dropped is not tried again at the
     same place. Of the rounds whose misfit is within 2 % of the smallest the one with most impacts, best known, is
     returned (evidences are not comparable between different knots).
+
+    Parameters
+    ----------
+    data
+        All bins.
+    solution
+        Converged.
+    normal
+        Upward normal of the floor, shape (3,).
+    round_done, settings
+        As of `converge`.
+
+    Raises
+    ------
+    SolveError
+        The normal matrix cannot be factored.
     """
     sharp, refused = np.zeros(0), np.zeros(0)
     solution = _bounced_on(data, solution, normal, round_done, settings)

@@ -22,7 +22,7 @@ NEAR_BREAK_S = 0.008
 
 
 def fewer_bins(data: BinnedData, break_s: FloatArray, most: int = MOST_BINS) -> BinnedData:
-    """Return the data with up to so many neighbours in one bin, none near a break or across the end of the rest."""
+    """Return the data with up to `most` neighbours a bin, none near breaks (n_breaks,) or over the end of the rest."""
     return data.together(_begins(data, break_s, most))
 
 
@@ -42,6 +42,7 @@ def with_bins_of(solution: Solution | Start, data: BinnedData) -> Start:
     inputs = replace(problem.inputs, drift=data.drift)
     problem = replace(problem, bins=data.bins, use=usable_bins(data.bins, break_s), inputs=inputs)
     spline = problem.spline.with_breaks(break_s)
+    # maps, range factor and scattering are evaluated at bins: at the new ones anew
     place = spline.offset(data.bins.time_s, state.coefficients) + problem.inputs.release_m
     return Start(problem.at_places(place.T, state.theta), state)
 
@@ -61,5 +62,6 @@ def misfit_on(data: BinnedData, solution: Solution) -> FloatArray:
 
 def _allowed(bins: Bins, most: int) -> int:
     """Return how many bins two nodes may stand for: a wave of one is off by (pi / bins a fringe)^4 / 270."""
+    # white noise of a longer bin is smaller, and shows sooner what two nodes are off by
     sigma = float(np.median(bins.sigma)) / np.sqrt(most)
     return int(np.clip(BINS.per_fringe / np.pi * (270.0 * MOST_OFF * sigma) ** 0.25, 1.0, most))

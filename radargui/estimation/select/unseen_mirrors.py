@@ -98,6 +98,7 @@ def unseen_mirrors(
     weight = np.concatenate(weights)
     if weight.sum() < settings.least_weight:
         return [], 0.0
+    # what is far less likely moves the second moments by nothing
     likeliest = np.argsort(-weight)[: settings.places]
     n_likely = int(np.searchsorted(np.cumsum(weight[likeliest]), settings.stand_for * weight.sum())) + 1
     # exactly so many: where all gains are above zero all weigh alike

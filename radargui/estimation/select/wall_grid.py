@@ -15,7 +15,7 @@ from radargui.estimation.forward.signal_model import ModelInputs, Waves, waves_a
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.forward.thinned import Thinned
 from radargui.estimation.solve.assemble import assemble
-from radargui.estimation.solve.changed_problem import positions_at_bins, stiff_law_sd
+from radargui.estimation.solve.changed_problem import positions_at_bins, stiff_equation_sd
 from radargui.estimation.solve.lobe_prior import main_lobes
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.priors import Prior
@@ -99,7 +99,7 @@ def wall_grid(settings: WallSettings = WALLS) -> tuple[FloatArray, FloatArray]:
 
 
 def tangents(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return two directions across a unit vector, from which a wall's azimuth is counted."""
+    """Return two directions across a unit vector, shapes (3,), from which a wall's azimuth is counted."""
     first = np.cross(normal, np.array([0.0, 1.0, 0.0]))
     first /= np.linalg.norm(first)
     return first, np.cross(normal, first)
@@ -112,7 +112,7 @@ def upright_planes(
     distance_m: FloatArray,
     settings: WallSettings = WALLS,
 ) -> list[MirrorPlane]:
-    """Return planes along the floor's normal around the middle of the motion, azimuth by azimuth."""
+    """Return planes along the floor's normal around the middle of the motion, (3,) each, azimuth by azimuth."""
     first, second = tangents(normal)
     out = []
     for angle in azimuth_rad:
@@ -142,7 +142,7 @@ class LinearisedSearch:
     def __init__(self, solution: Solution, settings: WallSettings) -> None:
         self.solution, self.reflection, problem = solution, settings.reflection, solution.problem
         # at the state of the loose maps, with the curvature of stiff ones: what they have taken shows as slope
-        stiff = replace(stiffened(problem, settings), law_sd=stiff_law_sd(solution))
+        stiff = replace(stiffened(problem, settings), equation_sd=stiff_equation_sd(solution))
         assembled = assemble(stiff, solution.state, solution.at)
         self.normal = assembled.factor()
         self.half_slope = self.normal.half_solve(assembled.slope_motion[:, None], assembled.slope_global[:, None])
@@ -161,7 +161,10 @@ class LinearisedSearch:
         return evidence_of(slope, a, self.reflection)
 
     def marginal(self, planes: list[MirrorPlane]) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return g, A, and what half solves leave of the coupling of T and R to motion and global parameters."""
+        """Return g and A of the n T and R, and what half solves leave of their coupling to motion and parameters.
+
+        Shapes (n_planes, n), (n_planes, n, n) and (n_half, n_planes n), see `NormalMatrix.half_solve`.
+        """
         problem = self.solution.problem
         n_new, n_planes, layout = 2 + 2 * problem.n_receivers, len(planes), problem.layout
         # T and R are linear in the signal: their evidence needs one solve a place, no iteration

@@ -79,6 +79,17 @@ def walked(
     deviations started again, it gets over. First the whole grid is looked at again, too: what was compared with a break
     that is none, or by a motion bent for want of a wall, is not what it is now (laboratory seed 5555111: a false wall
     was 88 ahead in ln E of one that is 220 better without the ninth break).
+
+    Parameters
+    ----------
+    solution
+        With the wall, converged.
+    normal
+        Upward normal of the floor, shape (3,).
+    round_done
+        Called once a round; may raise to cancel.
+    settings
+        How it is moved.
     """
     found = [solution]
     for step in range(settings.steps):

@@ -177,7 +177,7 @@ def without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:
 
 
 def place_of_last(solution: Solution, middle_m: FloatArray, normal: FloatArray) -> tuple[float, float]:
-    """Return azimuth and distance of a solution's last mirror."""
+    """Return azimuth (rad) and distance (m) of a solution's last mirror from a point, (3,), for the floor's normal."""
     # an image is as far behind the wall as the point is before it
     outward = last_image(solution, middle_m) - middle_m
     first, second = tangents(normal)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix
 
 from radargui.estimation.forward.banded_rows import PAIRS
-from radargui.estimation.forward.motion_law import LawDeviation
+from radargui.estimation.forward.equation_of_motion import EquationDeviation
 from radargui.estimation.forward.segments import Segments
 from radargui.estimation.forward.signal_model import EVERY, nodes_of
 from radargui.estimation.forward.signal_slopes import receiver_slopes
@@ -62,6 +62,7 @@ class Assembled:
         reduced, undamped = self._undamped
         if damping == 0:
             return undamped
+        # places of breaks and mirrors lie in M alone: the motion need not be eliminated again
         added = np.zeros(len(self.m))
         added[self.bent] = BENT_ALONE[damping] * np.diagonal(self.m)[self.bent]
         return reduced.factor(added)
@@ -122,8 +123,8 @@ def assemble(problem: JointProblem, state: State, at: Linearised, sums: DataSums
     m[np.diag_indices(layout.size)] += 1.0 / prior.sd**2
     slope = sums.slope + (state.theta - prior.mean) / prior.sd**2
     # a prior of each coordinate alike: outside of flights gravity and drag are no jerk to speak of
-    band = sums.band + at.law.rows.rows.gram(problem.law_sd**-2.0)[:, :, None, None] * np.eye(3)
-    by_motion, by_global = law_slopes(problem, at)
+    band = sums.band + at.equation.rows.rows.gram(problem.equation_sd**-2.0)[:, :, None, None] * np.eye(3)
+    by_motion, by_global = equation_slopes(problem, at)
     if layout.sizes.flight:
         beside, c = beside.copy(), c.copy()
         _add_flight(beside, c, m, problem, at)
@@ -178,6 +179,7 @@ class DataSums:
         by_function = np.einsum("fas,fa->fs", self.beside, motion[segments.coefficient])
         out = copy(self)
         out.slope_motion = self.slope_motion + along.ravel() + self.c @ theta[n_breaks:]
+        # of a linear model: slope(x + d) = slope(x) + H d
         out.slope = self.slope + self.m @ theta
         out.slope[:n_breaks] += segments.of_breaks(_by_segment(segments.segment, by_function, segments))
         out.slope[n_breaks:] += self.c.T @ motion.ravel()
@@ -194,6 +196,7 @@ class DataSums:
         node_m = nodes_of(at.node_m[..., part])
         excess, weight = (one[:, part].reshape(n_receivers, 2, n_bins) for one in (at.excess, at.weight))
         slopes = receiver_slopes(node_m, theta, layout, inputs, EVERY, excess, at.waves)
+        # of J and of the misfit alike: their products are then J^T W J and J^T W r
         root = np.sqrt(weight)
         model = np.stack([one.value[:, part] for one in at.signals])
         misfit = root * (model - problem.bins.value[:, part].reshape(model.shape))
@@ -222,6 +225,7 @@ class DataSums:
         out = out.reshape(*out.shape[:-2], 12)
         if not self.problem.layout.sizes.breaks:
             return np.asarray(out)
+        # dp/dtau = share times the velocity (method 4, Minimum)
         along = (by_position * self.at.motion[1, :, part]).sum(axis=-2)
         return np.concatenate([out, along[..., None] * self.share[part]], axis=-1)
 
@@ -330,20 +334,20 @@ def _symmetric(band: FloatArray) -> csr_matrix:
     return bsr_matrix((blocks[kept], column[kept], pointer), shape=(3 * size, 3 * size)).tocsr()
 
 
-def law_slopes(problem: JointProblem, at: Linearised) -> tuple[FloatArray, FloatArray]:
-    """Return the slope of the law's part of the cost, by the motion, (3 size,), and by the global parameters.
+def equation_slopes(problem: JointProblem, at: Linearised) -> tuple[FloatArray, FloatArray]:
+    """Return the slope of the equation's part of the cost, by the motion, (3 size,), and by the global parameters.
 
     Outside of flights a jerk goes with the duration of its segment to the power -3; that share of a break's slope, a
     nanosecond of its time, is left out.
     """
-    weighted = problem.law_sd[:, None] ** -2.0 * at.law.value
+    weighted = problem.equation_sd[:, None] ** -2.0 * at.equation.value
     layout, slope = problem.layout, np.zeros(problem.layout.size)
     if layout.sizes.flight:
-        law, segments = at.law, at.spline.segments
-        pulls = np.einsum("nak,na->nk", law.by_breaks, weighted)
-        slope[layout.breaks] = segments.of_breaks(_by_segment(law.rows.segment, pulls, segments))
-        slope[layout.flight] = np.einsum("nak,na->k", _by_gravity_and_drag(law), weighted)
-    return at.law.rows.rows.transposed(weighted).ravel(), slope
+        equation, segments = at.equation, at.spline.segments
+        pulls = np.einsum("nak,na->nk", equation.by_breaks, weighted)
+        slope[layout.breaks] = segments.of_breaks(_by_segment(equation.rows.segment, pulls, segments))
+        slope[layout.flight] = np.einsum("nak,na->k", _by_gravity_and_drag(equation), weighted)
+    return at.equation.rows.rows.transposed(weighted).ravel(), slope
 
 
 def _by_segment(segment: IntArray, values: FloatArray, segments: Segments) -> FloatArray:
@@ -353,30 +357,30 @@ def _by_segment(segment: IntArray, values: FloatArray, segments: Segments) -> Fl
     return out
 
 
-def _by_gravity_and_drag(law: LawDeviation) -> FloatArray:
-    """Return the slopes of the law's rows with respect to gravity and drag, shape (n_rows, 3, 4)."""
-    return np.concatenate([law.rows.is_flight[:, None, None] * np.eye(3), law.drag[:, :, None]], axis=2)
+def _by_gravity_and_drag(equation: EquationDeviation) -> FloatArray:
+    """Return the slopes of the equation's rows with respect to gravity and drag, shape (n_rows, 3, 4)."""
+    return np.concatenate([equation.rows.is_flight[:, None, None] * np.eye(3), equation.drag[:, :, None]], axis=2)
 
 
 def _add_flight(beside: FloatArray, c: FloatArray, m: FloatArray, problem: JointProblem, at: Linearised) -> None:
-    """Add to C and M what gravity, drag and the breaks' times do to the law of flight."""
-    law, layout, segments = at.law, problem.layout, at.spline.segments
+    """Add to C and M what gravity, drag and the breaks' times do to the equation of flight."""
+    equation, layout, segments = at.equation, problem.layout, at.spline.segments
     flight = layout.flight
     # by the breaks before and after, then by gravity and drag
-    slopes = np.concatenate([law.by_breaks, _by_gravity_and_drag(law)], axis=2)
-    weighted = problem.law_sd[:, None, None] ** -2.0 * slopes
+    slopes = np.concatenate([equation.by_breaks, _by_gravity_and_drag(equation)], axis=2)
+    weighted = problem.equation_sd[:, None, None] ** -2.0 * slopes
     # neighbouring segments share a place: even and odd ones apart
-    is_odd = (law.rows.segment % 2 == 1)[:, None, None]
+    is_odd = (equation.rows.segment % 2 == 1)[:, None, None]
     by_breaks = [np.where(is_odd, 0.0, weighted[:, :, :2]), np.where(is_odd, weighted[:, :, :2], 0.0)]
     columns = np.concatenate([weighted[:, :, 2:], *by_breaks], axis=2)
-    coupled = law.rows.rows.transposed(columns.reshape(len(columns), -1)).reshape(-1, 3, 8)
+    coupled = equation.rows.rows.transposed(columns.reshape(len(columns), -1)).reshape(-1, 3, 8)
     # x, y and z interleaved, as the motion has them
     c[:, flight.start - segments.n_breaks : flight.stop - segments.n_breaks] += coupled[:, :, :4].reshape(-1, 4)
     moving = segments.coefficient > 0
     of_function = coupled[segments.coefficient[moving] - 1, :, 4:].reshape(-1, 3, 2, 2)
     beside[moving] += of_function[np.arange(len(of_function)), :, segments.segment[moving] % 2]
     among = np.zeros((segments.n_breaks + 1, 6, 6))
-    np.add.at(among, law.rows.segment, weighted.transpose(0, 2, 1) @ slopes)
+    np.add.at(among, equation.rows.segment, weighted.transpose(0, 2, 1) @ slopes)
     m[flight, flight] += among[:, 2:, 2:].sum(axis=0)
     number = np.arange(segments.n_breaks)
     # start and end of the record are no breaks, and stand in none of the slopes
@@ -390,6 +394,6 @@ def _add_flight(beside: FloatArray, c: FloatArray, m: FloatArray, problem: Joint
 
 
 def diagonal(values: FloatArray) -> csr_matrix:
-    """Return a sparse diagonal matrix."""
+    """Return a sparse diagonal matrix of values, (n,)."""
     n = values.size
     return csr_matrix((values, np.arange(n), np.arange(n + 1)), shape=(n, n))

@@ -57,6 +57,7 @@ class BlockTridiagonal:
             raise np.linalg.LinAlgError(f"leading minor {bad}")
         self._band = factor
         padded = np.zeros((width, self.count * _BLOCK))
+        # ones on the diagonal of what is padded: it stays by itself
         padded[0] = 1.0
         padded[:, : self.size] = factor
         self.lower, self.below = (
@@ -149,7 +150,7 @@ class SelectedInverse:
         return out
 
     def diagonal(self) -> FloatArray:
-        """Return the diagonal of S^-1."""
+        """Return the diagonal of S^-1, shape (24 count,)."""
         return np.diagonal(self.on.reshape(len(self.on), _BLOCK, _BLOCK), axis1=1, axis2=2).ravel()
 
 

@@ -1,4 +1,7 @@
-"""Velocities of a solution just before and just after its breaks, and which of the breaks are impacts."""
+"""Velocities of a solution just before and just after its breaks, and which of the breaks are impacts.
+
+Method 5, Impacts.
+"""
 
 from __future__ import annotations
 
@@ -81,12 +84,12 @@ class BreakSpeeds:
     u_kick_m_s: FloatArray
 
     def are_impacts(self) -> BoolArray:
-        """Return where the tracer comes down, goes up and jumps (`ImpactLimits`), as a body could."""
+        """Return at which breaks, (n_breaks,), it comes down, goes up and jumps (`ImpactLimits`), as a body could."""
         impacts = IMPACT_LIMITS.are_impacts(self.before_m_s, self.after_m_s, self.u_jump_m_s)
         return np.asarray(impacts & self.are_possible())
 
     def are_kicks(self) -> BoolArray:
-        """Return where the velocity along the floor jumps: a wall, or an impact that kicks.
+        """Return at which breaks, (n_breaks,), the velocity along the floor jumps: a wall, or an impact that kicks.
 
         A wall is met rising, too, and rubs: it changes the speed along the normal by no more than its kick.
         """
@@ -95,14 +98,14 @@ class BreakSpeeds:
         return np.asarray((self.kick_m_s > least) & (rubbed & self._are_held() | self.are_possible()))
 
     def are_kinks(self) -> BoolArray:
-        """Return where the velocity jumps up at all, or aside.
+        """Return at which breaks, (n_breaks,), the velocity jumps up at all, or aside.
 
         A weak break costs nothing; one taken away again bends the motion around it when a bounce was there.
         """
         return np.asarray((self.after_m_s > self.before_m_s) & self.are_possible()) | self.are_kicks()
 
     def are_possible(self) -> BoolArray:
-        """Return where a body could do so: not thrown up with twice the speed, not flung down from the break before.
+        """Return where, (n_breaks,), a body could do so: not thrown up at twice the speed, nor flung down before.
 
         Between two breaks closer than the bins the spline is held by nothing.
         """
@@ -118,7 +121,7 @@ class BreakSpeeds:
         return np.asarray(held[: self.time_s.size])
 
     def expected_impacts(self, end_s: float) -> FloatArray:
-        """Return when a body that bounces on lands after the last impact, while its flights take 10 ms or more.
+        """Return when, (n,), a body that bounces on lands after the last impact, while its flights take 10 ms or more.
 
         A flight that starts upward with v lasts 2 v / g; every impact takes away the same share of the speed.
         """
@@ -214,7 +217,7 @@ def break_velocities(solution: Solution) -> BreakVelocities:
 
 
 def break_speeds(solution: Solution, normal: FloatArray) -> BreakSpeeds:
-    """Return the speeds along a unit vector on both sides of each break with the uncertainty of their difference."""
+    """Return the speeds along a unit vector, (3,), on both sides of each break with the u of their difference."""
     return break_velocities(solution).along(normal)
 
 

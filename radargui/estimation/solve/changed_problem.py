@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from radargui.estimation.forward.equation_of_motion import EquationRows, spans_in_flight
 from radargui.estimation.forward.mirrors import MirrorPlane, walls_of
-from radargui.estimation.forward.motion_law import LawRows, spans_in_flight
 from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion
 from radargui.estimation.forward.parameters import (
     Layout,
@@ -30,7 +30,7 @@ _JERK_M_S3 = (3.0, 3.0 * INITIAL.jerk_m_s3)
 _LEAST_SEEN = 1e-4
 """Share of a map's strongest function below which one is not asked for what the map has said: rounding."""
 _OFF_GRAVITY_M_S2 = 0.1
-"""First deviation from the law of flight: what a wall that is not in the model bends a fall by. Chosen by hand."""
+"""First deviation from the equation of flight: what a wall that is not in the model bends a fall by. Chosen by hand."""
 _STIFF_M_S2 = 0.01
 """The same where mirrors are new: a fall that bends for a wall hides it, and one found to be stiffer hides what walls
 that nothing excludes would do to it (physical seed 4036: 64 instead of 99 % inside 2u). Chosen by hand."""
@@ -53,7 +53,7 @@ def problem_with_breaks(solution: Solution, motion: SplineMotion) -> Start:
     now = spline.span_middles()
     # other breaks part other flights
     in_flight = spans_in_flight(motion, problem.released_s) if old.sizes.flight else np.zeros(now.size, dtype=bool)
-    rows = LawRows.of(spline, in_flight)
+    rows = EquationRows.of(spline, in_flight)
     jerk_sd = np.clip(np.interp(now, *_log_jerk_sd(solution)), *np.log(_JERK_M_S3))
     # breaks stand first: everything behind them moves by their number
     shift = layout.breaks.stop - old.breaks.stop
@@ -68,20 +68,20 @@ def problem_with_breaks(solution: Solution, motion: SplineMotion) -> Start:
         layout=layout,
         prior=prior,
         in_flight=in_flight,
-        law_sd=np.where(rows.is_flight, _OFF_GRAVITY_M_S2, np.exp(jerk_sd[rows.span])),
+        equation_sd=np.where(rows.is_flight, _OFF_GRAVITY_M_S2, np.exp(jerk_sd[rows.span])),
         use=usable_bins(problem.bins, spline.break_s),
     )
     return Start(changed, State(motion.coefficients, np.concatenate([spline.break_s, solution.state.theta[others]])))
 
 
 def problem_with_flights(solution: Solution) -> Start | None:
-    """Return a solution's problem with the law of free flight where it flies; None where nothing does."""
+    """Return a solution's problem with the equation of free flight where it flies; None where nothing does."""
     problem, theta = solution.problem, solution.state.theta
     motion = SplineMotion(solution.at.spline, solution.state.coefficients)
     in_flight = spans_in_flight(motion, problem.released_s)
     if not in_flight.any():
         return None
-    old, rows = problem.layout, LawRows.of(motion.spline, in_flight)
+    old, rows = problem.layout, EquationRows.of(motion.spline, in_flight)
     layout = make_layout(replace(old.sizes, flight=1))
     new_theta, shift = np.zeros(layout.size), layout.flight.stop - layout.flight.start
     source, target = carried_places(old, layout)
@@ -100,16 +100,16 @@ def problem_with_flights(solution: Solution) -> Start | None:
         layout=layout,
         prior=Prior(mean, sd, fresh.groups + groups),
         in_flight=in_flight,
-        law_sd=np.where(rows.is_flight, _OFF_GRAVITY_M_S2, jerk_sd[rows.span]),
+        equation_sd=np.where(rows.is_flight, _OFF_GRAVITY_M_S2, jerk_sd[rows.span]),
     )
     return Start(changed, State(solution.state.coefficients, new_theta))
 
 
 def span_jerk_sd(problem: JointProblem, spline: MotionSpline) -> FloatArray:
-    """Return the jerk's deviation in each span, in flight that of accelerations that differ from knot to knot."""
-    rows, (_, _, length) = LawRows.of(spline, problem.in_flight), spline.jerk()
+    """Return the jerk's deviation in each span, (n_spans,); in flight that of accelerations of different knots."""
+    rows, (_, _, length) = EquationRows.of(spline, problem.in_flight), spline.jerk()
     out = np.empty(length.size)
-    out[rows.span] = np.where(rows.is_flight, np.sqrt(2.0) / length[rows.span], 1.0) * problem.law_sd
+    out[rows.span] = np.where(rows.is_flight, np.sqrt(2.0) / length[rows.span], 1.0) * problem.equation_sd
     return out
 
 
@@ -138,7 +138,7 @@ def problem_with_mirrors(
     """
     before = solution.problem
     problem, theta = mirrors_changed(before, solution.state.theta, planes, bias)
-    problem = replace(problem, spline=solution.at.spline, law_sd=stiff_law_sd(solution))
+    problem = replace(problem, spline=solution.at.spline, equation_sd=stiff_equation_sd(solution))
     # other functions of position, or other images of the antennas
     if bias is not None or problem.sphere is not None:
         problem = problem.at_places(positions_at_bins(solution), theta)
@@ -180,10 +180,10 @@ def problem_with_fine_maps(start: Start, place: FloatArray, visited: BoolArray) 
     return Start(finer.at_places(place, theta), State(start.state.coefficients, theta))
 
 
-def stiff_law_sd(solution: Solution) -> FloatArray:
-    """Return the deviations of the law's rows where a mirror is sought: flights do not bend for it, shape (n_rows,)."""
-    sd = solution.problem.law_sd
-    return np.where(solution.at.law.rows.is_flight, _STIFF_M_S2, sd)
+def stiff_equation_sd(solution: Solution) -> FloatArray:
+    """Return the deviations of the equation's rows where a mirror is sought, (n_rows,): flights do not bend for it."""
+    sd = solution.problem.equation_sd
+    return np.where(solution.at.equation.rows.is_flight, _STIFF_M_S2, sd)
 
 
 def mirrors_changed(
@@ -235,7 +235,7 @@ def positions_at_bins(solution: Solution) -> FloatArray:
 
 
 def carried_places(old: Layout, new: Layout, *, bias: bool = True, last: bool = False) -> tuple[IntArray, IntArray]:
-    """Return places in the old layout and where they stand in a new one with more or fewer mirrors.
+    """Return places in the old layout and where they stand in one with more or fewer mirrors, shape (n,) both.
 
     Parameters
     ----------

@@ -57,10 +57,10 @@ INITIAL = InitialSettings()
 
 
 def release_times(onset_s: float, settings: InitialSettings = INITIAL) -> FloatArray:
-    """Return where the release wants finer knots: gravity sets in within no time, between two knots.
+    """Return where the release wants finer knots, (2,): gravity sets in within no time, between two knots.
 
     With 10 ms between them the acceleration rang for 60 ms after it (1.6, -0.8, 0.4 m/s^2), and the deviation from the
-    law of flight, re-estimated from that, let the whole first fall bend by 0.03 mm.
+    equation of flight, re-estimated from that, let the whole first fall bend by 0.03 mm.
     """
     return onset_s - np.array([settings.onset_late_s, 0.0])
 
@@ -174,7 +174,7 @@ def initial_problem(
         ),
         prior=prior,
         in_flight=np.zeros(sum(spline.spans), dtype=bool),
-        law_sd=np.full(sum(spline.spans), settings.jerk_m_s3),
+        equation_sd=np.full(sum(spline.spans), settings.jerk_m_s3),
         noise_scale=np.ones(n_receivers),
         use=usable_bins(bins, spline.break_s),
         bias_basis=bias,
@@ -187,7 +187,7 @@ def initial_problem(
 
 
 def usable_bins(bins: Bins, break_s: FloatArray) -> BoolArray:
-    """Return which bins hold no break."""
+    """Return which bins, (n_bins,), hold no break."""
     # breaks move while they are settled, bins do not
     before = np.searchsorted(break_s, bins.first_s)
     after = np.searchsorted(break_s, bins.last_s)

@@ -1,4 +1,7 @@
-"""What the lobes of a wall should be: directly each antenna's main lobe is seen, a wall is met by its skirts."""
+"""What the lobes of a wall should be: directly each antenna's main lobe is seen, a wall is met by its skirts.
+
+Method 4, Mirrors.
+"""
 
 from __future__ import annotations
 
@@ -77,6 +80,8 @@ def with_lobes_of_walls(
             length = np.linalg.norm(middle_m - image)
             q = 1.0 - float(axis @ (middle_m - image) / length)
             of_angle = place.start + N_LOBE * m + 1
+            # the slope where the wall's image looks: far off the axis side lobes have taken over, and it is flat
             mean[of_angle] = LOBE_UNITS[1] * float(main_lobe(np.array(-a / LOBE_UNITS[1]), np.array(q)))
+            # known to a share of the main lobe's (method 4, Mirrors), no better than the least
             sd[of_angle] = settings.u_skirt + share * abs(a)
     return replace(prior, mean=mean, sd=sd)

@@ -17,7 +17,7 @@ from radargui.model.errors import SolveError
 
 @dataclass(frozen=True, slots=True)
 class MinimiseSettings:
-    """When Gauss-Newton stops.
+    """When Gauss-Newton stops. Chosen by hand; decisions 24, 38, 39 and 41 have what others cost.
 
     Attributes
     ----------
@@ -210,10 +210,10 @@ def _is_possible(
 
 
 def log_evidence(solution: Solution) -> float:
-    """Return the Laplace approximation of the log evidence, noise scale and the law's deviations included.
+    """Return the Laplace approximation of the log evidence, noise scale and the equation's deviations included.
 
-    ln E = -cost - ln det H / 2 - sum ln sd_prior - 3 sum ln sd_law - sum over the channels' bins of ln noise scale, and
-    what the deviations' own priors say.
+    ln E = -cost - ln det H / 2 - sum ln sd_prior - 3 sum ln sd_equation - sum over the channels' bins of ln noise scale
+    and what the deviations' own priors say.
     """
     problem = solution.problem
     # without the terms of the deviations a model could widen its priors until anything fits
@@ -222,10 +222,10 @@ def log_evidence(solution: Solution) -> float:
         -solution.at.cost
         - 0.5 * solution.normal.log_determinant()
         - float(np.log(problem.prior.sd).sum())
-        - 3.0 * float(np.log(problem.law_sd).sum())
+        - 3.0 * float(np.log(problem.equation_sd).sum())
         - 2.0 * n_used * float(np.log(problem.noise_scale).sum())
         - sum(float(problem.prior.sd[one.index[0]]) / one.scale for one in problem.prior.groups)
-        - float(problem.law_sd[solution.at.law.rows.is_flight].sum()) / PRIORS.off_flight_m_s2
+        - float(problem.equation_sd[solution.at.equation.rows.is_flight].sum()) / PRIORS.off_flight_m_s2
     )
 
 

@@ -1,4 +1,7 @@
-"""Covariances of what is linear in motion and breaks, all else marginalised: near the diagonal, and what M adds."""
+"""Covariances of what is linear in motion and breaks, all else marginalised: near the diagonal, and what M adds.
+
+Method 4, Minimum.
+"""
 
 from __future__ import annotations
 

@@ -65,6 +65,7 @@ class NormalBlocks:
     def diagonal_raised(self, share: float) -> NormalBlocks:
         """Return H with its diagonal raised by a share."""
         band, m = self.band.copy(), self.m.copy()
+        # a share, not a sum: metres, radians and seconds stand on one diagonal (Marquardt 1963)
         band[0] *= 1.0 + share
         m[np.diag_indices(len(m))] *= 1.0 + share
         return NormalBlocks(band, self.beside, self.c, m, self.segments)
@@ -105,6 +106,7 @@ class _Between:
         motion_rows, n_joint = band.shape[1], 2 * _AT_BREAK
         half = np.zeros((padded_size(motion_rows), n_joint + blocks.c.shape[1]))
         to_joints, to_rest = half[:, :n_joint], half[:, n_joint:]
+        # both couplings side by side: one solve for all columns
         to_rest[:motion_rows] = blocks.c
         to_joints[:motion_rows, 3::4] = segments.folded(blocks.beside)[1:].reshape(-1, 2)
         beside, flat = segments.beside_joints, segments.joint_rows.ravel()
@@ -168,6 +170,7 @@ class Reduced:
             raise SolveError(_NOT_POSITIVE) from error
         segments, m = blocks.segments, blocks.m
         joints, n_breaks = segments.joint_rows, segments.n_breaks
+        # Schur complement C^T S_b^-1 C, from the half solves
         rest = between.to_rest.T @ between.to_rest
         np.subtract(m[n_breaks:, n_breaks:], rest, out=rest)
         own = np.zeros((n_breaks, _AT_BREAK, _AT_BREAK))
@@ -191,7 +194,7 @@ class Reduced:
         return Reduced(between, segments, own, to_next, to_rest, rest)
 
     def factor(self, added: FloatArray | None = None) -> NormalMatrix:
-        """Return the factored matrix, something added to the diagonal of M.
+        """Return the factored matrix, something, (n_global,), added to the diagonal of M.
 
         Raises
         ------
@@ -296,7 +299,7 @@ class NormalMatrix:
         return by_motion.reshape(motion.shape), by_global.reshape(of_global.shape)
 
     def global_variances(self) -> FloatArray:
-        """Return the variances of the global parameters."""
+        """Return the variances of the global parameters, shape (n_global,)."""
         # M^-1 = L^-T L^-1: its diagonal needs half of the work of all of it
         inverse = np.tril(dtrtri(self.schur, lower=1)[0])
         rest = (inverse**2).sum(axis=0)
@@ -312,6 +315,7 @@ class NormalMatrix:
 
     def log_determinant(self) -> float:
         """Return ln det H."""
+        # a determinant is the product of those of the Schur complements
         parts = self.between.motion.log_determinant() + self.breaks.log_determinant()
         return parts + float(2.0 * np.log(np.diag(self.schur)).sum())
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from radargui.estimation.forward.motion_law import LawRows
+from radargui.estimation.forward.equation_of_motion import EquationRows
 from radargui.estimation.forward.motion_spline import MotionSpline
 from radargui.estimation.solve.minimise import Solution, local_chi_square
 from radargui.estimation.solve.motion_covariance import MotionCovariance
@@ -26,15 +26,15 @@ class DeviationSettings:
     lowest_jerk_m_s3, highest_jerk_m_s3
         Limits of the jerk's deviation: free fall with drag has below 1 m/s^3; a contact of milliseconds 10^5.
     lowest_off_m_s2, highest_off_m_s2
-        Limits of the deviation from the law of flight: a drag coefficient that changes with speed makes a thousandth, a
-        flight that is none as much as gravity.
+        Limits of the deviation from the equation of flight: a drag coefficient that changes with speed makes a
+        thousandth, a flight that is none as much as gravity.
     largest_change
         Of a deviation in one round, as a factor: its estimate is right only near the minimum it comes from.
     window_spans
         Deviation of the Gaussian window over the spans. Chosen by hand: 30 ms tell a fall from a bed's push.
     least_square
-        Added to the sum of squares in units of the lowest deviation's, so that a motion that obeys its law keeps one
-        above zero.
+        Added to the sum of squares in units of the lowest deviation's, so that a motion that obeys its equation keeps
+        one above zero.
     least_determined
         Of the number of coefficients well determined, which rounding can make zero.
     largest_noise_step
@@ -62,11 +62,11 @@ def update_priors(solution: Solution, settings: DeviationSettings = DEVIATIONS) 
     """
     problem = solution.problem
     prior = reestimated(problem.prior, solution.state.theta, solution.normal.global_variances(), settings)
-    return replace(problem, prior=prior, law_sd=_law_deviation(solution, settings))
+    return replace(problem, prior=prior, equation_sd=_equation_deviation(solution, settings))
 
 
 def reestimated(old: Prior, theta: FloatArray, variance: FloatArray, settings: DeviationSettings = DEVIATIONS) -> Prior:
-    """Return the prior with the deviations of its groups re-estimated from theta and its variances, see above."""
+    """Return the prior with its groups' deviations re-estimated from theta and its variances, (n_global,) both."""
     sd = old.sd.copy()
     for group in old.groups:
         index = group.index
@@ -82,24 +82,24 @@ def reestimated(old: Prior, theta: FloatArray, variance: FloatArray, settings: D
     return Prior(old.mean, sd, old.groups)
 
 
-def _law_deviation(solution: Solution, settings: DeviationSettings) -> FloatArray:
-    """Return sd = sqrt(sum d^2 / number well determined) of the law's rows, in a window that no break divides.
+def _equation_deviation(solution: Solution, settings: DeviationSettings) -> FloatArray:
+    """Return sd = sqrt(sum d^2 / number well determined) of the equation's rows, in a window that no break divides.
 
     Nor does the end of the release: its jerk is no reason to let the fall bend.
     """
-    problem, law, old = solution.problem, solution.at.law, solution.problem.law_sd
+    problem, equation, old = solution.problem, solution.at.equation, solution.problem.equation_sd
     # gamma counts what the data determine of each row, x, y and z together: a fall has no direction to favour
-    variance = np.trace(MotionCovariance(solution.normal).of(law.rows.rows), axis1=1, axis2=2)
-    square = (law.value**2).sum(axis=1)
+    variance = np.trace(MotionCovariance(solution.normal).of(equation.rows.rows), axis1=1, axis2=2)
+    square = (equation.value**2).sum(axis=1)
     determined = np.clip(3.0 - variance / old**2, 0.0, 3.0)
-    in_flight = law.rows.is_flight
+    in_flight = equation.rows.is_flight
     lowest = np.where(in_flight, settings.lowest_off_m_s2, settings.lowest_jerk_m_s3)
     highest = np.where(in_flight, settings.highest_off_m_s2, settings.highest_jerk_m_s3)
-    # as in `reestimated`, with the prior of a deviation from the law of flight
+    # as in `reestimated`, with the prior of a deviation from the equation of flight
     determined += np.where(in_flight, old / PRIORS.off_flight_m_s2, 0.0)
     out = np.empty_like(square)
     # an impact must not make the flights beside it bend, nor the hand that lets go the fall
-    for part in rows_together(law.rows, solution.at.spline, problem.released_s):
+    for part in rows_together(equation.rows, solution.at.spline, problem.released_s):
         both = np.stack([square[part], determined[part]])
         top, low = gaussian_filter1d(both, settings.window_spans, mode="nearest", truncate=2.0)
         least = settings.least_square * lowest[part] ** 2
@@ -108,13 +108,13 @@ def _law_deviation(solution: Solution, settings: DeviationSettings) -> FloatArra
     return np.asarray(np.clip(limited, lowest, highest))
 
 
-def rows_together(rows: LawRows, spline: MotionSpline, released_s: float) -> list[slice]:
-    """Return the runs of the law's rows that no break and not the end of the release divide.
+def rows_together(rows: EquationRows, spline: MotionSpline, released_s: float) -> list[slice]:
+    """Return the runs of the equation's rows that no break and not the end of the release divide.
 
     Parameters
     ----------
     rows, spline
-        The motion's law and its spline.
+        The motion's equation and its spline.
     released_s
         From here on the release is over.
     """
@@ -132,5 +132,6 @@ def updated_noise_scale(solution: Solution, settings: DeviationSettings = DEVIAT
     """
     # Birge ratio, never below one: noise was measured from the samples themselves
     typical = np.median(local_chi_square(solution.problem, solution.at), axis=1)
+    # the misfit is a square, the scale a factor on the deviation
     wanted = np.sqrt(np.maximum(typical, 1.0))
     return np.minimum(wanted, settings.largest_noise_step * solution.problem.noise_scale)

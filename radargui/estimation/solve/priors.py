@@ -78,7 +78,7 @@ class PriorSettings:
         kappa: a multiplexer keeps parts in a thousand of the channel before. Where the samples do not ask for it, its
         deviation shrinks and switches it off.
     off_flight_m_s2
-        Mean of the deviation from the law of flight, one a knot, exp(-s / mean): where the samples hardly determine it
+        Mean of the deviation from the equation of flight, one a knot, exp(-s / mean): where samples hardly determine it
         nothing else holds it, and it wandered between 0.004 and 0.02 from round to round, ln E by 30.
     bias, log_amplitude_map
         Coefficients of the maps; to the second nothing is left but antennas that do not point to the origin.
@@ -178,6 +178,7 @@ def make_prior(
     sd[layout.planes] = [deviation for plane in planes for deviation in plane.deviations]
     lobes = lobe_places(layout)
     u_lobes = [settings.u_main_lobe, *[settings.u_wall_lobe] * len(walls_of(planes))]
+    # fixed: re-estimated from the samples they ran away with a wall that was wrong (decision 33)
     mean[lobes], sd[lobes] = np.resize(settings.lobe, lobes.size), np.tile(np.ravel(u_lobes), 1 + len(layout.receivers))
     prior = Prior(mean, sd)
 
@@ -189,9 +190,9 @@ def make_prior(
 
     # a group each: what one mirror or map needs is no reason to loosen another
     group([layout.crosstalk], settings.crosstalk)
-    law = flight_prior(layout, settings)
-    mean[layout.flight], sd[layout.flight] = law.mean[layout.flight], law.sd[layout.flight]
-    prior.groups.extend(law.groups)
+    flight = flight_prior(layout, settings)
+    mean[layout.flight], sd[layout.flight] = flight.mean[layout.flight], flight.sd[layout.flight]
+    prior.groups.extend(flight.groups)
     receivers = layout.receivers
     for m, plane in enumerate(planes):
         # T and R of one surface share their deviation: where one is hardly seen, the others say how large it is
@@ -222,6 +223,7 @@ def flight_prior(layout: Layout, settings: PriorSettings = PRIORS) -> Prior:
     prior = Prior(np.zeros(layout.size), np.ones(layout.size))
     if layout.sizes.flight:
         first, sideways = layout.flight.start, settings.sideways_m_s2
+        # along the setup's z; what antennas or a frame lean by shows as a horizontal part
         prior.mean[first + 2] = NOMINAL_GRAVITY_M_S2
         prior.sd[layout.flight] = sideways.start, sideways.start, settings.gravity_m_s2, settings.drag_1_m
         prior.groups.append(PriorGroup(np.arange(first, first + 2), sideways.lowest, sideways.highest))

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from radargui.estimation.forward.bins import Bins, Multiplexer
-from radargui.estimation.forward.motion_law import LawDeviation, LawRows
+from radargui.estimation.forward.equation_of_motion import EquationDeviation, EquationRows
 from radargui.estimation.forward.motion_spline import MotionSpline, SplineSeries
 from radargui.estimation.forward.parameters import Layout
 from radargui.estimation.forward.position_map import PositionBasis
@@ -45,9 +45,9 @@ class JointProblem:
     layout, inputs, prior
         Meaning, geometry and prior of the global parameters.
     in_flight
-        Spans in which the motion obeys the law of free flight, shape (n_spans,).
-    law_sd
-        Prior standard deviation of each row of the motion's law (`LawRows`), m/s^3 or m/s^2, shape (n_rows,).
+        Spans in which the motion obeys the equation of free flight, shape (n_spans,).
+    equation_sd
+        Prior standard deviation of each row of the motion's equation (`EquationRows`), m/s^3 or m/s^2, shape (n_rows,).
     noise_scale
         Misfit as a factor on each receiver's noise, shape (n_receivers,).
     use
@@ -72,7 +72,7 @@ class JointProblem:
     inputs: ModelInputs
     prior: Prior
     in_flight: BoolArray
-    law_sd: FloatArray
+    equation_sd: FloatArray
     noise_scale: FloatArray
     use: BoolArray
     bias_basis: PositionBasis
@@ -106,7 +106,7 @@ class JointProblem:
         return replace(self, inputs=inputs, mapped_m=place, mapped_mirrors=unknown)
 
     def is_mapped(self, place: FloatArray, theta: FloatArray, within: float, mirrors_within: float) -> bool:
-        """Whether maps are evaluated for nearly these places: within metres, mirrors within metres and radians."""
+        """Whether maps are evaluated for nearly these places, (3, n_bins): within m, mirrors within m and rad."""
         unknown = self.layout.plane_unknowns(theta)
         # a mirror more or less, and nothing is evaluated for it
         if self.mapped_m is None or self.mapped_mirrors is None or unknown.shape != self.mapped_mirrors.shape:
@@ -150,8 +150,8 @@ class Linearised:
     spline, series, motion
         The motion with the breaks in force, B with its derivatives at the bins, and what the motion is there
         (`SplineSeries.motion`).
-    law
-        What it deviates from its law.
+    equation
+        What it deviates from its equation.
     excess
         Channel before minus channel, shape (n_channels, n_bins): slope of the crosstalk.
     waves
@@ -166,7 +166,7 @@ class Linearised:
     spline: MotionSpline
     series: SplineSeries
     motion: FloatArray
-    law: LawDeviation
+    equation: EquationDeviation
     excess: FloatArray
     waves: Waves | None = None
 
@@ -191,29 +191,29 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
     near = np.minimum(size, HUBER_SIGMAS)
     loss = float((near * (size - 0.5 * near) @ problem.use).sum())
     weight = HUBER_SIGMAS / np.maximum(size, HUBER_SIGMAS) * problem.use / sigma**2
-    law = LawDeviation.of(
-        LawRows.of(spline, problem.in_flight), state.coefficients, theta[layout.flight], spline.break_s.size
+    equation = EquationDeviation.of(
+        EquationRows.of(spline, problem.in_flight), state.coefficients, theta[layout.flight], spline.break_s.size
     )
-    loss += _prior_cost(problem, theta, law)
-    return Linearised(loss, residual, weight, signals, node_m, spline, series, motion, law, excess, waves)
+    loss += _prior_cost(problem, theta, equation)
+    return Linearised(loss, residual, weight, signals, node_m, spline, series, motion, equation, excess, waves)
 
 
 def reweighed(problem: JointProblem, other: JointProblem, theta: FloatArray, at: Linearised) -> Linearised:
-    """Return what another problem, which differs from one in its priors alone, is where that was linearised."""
-    change = _prior_cost(other, theta, at.law) - _prior_cost(problem, theta, at.law)
+    """Return what another problem, of other priors alone, is at a theta, (n_global,), where one was linearised."""
+    change = _prior_cost(other, theta, at.equation) - _prior_cost(problem, theta, at.equation)
     return replace(at, cost=at.cost + change)
 
 
-def _prior_cost(problem: JointProblem, theta: FloatArray, law: LawDeviation) -> float:
+def _prior_cost(problem: JointProblem, theta: FloatArray, equation: EquationDeviation) -> float:
     prior = problem.prior
-    of_law = ((law.value / problem.law_sd[:, None]) ** 2).sum()
-    return 0.5 * float((((theta - prior.mean) / prior.sd) ** 2).sum()) + 0.5 * float(of_law)
+    of_equation = ((equation.value / problem.equation_sd[:, None]) ** 2).sum()
+    return 0.5 * float((((theta - prior.mean) / prior.sd) ** 2).sum()) + 0.5 * float(of_equation)
 
 
 def signals_in_parts(
     problem: JointProblem, theta: FloatArray, node_m: FloatArray
 ) -> tuple[tuple[ReceiverSignal, ...], FloatArray, Waves | None]:
-    """Return `signals_at`, so many bins at a time as stay in the processor's cache; the waves of more are not kept."""
+    """Return `signals_at`, so many bins at a time as the processor's cache holds; the waves of more are not kept."""
     if problem.bins.n_bins <= BINS_TOGETHER:
         return signals_at(problem, theta, node_m)
     layout, found = problem.layout, []

@@ -118,6 +118,7 @@ def work_on(task: BatchTask, progress: Callable[[float], None] | None = None) ->
 
 
 def _work_on(task: BatchTask, progress: Callable[[float], None] | None) -> BatchOutcome:
+    # computers of a cluster may have different installations: all runs of a batch come from one version
     if task.version != __version__:
         versions = {"own": __version__, "version": task.version}
         raise worded(ProcessingError, "other_version", process=os.getpid(), **versions)
@@ -178,6 +179,7 @@ def find_runs(paths: Sequence[Path]) -> FoundRuns:
     for path in paths:
         found = list(_below(path.absolute()))
         for one in found:
+            # a run that is reached twice, by a folder and by its own name or by a link, is worked on once
             runs.setdefault(Path(os.path.realpath(one.path)), one)
         if not found:
             errors.append(_nothing(path))

@@ -17,7 +17,7 @@ GRACE_S = 3.0
 device answers within two (chosen by hand; nothing is lost after it, samples are flushed as they come)."""
 
 
-_TELLS_AFTER = 0.05
+_FORETELLS_AFTER = 0.05
 """Share of a result after which its remaining time is foretold: the first steps say little (chosen by hand)."""
 
 
@@ -125,4 +125,4 @@ class StoppingStrip(Strip):
         if run != self._run or share < self._run_share:
             self._run, self._run_began_s, self._run_share = run, now, share
         done = share - self._run_share
-        return (1.0 - share) / done * (now - self._run_began_s) if done >= _TELLS_AFTER else None
+        return (1.0 - share) / done * (now - self._run_began_s) if done >= _FORETELLS_AFTER else None

@@ -138,7 +138,7 @@ class UncertaintyMapView(Group):
         )
 
     def show_map(self, found: UncertaintyMap | None) -> None:
-        """Draw a map; None: no place can be told."""
+        """Draw a map; None: no place can be determined."""
         self.shown = found
         known = np.empty(0) if found is None else found.planes_mm[np.isfinite(found.planes_mm)]
         parts: tuple[QWidget, ...] = (*self.plots, self.scale)

@@ -21,7 +21,7 @@ from radargui.processing.wiring.response import (
     turns,
 )
 
-_CLIPPED = 0.01  # share of the time at the end of the range that is told; less spoils little (by hand)
+_CLIPPED = 0.01  # share of the time at the end of the range that is warned of; less spoils little (by hand)
 FindingKind = Literal["good", "dead", "clipped", "same", "swapped", "direction", "unclear"]
 _Said = tuple[FindingKind, str, int]
 """Kind, sentence, receiver."""

@@ -1,4 +1,4 @@
-"""What the motion obeys between its breaks: an acceleration that changes slowly, or free flight (method 4, Priors)."""
+"""What the motion obeys between its breaks: an acceleration that changes slowly, or flight (method 4, Flight)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
 
 @dataclass(frozen=True, slots=True)
-class FlightLawSettings:
+class FreeFlightSettings:
     """Where a motion counts as free flight. Chosen by hand.
 
     Attributes
@@ -29,12 +29,12 @@ class FlightLawSettings:
     least_spans: int = 3
 
 
-FLIGHT_LAW = FlightLawSettings()
+FREE_FLIGHT = FreeFlightSettings()
 
 
 @dataclass(frozen=True)
-class LawRows:
-    """The law as rows of the spline's coefficients, outside of flights first.
+class EquationRows:
+    """The equation of motion as rows of the spline's coefficients, outside of flights first.
 
     Outside of flights a row is a span's third derivative. In a flight it is the acceleration at a knot, of which
     a = -g - k |v| v is expected: one row more than spans, so that with place and velocity they say all of a cubic.
@@ -61,20 +61,20 @@ class LawRows:
     duration_s: FloatArray
 
     @staticmethod
-    def of(spline: MotionSpline, in_flight: BoolArray) -> LawRows:
+    def of(spline: MotionSpline, in_flight: BoolArray) -> EquationRows:
         """Return the rows of a spline of which some spans, (n_spans,), are in flight."""
         segment = spline.polynomials.segment
         jerk, _, _ = spline.jerk()
         outside = np.flatnonzero(~in_flight)
         if outside.size == in_flight.size:
-            return LawRows(jerk, jerk[:0], outside.size, outside, segment, np.zeros(0))
+            return EquationRows(jerk, jerk[:0], outside.size, outside, segment, np.zeros(0))
         follows = np.append(in_flight[1:] & (segment[1:] == segment[:-1]), False)
         begin, last = np.flatnonzero(in_flight), np.flatnonzero(in_flight & ~follows)
         span = np.concatenate([begin, last])
         order = np.argsort(span, kind="stable")
         span, is_end = span[order], (np.arange(span.size) >= begin.size)[order]
         velocity, acceleration = spline.at_ends(span, is_end)
-        return LawRows(
+        return EquationRows(
             jerk[outside].above(acceleration),
             velocity,
             outside.size,
@@ -90,13 +90,13 @@ class LawRows:
 
 
 @dataclass(frozen=True)
-class LawDeviation:
-    """By how much a motion deviates from the law, and what moves that.
+class EquationDeviation:
+    """By how much a motion deviates from the equation, and what moves that.
 
     Attributes
     ----------
     rows
-        The law.
+        The equation.
     value
         m/s^3 or m/s^2, shape (n_rows, 3).
     drag
@@ -105,13 +105,15 @@ class LawDeviation:
         Slopes with respect to the times of the breaks before and after each row's segment, shape (n_rows, 3, 2).
     """
 
-    rows: LawRows
+    rows: EquationRows
     value: FloatArray
     drag: FloatArray
     by_breaks: FloatArray
 
     @staticmethod
-    def of(rows: LawRows, coefficients: FloatArray, gravity_and_drag: FloatArray, n_breaks: int) -> LawDeviation:
+    def of(
+        rows: EquationRows, coefficients: FloatArray, gravity_and_drag: FloatArray, n_breaks: int
+    ) -> EquationDeviation:
         """Return the deviation for coefficients (size, 3) and (g_x, g_y, g_z, k), empty where nothing flies."""
         value = rows.rows @ coefficients
         drag, by_breaks = np.zeros_like(value), np.zeros((*value.shape, 2))
@@ -125,21 +127,24 @@ class LawDeviation:
             segment = rows.segment[flying, None]
             by_breaks[flying, :, 0] = np.where(segment > 0, shorter, 0.0)
             by_breaks[flying, :, 1] = np.where(segment < n_breaks, -shorter, 0.0)
+            # what is left of a = -g - k |v| v
             value[flying] += gravity_and_drag[:3] + gravity_and_drag[3] * drag[flying]
-        return LawDeviation(rows, value, drag, by_breaks)
+        return EquationDeviation(rows, value, drag, by_breaks)
 
 
-def spans_in_flight(motion: SplineMotion, released_s: float, settings: FlightLawSettings = FLIGHT_LAW) -> BoolArray:
+def spans_in_flight(motion: SplineMotion, released_s: float, settings: FreeFlightSettings = FREE_FLIGHT) -> BoolArray:
     """Return which spans belong to segments that fly, the release before `released_s` left out, shape (n_spans,)."""
     spline = motion.spline
+    # before, a hand or a magnet acted
     after = spline.span_middles() > released_s
-    rows = LawRows.of(spline, after)
+    rows = EquationRows.of(spline, after)
     acceleration = (rows.rows @ motion.coefficients)[rows.n_jerk :]
     out = np.zeros(after.size, dtype=bool)
     segment = spline.polynomials.segment
     for number in range(len(spline.spans)):
         here = rows.segment[rows.n_jerk :] == number
         if here.sum() > settings.least_spans:
+            # the mean: at single knots the spline rings by more
             off = acceleration[here].mean(axis=0) + np.array([0.0, 0.0, NOMINAL_GRAVITY_M_S2])
             out[after & (segment == number)] = np.linalg.norm(off) < settings.off_gravity_m_s2
     return out

@@ -1,4 +1,4 @@
-"""The law of free flight: its rows in closed form, its slopes against differences, where it holds, what it brings."""
+"""The equation of free flight: its rows in closed form, slopes against differences, where it holds, what it brings."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.small_problem import BOUNCE_S, END_S, FLOOR_PLANE, START_S, WALL_PLANE, positions, small_problem
 
-from radargui.estimation.forward.motion_law import LawDeviation, LawRows, spans_in_flight
+from radargui.estimation.forward.equation_of_motion import EquationDeviation, EquationRows, spans_in_flight
 from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion, make_spline
 from radargui.estimation.select.breaks import respline
 from radargui.estimation.select.converge import converge
@@ -64,12 +64,12 @@ def test_a_fall_with_drag_deviates_from_the_law_by_nothing() -> None:
     # v = v_end tanh(g t / v_end) from rest
     place = np.stack([0.0 * time, 0.0 * time, -np.log(np.cosh(9.81 * time / speed)) / k])
     motion = fitted(spline, time, place)
-    rows = LawRows.of(spline, np.ones(30, dtype=bool))
-    law = LawDeviation.of(rows, motion.coefficients, np.append(GRAVITY, k), 0)
-    assert np.abs(law.value).max() < 2e-4
-    without = LawDeviation.of(rows, motion.coefficients, np.append(GRAVITY, 0.0), 0)
+    rows = EquationRows.of(spline, np.ones(30, dtype=bool))
+    equation = EquationDeviation.of(rows, motion.coefficients, np.append(GRAVITY, k), 0)
+    assert np.abs(equation.value).max() < 2e-4
+    without = EquationDeviation.of(rows, motion.coefficients, np.append(GRAVITY, 0.0), 0)
     assert without.value[-1, 2] == pytest.approx(k * (speed * np.tanh(9.81 * 0.3 / speed)) ** 2, rel=1e-3)
-    assert law.drag[-1, 2] == pytest.approx(-without.value[-1, 2] / k, rel=1e-3)
+    assert equation.drag[-1, 2] == pytest.approx(-without.value[-1, 2] / k, rel=1e-3)
 
 
 def test_what_the_breaks_move_equals_differences() -> None:
@@ -77,18 +77,19 @@ def test_what_the_breaks_move_equals_differences() -> None:
     in_flight = np.ones(sum(spline.spans), dtype=bool)
     in_flight[[0, 25, 26]] = False
     c, known = drawn(spline), np.append(GRAVITY, 0.0)
-    law = LawDeviation.of(LawRows.of(spline, in_flight), c, known, 2)
+    equation = EquationDeviation.of(EquationRows.of(spline, in_flight), c, known, 2)
     for k in range(2):
         up, down = (
-            LawDeviation.of(
-                LawRows.of(spline.with_breaks(spline.break_s + step * np.eye(2)[k]), in_flight), c, known, 2
+            EquationDeviation.of(
+                EquationRows.of(spline.with_breaks(spline.break_s + step * np.eye(2)[k]), in_flight), c, known, 2
             )
             for step in (1e-7, -1e-7)
         )
-        flies = law.rows.is_flight
+        flies = equation.rows.is_flight
         wanted = ((up.value - down.value) / 2e-7)[flies]
         by_break = sum(
-            np.where(law.rows.segment == k + side, 1.0, 0.0)[:, None] * law.by_breaks[:, :, 1 - side] for side in (0, 1)
+            np.where(equation.rows.segment == k + side, 1.0, 0.0)[:, None] * equation.by_breaks[:, :, 1 - side]
+            for side in (0, 1)
         )
         assert by_break[flies] == pytest.approx(wanted, rel=1e-5, abs=1e-6 * np.abs(wanted).max())
 
@@ -111,10 +112,10 @@ def test_with_flights_the_slope_and_the_matrix_are_those_of_the_cost() -> None:
     start = flying(minimise(made.start, 2))
     rng = np.random.default_rng(5)
     # another one for each row, so that none stands for its neighbour
-    law_sd = rng.uniform(0.05, 0.2, start.problem.law_sd.size)
+    equation_sd = rng.uniform(0.05, 0.2, start.problem.equation_sd.size)
     # outside of flights a jerk is no matter of the breaks
-    law_sd[: int((~start.problem.in_flight).sum())] = 1e6
-    problem = replace(start.problem, law_sd=law_sd)
+    equation_sd[: int((~start.problem.in_flight).sum())] = 1e6
+    problem = replace(start.problem, equation_sd=equation_sd)
     state = State(
         start.state.coefficients + 1e-5 * rng.standard_normal(start.state.coefficients.shape), start.state.theta
     )
@@ -134,9 +135,9 @@ def test_with_flights_the_slope_and_the_matrix_are_those_of_the_cost() -> None:
     # the coupling of gravity with the motion, from the deviation itself
     moved = state.coefficients.copy()
     moved[3, 2] += 1e-6
-    weight = problem.law_sd**-2.0
-    change = (linearise(problem, State(moved, state.theta)).law.value - at.law.value)[:, 2] / 1e-6
-    wanted = float((weight * change * at.law.rows.is_flight).sum())
+    weight = problem.equation_sd**-2.0
+    change = (linearise(problem, State(moved, state.theta)).equation.value - at.equation.value)[:, 2] / 1e-6
+    wanted = float((weight * change * at.equation.rows.is_flight).sum())
     assert blocks.coupling[3 * 3 + 2, layout.flight.start + 2] == pytest.approx(wanted, rel=1e-3)
 
 
@@ -145,14 +146,14 @@ def test_gravity_is_found_and_a_motion_between_mirrors_is_better_known() -> None
     for seed in range(3):
         made = small_problem((FLOOR_PLANE, WALL_PLANE), reflection=0.05, seed=seed)
         free = converge(made.start, 4, lambda: None)
-        law = converge(flying(free), 4, lambda: None)
+        equation = converge(flying(free), 4, lambda: None)
         true = positions(made.data.bins.time_s)
-        square += [float(((positions_at_bins(one) - true) ** 2).sum(axis=0).mean()) for one in (free, law)]
-        places = law.problem.layout.flight
-        u = np.sqrt(law.normal.global_variances()[places])
-        assert (np.abs(law.state.theta[places][:3] - GRAVITY) < 3.0 * u[:3]).all()
+        square += [float(((positions_at_bins(one) - true) ** 2).sum(axis=0).mean()) for one in (free, equation)]
+        places = equation.problem.layout.flight
+        u = np.sqrt(equation.normal.global_variances()[places])
+        assert (np.abs(equation.state.theta[places][:3] - GRAVITY) < 3.0 * u[:3]).all()
         assert u[2] < 0.05
-        assert law.problem.law_sd[law.at.law.rows.is_flight].max() < 0.1
+        assert equation.problem.equation_sd[equation.at.equation.rows.is_flight].max() < 0.1
     assert square[1] < 0.8 * square[0]
 
 
@@ -168,9 +169,9 @@ def test_other_breaks_part_other_flights_and_their_law_starts_anew() -> None:
     solution = converge(flying(minimise(made.start, 2)), 2, lambda: None)
     motion = respline(solution.at.spline, solution.state.coefficients, np.array([BOUNCE_S, 0.4]), np.zeros(0))
     start = problem_with_breaks(solution, motion)
-    rows = LawRows.of(start.problem.spline, start.problem.in_flight)
+    rows = EquationRows.of(start.problem.spline, start.problem.in_flight)
     assert rows.is_flight.sum() == start.problem.in_flight.sum() + 3
-    assert start.problem.law_sd[rows.is_flight] == pytest.approx(0.1)
+    assert start.problem.equation_sd[rows.is_flight] == pytest.approx(0.1)
     assert start.state.theta[start.problem.layout.flight] == pytest.approx(
         solution.state.theta[solution.problem.layout.flight]
     )

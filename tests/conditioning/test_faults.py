@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radargui.conditioning.open_channels import open_channels
+from radargui.conditioning.faults import open_channels
 
 RATE_HZ = 5000.0
 TIME = np.arange(5000) / RATE_HZ

@@ -1,4 +1,4 @@
-"""Standing lines: interference that stays at its frequency and is as strong at -f as at +f; no target is that."""
+"""Interference: lines that stay at their frequency and are as strong at -f as at +f; no target is that (method 2)."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, even_tran
 
 
 @dataclass(frozen=True, slots=True)
-class LineSettings:
-    """What counts as a standing line.
+class InterferenceSettings:
+    """What counts as a line of interference.
 
     Attributes
     ----------
@@ -62,15 +62,18 @@ class LineSettings:
     lowest_hz: float = 30.0
 
 
-SETTINGS = LineSettings()
+SETTINGS = InterferenceSettings()
 MAINS_WITHIN_HZ = 0.4
 """Of a multiple of the mains: a tone comes so near to one of the fifteen below 500 Hz by chance in 2 of 100 cases."""
 
 
-def without_standing_lines(
+def without_interference(
     volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray
-) -> tuple[FloatArray, tuple[float, ...]]:
-    """Return the voltages less the standing lines of each receiver, and the lines' frequencies in Hz.
+) -> tuple[FloatArray, tuple[float, ...], slice]:
+    """Return the voltages less the interference of each receiver, the lines' frequencies in Hz, and where it is sure.
+
+    Half a window does not tell a line's amplitude, and what that leaves, the next line's window spreads further: sure
+    are all samples but a window at both ends (a quarter of short ones).
 
     A moving target turns I + jQ one way: its image at -f is what the mixer's gain and quadrature errors make. Mains
     and other tones that reach the channels directly have any phase between I and Q, in every piece of the record, also
@@ -86,26 +89,18 @@ def without_standing_lines(
     noise_v
         White noise of each channel, shape (2 n_receivers,).
     """
-    frequencies = find_standing_lines(volts, sample_rate_hz, noise_v)
+    frequencies = find_interference(volts, sample_rate_hz, noise_v)
     if not frequencies:
-        return volts, ()
-    out = volts.copy()
+        return volts, (), slice(None)
+    out, n_samples = volts.copy(), volts.shape[1]
     for frequency in frequencies:
         _take_off(out, sample_rate_hz, frequency, SETTINGS.notch_s)
-    return out, frequencies
+    end = min(round(SETTINGS.notch_s * sample_rate_hz), n_samples // 4)
+    return out, frequencies, slice(end, n_samples - end)
 
 
-def without_ends(volts: FloatArray, sample_rate_hz: float) -> FloatArray:
-    """Return the voltages without a window at both ends (a quarter of short ones): there the lines leave something.
-
-    Half a window does not tell a line's amplitude, and what that leaves, the next line's window spreads further.
-    """
-    end = min(round(SETTINGS.notch_s * sample_rate_hz), volts.shape[1] // 4)
-    return volts[:, end : volts.shape[1] - end]
-
-
-def find_standing_lines(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -> tuple[float, ...]:
-    """Return the frequencies of standing lines in Hz, the strongest first; parameters as above."""
+def find_interference(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -> tuple[float, ...]:
+    """Return the frequencies of interference in Hz, the strongest first; parameters as above."""
     duration_s = volts.shape[1] / sample_rate_hz
     frame_s = max(0.1, min(SETTINGS.frame_s, duration_s / SETTINGS.frames))
     size = even_transform_size(frame_s * sample_rate_hz)
@@ -132,11 +127,13 @@ def find_standing_lines(volts: FloatArray, sample_rate_hz: float, noise_v: Float
     # 1/f noise is high everywhere near by, a line is not
     around = _local_median(np.median(np.maximum(ahead, back), axis=1), width)
     tall = (level > SETTINGS.stands_out * white) & (level > SETTINGS.stands_out * 0.2 * around)
-    standing = (np.median(image, axis=1) > SETTINGS.least_image) & (_coherence(spectrum) > SETTINGS.least_coherence)
+    is_interference = (np.median(image, axis=1) > SETTINGS.least_image) & (
+        _coherence(spectrum) > SETTINGS.least_coherence
+    )
     top = _peaks(level)
     in_band = (hz > SETTINGS.lowest_hz) & (hz < 0.45 * sample_rate_hz)
-    certain, bin_hz = hz[(tall & standing & top).any(axis=0) & in_band], sample_rate_hz / size
-    standing |= tall & _of_mains([_refined(volts, sample_rate_hz, float(f), bin_hz) for f in certain[:20]], hz)
+    certain, bin_hz = hz[(tall & is_interference & top).any(axis=0) & in_band], sample_rate_hz / size
+    is_interference |= tall & _of_mains([_refined(volts, sample_rate_hz, float(f), bin_hz) for f in certain[:20]], hz)
     # what keeps to the mains' own frequency throughout is hum, also where its phases in I and Q turn it one way
     power, usual = np.quantile(np.maximum(ahead, back), [1.0 - SETTINGS.least_share, 0.5], axis=1)
     coherent = _peaks(power) & (power > SETTINGS.stands_out * white) & (_coherence(spectrum) > SETTINGS.mains_coherence)
@@ -145,8 +142,8 @@ def find_standing_lines(volts: FloatArray, sample_rate_hz: float, noise_v: Float
     near = [mains for mains in MAINS_HZ if coherent[:, np.abs(hz - mains) <= bin_hz].any()]
     mains_hz = [_refined(volts, sample_rate_hz, mains, bin_hz) for mains in near]
     mains_hz = [one for one, mains in zip(mains_hz, near, strict=True) if abs(one - mains) < MAINS_WITHIN_HZ]
-    standing |= tall & _of_mains(mains_hz, hz)
-    found = np.flatnonzero((tall & standing & top).any(axis=0) & in_band)
+    is_interference |= tall & _of_mains(mains_hz, hz)
+    found = np.flatnonzero((tall & is_interference & top).any(axis=0) & in_band)
     strongest = found[np.argsort(level[:, found].max(axis=0))[::-1]][: SETTINGS.most_lines]
     lines_hz = list(mains_hz)
     for near_hz in hz[strongest]:

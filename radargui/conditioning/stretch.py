@@ -1,0 +1,152 @@
+"""A stretch between gaps: its signals, the motion in them, and what the mains and tones add taken off.
+
+Method 2, Before every correction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.conditioning.band import BandSignals, band_signals, band_times_s
+from radargui.conditioning.followed import steady_motion
+from radargui.conditioning.hum import SETTINGS as HUM, Hum, find_hum
+from radargui.conditioning.interference import without_interference
+from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
+from radargui.conditioning.onset import REST, rest_before
+from radargui.conditioning.segment import Motion, find_motion
+from radargui.model.arrays import FloatArray
+from radargui.model.recording import Recording
+from radargui.model.setup import Setup
+
+
+@dataclass(frozen=True, slots=True)
+class NoMotion:
+    """Nothing to correct in a recording, and why."""
+
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """Samples between two gaps with their motion.
+
+    Attributes
+    ----------
+    samples
+        Of the recording.
+    signals
+        As they were recorded, in means.
+    time_s
+        Of the means, shape (n,).
+    rate_hz
+        Means a second.
+    noise_v
+        White noise of a mean of each channel.
+    motion
+        Seen without the hum and the tones.
+    volts
+        Less the hum and the tones.
+    hum
+        Pick-up of the mains, measured at rest and taken off.
+    tones_hz
+        Lines that stand throughout, taken off.
+    toned
+        Which receivers they alone move.
+    """
+
+    samples: slice
+    signals: BandSignals
+    time_s: FloatArray
+    rate_hz: float
+    noise_v: FloatArray
+    motion: Motion
+    volts: FloatArray
+    hum: Hum | None
+    tones_hz: tuple[float, ...]
+    toned: tuple[bool, ...]
+
+
+def find_stretch(recording: Recording, samples: slice, first_index: int, setup: Setup) -> Stretch | NoMotion:
+    """Return the signals of a stretch without hum and tones, and their motion.
+
+    Parameters
+    ----------
+    recording, setup
+        As in `band_signals`.
+    samples
+        Stored samples without a gap.
+    first_index
+        Place of the first of them among all samples, lost ones too.
+    """
+    if samples.stop - samples.start < LEAST_SAMPLES:
+        return NO_MOTION
+    signals = band_signals(recording, samples, setup)
+    time_s = band_times_s(recording, samples, first_index, signals.size)
+    volts, usable, rate_hz = signals.volts, signals.usable, recording.digitisation.sample_rate_hz / signals.size
+    noise_v = white_noise_v(volts)
+
+    def motion_in(volts: FloatArray, channels: slice = slice(None)) -> Motion | None:
+        return find_motion(volts[channels], rate_hz, noise_v[channels])
+
+    def without_tones(volts: FloatArray) -> tuple[FloatArray, tuple[float, ...], slice]:
+        return without_interference(volts, rate_hz, noise_v)
+
+    def below(clean: FloatArray, tones_hz: tuple[float, ...]) -> Motion | None:
+        # below what was taken off a target may still go its way
+        return steady_motion(clean, usable, rate_hz, noise_v, tones_hz)
+
+    motion = motion_in(volts)
+    if motion is None:
+        clean, tones_hz, _ = without_tones(volts)
+        motion = (motion_in(clean) if tones_hz else None) or below(clean, tones_hz)
+    if motion is None:
+        return NO_MOTION
+    # on the rest alone: in the motion a target at 50 Hz is a target
+    hum = _hum_at_rest(volts, time_s, rate_hz, motion, noise_v)
+    if hum is not None:
+        volts = volts - hum.at(np.arange(volts.shape[1]) / rate_hz)
+        # without the hum the motion is seen where it begins
+        motion = motion_in(volts) or motion
+    # what has no rest to be measured on is known by being there on both sides
+    volts, tones_hz, sure = without_tones(volts)
+    toned = (False,) * recording.n_receivers
+    if tones_hz:
+        found = motion_in(volts)
+        toned = tuple(motion_in(volts[:, sure], slice(2 * k, 2 * k + 2)) is None for k in range(len(toned)))
+        if found is None or all(toned):
+            found, toned = below(volts, tones_hz), (False,) * len(toned)
+        if found is None:
+            return NoMotion(f"{only_tones(tones_hz)} moves the voltages")
+        motion = found
+    return Stretch(samples, signals, time_s, rate_hz, noise_v, motion, volts, hum, tones_hz, toned)
+
+
+NO_MOTION = NoMotion("the voltages do not move more than their noise")
+
+
+def only_tones(lines_hz: tuple[float, ...]) -> str:
+    """Return what moves the voltages, for a sentence."""
+    return f"nothing but a hum or tones ({', '.join(f'{frequency:.0f}' for frequency in lines_hz[:4])} Hz)"
+
+
+def _hum_at_rest(
+    volts: FloatArray, time_s: FloatArray, rate_hz: float, motion: Motion, noise_v: FloatArray
+) -> Hum | None:
+    """Return the hum of the rests before and after the motion."""
+
+    def measured(rest_end: int) -> Hum | None:
+        after = slice(motion.last + round(REST.after_motion_s * rate_hz), volts.shape[1])
+        least = 0.5 * HUM.least_rest_s * rate_hz
+        rests = tuple(part for part in (slice(0, rest_end), after) if part.stop - part.start >= least)
+        return find_hum(volts, rate_hz, rests, noise_v)
+
+    quiet_end = motion.first - round(REST.least_s * rate_hz)
+    hum = measured(quiet_end)
+    if hum is None:
+        return None
+    # a slow beginning of the motion, still counted as rest, can look like a weak hum: once more without it
+    onset, _ = rest_before(volts - hum.at(np.arange(volts.shape[1]) / rate_hz), time_s, motion)
+    earlier = int(np.searchsorted(time_s, onset - REST.hum_margin_s))
+    return measured(earlier) if 0 < earlier < quiet_end else hum

@@ -1,0 +1,77 @@
+"""The method and the code name each other: tables lead to what there is, docstrings to what is written."""
+
+from __future__ import annotations
+
+import ast
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = ROOT / "radargui"
+TEXT = (ROOT / "docs" / "method.md").read_text(encoding="utf-8")
+ESTIMATION = ("adaptive/", "forward/", "solve/", "select/", "readout/")
+SECTIONS = {int(one): text for one, text in re.findall(r"^## (\d) (.*?)(?=^## |\Z)", TEXT, re.MULTILINE | re.DOTALL)}
+
+
+def rows() -> list[tuple[list[str], list[Path]]]:
+    """Names and modules of all tables that have both."""
+    found: list[tuple[list[str], list[Path]]] = []
+    for table in re.findall(r"^\| symbol \| name in code \| module .*?(?=\n\n)", TEXT, re.MULTILINE | re.DOTALL):
+        for line in table.splitlines()[2:]:
+            _, names, modules, *_ = re.split(r"(?<!\\) \| |^\| | \|$", line)[1:]
+            found.append((re.findall(r"`(.+?)`", names), [module(one) for one in re.findall(r"`(.+?)`", modules)]))
+    return found
+
+
+def module(name: str) -> Path:
+    return PACKAGE / "estimation" / name if name.startswith(ESTIMATION) else PACKAGE / name
+
+
+@cache
+def defined(path: Path) -> frozenset[str]:
+    """Every name that a module makes: functions, classes, their fields, constants, parameters."""
+    out: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            out.add(node.name)
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            out.add(node.id)
+        elif isinstance(node, ast.arg):
+            out.add(node.arg)
+    return frozenset(out)
+
+
+def headings(section: int) -> str:
+    """The words under which something stands: the section's own, those of its parts, and what is in bold."""
+    text = SECTIONS[section]
+    parts = re.findall(r"^### (.+)$|\*\*(.+?)\*\*", text, re.MULTILINE)
+    return "\n".join([text.splitlines()[0], *(one or other for one, other in parts)]).lower()
+
+
+def test_each_name_of_the_tables_is_in_the_modules_beside_it() -> None:
+    assert len(rows()) > 80
+    for names, modules in rows():
+        there = frozenset[str]().union(*map(defined, modules))
+        for name in names:
+            assert set(name.strip(".").split(".")) <= there, f"{name}: {[one.name for one in modules]}"
+
+
+def test_each_module_that_the_method_names_is_there_and_points_back() -> None:
+    named = {one for one in re.findall(r"`([a-z_]+/[a-z_/]+\.py)`", TEXT) if not one.startswith("tests/")}
+    for name in named:
+        assert module(name).exists(), name
+    for path in {one for _, modules in rows() for one in modules}:
+        assert re.search(r"[Mm]ethod \d", path.read_text(encoding="utf-8")), f"{path} names no section of the method"
+
+
+@pytest.mark.parametrize("package", sorted(one.name for one in PACKAGE.iterdir() if (one / "__init__.py").exists()))
+def test_where_a_docstring_points_something_stands(package: str) -> None:
+    for path in (PACKAGE / package).rglob("*.py"):
+        text = re.sub(r"\s+(?:# )?", " ", path.read_text(encoding="utf-8"))
+        for first, second, words in re.findall(r"\b[Mm]ethod (\d)(?:(?: and|,) (\d))?(?:, ([\w' -]+))?", text):
+            assert {int(one) for one in (first, second) if one} <= set(SECTIONS), f"{path}: {first}"
+            for word in filter(None, words.split(" and ") if words else ()):
+                assert word.strip().lower() in headings(int(second or first)), f"{path}: method {first}, {word}"

@@ -163,15 +163,15 @@ def test_the_list_says_what_came_of_a_run(summary: Any, verdict: str, tmp_path: 
 def test_what_speaks_against_a_run_is_said_with_it_in_words_and_colour(tmp_path: Path) -> None:
     path, warned = tmp_path / "run-0001.h5", {"status": "ok", "verdict": "good", "warnings": ["the floor moves"]}
     refused = RunEntry(path, summary={"status": "rejected", "reason": "receiver 2: clipped", "warnings": ["cold"]})
-    assert (refused.why_no_e, refused.role) == ("rejected: receiver 2: clipped", "alarm")
+    assert (refused.objection, refused.role) == ("rejected: receiver 2: clipped", "alarm")
     moved = RunEntry(path, summary=warned)
-    assert (moved.why_no_e, moved.role) == ("the floor moves", "mark")
+    assert (moved.objection, moved.role) == ("the floor moves", "mark")
     model = RunModel()
     model.replace_all([moved])
     verdict = list(COLUMNS).index("Verdict")
     assert "the floor moves" in model.cell(moved, verdict, Qt.ItemDataRole.ToolTipRole)
     # of a run that the operator rejected that is what counts
-    assert replace(moved, rejected="rejected by hand").why_no_e == "set aside: by hand"
+    assert replace(moved, rejected="rejected by hand").objection == "set aside: by hand"
     assert RunEntry(path, summary={"status": "ok", "verdict": "good"}).role == "good"
 
 

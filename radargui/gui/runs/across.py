@@ -165,7 +165,7 @@ class AcrossView(QWidget):
             return Situation(state, "", coming, self._next(state, ""))
         run = f"{coming}; e of {entry.called}" if coming else entry.called
         result = f"e = {entry.restitution()}" if entry.has_e else "no e"
-        why = entry.reserve if entry.has_e else entry.why_no_e
+        why = entry.reserve if entry.has_e else entry.objection
         return Situation(state, result, run, self._next(state, why), self._keeping.role)
 
     def _next(self, state: AppState, why: str) -> str:

@@ -217,10 +217,8 @@ class RunKeeping(QObject):
     def _say(self, recorded: RecordedRun) -> None:
         if (entry := self.runs.model.entry_of(recorded.path)) is not None:
             self._of_result = recorded.path
-            why = f"{':' if entry.why_no_e in entry.warnings else ','} {entry.why_no_e}"
-            e = ", ".join(filter(None, (f"e = {entry.restitution()}", entry.reserve)))
-            said = e if entry.has_e else f"no e{why}"
-            self.last_result = f"{entry.called}: {said}"
+            e, more = (f"e = {entry.restitution()}", entry.reserve) if entry.has_e else ("no e", entry.objection)
+            self.last_result = f"{entry.called}: {', '.join(filter(None, (e, more)))}"
 
 
 def _named(entries: Sequence[RunEntry]) -> str:

@@ -133,10 +133,10 @@ class RunEntry:
         return ", ".join(part for part in self.quality.split(", ") if part != "good")
 
     @property
-    def why_no_e(self) -> str:
-        """Why it has no e; of several reasons the first."""
+    def objection(self) -> str:
+        """What is said first of a run without e: why it was refused, else its first warning."""
         is_measured = not self.rejected and (self.summary or {}).get("status") == "ok"
-        return next(iter(self.warnings)) if is_measured and self.warnings else self.quality
+        return self.warnings[0] if is_measured and self.warnings else self.quality
 
     @property
     def role(self) -> str:

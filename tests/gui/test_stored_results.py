@@ -12,6 +12,7 @@ from support.gui_sessions import make_session
 from support.stored_runs import results_digest
 
 from radargui.gui.main_window import MainWindow
+from radargui.model.words import sentence
 from radargui.processing.result_of_run import DAMAGED
 
 
@@ -53,5 +54,5 @@ def test_damaged_results_are_computed_again_and_the_operator_is_told(
     choose(own_window, wait_for, folder)
     assert own_window.run.result.warnings[0] == DAMAGED
     assert own_window.run.result.status == "ok"
-    assert DAMAGED in own_window.run.figures.toPlainText()
+    assert sentence(DAMAGED) in own_window.run.figures.toPlainText()
     assert results_digest(folder / "run-0001.h5") == before

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from radargui.conditioning.ellipse import Ellipse, fit_ellipse
@@ -20,6 +22,8 @@ START_ROUNDS = 3
 
 BINS_PER_FRINGE = 16
 """It is learned once in each bin (decision 11): standstill teaches nothing. Chosen by hand; more cost more time."""
+STEP_RAD = 2.0 * np.pi
+"""Of phase: what the map learns from at once, for it is linearised at what was known before."""
 MOST_BINS = 64
 """Of one update; more are thinned out."""
 FORGETTING = 1e-3
@@ -27,7 +31,11 @@ FORGETTING = 1e-3
 NEW_RUN_FORGETTING = 0.05
 """The same from one run to the next."""
 LEAST_RESIDUAL = 0.005
-"""What the map cannot follow (images, converter), in amplitudes."""
+"""What the map cannot follow (images, converter), in amplitudes, at the least: the signal shows how much it is."""
+MISFIT_BINS = 64.0
+"""The misfit is the mean of so many bins, four fringes: through one bounce low over a floor that reflects. By hand."""
+WORST_MISFIT = 0.5
+"""In amplitudes, of one bin at the most: one glitch shall not make the map deaf for four fringes. By hand."""
 ROBUST = 4.0
 """Residuals beyond so many standard deviations count less (Huber)."""
 SETTLED_FRINGES = 8.0
@@ -35,8 +43,8 @@ SETTLED_FRINGES = 8.0
 
 SPAN_M = (-0.30, 0.90)
 """Path lengths, counted from the rest, that the map covers; beyond, its ends hold."""
-KNOT_M = 0.06  # path between knots: half of the offsets' length, so that splines can follow it
-OFFSET_LENGTH_M = 0.12  # path over which offsets stay alike. These five by hand: shorter and wider ones follow noise
+KNOT_M = 0.04  # path between knots: half of the offsets' length, so that splines can follow it
+OFFSET_LENGTH_M = 0.08  # path over which offsets stay alike: over a floor they turn round once in 0.23. Five by hand
 AMPLITUDE_LENGTH_M = 0.25  # the same of the amplitude, which changes more slowly
 OFFSET_SD = 0.10  # prior standard deviation, in amplitudes
 AMPLITUDE_SD = 0.30  # of ln A
@@ -46,8 +54,8 @@ HARDWARE_SD = 0.05  # of the gain ratio, and of the quadrature error in rad
 class SmoothMap:
     """A state of three splines (offset of I, offset of Q, log amplitude) and two constants (gain ratio, eps in rad).
 
-    Cubic B-splines with knots every 6 cm of path; the prior of their coefficients is a Gaussian process of kernel
-    s^2 exp(-d^2 / 2 l^2), l = 12 cm of path for the offsets and 25 cm for the amplitude.
+    Cubic B-splines with knots every 4 cm of path; the prior of their coefficients is a Gaussian process of kernel
+    s^2 exp(-d^2 / 2 l^2), l = 8 cm of path for the offsets and 25 cm for the amplitude.
 
     Attributes
     ----------
@@ -136,6 +144,7 @@ class MapFilter:
         self._phase_rad: float | None = None
         self._binned_rad: float | None = None
         self._fringes = 0.0
+        self._misfit_square = 0.0
         self.started = False
 
     @property
@@ -147,6 +156,16 @@ class MapFilter:
     def quadrature_error_rad(self) -> float:
         """Departure of Q from 90 degrees after I."""
         return float(self._state[-1])
+
+    @property
+    def rest_v(self) -> FloatArray:
+        """Voltages of I and Q at the last rest, shape (2,); NaN where none is known."""
+        return np.full(2, np.nan) if self._rest_v is None else self._rest_v
+
+    @property
+    def misfit(self) -> float:
+        """Root mean square by which the last fringes left the circle that the map foretold, in amplitudes."""
+        return float(np.sqrt(self._misfit_square))
 
     def rest(self, pair_v: FloatArray | None, noise_v: float | None) -> None:
         """Tell that the tracer rests, and where L is zero from now on: a new run.
@@ -211,6 +230,20 @@ class MapFilter:
             shape (n_samples,).
         """
         phase, _ = self._demodulated(pair_v)
+        travel = np.abs(np.diff(phase, prepend=phase[0])).cumsum()
+        if not learn or travel[-1] <= STEP_RAD:
+            return self._step(pair_v, phase, learn=learn)
+        # of five fringes that a fast tracer passes in a block the last would be read by a map that the first have
+        # shown to be wrong, and turns are lost
+        cuts = np.searchsorted(travel, np.arange(STEP_RAD, travel[-1], STEP_RAD)).tolist()
+        edges = sorted({0, *cuts, travel.size})
+        parts = [self._step(pair_v[:, first:last], None, learn=True) for first, last in pairwise(edges)]
+        return np.concatenate([z for z, _ in parts], axis=1), np.concatenate([change for _, change in parts])
+
+    def _step(self, pair_v: FloatArray, phase: FloatArray | None, *, learn: bool) -> tuple[FloatArray, FloatArray]:
+        """Do what `follow` does over a fringe or less; `phase` is the first look at it, where there was one."""
+        if phase is None:
+            phase, _ = self._demodulated(pair_v)
         # forgotten by the way, not by the time: at rest nothing is learned
         fringes = float(np.abs(np.diff(phase)).sum()) / (2.0 * np.pi)
         if learn:
@@ -276,12 +309,17 @@ class MapFilter:
         # the radius is measured: noise makes it longer by sigma^2 / 2 in the mean
         noise = 0.0 if self._noise_v is None else (self._noise_v / self._scale_v) ** 2
         innovation = 1.0 + 0.5 * noise - radius + slope @ (self._state - mean)
-        variance = noise + LEAST_RESIDUAL**2
+        # floors and walls mirror the sphere: to a map that believed 0.005 in a room where the circle is 0.1 off, each
+        # bin was a proof, and in 11 of 24 drops of the laboratory it went where turns are lost
+        variance = noise + LEAST_RESIDUAL**2 + self._misfit_square
         spread = slope @ self._covariance
         expected = np.einsum("ij,ij->i", spread, slope) + variance
         excess = np.abs(innovation) / (ROBUST * np.sqrt(expected))
         # what is far off counts as if its noise were as large: it pulls, and does not tear
         total = spread @ slope.T + np.diag(variance * np.maximum(excess, 1.0) ** 2)
+        # before the update: after it the map has bent itself to these bins
+        left = float(np.mean(np.minimum(innovation**2, WORST_MISFIT**2))) - noise
+        self._misfit_square += min(1.0, chosen.size / MISFIT_BINS) * (max(left, 0.0) - self._misfit_square)
         # solved in the bins of this update, which are fewer than the coefficients
         gain = np.linalg.solve(total, spread).T
         self._state = mean + gain @ innovation

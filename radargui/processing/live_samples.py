@@ -39,6 +39,10 @@ class Means:
         """Return columns first:last; counted from the end where negative."""
         return Means(self.volts[:, first:last], self.index[first:last])
 
+    def thinned(self, step: int) -> Means:
+        """Return each `step`-th column, the last one among them."""
+        return Means(self.volts[:, ::-step][:, ::-1], self.index[::-step][::-1])
+
     def joined(self, more: Means) -> Means:
         """Return these and those that follow."""
         return Means(np.concatenate([self.volts, more.volts], axis=1), np.concatenate([self.index, more.index]))

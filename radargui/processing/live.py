@@ -286,7 +286,8 @@ class LiveProcessor:
         followed = [follower.follow(pair, learn=learn) for follower, pair in zip(self._filters, pairs, strict=True)]
         i, q, change = np.stack([(*z, change) for z, change in followed], axis=1)[..., skip:]
         misfits = [follower.misfit for follower in self._filters]
-        doubt = self._doubts.of(change, misfits, new.volts, self._rest.volts, self._noise_v) if change.size else ""
+        rest = self._rest.volts, self._noise_v
+        doubt = self._doubts.of(change, np.hypot(i, q), misfits, new.volts, *rest) if change.size else ""
         if doubt:
             # turns may be lost already, and are not found again before the next rest
             self._lose(doubt)

@@ -40,14 +40,17 @@ class Doubts:
         self._compared = 0
 
     def of(
-        self, change_m: FloatArray, misfits: Sequence[float], volts: FloatArray, rest_v: FloatArray, noise_v: FloatArray
-    ) -> str:
+        self, change_m: FloatArray, radius: FloatArray, misfits: Sequence[float], volts: FloatArray,
+        rest_v: FloatArray, noise_v: FloatArray,
+    ) -> str:  # fmt: skip
         """Return why the next columns cannot be trusted; empty where nothing speaks against them.
 
         Parameters
         ----------
         change_m
             Change of path length, shape (n_receivers, n).
+        radius
+            Of corrected I and Q, in amplitudes, shape (n_receivers, n).
         misfits
             `MapFilter.misfit` of each receiver, after them.
         volts, rest_v
@@ -58,7 +61,11 @@ class Doubts:
         worst = int(np.argmax(misfits))
         if misfits[worst] > WORST_MISFIT:
             return f"receiver {worst + 1} shows no circle"
+        # a fringe or more far off the circle: the four that the misfit remembers would be late
         low, high = change_m.min(axis=1), change_m.max(axis=1)
+        far = np.sqrt(((radius - 1.0) ** 2).mean(axis=1)) * (high - low > self._wavelength_m)
+        if far.max() > WORST_MISFIT:
+            return f"receiver {int(np.argmax(far)) + 1} shows no circle"
         self._ends = np.stack([np.fmin(self._ends[0], low), np.fmax(self._ends[1], high)])
         span = self._ends[1] - self._ends[0]
         if span.max() > LONG_M and span.min() < SHORT_M:

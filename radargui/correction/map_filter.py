@@ -325,7 +325,7 @@ class MapFilter:
         gain, eps = self._state[-2:]
         x = (pair_v[0] - self._centre_v[0]) / self._scale_v - offset_i
         y = (pair_v[1] - self._centre_v[1]) / self._scale_v - offset_q
-        return point_of(x, y, gain, eps) * np.exp(-log_amplitude)
+        return np.asarray(point_of(x, y, gain, eps) * np.exp(-log_amplitude))
 
     def _learn(self, pair_v: FloatArray, phase_rad: FloatArray, mean: FloatArray) -> None:
         """Update from `mean`, which the covariance belongs to, with the model linearised at the present state."""

@@ -20,6 +20,8 @@ from radargui.processing.live_rest import LATE_S, SlowMotion
 from radargui.processing.live_samples import LiveSamples, Means
 from radargui.processing.locate import LEAST_RECEIVERS
 
+BLIND_S = 0.002
+"""Of samples that are no numbers: a fall of half a metre passes a quarter of a fringe. By hand."""
 BEFORE_MOTION_S = 0.08
 """The trigger finds a motion late: so much before it is not taken for rest (a fall of 30 mm lasts as long)."""
 REST_S = 0.2
@@ -40,6 +42,9 @@ AT_RELEASE_M = 0.012
 """So near the release a tracer is back there, and so near its lowest place on the floor. By hand."""
 FALLEN_M = 0.05
 """And lower than the release by more than this. By hand."""
+STRAYED_M = 0.04
+"""A track that says it is farther from the release than this has lost turns, or it hangs elsewhere. By hand."""
+LOST = "samples were lost"
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,20 +161,30 @@ class LiveProcessor:
         self._rest = self._samples.nothing()
         self._noise_v = np.full(digitisation.n_channels, np.nan)
         # no gap yet
-        self._n_since_gap = self._columns(BEFORE_MOTION_S)
+        self._n_since_gap = self._columns(LATE_S)
+        self._why_gap = LOST
+        self._lies_lost = self._left = False
         self._began_anew = False
         self._begin_at_release()
 
     def at_release(self) -> None:
-        """Begin at the release: the tracer hangs at its release and rests, as it does when a run is armed.
+        """Begin at the release: the tracer hangs at its release and rests, as it does when a hand has put it back.
 
         One that has been followed down to where it now lies, its lowest place, is on the floor: the hand has not come
-        yet, and it is followed on.
+        yet, and it is followed on. One that was followed to another place counts from here as if it were the release,
+        and that is said: it may hang there for a moment only.
         """
-        if self._mode is _Mode.FOLLOWING and self._lies_on_floor():
+        follows = self._mode is _Mode.FOLLOWING
+        if (follows and self._lies_on_floor()) or (self._lies_lost and not self._left):
             return
-        self._began_anew = False
+        away_m = float(np.linalg.norm(self._position_m - self._release_m))
+        self._began_anew = follows and self._locates and away_m > STRAYED_M and not self._lies_lost
+        self._lies_lost = False
         self._begin_at_release()
+
+    def fallen(self) -> None:
+        """Tell that a drop has ended: a track that was lost in it lies somewhere, until a hand has moved it."""
+        self._lies_lost, self._left = self._began_anew, False
 
     def _begin_at_release(self) -> None:
         self._mode, self._doubt = _Mode.RESTING, ""
@@ -184,14 +199,18 @@ class LiveProcessor:
     def push(self, samples: RawArray, first_index: int | None = None) -> LiveEstimate:
         """Take the next samples, shape (n_channels, n); at a jump to `first_index` samples were lost."""
         # turns that went by in a gap cannot be counted (method 2): only a rest shows where it is again
-        lost = self._samples.jump(first_index)
+        lost, why = self._samples.jump(first_index), LOST
         if lost:
-            self._past, self._n_since_gap = self._samples.nothing(), 0
+            self._past = self._samples.nothing()
             self._slow.clear()
+        elif (unknown := self._samples.unknown(samples)) > BLIND_S * self._digitisation.sample_rate_hz:
+            lost, why = unknown, "a channel gave no numbers"
+        if lost:
+            self._n_since_gap, self._why_gap = 0, why
             # it may have fallen meanwhile, and come to rest
             self._began_anew |= lost > BEFORE_MOTION_S * self._digitisation.sample_rate_hz
             if self._mode is not _Mode.RESTING:
-                self._lose("samples were lost")
+                self._lose(why)
         fast = self._trigger.push(samples).moving
         new = self._samples.push(samples)
         slow = self._slow.push(new.volts)
@@ -201,16 +220,19 @@ class LiveProcessor:
         self._n_quiet = 0 if restless else self._n_quiet + new.count
         # what is told late needs a rest from before
         knows_rest = self._past.count >= self._columns(LATE_S + REST_S)
-        if self._mode is _Mode.RESTING and (fast or (slow and knows_rest)):
+        if self._mode is _Mode.RESTING and slow and not self._slow.has_rested:
+            self._lose("it moved as the first samples came")
+        elif self._mode is _Mode.RESTING and (fast or (slow and knows_rest)):
             # what moves so soon after a gap may have left in it
             late = self._columns(BEFORE_MOTION_S if fast else LATE_S)
-            self._leave(late) if self._n_since_gap >= late else self._lose("samples were lost")
+            self._leave(late) if self._n_since_gap >= late else self._lose(self._why_gap)
         self._n_since_gap += new.count
         estimate = self._estimate_by_mode(new, fast=fast)
         # only what rests now can teach the phase of the rest, and no rest before it
         rests = self._mode is _Mode.RESTING or not moving
         past = self._past.joined(new) if rests else self._samples.nothing()
         self._past = past.part(-self._columns(REST_MEMORY_S), None)
+        self._left |= bool(np.linalg.norm(self._position_m - self._release_m) > FALLEN_M)
         self._lowest_m = min(self._lowest_m, float(self._position_m[2]))
         # the operator hangs the sphere up again by hand: no command says when
         if self._mode is not _Mode.RESTING and self._is_back(estimate):
@@ -229,21 +251,23 @@ class LiveProcessor:
 
     def _lose(self, why: str) -> None:
         self._mode = _Mode.LOST
-        self._began_anew, self._doubt = True, why
+        self._began_anew = self._left = True
+        self._doubt = why
 
     def _leave(self, late: int) -> None:
         """Begin a motion, `late` columns after it began: learn the hum, the phase and the noise of the rest before."""
         rest = self._past.part(0, max(self._past.count - late, 0))
         # at rest hum is all that oscillates; in motion it could be a slow Doppler
         self._hum = None
+        self._rest, self._noise_v = rest, np.zeros(rest.volts.shape[0])
         if rest.count > 1:
+            self._noise_v = white_noise_v(rest.volts)
             self._hum_from_s, whole = float(self._time_s(rest)[0]), (slice(0, rest.count),)
-            self._hum = find_hum(rest.volts, self._samples.rate_hz, whole, white_noise_v(rest.volts))
+            self._hum = find_hum(rest.volts, self._samples.rate_hz, whole, self._noise_v)
         quiet = self._without_hum(rest.part(-self._columns(REST_S), None))
         is_known = quiet.shape[1] > 1
         for follower, pair in zip(self._filters, _pairs(quiet), strict=True):
             follower.rest(*(pair.mean(axis=1), float(pair.std(axis=1).mean())) if is_known else (None, None))
-        self._rest, self._noise_v = rest, white_noise_v(rest.volts)
         self._doubts.begin()
         # reported already as rest, but the motion may have begun there
         self._pending = self._past.part(-late, None)
@@ -265,7 +289,9 @@ class LiveProcessor:
         step = max(1, -(-pending.count // START_COLUMNS))
         shown = self._without_hum(pending.part(-START_COLUMNS, None) if fast else pending.thinned(step))
         warm = self._memory.is_warm
-        if all(follower.start(pair) for follower, pair in zip(self._filters, _pairs(shown), strict=True)):
+        # each is asked: what is said of those that have not shall be true
+        started = [follower.start(pair) for follower, pair in zip(self._filters, _pairs(shown), strict=True)]
+        if all(started):
             self._mode, self._doubt = _Mode.FOLLOWING, ""
             self._pending = self._samples.nothing()
             return self._following(pending, moving=fast, skip=self._n_reported, learn=warm)
@@ -274,7 +300,7 @@ class LiveProcessor:
             self._lose("it moved for long by less than a fringe and a half")
             return self._unknown(pending.index[self._n_reported :], moving=True)
         if self._n_reported < pending.count - self._columns(LATEST_S):
-            missing = [str(number) for number, one in enumerate(self._filters, 1) if not one.started]
+            missing = [str(number) for number, one in enumerate(started, 1) if not one]
             self._doubt = f"no whole circle yet of receiver {' and '.join(missing)}"
         due = max(pending.count - self._columns(LATEST_S), self._n_reported)
         late = pending.index[self._n_reported : due]

@@ -13,8 +13,8 @@ WORST_MISFIT = 0.35
 """In amplitudes, over the last fringes: in 150 motions of the laboratory paths below were wrong by a sixth of a fringe
 at the most, and turns were lost above."""
 LONG_M, SHORT_M = 0.1, 0.01
-"""A receiver whose path changed by less than the second, while that of another one did by more than the first, shows
-no motion: a third of a fringe is what noise and hum make of a dead input. By hand."""
+"""A receiver whose path changes by less than the second, while that of another one does by the first, shows no motion:
+a third of a fringe is what noise and hum make of a dead input. By hand."""
 BLOCKS_COMPARED = 3
 """Of a motion, for one cable on two inputs: each has a fringe or more in it."""
 
@@ -36,8 +36,11 @@ class Doubts:
 
     def begin(self) -> None:
         """Forget the motion before: another one begins."""
-        self._ends = np.array([[np.inf], [-np.inf]]).repeat(self._n, axis=1)
         self._compared = 0
+        self._forget_ends()
+
+    def _forget_ends(self) -> None:
+        self._ends = np.array([[np.inf], [-np.inf]]).repeat(self._n, axis=1)
 
     def of(
         self, change_m: FloatArray, radius: FloatArray, misfits: Sequence[float], volts: FloatArray,
@@ -63,13 +66,15 @@ class Doubts:
             return f"receiver {worst + 1} shows no circle"
         # a fringe or more far off the circle: the four that the misfit remembers would be late
         low, high = change_m.min(axis=1), change_m.max(axis=1)
-        far = np.sqrt(((radius - 1.0) ** 2).mean(axis=1)) * (high - low > self._wavelength_m)
-        if far.max() > WORST_MISFIT:
+        far = np.sqrt(((radius - 1.0) ** 2).mean(axis=1))
+        if far.max() > WORST_MISFIT and (high - low).max() > self._wavelength_m:
             return f"receiver {int(np.argmax(far)) + 1} shows no circle"
         self._ends = np.stack([np.fmin(self._ends[0], low), np.fmax(self._ends[1], high)])
         span = self._ends[1] - self._ends[0]
-        if span.max() > LONG_M and span.min() < SHORT_M:
-            return f"receiver {int(np.argmin(span)) + 1} shows no motion"
+        if span.max() > LONG_M:
+            self._forget_ends()
+            if span.min() < SHORT_M:
+                return f"receiver {int(np.argmin(span)) + 1} shows no motion"
         if self._compared < BLOCKS_COMPARED and (high - low).max() > self._wavelength_m:
             self._compared += 1
             for one, other in same_channels(volts, noise_v, rest_v):

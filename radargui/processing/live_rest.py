@@ -1,4 +1,4 @@
-"""Motion too slow for the trigger: means of 20 ms and of 0.1 s against those of the last half second, while they come."""
+"""Motion too slow for the trigger: means of 20 ms and 0.1 s against those of the last half second."""
 
 from __future__ import annotations
 
@@ -54,6 +54,8 @@ class SlowMotion:
     ----------
     moving
         What it said last.
+    has_rested
+        Whether it was quiet at any time since the first samples.
     """
 
     def __init__(self, rate_hz: float, sample_rate_hz: float, threshold: float) -> None:
@@ -66,6 +68,7 @@ class SlowMotion:
         self._confirm, self._longest = (max(1, round(span / block_s)) for span in (CONFIRM_S, LONGEST_S))
         self._levels: deque[FloatArray] = deque(maxlen=max(8, round(MEMORY_S / block_s)))
         self._quiet, self._n_judged = self._white, 0
+        self.has_rested = False
         self.clear()
 
     def clear(self) -> None:
@@ -114,6 +117,7 @@ class SlowMotion:
             self._levels.clear()
             self._above = self._n_judged = 0
         if self._above == 0:
+            self.has_rested = True
             self._levels.append(level)
             # now and then: a sort of half a minute is most of what waiting costs
             if self._n_judged % EVERY == 0:

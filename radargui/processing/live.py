@@ -94,6 +94,10 @@ class LiveMemory:
         """Whether a run can be followed from its first sample."""
         return bool(self._filters) and all(follower.started for follower in self._filters)
 
+    def forget(self) -> None:
+        """Forget all: what was learned leads astray."""
+        self._filters = []
+
     def filters(self, rad_per_m: float, n_receivers: int) -> list[MapFilter]:
         """Return the filters for a radar; new ones where those of before belong to another one.
 
@@ -145,8 +149,8 @@ class LiveProcessor:
         self._delay = sphere_delay(setup)
         self._release_m = np.array(setup.tracer.release_position_m)
         # the wiring's sign once, here: behind it a longer path is a larger phase
-        rad_per_m = setup.radar.phase_sign * 2.0 * np.pi / setup.radar.wavelength_m
-        self._filters = self._memory.filters(rad_per_m, setup.n_receivers)
+        self._rad_per_m = setup.radar.phase_sign * 2.0 * np.pi / setup.radar.wavelength_m
+        self._filters = self._memory.filters(self._rad_per_m, setup.n_receivers)
         self._trigger = MotionTrigger(digitisation, setup.recording.threshold)
         self._samples = LiveSamples(digitisation, setup.daq)
         self._slow = SlowMotion(self._samples.rate_hz, digitisation.sample_rate_hz, setup.recording.threshold)
@@ -156,7 +160,7 @@ class LiveProcessor:
         self._pending = self._samples.nothing()
         self._n_reported = 0
         self._n_quiet = 0
-        self._doubts = Doubts(setup.n_receivers, setup.radar.wavelength_m)
+        self._doubts = Doubts(setup, self._samples.rate_hz)
         self._doubt = ""
         self._rest = self._samples.nothing()
         self._noise_v = np.full(digitisation.n_channels, np.nan)
@@ -315,7 +319,10 @@ class LiveProcessor:
         rest = self._rest.volts, self._noise_v
         doubt = self._doubts.of(change, np.hypot(i, q), misfits, new.volts, *rest) if change.size else ""
         if doubt:
-            # turns may be lost already, and are not found again before the next rest
+            # turns may be lost already, and are not found again before the next rest; maps that have gone astray
+            # would lead the next motion astray as well
+            self._memory.forget()
+            self._filters = self._memory.filters(self._rad_per_m, self._setup.n_receivers)
             self._lose(doubt)
             return self._unknown(new.index[skip:], moving=moving)
         return LiveEstimate(new.index[skip:], i, q, *self._locate(change), moving)

@@ -111,8 +111,9 @@ class SlowMotion:
 
     def _judge(self, level: FloatArray) -> None:
         least = np.maximum(self._threshold**2 * self._quiet, LEAST_SIGMAS**2)
-        above = bool((level > (0.25 * least if self.moving else least)).any())
-        self._above = self._above + 1 if above else 0
+        above = level > (0.25 * least if self.moving else least)
+        # a hum of 60 Hz is in the short means: before any quiet nobody knows how much
+        self._above = self._above + 1 if above[0 if self.has_rested else 1 :].any() else 0
         if self._above > self._longest:
             self._levels.clear()
             self._above = self._n_judged = 0

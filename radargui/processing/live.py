@@ -36,6 +36,8 @@ LATEST_S = 0.5
 """What has waited so long for the first fringes is shown as unknown. By hand."""
 SETTLED_S = 0.3
 """So long quiet is settled: an apex and the turn of a swing are quiet for less. By hand."""
+SETTLED_M = 2e-3
+"""And within this: noise of 20 dB is a quarter of it. By hand."""
 AS_BEFORE = 0.2
 """Share of what a motion changed a voltage by: within it the voltage of the rest after is that of the one before."""
 AT_RELEASE_M = 0.012
@@ -167,6 +169,7 @@ class LiveProcessor:
         # no gap yet
         self._n_since_gap = self._columns(LATE_S)
         self._why_gap = LOST
+        self._settling_m = np.full(3 if self._locates else setup.n_receivers, np.nan)
         self._lies_lost = self._left = False
         self._began_anew = False
         self._begin_at_release()
@@ -351,6 +354,11 @@ class LiveProcessor:
 
     def _is_back(self, estimate: LiveEstimate) -> bool:
         """Whether the tracer has been quiet for a while where a run can start."""
+        if self._mode is _Mode.FOLLOWING and estimate.index.size:
+            # a hand that comes to its end is quiet for the trigger long before
+            place = estimate.position_m.mean(axis=1) if self._locates else estimate.change_m.mean(axis=1)
+            if not np.abs(place - self._settling_m).max() < SETTLED_M:
+                self._settling_m, self._n_quiet = place, 0
         if self._n_quiet < self._columns(SETTLED_S):
             return False
         if self._mode is _Mode.STARTING:

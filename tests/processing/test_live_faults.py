@@ -205,3 +205,13 @@ def test_one_followed_to_another_place_counts_as_hung_up_and_that_is_said(setup:
     estimate = live.push(recording.raw[:, :500])
     assert estimate.began_anew
     assert estimate.position_m[:, -1] == pytest.approx(setup.tracer.release_position_m, abs=5e-3)
+
+
+def test_a_drop_that_no_circle_was_seen_of_is_not_at_its_release_though_it_was_set_aside(setup: Setup) -> None:
+    raw = without(slice(2, 4))(simulate_once(setup)[0].raw)
+    live = LiveProcessor(setup, simulate_once(setup)[0].digitisation)
+    rests = np.concatenate([raw, *[raw[:, -4000:]] * 8], axis=1)
+    for begin in range(0, rests.shape[1], 1000):
+        live.push(rests[:, begin : begin + 1000], begin)
+    live.at_release()
+    assert live.push(raw[:, -4000:]).began_anew

@@ -72,7 +72,7 @@ def followed(setup: Setup, run: int, memory: LiveMemory) -> tuple[str, float, Li
 
 FAR_M = 5e-3
 MOST_FAR = 0.02
-"""Share of all motions that may be shown wrong by more without a word: the moments before a motion or a fault is found."""
+"""Share of all motions that may be shown wrong by more without a word: moments before a motion or a fault is found."""
 
 
 def shown(motion: str, seed: int) -> tuple[float, float, float, str]:

@@ -302,11 +302,11 @@ class LiveProcessor:
             return self._following(pending, moving=fast, skip=self._n_reported, learn=warm)
         # from its first sample on: where the turns before are not there, none after them can be counted
         if pending.count > self._columns(LONGEST_START_S):
-            self._lose("it moved for long by less than a fringe and a half", seen=False)
+            self._lose("it moved for long by less than a fringe", seen=False)
             return self._unknown(pending.index[self._n_reported :], moving=True)
         if self._n_reported < pending.count - self._columns(LATEST_S):
             missing = [str(number) for number, one in enumerate(started, 1) if not one]
-            self._doubt = f"no whole circle yet of receiver {' and '.join(missing)}"
+            self._doubt = f"no whole circle yet of receiver {', '.join(missing)}"
         due = max(pending.count - self._columns(LATEST_S), self._n_reported)
         late = pending.index[self._n_reported : due]
         self._n_reported = due

@@ -189,11 +189,13 @@ class Acquisition:
             while not recorder.is_done and (block := queue.get()) is not None:
                 recorder.push(block)
                 if (index := recorder.armed_again_at) is not None and index != armed_at:
-                    # the health record of the next run begins; it is armed where the tracer hangs at its release
+                    # the health record of the next run begins
                     armed_at = index
                     stream.peaks = Peaks()
                     if stream.worker is not None:
-                        stream.worker.at_release(index)
+                        # after a drop it lies wherever it fell, and is followed on
+                        hung = recorder.hung_up_at == index
+                        (stream.worker.at_release if hung else stream.worker.fallen)(index)
             recorder.finish(self._ending())
 
         self._fail(attempt(push_all, "Recording"))

@@ -70,7 +70,8 @@ class LiveTrack:
         self._index = CircularBuffer(1, columns, np.int64)
         self.moving = False
         self.began_anew = False
-        """See `LiveEstimate`."""
+        self.doubt = ""
+        """All three: see `LiveEstimate`."""
 
     @property
     def latest(self) -> int:
@@ -80,7 +81,7 @@ class LiveTrack:
 
     def append(self, estimate: LiveEstimate) -> None:
         """Add estimates; their indices ascend. The live thread only."""
-        self.moving, self.began_anew = estimate.moving, estimate.began_anew
+        self.moving, self.began_anew, self.doubt = estimate.moving, estimate.began_anew, estimate.doubt
         if estimate.index.size == 0:
             return
         values = np.concatenate([estimate.i, estimate.q, estimate.change_m, estimate.position_m])

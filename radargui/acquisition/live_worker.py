@@ -40,6 +40,7 @@ class LiveWorker:
         self._new = threading.Event()
         self._ended = False
         self._release_at: int | None = None
+        self._fallen_at: int | None = None
         self.skipped = 0
 
     @property
@@ -54,6 +55,10 @@ class LiveWorker:
     def at_release(self, index: int) -> None:
         """Tell that the tracer hangs at its release and rests at absolute sample index `index`; from any thread."""
         self._release_at = index
+
+    def fallen(self, index: int) -> None:
+        """Tell that a drop had ended at absolute sample index `index`; from any thread."""
+        self._fallen_at = index
 
     def finish(self) -> None:
         """Let `run` return soon."""
@@ -89,4 +94,7 @@ class LiveWorker:
         if self._release_at is not None and block.end_index > self._release_at:
             self._release_at = None
             self._processor.at_release()
+        if self._fallen_at is not None and block.end_index > self._fallen_at:
+            self._fallen_at = None
+            self._processor.fallen()
         self._track.append(self._processor.push(block.samples, block.first_index))

@@ -68,6 +68,8 @@ class Recorder:
         What stays free on the disk.
     armed_again_at
         Absolute index from which the recorder is armed again after a run; None before it is.
+    hung_up_at
+        The same after a run that was set aside: a hand has moved the tracer, as it does to hang it up again.
     """
 
     open_run: OpenRun
@@ -90,6 +92,8 @@ class Recorder:
         self.n_wanted = 0
         self._unchecked = 0
         self.armed_again_at: int | None = None
+        self.hung_up_at: int | None = None
+        self._was_hand = False
         self.health_of_run: Callable[[RunOutput], Mapping[str, object]] = lambda _output: {}
         self.disk_free_bytes: int | None = None
         self.ending: Ending | None = None
@@ -268,6 +272,7 @@ class Recorder:
         self._open = None
         refusal = "" if self._judge is None or ending is Ending.FAILED else self._judge.refusal()
         self.n_wanted += not refusal
+        self._was_hand = bool(refusal)
         is_last = is_last or self.n_wanted >= self.n_runs
         health = {
             **self.health_of_run(output),
@@ -297,6 +302,8 @@ class Recorder:
     def _arm(self, index: int) -> None:
         self._plan.arm(index)
         self.armed_again_at = index
+        if self._was_hand:
+            self.hung_up_at = index
         self._enter(RecorderState.ARMED)
 
     def _report(

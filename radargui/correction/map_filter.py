@@ -5,6 +5,8 @@ Method 2, Live.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from radargui.conditioning.ellipse import Ellipse, fit_ellipse
@@ -18,11 +20,15 @@ LEAST_ARC_RAD = 2.0 * np.pi * START_FRINGES  # the same as an angle
 LEAST_START_SAMPLES = 12  # an ellipse has five unknowns: twice as many, and two (chosen by hand)
 WORST_START = 0.25
 """Standard deviation of the radius about the first ellipse, in amplitudes, beyond which it is none."""
+MOST_GAIN, MOST_ERROR_RAD = 1.7, np.radians(35.0)
+"""No mixer is worse (`conditioning.receiver_check`): an ellipse that says so goes through an arc and what disturbs."""
 START_ROUNDS = 3
 """The filter goes so often over the first fringes, each time linearised anew (decision 11). Chosen by hand."""
 
 BINS_PER_FRINGE = 16
 """It is learned once in each bin (decision 11): standstill teaches nothing. Chosen by hand; more cost more time."""
+STEP_RAD = 2.0 * np.pi
+"""Of phase: what the map learns from at once, for it is linearised at what was known before."""
 MOST_BINS = 64
 """Of one update; more are thinned out."""
 FORGETTING = 1e-3
@@ -30,7 +36,11 @@ FORGETTING = 1e-3
 NEW_RUN_FORGETTING = 0.05
 """The same from one run to the next."""
 LEAST_RESIDUAL = 0.005
-"""What the map cannot follow (images, converter), in amplitudes."""
+"""What the map cannot follow (images, converter), in amplitudes, at the least: the signal shows how much it is."""
+MISFIT_BINS = 64.0
+"""The misfit is the mean of so many bins, four fringes: through one bounce low over a floor that reflects. By hand."""
+WORST_MISFIT = 0.5
+"""In amplitudes, of one bin at the most: one glitch shall not make the map deaf for four fringes. By hand."""
 ROBUST = 4.0
 """Residuals beyond so many standard deviations count less (Huber)."""
 SETTLED_FRINGES = 8.0
@@ -38,8 +48,9 @@ SETTLED_FRINGES = 8.0
 
 SPAN_M = (-0.30, 0.90)
 """Path lengths, counted from the rest, that the map covers; beyond, its ends hold."""
-KNOT_M = 0.06  # path between knots: half of the offsets' length, so that splines can follow it
-OFFSET_LENGTH_M = 0.12  # path over which offsets stay alike. These five by hand: shorter and wider ones follow noise
+FINE = 8  # places a knot at which splines are tabled
+KNOT_M = 0.04  # path between knots: half of the offsets' length, so that splines can follow it
+OFFSET_LENGTH_M = 0.08  # path over which offsets stay alike: over a floor they turn round once in 0.23. Five by hand
 AMPLITUDE_LENGTH_M = 0.25  # the same of the amplitude, which changes more slowly
 OFFSET_SD = 0.10  # prior standard deviation, in amplitudes
 AMPLITUDE_SD = 0.30  # of ln A
@@ -49,8 +60,8 @@ HARDWARE_SD = 0.05  # of the gain ratio, and of the quadrature error in rad
 class SmoothMap:
     """A state of three splines (offset of I, offset of Q, log amplitude) and two constants (gain ratio, eps in rad).
 
-    Cubic B-splines with knots every 6 cm of path; the prior of their coefficients is a Gaussian process of kernel
-    s^2 exp(-d^2 / 2 l^2), l = 12 cm of path for the offsets and 25 cm for the amplitude.
+    Cubic B-splines with knots every 4 cm of path; the prior of their coefficients is a Gaussian process of kernel
+    s^2 exp(-d^2 / 2 l^2), l = 8 cm of path for the offsets and 25 cm for the amplitude.
 
     Attributes
     ----------
@@ -61,6 +72,7 @@ class SmoothMap:
     def __init__(self) -> None:
         self._n_pieces = round((SPAN_M[1] - SPAN_M[0]) / KNOT_M)
         self._n = self._n_pieces + 3
+        self._fine = self._fine_basis()
         self.prior = self._prior()
 
     def mean(self) -> FloatArray:
@@ -74,21 +86,38 @@ class SmoothMap:
         n = self._n
         return state[:n], state[n : 2 * n], state[2 * n : 3 * n]
 
+    def table(self, state: FloatArray) -> FloatArray:
+        """Return the three splines at the fine knots, shape (n_fine, 3)."""
+        return np.asarray(self._fine @ state[: 3 * self._n].reshape(3, self._n).T)
+
+    def values(self, table: FloatArray, length_m: FloatArray) -> FloatArray:
+        """Return the three splines of a `table` at path lengths (n_samples,), shape (3, n_samples)."""
+        return self._between(table, length_m).T
+
     def basis(self, length_m: FloatArray) -> FloatArray:
         """Return the basis of uniform cubic B-splines at path lengths (n_samples,), shape (n_samples, n)."""
-        # the end belongs to the last piece: beyond it the map holds
-        place = np.clip((length_m - SPAN_M[0]) / KNOT_M, 0.0, self._n_pieces - 1e-9)
+        return self._between(self._fine, length_m)
+
+    @staticmethod
+    def _between(rows: FloatArray, length_m: FloatArray) -> FloatArray:
+        # on lines between fine knots: a quarter of the time of cubics, and parts in ten thousand of a spline off
+        place = np.minimum(np.maximum((length_m - SPAN_M[0]) * (FINE / KNOT_M), 0.0), rows.shape[0] - 1.001)
+        piece = place.astype(np.intp)
+        share = (place - piece)[:, None]
+        low = rows[piece]
+        return np.asarray(low + share * (rows[piece + 1] - low))
+
+    def _fine_basis(self) -> FloatArray:
+        """Return the basis at `FINE` places a knot, shape (n_fine, n)."""
+        place = np.minimum(np.arange(FINE * self._n_pieces + 1) / FINE, self._n_pieces - 1e-9)
         piece = place.astype(np.intp)
         t = place - piece
         left = 1.0 - t
-        # products: a power of an array takes numpy ten times as long
-        cube, left_cube = t * t * t, left * left * left
-        out = np.zeros((length_m.size, self._n))
-        row = np.arange(length_m.size)
-        out[row, piece] = left_cube / 6.0
-        out[row, piece + 1] = (3.0 * cube - 6.0 * t * t + 4.0) / 6.0
-        out[row, piece + 2] = (3.0 * left_cube - 6.0 * left * left + 4.0) / 6.0
-        out[row, piece + 3] = cube / 6.0
+        out, row = np.zeros((place.size, self._n)), np.arange(place.size)
+        out[row, piece] = left**3 / 6.0
+        out[row, piece + 1] = (3.0 * t**3 - 6.0 * t**2 + 4.0) / 6.0
+        out[row, piece + 2] = (3.0 * left**3 - 6.0 * left**2 + 4.0) / 6.0
+        out[row, piece + 3] = t**3 / 6.0
         return out
 
     def _prior(self) -> FloatArray:
@@ -130,6 +159,9 @@ class MapFilter:
         self._map = SmoothMap()
         self._mean = self._map.mean()
         self._state = self._mean.copy()
+        # of which state the table is
+        self._tabled: FloatArray | None = None
+        self._table = np.empty((0, 3))
         self._covariance = self._map.prior.copy()
         self._centre_v = np.zeros(2)
         self._scale_v = 1.0
@@ -139,6 +171,7 @@ class MapFilter:
         self._phase_rad: float | None = None
         self._binned_rad: float | None = None
         self._fringes = 0.0
+        self._misfit_square = 0.0
         self.started = False
 
     @property
@@ -150,6 +183,16 @@ class MapFilter:
     def quadrature_error_rad(self) -> float:
         """Departure of Q from 90 degrees after I."""
         return float(self._state[-1])
+
+    @property
+    def rest_v(self) -> FloatArray:
+        """Voltages of I and Q at the last rest, shape (2,); NaN where none is known."""
+        return np.full(2, np.nan) if self._rest_v is None else self._rest_v
+
+    @property
+    def misfit(self) -> float:
+        """Root mean square by which the last fringes left the circle that the map foretold, in amplitudes."""
+        return float(np.sqrt(self._misfit_square))
 
     def rest(self, pair_v: FloatArray | None, noise_v: float | None) -> None:
         """Tell that the tracer rests, and where L is zero from now on: a new run.
@@ -214,8 +257,23 @@ class MapFilter:
             shape (n_samples,).
         """
         phase, _ = self._demodulated(pair_v)
+        travel = np.abs(phase - np.concatenate([phase[:1], phase[:-1]])).cumsum()
+        if not learn or travel[-1] <= STEP_RAD:
+            return self._step(pair_v, phase, learn=learn)
+        # of five fringes that a fast tracer passes in a block the last would be read by a map that the first have
+        # shown to be wrong, and turns are lost
+        cuts = np.searchsorted(travel, np.arange(STEP_RAD, travel[-1], STEP_RAD)).tolist()
+        edges = sorted({0, *cuts, travel.size})
+        parts = []
+        for first, last in pairwise(edges):
+            seen, pair = phase[first:last], pair_v[:, first:last]
+            parts.append(self._step(pair, self._demodulated(pair, seen)[0] if first else seen, learn=True))
+        return np.concatenate([z for z, _ in parts], axis=1), np.concatenate([change for _, change in parts])
+
+    def _step(self, pair_v: FloatArray, phase: FloatArray, *, learn: bool) -> tuple[FloatArray, FloatArray]:
+        """Do what `follow` does over a fringe or less; `phase` is that of a first look."""
         # forgotten by the way, not by the time: at rest nothing is learned
-        fringes = float(np.abs(np.diff(phase)).sum()) / (2.0 * np.pi)
+        fringes = float(np.abs(phase[1:] - phase[:-1]).sum()) / (2.0 * np.pi)
         if learn:
             # the prior comes back whole at the most: more would be less than nothing known
             self._covariance += min(FORGETTING * fringes, 1.0) * self._map.prior
@@ -231,7 +289,7 @@ class MapFilter:
         """Return corrected I and Q of samples at rest, shape (2, n_samples); NaN before the constants are known."""
         if not self.started:
             return np.full(pair_v.shape, np.nan)
-        return self._apply(pair_v, np.zeros(pair_v.shape[1]))[0]
+        return self._apply(pair_v, np.zeros(pair_v.shape[1]))
 
     def _zero(self) -> float:
         """Return the phase of the rest under the present map."""
@@ -239,7 +297,7 @@ class MapFilter:
             return self._zero_rad
         if self._rest_v is None:
             return 0.0
-        corrected, _ = self._apply(self._rest_v[:, None], np.zeros(1))
+        corrected = self._apply(self._rest_v[:, None], np.zeros(1))
         return float(np.arctan2(corrected[1, 0], corrected[0, 0]))
 
     def _demodulated(self, pair_v: FloatArray, seen_rad: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
@@ -254,37 +312,46 @@ class MapFilter:
         phase = np.full(pair_v.shape[1], before) if seen_rad is None else seen_rad
         # twice: the map is asked where the samples are, and that is known well enough only after a first look
         for _ in range(2 if seen_rad is None else 1):
-            corrected, _ = self._apply(pair_v, phase / self._rad_per_m)
-            turned = np.diff(np.arctan2(corrected[1], corrected[0]) - zero, prepend=before)
+            corrected = self._apply(pair_v, phase / self._rad_per_m)
+            turned = np.arctan2(corrected[1], corrected[0]) - zero
+            turned[1:] -= turned[:-1].copy()
+            turned[0] -= before
             # as numpy's unwrap does, in a third of its time: a block is short
             phase = before + np.cumsum(turned - 2.0 * np.pi * np.rint(turned / (2.0 * np.pi)))
         return phase, corrected
 
-    def _apply(self, pair_v: FloatArray, length_m: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return corrected I and Q in amplitudes at path lengths, and the basis there, shape (n_samples, n)."""
-        basis = self._map.basis(length_m)
-        offset_i, offset_q, log_amplitude = (basis @ np.stack(self._map.parts(self._state), axis=1)).T
+    def _apply(self, pair_v: FloatArray, length_m: FloatArray) -> FloatArray:
+        """Return corrected I and Q in amplitudes at path lengths, shape (2, n_samples)."""
+        if self._state is not self._tabled:
+            self._tabled, self._table = self._state, self._map.table(self._state)
+        offset_i, offset_q, log_amplitude = self._map.values(self._table, length_m)
         gain, eps = self._state[-2:]
         x = (pair_v[0] - self._centre_v[0]) / self._scale_v - offset_i
         y = (pair_v[1] - self._centre_v[1]) / self._scale_v - offset_q
-        return point_of(x, y, gain, eps) * np.exp(-log_amplitude), basis
+        return np.asarray(point_of(x, y, gain, eps) * np.exp(-log_amplitude))
 
     def _learn(self, pair_v: FloatArray, phase_rad: FloatArray, mean: FloatArray) -> None:
         """Update from `mean`, which the covariance belongs to, with the model linearised at the present state."""
         chosen = self._bins(phase_rad)
         if chosen.size == 0:
             return
-        corrected, basis = self._apply(pair_v[:, chosen], phase_rad[chosen] / self._rad_per_m)
+        length_m = phase_rad[chosen] / self._rad_per_m
+        corrected, basis = self._apply(pair_v[:, chosen], length_m), self._map.basis(length_m)
         slope, radius = self._slope(corrected, basis)
         # the radius is measured: noise makes it longer by sigma^2 / 2 in the mean
         noise = 0.0 if self._noise_v is None else (self._noise_v / self._scale_v) ** 2
         innovation = 1.0 + 0.5 * noise - radius + slope @ (self._state - mean)
-        variance = noise + LEAST_RESIDUAL**2
+        # floors and walls mirror the sphere: to a map that believed 0.005 in a room where the circle is 0.1 off, each
+        # bin was a proof, and in 11 of 24 drops of the laboratory it went where turns are lost
+        variance = noise + LEAST_RESIDUAL**2 + self._misfit_square
         spread = slope @ self._covariance
         expected = np.einsum("ij,ij->i", spread, slope) + variance
         excess = np.abs(innovation) / (ROBUST * np.sqrt(expected))
         # what is far off counts as if its noise were as large: it pulls, and does not tear
         total = spread @ slope.T + np.diag(variance * np.maximum(excess, 1.0) ** 2)
+        # before the update: after it the map has bent itself to these bins
+        left = float(np.mean(np.minimum(innovation**2, WORST_MISFIT**2))) - noise
+        self._misfit_square += min(1.0, chosen.size / MISFIT_BINS) * (max(left, 0.0) - self._misfit_square)
         # solved in the bins of this update, which are fewer than the coefficients
         gain = np.linalg.solve(total, spread).T
         self._state = mean + gain @ innovation
@@ -325,6 +392,8 @@ def _first_ellipse(pair_v: FloatArray) -> Ellipse | None:
     try:
         ellipse = fit_ellipse(pair_v)
     except ProcessingError:
+        return None
+    if abs(np.log(ellipse.gain_ratio)) > np.log(MOST_GAIN) or abs(ellipse.quadrature_error_rad) > MOST_ERROR_RAD:
         return None
     x, y = ellipse.apply(pair_v)
     far = np.ptp(np.unwrap(np.arctan2(y, x))) >= LEAST_ARC_RAD

@@ -15,23 +15,37 @@ from radargui.geometry.scattering import sphere_delay
 from radargui.model.arrays import FloatArray, IntArray, RawArray
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
+from radargui.processing.live_doubts import Doubts
+from radargui.processing.live_release import FALLEN_M, Release
+from radargui.processing.live_rest import LATE_S, SlowMotion
 from radargui.processing.live_samples import LiveSamples, Means
 from radargui.processing.locate import LEAST_RECEIVERS
 
+BLIND_S = 0.002
+"""Of samples that are no numbers: a fall of half a metre passes a quarter of a fringe. By hand."""
 BEFORE_MOTION_S = 0.08
 """The trigger finds a motion late: so much before it is not taken for rest (a fall of 30 mm lasts as long)."""
 REST_S = 0.2
 """Averaged for the phase of the rest: whole periods of 50 and of 60 Hz."""
-REST_MEMORY_S = 1.2
-"""Kept of the rest: the hum is measured on up to a second of it, `BEFORE_MOTION_S` and `REST_S` come off. By hand."""
-LONGEST_START_S = 2.0
-"""Motion kept while the first 1.5 fringes are not complete; what takes longer is shown from then on. By hand."""
+REST_MEMORY_S = 1.8
+"""Kept of the rest: the hum is measured on up to a second of it, `REST_S` and what was told late come off. By hand."""
+LONGEST_START_S = 20.0
+"""Motion kept while the first 1.5 fringes are not complete; after more nobody knows where it is. By hand."""
+START_COLUMNS = 8000
+"""The first fringes are looked for in so many of them, the last 2 s of a fast motion: more cost more time."""
+LATEST_S = 0.5
+"""What has waited so long for the first fringes is shown as unknown. By hand."""
 SETTLED_S = 0.3
 """So long quiet is settled: an apex and the turn of a swing are quiet for less. By hand."""
+SETTLED_M = 2e-3
+"""And within this: noise of 20 dB is a quarter of it. By hand."""
+AS_BEFORE = 0.2
+"""Share of what a motion changed a voltage by: within it the voltage of the rest after is that of the one before."""
 AT_RELEASE_M = 0.012
 """So near the release a tracer is back there, and so near its lowest place on the floor. By hand."""
-FALLEN_M = 0.05
-"""And lower than the release by more than this. By hand."""
+STRAYED_M = 0.04
+"""A track that says it is farther from the release than this has lost turns, or it hangs elsewhere. By hand."""
+LOST = "samples were lost"
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +66,11 @@ class LiveEstimate:
     moving
         Whether the tracer moves now.
     began_anew
-        Whether samples were lost while the tracer moved or may have: positions since then count from the rest after
-        the gap as if that were the release, until a run is armed.
+        Whether the track was lost, or samples while the tracer may have moved: positions since then count from the
+        rest after that as if it were the release, until the tracer is known to hang there.
+    doubt
+        Why the place is not known, in a few words, while it is not; empty where a new rest was found, or there is
+        nothing to say.
     """
 
     index: IntArray
@@ -63,6 +80,7 @@ class LiveEstimate:
     position_m: FloatArray
     moving: bool
     began_anew: bool = False
+    doubt: str = ""
 
 
 class LiveMemory:
@@ -76,6 +94,10 @@ class LiveMemory:
     def is_warm(self) -> bool:
         """Whether a run can be followed from its first sample."""
         return bool(self._filters) and all(follower.started for follower in self._filters)
+
+    def forget(self) -> None:
+        """Forget all: what was learned leads astray."""
+        self._filters = []
 
     def filters(self, rad_per_m: float, n_receivers: int) -> list[MapFilter]:
         """Return the filters for a radar; new ones where those of before belong to another one.
@@ -128,34 +150,51 @@ class LiveProcessor:
         self._delay = sphere_delay(setup)
         self._release_m = np.array(setup.tracer.release_position_m)
         # the wiring's sign once, here: behind it a longer path is a larger phase
-        rad_per_m = setup.radar.phase_sign * 2.0 * np.pi / setup.radar.wavelength_m
-        self._filters = self._memory.filters(rad_per_m, setup.n_receivers)
+        self._rad_per_m = setup.radar.phase_sign * 2.0 * np.pi / setup.radar.wavelength_m
+        self._filters = self._memory.filters(self._rad_per_m, setup.n_receivers)
         self._trigger = MotionTrigger(digitisation, setup.recording.threshold)
         self._samples = LiveSamples(digitisation, setup.daq)
+        self._slow = SlowMotion(self._samples.rate_hz, digitisation.sample_rate_hz, setup.recording.threshold)
         self._hum: Hum | None = None
         self._hum_from_s = 0.0
         self._past = self._samples.nothing()
         self._pending = self._samples.nothing()
         self._n_reported = 0
         self._n_quiet = 0
+        self._doubts = Doubts(setup, self._samples.rate_hz)
+        self._doubt = ""
+        self._rest = self._samples.nothing()
+        self._noise_v = np.full(digitisation.n_channels, np.nan)
         # no gap yet
-        self._n_since_gap = self._columns(BEFORE_MOTION_S)
-        self._began_anew = False
+        self._n_since_gap = self._columns(LATE_S)
+        self._why_gap = LOST
+        self._settling_m = np.full(3 if self._locates else setup.n_receivers, np.nan)
+        self._release = Release()
         self._begin_at_release()
 
     def at_release(self) -> None:
-        """Begin at the release: the tracer hangs at its release and rests, as it does when a run is armed.
+        """Begin at the release: the tracer hangs at its release and rests, as it does when a hand has put it back.
 
         One that has been followed down to where it now lies, its lowest place, is on the floor: the hand has not come
-        yet, and it is followed on.
+        yet, and it is followed on. One that was followed to another place counts from here as if it were the release,
+        and that is said: it may hang there for a moment only.
         """
-        if self._mode is _Mode.FOLLOWING and self._lies_on_floor():
+        follows = self._mode is _Mode.FOLLOWING
+        if follows and self._lies_on_floor():
             return
-        self._began_anew = False
-        self._begin_at_release()
+        if self._mode is _Mode.STARTING and not self._looks_as_before():
+            self._release.lose(seen=False)
+        away_m = float(np.linalg.norm(self._position_m - self._release_m))
+        if self._release.hang_up(strayed=follows and self._locates and away_m > STRAYED_M):
+            self._begin_at_release()
+
+    def fallen(self) -> None:
+        """Tell that a drop has ended: a track that was lost in it lies somewhere, until a hand has moved it."""
+        self._release.fallen()
 
     def _begin_at_release(self) -> None:
-        self._mode = _Mode.RESTING
+        self._mode, self._doubt = _Mode.RESTING, ""
+        self._slow.clear()
         self._position_m = self._release_m.copy()
         self._lowest_m = float(self._release_m[2])
 
@@ -166,55 +205,75 @@ class LiveProcessor:
     def push(self, samples: RawArray, first_index: int | None = None) -> LiveEstimate:
         """Take the next samples, shape (n_channels, n); at a jump to `first_index` samples were lost."""
         # turns that went by in a gap cannot be counted (method 2): only a rest shows where it is again
-        lost = self._samples.jump(first_index)
+        lost, why = self._samples.jump(first_index), LOST
         if lost:
-            self._past, self._n_since_gap = self._samples.nothing(), 0
+            self._past = self._samples.nothing()
+            self._slow.clear()
+        elif (unknown := self._samples.unknown(samples)) > BLIND_S * self._digitisation.sample_rate_hz:
+            lost, why = unknown, "a channel gave no numbers"
+        if lost:
+            self._n_since_gap, self._why_gap = 0, why
             # it may have fallen meanwhile, and come to rest
-            self._began_anew |= lost > BEFORE_MOTION_S * self._digitisation.sample_rate_hz
+            self._release.began_anew |= lost > BEFORE_MOTION_S * self._digitisation.sample_rate_hz
             if self._mode is not _Mode.RESTING:
-                self._lose()
-        moving = self._trigger.push(samples).moving
+                self._lose(why)
+        fast = self._trigger.push(samples).moving
         new = self._samples.push(samples)
-        self._n_quiet = 0 if moving else self._n_quiet + new.count
-        if self._mode is _Mode.RESTING and moving:
+        slow = self._slow.push(new.volts)
+        moving = fast or slow
+        # where it is followed a slow motion is seen anyhow
+        restless = fast if self._mode is _Mode.FOLLOWING else moving
+        self._n_quiet = 0 if restless else self._n_quiet + new.count
+        # what is told late needs a rest from before
+        knows_rest = self._past.count >= self._columns(LATE_S + REST_S)
+        if self._mode is _Mode.RESTING and slow and not self._slow.has_rested:
+            self._lose("it moved as the first samples came")
+        elif self._mode is _Mode.RESTING and (fast or (slow and knows_rest)):
             # what moves so soon after a gap may have left in it
-            (self._lose if self._n_since_gap < self._columns(BEFORE_MOTION_S) else self._leave)()
+            late = self._columns(BEFORE_MOTION_S if fast else LATE_S)
+            self._leave(late) if self._n_since_gap >= late else self._lose(self._why_gap)
         self._n_since_gap += new.count
-        estimate = self._estimate_by_mode(new, moving=moving)
-        if self._mode is _Mode.RESTING or self._mode is _Mode.LOST or not moving:
-            # only what rests now can teach the phase of the rest
-            self._past = self._past.joined(new).part(-self._columns(REST_MEMORY_S), None)
+        estimate = self._estimate_by_mode(new, fast=fast)
+        # only what rests now can teach the phase of the rest, and no rest before it
+        rests = self._mode is _Mode.RESTING or not moving
+        past = self._past.joined(new) if rests else self._samples.nothing()
+        self._past = past.part(-self._columns(REST_MEMORY_S), None)
+        self._release.goes(float(np.linalg.norm(self._position_m - self._release_m)))
         self._lowest_m = min(self._lowest_m, float(self._position_m[2]))
         # the operator hangs the sphere up again by hand: no command says when
         if self._mode is not _Mode.RESTING and self._is_back(estimate):
             # after a gap nobody knows where it rests: it counts from there as if that were its release, and says so
             self._begin_at_release()
-        return replace(estimate, began_anew=True) if self._began_anew else estimate
+        anew, doubt = self._release.began_anew, self._doubt
+        return replace(estimate, began_anew=anew, doubt=doubt) if anew or doubt else estimate
 
-    def _estimate_by_mode(self, new: Means, *, moving: bool) -> LiveEstimate:
+    def _estimate_by_mode(self, new: Means, *, fast: bool) -> LiveEstimate:
         if new.count == 0 or self._mode is _Mode.LOST:
-            return self._unknown(new.index, moving=moving)
+            return self._unknown(new.index, moving=fast)
         if self._mode is _Mode.RESTING:
             return self._resting(new)
-        return (self._starting if self._mode is _Mode.STARTING else self._following)(new, moving=moving)
+        # where it is followed a slow motion is seen, and quiet is soon told; before, all that moves is a motion
+        return self._starting(new, fast=fast) if self._mode is _Mode.STARTING else self._following(new, moving=fast)
 
-    def _lose(self) -> None:
-        self._mode = _Mode.LOST
-        self._began_anew = True
+    def _lose(self, why: str, *, seen: bool = True) -> None:
+        self._mode, self._doubt = _Mode.LOST, why
+        self._release.lose(seen=seen)
 
-    def _leave(self) -> None:
-        """Begin a motion: learn the hum, the phase and the noise of the rest before it."""
-        late = self._columns(BEFORE_MOTION_S)
+    def _leave(self, late: int) -> None:
+        """Begin a motion, `late` columns after it began: learn the hum, the phase and the noise of the rest before."""
         rest = self._past.part(0, max(self._past.count - late, 0))
         # at rest hum is all that oscillates; in motion it could be a slow Doppler
         self._hum = None
+        self._rest, self._noise_v = rest, np.zeros(rest.volts.shape[0])
         if rest.count > 1:
+            self._noise_v = white_noise_v(rest.volts)
             self._hum_from_s, whole = float(self._time_s(rest)[0]), (slice(0, rest.count),)
-            self._hum = find_hum(rest.volts, self._samples.rate_hz, whole, white_noise_v(rest.volts))
+            self._hum = find_hum(rest.volts, self._samples.rate_hz, whole, self._noise_v)
         quiet = self._without_hum(rest.part(-self._columns(REST_S), None))
         is_known = quiet.shape[1] > 1
         for follower, pair in zip(self._filters, _pairs(quiet), strict=True):
             follower.rest(*(pair.mean(axis=1), float(pair.std(axis=1).mean())) if is_known else (None, None))
+        self._doubts.begin()
         # reported already as rest, but the motion may have begun there
         self._pending = self._past.part(-late, None)
         self._n_reported = self._pending.count
@@ -228,26 +287,45 @@ class LiveProcessor:
             new.index, i, q, np.zeros(i.shape), np.repeat(place[:, None], new.count, axis=1), moving=False
         )
 
-    def _starting(self, new: Means, *, moving: bool) -> LiveEstimate:
+    def _starting(self, new: Means, *, fast: bool) -> LiveEstimate:
         """Wait for 1.5 fringes of every receiver; then give all that was waited for at once."""
-        pending = self._pending.joined(new)
-        # a tracer that is moved by hand may never complete a fringe: memory is bounded
-        excess = pending.count - self._columns(LONGEST_START_S)
-        if excess > 0:
-            pending = pending.part(excess, None)
-            self._n_reported = max(self._n_reported - excess, 0)
-        self._pending = pending
-        pairs, warm = _pairs(self._without_hum(pending)), self._memory.is_warm
-        if not all(follower.start(pair) for follower, pair in zip(self._filters, pairs, strict=True)):
-            return self._unknown(new.index[:0], moving=moving)
-        self._mode = _Mode.FOLLOWING
-        self._pending = self._samples.nothing()
-        return self._following(pending, moving=moving, skip=self._n_reported, learn=warm)
+        pending = self._pending = self._pending.joined(new)
+        # a slow one is thinned, a fast one is looked for where it is
+        step = max(1, -(-pending.count // START_COLUMNS))
+        shown = self._without_hum(pending.part(-START_COLUMNS, None) if fast else pending.thinned(step))
+        warm = self._memory.is_warm
+        # each is asked: what is said of those that have not shall be true
+        started = [follower.start(pair) for follower, pair in zip(self._filters, _pairs(shown), strict=True)]
+        if all(started):
+            self._mode, self._doubt = _Mode.FOLLOWING, ""
+            self._pending = self._samples.nothing()
+            return self._following(pending, moving=fast, skip=self._n_reported, learn=warm)
+        # from its first sample on: where the turns before are not there, none after them can be counted
+        if pending.count > self._columns(LONGEST_START_S):
+            self._lose("it moved for long by less than a fringe", seen=False)
+            return self._unknown(pending.index[self._n_reported :], moving=True)
+        if self._n_reported < pending.count - self._columns(LATEST_S):
+            missing = [str(number) for number, one in enumerate(started, 1) if not one]
+            self._doubt = f"no whole circle yet of receiver {', '.join(missing)}"
+        due = max(pending.count - self._columns(LATEST_S), self._n_reported)
+        late = pending.index[self._n_reported : due]
+        self._n_reported = due
+        return self._unknown(late, moving=True)
 
     def _following(self, new: Means, *, moving: bool, skip: int = 0, learn: bool = True) -> LiveEstimate:
         pairs = _pairs(self._without_hum(new))
         followed = [follower.follow(pair, learn=learn) for follower, pair in zip(self._filters, pairs, strict=True)]
         i, q, change = np.stack([(*z, change) for z, change in followed], axis=1)[..., skip:]
+        misfits = [follower.misfit for follower in self._filters]
+        rest = self._rest.volts, self._noise_v
+        doubt = self._doubts.of(change, np.hypot(i, q), misfits, new.volts, *rest) if change.size else ""
+        if doubt:
+            # turns may be lost already, and are not found again before the next rest; maps that have gone astray
+            # would lead the next motion astray as well
+            self._memory.forget()
+            self._filters = self._memory.filters(self._rad_per_m, self._setup.n_receivers)
+            self._lose(doubt, seen=False)
+            return self._unknown(new.index[skip:], moving=moving)
         return LiveEstimate(new.index[skip:], i, q, *self._locate(change), moving)
 
     def _locate(self, change_m: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -274,10 +352,17 @@ class LiveProcessor:
 
     def _is_back(self, estimate: LiveEstimate) -> bool:
         """Whether the tracer has been quiet for a while where a run can start."""
+        if self._mode is _Mode.FOLLOWING and estimate.index.size:
+            # a hand that comes to its end is quiet for the trigger long before
+            place = estimate.position_m.mean(axis=1) if self._locates else estimate.change_m.mean(axis=1)
+            if not np.abs(place - self._settling_m).max() < SETTLED_M:
+                self._settling_m, self._n_quiet = place, 0
         if self._n_quiet < self._columns(SETTLED_S):
             return False
+        if self._mode is _Mode.STARTING and not self._looks_as_before():
+            # it was not seen to go, and lies anywhere: voltages as before would say that it is back
+            self._release.lose(seen=False)
         if self._mode is not _Mode.FOLLOWING:
-            # never left for more than a fringe, or nobody knows: it is known from the next rest on only
             return True
         if estimate.index.size == 0:
             return False
@@ -285,6 +370,16 @@ class LiveProcessor:
             return bool(np.linalg.norm(estimate.position_m[:, -1] - self._release_m) < AT_RELEASE_M)
         # without a position the path lengths have to do
         return bool((np.abs(estimate.change_m[:, -1]) < AT_RELEASE_M).all())
+
+    def _looks_as_before(self) -> bool:
+        """Whether the voltages of this rest are those of the rest before, as far as the motion between tells."""
+        rest = self._past.part(-self._columns(REST_S), None)
+        if rest.count == 0:
+            return False
+        now = self._without_hum(rest).mean(axis=1)
+        before = np.concatenate([follower.rest_v for follower in self._filters])
+        far = np.ptp(self._without_hum(self._pending), axis=1)
+        return bool((np.abs(now - before) < AS_BEFORE * far).all())
 
     def _without_hum(self, means: Means) -> FloatArray:
         if self._hum is None:

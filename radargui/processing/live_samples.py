@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.conditioning.averager import Averager
-from radargui.model.arrays import FloatArray, IntArray, RawArray
+from radargui.model.arrays import BoolArray, FloatArray, IntArray, RawArray, runs_of
 from radargui.model.daq import Daq
 from radargui.model.recording import Digitisation, channel_skew
 
@@ -38,6 +38,10 @@ class Means:
     def part(self, first: int, last: int | None) -> Means:
         """Return columns first:last; counted from the end where negative."""
         return Means(self.volts[:, first:last], self.index[first:last])
+
+    def thinned(self, step: int) -> Means:
+        """Return each `step`-th column, the last one among them."""
+        return Means(self.volts[:, ::-step][:, ::-1], self.index[::-step][::-1])
 
     def joined(self, more: Means) -> Means:
         """Return these and those that follow."""
@@ -70,6 +74,7 @@ class LiveSamples:
         self._share = (delay_s * self.rate_hz)[:, None]
         self._next_index = 0
         self._before: FloatArray | None = None
+        self._n_unknown = 0
 
     def jump(self, first_index: int | None) -> int:
         """Tell where the next samples begin; return how many before them are missing."""
@@ -81,6 +86,21 @@ class LiveSamples:
         # across a gap there is no line to interpolate on
         self._before = None
         return lost
+
+    def unknown(self, samples: RawArray) -> int:
+        """Return the longest stretch of the next samples in which a channel gives no numbers, as told so far."""
+        if samples.dtype == np.int16 or samples.shape[1] == 0:
+            return 0
+        known: BoolArray = np.asarray(np.isfinite(samples).all(axis=0))
+        if known.all():
+            self._n_unknown = 0
+            return 0
+        runs = runs_of(np.logical_not(known))
+        lengths = runs[:, 1] - runs[:, 0]
+        if runs[0, 0] == 0:
+            lengths[0] += self._n_unknown
+        self._n_unknown = 0 if known[-1] else int(lengths[-1])
+        return int(lengths.max())
 
     def push(self, samples: RawArray) -> Means:
         """Take the next samples, shape (n_channels, n), and return the means that are complete now.

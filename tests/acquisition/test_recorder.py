@@ -287,8 +287,12 @@ def test_runs_follow_each_other_bit_exact_and_those_refused_do_not_count(size: i
     states: list[RecorderState] = []
     recorder = Recorder(runs, LIMITS, n_runs=2, make_judge=Fussy, on_run=told.append, on_change=states.append)
     recorder.prepare(digitisation(), START)
+    armed: list[tuple[bool, int]] = []
     for block in blocks(samples, size):
         recorder.push(block)
+        if recorder.armed_again_at is not None and len(armed) < len(told):
+            armed.append((recorder.hung_up_at == recorder.armed_again_at, recorder.armed_again_at))
+    assert [hung for hung, _ in armed][:2] == [False, True], "after a run that was set aside a hand has hung it up"
     assert [run.set_aside for run in told] == ["", "too short", ""]
     assert [run.is_last for run in told] == [False, False, True]
     assert [run.number for run in told] == [1, 2, 3]

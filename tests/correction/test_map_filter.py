@@ -74,3 +74,21 @@ def test_without_a_rest_the_path_counts_from_the_first_sample() -> None:
     assert follower.start(pair)
     _, change = follower.follow(pair, learn=False)
     assert change - change[0] == pytest.approx(length - length[0], abs=0.5e-3)
+
+
+@pytest.mark.parametrize("block", [20, 160, 640])
+def test_what_is_learned_does_not_hang_on_how_long_the_blocks_are(block: int) -> None:
+    length = there_and_back(2000)
+    # offsets that turn round in 0.23 m, as over a floor that reflects a third of the field
+    turn = 2.0 * np.pi * length / 0.23
+    pair = volts(length) + 0.4 * 1.4 * np.stack([np.cos(turn) - 1.0, np.sin(turn)])
+    follower = MapFilter(RAD_PER_M)
+    follower.rest(pair[:, :400].mean(axis=1), 0.003)
+    begin = 500
+    while not follower.start(pair[:, 400:begin]):
+        begin += 100
+    change = [follower.follow(pair[:, 400:begin], learn=False)[1]]
+    change += [follower.follow(pair[:, k : k + block])[1] for k in range(begin, pair.shape[1], block)]
+    error = np.concatenate(change) - length[400:]
+    assert np.abs(error).max() < 5e-3, "a lost turn is 30 mm"
+    assert follower.misfit < 0.2

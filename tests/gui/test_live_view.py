@@ -104,7 +104,7 @@ def test_the_live_track_says_that_it_starts_anew_after_a_gap_in_a_motion(
     source.push_all(codes(12000, moving=slice(8000, 12000)))
     source.push(codes(2000, seed=2, moving=slice(0, 2000)), lost=1500)
     source.push_all(codes(12000, seed=3))
-    anew = "starts anew after lost samples, as if from the release"
+    anew = "starts anew, as if from the release"
     wait_for(lambda: window.track._title.text() == f"Live track: at rest, {anew}")
 
 

@@ -154,7 +154,7 @@ def test_the_speed_of_the_next_fall_is_seen_whole(panel: TrackPanel) -> None:
 
 def test_a_bounce_that_turns_round_is_not_called_at_rest(panel: TrackPanel) -> None:
     # at 1 kHz; only what the panel reads of an acquisition
-    live = SimpleNamespace(latest=0, moving=False, began_anew=False, since=lambda _index: span_of(5))
+    live = SimpleNamespace(latest=0, moving=False, began_anew=False, doubt="", since=lambda _index: span_of(5))
     feed = SimpleNamespace(live=live, rate_hz=1000.0, samples=lambda seconds: round(1000.0 * seconds))
     panel._feed = cast("Any", feed)
     titles = []
@@ -163,6 +163,18 @@ def test_a_bounce_that_turns_round_is_not_called_at_rest(panel: TrackPanel) -> N
         panel.refresh()
         titles.append(panel._title.text())
     assert titles == ["Live track: at rest", *["Live track"] * 3, "Live track: at rest"]
+
+
+def test_a_place_that_is_not_known_is_not_called_at_rest(panel: TrackPanel) -> None:
+    words = "receiver 2 shows no circle"
+    live = SimpleNamespace(latest=900, moving=False, began_anew=True, doubt=words, since=lambda _index: span_of(5))
+    feed = SimpleNamespace(live=live, rate_hz=1000.0, samples=lambda seconds: round(1000.0 * seconds))
+    panel._feed = cast("Any", feed)
+    panel.refresh()
+    assert panel._title.text() == f"Live track: place unknown, {words}"
+    live.latest, live.doubt = 1000, ""
+    panel.refresh()
+    assert panel._title.text() == "Live track: at rest, starts anew, as if from the release"
 
 
 def test_the_words_of_the_projections_do_not_lie_upon_their_figures(panel: TrackPanel) -> None:

@@ -244,8 +244,10 @@ class TrackPanel(QWidget):
         if held or not span.index.size:
             return
         self.show_live()
-        anew = "starts anew after lost samples, as if from the release" if live.began_anew else ""
-        now = ", ".join(filter(None, ("at rest" if rests else "", anew)))
+        anew = "starts anew, as if from the release" if live.began_anew else ""
+        # of a place that is not known nobody says that it is at rest there
+        said = (f"place unknown, {live.doubt}",) if live.doubt else ("at rest" if rests else "", anew)
+        now = ", ".join(filter(None, said))
         self._title.setText(f"Live track: {now}" if now else "Live track")
         if self.isVisible():
             rows: FloatArray = thin(np.vstack([span.index[None], span.position_m]), _MOST_LIVE_POINTS)

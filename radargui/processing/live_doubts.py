@@ -1,0 +1,88 @@
+"""What speaks against a live track: a receiver that left its circle, that shows nothing, or what another shows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from radargui.conditioning.receiver_check import same_channels
+from radargui.model.arrays import FloatArray
+from radargui.model.setup import Setup
+from radargui.processing.live_swapped import FallsUpwards
+
+WORST_MISFIT = 0.35
+"""In amplitudes, over the last fringes: in 150 motions of the laboratory paths below were wrong by a sixth of a fringe
+at the most, and turns were lost above."""
+LONG_M, SHORT_M = 0.1, 0.01
+"""A receiver whose path changes by less than the second, while that of another one does by the first, shows no motion:
+a third of a fringe is what noise and hum make of a dead input. By hand."""
+BLOCKS_COMPARED = 3
+"""Of a motion, for one cable on two inputs: each has a fringe or more in it."""
+
+
+class Doubts:
+    """Watches a motion while it is followed.
+
+    Parameters
+    ----------
+    setup
+        Antennas, release, wavelength.
+    rate_hz
+        Of the block means.
+    """
+
+    def __init__(self, setup: Setup, rate_hz: float) -> None:
+        self._n, self._wavelength_m = setup.n_receivers, setup.radar.wavelength_m
+        self._upwards = FallsUpwards(setup, rate_hz)
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget the motion before: another one begins."""
+        self._compared = 0
+        self._forget_ends()
+        self._upwards.begin()
+
+    def _forget_ends(self) -> None:
+        self._ends = np.array([[np.inf], [-np.inf]]).repeat(self._n, axis=1)
+
+    def of(
+        self, change_m: FloatArray, radius: FloatArray, misfits: Sequence[float], volts: FloatArray,
+        rest_v: FloatArray, noise_v: FloatArray,
+    ) -> str:  # fmt: skip
+        """Return why the next columns cannot be trusted; empty where nothing speaks against them.
+
+        Parameters
+        ----------
+        change_m
+            Change of path length, shape (n_receivers, n).
+        radius
+            Of corrected I and Q, in amplitudes, shape (n_receivers, n).
+        misfits
+            `MapFilter.misfit` of each receiver, after them.
+        volts, rest_v
+            Block means of the channels, in these columns and at rest, shape (2 n_receivers, n).
+        noise_v
+            Standard deviation of one of them at rest, shape (2 n_receivers,).
+        """
+        worst = int(np.argmax(misfits))
+        if misfits[worst] > WORST_MISFIT:
+            return f"receiver {worst + 1} shows no circle"
+        # a fringe or more far off the circle: the four that the misfit remembers would be late
+        low, high = change_m.min(axis=1), change_m.max(axis=1)
+        far = np.sqrt(((radius - 1.0) ** 2).mean(axis=1))
+        if far.max() > WORST_MISFIT and (high - low).max() > self._wavelength_m:
+            return f"receiver {int(np.argmax(far)) + 1} shows no circle"
+        self._ends = np.stack([np.fmin(self._ends[0], low), np.fmax(self._ends[1], high)])
+        span = self._ends[1] - self._ends[0]
+        if span.max() > LONG_M:
+            self._forget_ends()
+            if span.min() < SHORT_M:
+                return f"receiver {int(np.argmin(span)) + 1} shows no motion"
+        if (turned := self._upwards.push(change_m)) is not None:
+            return f"receiver {turned + 1} falls upwards: are I and Q swapped?"
+        if self._compared < BLOCKS_COMPARED and (high - low).max() > self._wavelength_m:
+            self._compared += 1
+            for one, other in same_channels(volts, noise_v, rest_v):
+                return f"receivers {one // 2 + 1} and {other // 2 + 1} have one cable"
+        return ""

@@ -20,15 +20,19 @@ UP = np.array([0.0, 0.0, 1.0])
 G, E, IMPACT_S, END_S = 9.81, 0.7, 0.2, 0.4
 
 
-def bounced(late_s: float) -> FreeMotion:
-    """Return a fall from rest with a bounce at 0.2 s, thrown back along x by a wall that is met so much later."""
+def bounced(late_s: float, back_m_s: float = -0.08, moved_m: tuple[float, float] = (0.0, 0.0)) -> FreeMotion:
+    """Return a fall from rest with a bounce at 0.2 s, thrown back along x by a wall that is met so much later.
+
+    All after the bounce may be moved along x and y besides, as a mirror that is not in the model moves it.
+    """
     spline = make_spline(0.0, END_S, np.array([IMPACT_S]))
     time = np.sort(np.concatenate([np.linspace(0.0, END_S, 4001), spline.edge_s]))
     after = np.maximum(time - IMPACT_S, 0.0)
     height = -G / 2.0 * np.minimum(time, IMPACT_S) ** 2 + E * G * IMPACT_S * after - G / 2.0 * after**2
     met_s = IMPACT_S + late_s
-    aside = 0.1 * np.minimum(time, met_s) - 0.08 * np.maximum(time - met_s, 0.0)
-    place = np.stack([aside, 0.0 * time, height], axis=1)
+    aside = 0.1 * np.minimum(time, met_s) + back_m_s * np.maximum(time - met_s, 0.0)
+    moved = np.outer(moved_m, time > IMPACT_S - 0.001)
+    place = np.stack([aside + moved[0], moved[1], height], axis=1)
     coefficients = np.linalg.lstsq(spline.design(time).toarray(), place, rcond=None)[0]
     return FreeMotion(SplineMotion(spline, coefficients), np.zeros(3))
 
@@ -60,6 +64,16 @@ def test_flights_that_meet_a_millisecond_beside_their_impact_met_a_wall(late_s: 
     assert not walls_at_impacts(posterior, flights_of(free, 1e-3), UP).any()
     posterior.kicks_beside = lambda _: np.array([0])
     assert walls_at_impacts(posterior, None, UP).tolist() == [True]
+
+
+@pytest.mark.parametrize(("back_m_s", "moved_m"), [(0.1, (0.0, 1e-4)), (0.09, (1e-4, 0.0)), (-0.08, (0.0, 1e-4))])
+def test_flights_that_are_moved_across_their_kick_or_without_one_met_no_wall(
+    back_m_s: float, moved_m: tuple[float, float]
+) -> None:
+    free = bounced(0.0, back_m_s, moved_m)
+    breaks = breaks_of([IMPACT_S], [[0.1, 0.0, -2.0]], [[back_m_s, 0.0, 1.4]])
+    posterior = SimpleNamespace(breaks=breaks, free=free, kicks_beside=lambda _: np.zeros(0, dtype=np.intp))
+    assert walls_at_impacts(posterior, flights_of(free, 1e-5), UP).tolist() == [False]
 
 
 @pytest.mark.parametrize(

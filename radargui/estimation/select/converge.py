@@ -195,9 +195,9 @@ def settle_breaks(
         # so near to an impact a break bends anything: it is a wall, or none
         is_beside = np.isin(inserted, beside)
         good = np.where(is_beside, speeds.are_kicks(), speeds.are_kinks())
-        if (good & is_beside).any():
-            # what lacks a wall that is there is no rival
-            seen = [solution]
+        if is_beside.any():
+            # what lacks a wall that is there is no rival, nor what has one that is none
+            seen = [solution] if good[is_beside].all() else seen[:-1]
         # or the same ripple would be tried for ever
         refused = np.concatenate([refused, inserted[~good]])
         last = number == settings.break_rounds - 1
@@ -208,8 +208,11 @@ def settle_breaks(
         beside = np.zeros(0)
         if new.size == 0 and good.all() and not last:
             # once all that is far from impacts is known: no line goes through a wall
-            motion = SplineMotion(solution.at.spline, solution.state.coefficients)
+            best = _best(seen, normal, settings)
+            motion = SplineMotion(best.at.spline, best.state.coefficients)
             new = beside = _away(kicks_beside(motion, normal)[0], refused, BREAKS.least_beside_s)
+            if new.size:
+                solution, speeds, good = best, break_speeds(best, normal), np.ones(best.at.spline.break_s.size, bool)
         stiff = misfit_times(solution) if new.size == 0 else np.zeros(0)
         if new.size == 0 and good.all() and (stiff.size == 0 or sharp.size > 0):
             break
@@ -220,6 +223,11 @@ def settle_breaks(
         motion = respline(solution.at.spline, solution.state.coefficients, breaks, fine)
         solution = converge(_with_breaks(data, solution, motion), settings.after_breaks, round_done, settings)
         seen.append(solution)
+    return _best(seen, normal, settings)
+
+
+def _best(seen: Sequence[Solution], normal: FloatArray, settings: RoundSettings) -> Solution:
+    """Return the one with most impacts, best known, of those whose misfit is about the smallest."""
     # more impacts at the same misfit: one too few is a missed bounce, one too many is judged by its jump later
     enough = settings.no_worse * min(_misfit(one) for one in seen)
     return max((one for one in seen if _misfit(one) <= enough), key=lambda one: _impacts(one, normal))

@@ -99,8 +99,9 @@ class Bounces:
         Unit vector away from the floor, which speeds and heights are along; None where nothing was found along any.
     u_tilt_deg
         Standard uncertainty of its angle from the vertical, where it was found from the impacts with one.
-    braked_1_m, walls_s
-        k of the drag where flights show more than a metal sphere has and no density was given; when walls were met.
+    braked_1_m, walls_s, with_walls_s
+        k of the drag where flights show more than a metal sphere has and no density was given; when walls were met, and
+        when the floor together with a wall: such impacts are not valid.
     """
 
     impacts: tuple[Bounce, ...] = ()
@@ -109,6 +110,7 @@ class Bounces:
     u_tilt_deg: float | None = None
     braked_1_m: float | None = None
     walls_s: tuple[float, ...] = ()
+    with_walls_s: tuple[float, ...] = ()
 
     def widened(self, factor: float) -> Bounces:
         """Return them with the uncertainties of every e and of g times a factor."""

@@ -108,6 +108,16 @@ def walls_met(bounces: Bounces) -> tuple[str, ...]:
     return (f"Walls beside the fall threw the sphere back at {moments} s: its flights end there.",)
 
 
+def floor_and_wall(bounces: Bounces) -> list[str]:
+    """Return a sentence for each impact at which a wall was met, too."""
+    return [
+        f"impact {number}: a wall was met together with the floor, or within some milliseconds of it, and what each "
+        "took of the speed is not known: no e is given"
+        for number, impact in enumerate(bounces.impacts, 1)
+        if impact.time_s in bounces.with_walls_s
+    ]
+
+
 def disagreements(bounces: Bounces) -> list[str]:
     """Return a sentence for each impact whose three coefficients do not agree within three standard uncertainties."""
     sentences = []

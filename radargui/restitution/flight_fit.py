@@ -141,6 +141,26 @@ class FlightFit:
             (s * self.information.form.solve(s)).sum(axis=0) - (along * _solve(self.normal, along)).sum(axis=0)
         )
 
+    def displaced_after(self, number: int, along: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return slope and curvature of -ln L where all after an impact is displaced, the flights marginalised.
+
+        Parameters
+        ----------
+        number
+            Of the impact.
+        along
+            Unit vectors, shape (m, 3): the slope has shape (m,), the curvature (m, m).
+        """
+        information, form = self.information, self.information.form
+        # the place at the break is the first of what follows; x leaves out the coefficient at the start
+        first = information.free.segments[number].stop_coefficient - 2
+        shifted = np.zeros((along.shape[0], information.x0.size))
+        shifted[:, 3 * first : 3 * information.size] = np.tile(along, information.size - first)
+        curvature = form.times(shifted.T)
+        by_flights = self.jacobian.T @ curvature
+        slope = curvature.T @ (self.off - information.minimum())
+        return slope, shifted @ curvature - by_flights.T @ _solve(self.normal, by_flights)
+
     def bend_over_u(self, time_s: FloatArray, u_position_m: FloatArray) -> float:
         """Return how far the free motion is off its flights over u (3, n) at the same times, both root mean square."""
         free, size = self.information.free, self.information.size

@@ -22,6 +22,7 @@ from radargui.restitution.flight_fit import FlightFit, break_velocities, fit_fli
 from radargui.restitution.flight_unknowns import FlightPlan
 from radargui.restitution.floor_normal import FloorNormal, normal_of_impacts
 from radargui.restitution.settings import FLIGHTS
+from radargui.restitution.wall_at_impact import walls_at_impacts
 
 
 def fit_with_alternatives(
@@ -240,7 +241,11 @@ def joint_bounces(
     if not given:
         reflecting = _reflecting_floor(estimate, floor_covariance)
         at = _Impacts.of(posterior, fit, floor.normal)
-        floor = normal_of_impacts(at.before_m_s, at.after_m_s, at.u_side_m_s, setup.floor.u_tilt_deg, reflecting)
+        # what a wall has done says nothing of the floor
+        alone = ~at.with_wall
+        floor = normal_of_impacts(
+            at.before_m_s[alone], at.after_m_s[alone], at.u_side_m_s[alone], setup.floor.u_tilt_deg, reflecting
+        )
         # then other breaks may be impacts, and the flights between them other ones
         if floor.tilt_deg > FLIGHTS.near_vertical_deg:
             fit = fit_with_alternatives(posterior, estimate.alternatives, floor.normal)
@@ -248,7 +253,9 @@ def joint_bounces(
     bounces = tuple(at.bounce(number, floor) for number in range(at.time_s.size))
     fall = None if fit is None else _free_fall(posterior, fit, floor.normal, bounces)
     x, y, z = (float(part) for part in floor.normal)
-    found = Bounces(bounces, fall, (x, y, z), None if given or not bounces else floor.u_tilt_deg, walls_s=at.walls_s)
+    u_tilt_deg = None if given or not bounces else floor.u_tilt_deg
+    shared_s = tuple(at.time_s[at.with_wall].tolist())
+    found = Bounces(bounces, fall, (x, y, z), u_tilt_deg, walls_s=at.walls_s, with_walls_s=shared_s)
     return _checked(found, posterior, fit, floor.normal), fit
 
 
@@ -282,6 +289,8 @@ class _Impacts:
         Of (before x, y, z, after x, y, z), shape (n_impacts, 6, 6).
     by_flights
         Whether fitted flights say so, shape (n_impacts,); else the one-sided slopes of the motion.
+    with_wall
+        Whether a wall was met at the impact, too, or so near that neither is known by itself, shape (n_impacts,).
     walls_s
         Instants at which a wall threw the body back along the floor, from one flight into the next.
     """
@@ -291,6 +300,7 @@ class _Impacts:
     after_m_s: FloatArray
     covariance: FloatArray
     by_flights: BoolArray
+    with_wall: BoolArray
     walls_s: tuple[float, ...]
 
     @staticmethod
@@ -306,7 +316,10 @@ class _Impacts:
         impacts = speeds.are_impacts()
         by_flights = np.arange(time.size) < n_fitted
         walls = tuple(time[speeds.are_kicks() & ~impacts & by_flights].tolist())
-        return _Impacts(time[impacts], before[impacts], after[impacts], covariance[impacts], by_flights[impacts], walls)
+        with_wall = walls_at_impacts(posterior, fit, normal)[impacts]
+        return _Impacts(
+            time[impacts], before[impacts], after[impacts], covariance[impacts], by_flights[impacts], with_wall, walls
+        )
 
     @property
     def u_side_m_s(self) -> FloatArray:
@@ -328,7 +341,7 @@ class _Impacts:
         u_e = float(np.sqrt(variance + floor.e_variance(before_m_s, after_m_s)))
         method = "flights" if self.by_flights[number] else "slopes"
         # a rebound faster than the arrival is no passive one; a wide u_e says nothing
-        valid = bool(0.0 < e < FLIGHTS.most_e and u_e < FLIGHTS.usable_u_e)
+        valid = bool(0.0 < e < FLIGHTS.most_e and u_e < FLIGHTS.usable_u_e and not self.with_wall[number])
         return Bounce(float(self.time_s[number]), before, after, e, u_e, method, valid)
 
 

@@ -15,7 +15,15 @@ from support.small_problem import (
     small_problem,
 )
 
-from radargui.estimation.select.breaks import BreakSettings, misfit_times, respline, sharp_turns, side_kicks
+from radargui.estimation.forward.motion_spline import SplineMotion
+from radargui.estimation.select.breaks import (
+    BreakSettings,
+    kicks_beside,
+    misfit_times,
+    respline,
+    sharp_turns,
+    side_kicks,
+)
 from radargui.estimation.select.converge import converge, settle_breaks
 from radargui.estimation.solve.break_velocities import BreakSpeeds, break_speeds
 from radargui.estimation.solve.changed_problem import positions_at_bins
@@ -66,7 +74,7 @@ def test_a_missing_break_is_added_at_the_bounce(without_break: SmallProblem) -> 
 
 
 def test_a_wall_beside_the_fall_is_a_break_but_no_impact() -> None:
-    made = small_problem(sigma=0.005, walled=True)
+    made = small_problem(sigma=0.005, wall_s=WALL_S)
     begun = converge(made.start, 4, nothing)
     assert side_kicks(begun, UP) == pytest.approx([WALL_S], abs=0.003)
     assert side_kicks(begun, UP, BreakSettings(kick_m_s=2.0 * (ASIDE_M_S - BACK_M_S))).size == 0
@@ -80,6 +88,34 @@ def test_a_wall_beside_the_fall_is_a_break_but_no_impact() -> None:
     # where it is known there is nothing left to find, and a drift without a wall has no kick
     assert side_kicks(solution, UP).size == 0
     assert side_kicks(converge(small_problem(sigma=0.005).start, 4, nothing), UP).size == 0
+
+
+@pytest.mark.parametrize("late_s", [-0.008, 0.006, 0.012])
+def test_a_wall_met_milliseconds_beside_a_bounce_has_a_break_of_its_own(late_s: float) -> None:
+    made = small_problem(sigma=0.002, wall_s=BOUNCE_S + late_s)
+    begun = converge(made.start, 4, nothing)
+    assert side_kicks(begun, UP).size == 0
+    solution = settled(made)
+    assert solution.at.spline.break_s == pytest.approx(sorted([BOUNCE_S, BOUNCE_S + late_s]), abs=5e-4)
+    speeds = break_speeds(solution, UP)
+    assert speeds.are_impacts().tolist() == [late_s < 0.0, late_s > 0.0][::-1]
+    impact = int(np.flatnonzero(speeds.are_impacts())[0])
+    assert speeds.after_m_s[impact] == pytest.approx(0.7 * 1.962, abs=3.0 * speeds.u_jump_m_s[impact] + 0.01)
+    assert kicks_beside(SplineMotion(solution.at.spline, solution.state.coefficients), UP)[0].size == 0
+
+
+@pytest.mark.parametrize(("late_s", "lean"), [(0.0, 0.0), (0.0, 0.1), (0.01, 0.0), (-0.01, 0.0)])
+def test_lines_that_meet_at_their_bounce_tell_of_no_wall_though_it_kicks_and_the_floor_leans(
+    late_s: float, lean: float
+) -> None:
+    spline = small_problem().problem.spline
+    time = np.linspace(spline.edge_s[0], spline.edge_s[-1], 2000)
+    fallen, met_s = positions(time).T - RELEASE_M, BOUNCE_S + late_s
+    fallen[:, 1] = 0.3 * np.minimum(time, met_s) - 0.1 * np.maximum(time - met_s, 0.0)
+    motion = SplineMotion(spline, np.linalg.lstsq(spline.design(time).toarray(), fallen, rcond=None)[0])
+    found, number = kicks_beside(motion, np.array([0.0, np.sin(lean), np.cos(lean)]))
+    assert found == pytest.approx([met_s] if late_s else [], abs=0.001)
+    assert number.tolist() == [0] * found.size
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from radargui.model.result import Bounce, Bounces
-from radargui.restitution.cross_check import cross_check, disagreements, walls_met, without_checks_by_walls
+from radargui.restitution.cross_check import (
+    cross_check,
+    disagreements,
+    floor_and_wall,
+    walls_met,
+    without_checks_by_walls,
+)
 
 G, BEFORE, AFTER = 9.81, 2.0, 1.6
 
@@ -59,3 +65,10 @@ def test_a_flight_that_meets_a_wall_is_not_compared(*, met: bool) -> None:
     assert bool(disagreements(left)) is not met
     assert ("0.200 s" in walls_met(bounces)[0]) is met
     assert walls_met(Bounces((first, last))) == ()
+
+
+def test_an_impact_on_floor_and_wall_is_told_by_its_number() -> None:
+    impacts = tuple(Bounce(at, BEFORE, AFTER, 0.8, 1e-4, "made", valid=at < 0.2) for at in (0.1, 0.3))
+    assert floor_and_wall(Bounces(impacts)) == []
+    (sentence,) = floor_and_wall(Bounces(impacts, with_walls_s=(0.3,)))
+    assert sentence.startswith("impact 2: a wall was met together with the floor")

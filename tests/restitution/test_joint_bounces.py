@@ -173,6 +173,19 @@ def test_each_flight_is_moved_by_the_unknowns_of_the_flights_before_it(drop: tup
         assert (more.results - less.results) / 2e-5 == pytest.approx(slopes.results[:, column], abs=2e-6)
 
 
+def test_an_impact_on_which_floor_and_wall_share_gives_no_e(
+    drop: tuple[SceneRecord, JointEstimate], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    setup, estimate = drop[0].setup, drop[1]
+    alone, _ = joint_bounces(estimate, setup)
+    assert alone.with_walls_s == ()
+    shared = np.arange(estimate.posterior.breaks.time_s.size) == 1
+    monkeypatch.setattr("radargui.restitution.joint_bounces.walls_at_impacts", lambda *_: shared)
+    bounces, _ = joint_bounces(estimate, setup)
+    assert [one.valid for one in bounces.impacts[:2]] == [True, False]
+    assert bounces.with_walls_s == (bounces.impacts[1].time_s,)
+
+
 def test_drag_is_taken_out_of_the_two_other_ways_to_e(drop: tuple[SceneRecord, JointEstimate]) -> None:
     record, estimate = drop
     bounces, fit = joint_bounces(estimate, record.setup)

@@ -27,17 +27,20 @@ CONSTANTS = tuple(
 )
 
 
-def positions(time_s: np.ndarray, *, walled: bool = False) -> np.ndarray:
+def positions(time_s: np.ndarray, *, wall_s: float | None = None) -> np.ndarray:
     """Return a fall from rest at START_S, a bounce with e = 0.7 at BOUNCE_S, a slow drift along x, shape (3, n).
 
-    Where it is walled, it goes along x with ASIDE_M_S, and a wall throws it back at WALL_S.
+    Where there is a wall, it goes along x with ASIDE_M_S, and is thrown back at `wall_s`.
     """
     t = np.clip(time_s - START_S, 0.0, None)
     fall = BOUNCE_S - START_S
     after = time_s - BOUNCE_S
     z = np.where(after < 0.0, -4.905 * t**2, -4.905 * fall**2 + 0.7 * 9.81 * fall * after - 4.905 * after**2)
-    aside = np.where(time_s < WALL_S, ASIDE_M_S * t, ASIDE_M_S * (WALL_S - START_S) + BACK_M_S * (time_s - WALL_S))
-    return np.stack([RELEASE_M[0] + (aside if walled else 0.05 * t), RELEASE_M[1] + 0.0 * t, RELEASE_M[2] + z])
+    aside = 0.05 * t
+    if wall_s is not None:
+        back = ASIDE_M_S * (wall_s - START_S) + BACK_M_S * (time_s - wall_s)
+        aside = np.where(time_s < wall_s, ASIDE_M_S * t, back)
+    return np.stack([RELEASE_M[0] + aside, RELEASE_M[1] + 0.0 * t, RELEASE_M[2] + z])
 
 
 @dataclass(frozen=True)
@@ -81,7 +84,7 @@ def small_problem(
     breaks_s: tuple[float, ...] = (BOUNCE_S,),
     crosstalk: float | None = None,
     lobe: float | None = None,
-    walled: bool = False,
+    wall_s: float | None = None,
 ) -> SmallProblem:
     """Make a problem whose data the model shows at a known state.
 
@@ -100,13 +103,13 @@ def small_problem(
     shown
         Mirrors in the data where they differ from the model's.
     breaks_s
-        Breaks of the model's motion; the data have one, at BOUNCE_S, and another where they are walled.
+        Breaks of the model's motion; the data have one, at BOUNCE_S, and another at the wall.
     crosstalk
         kappa in the data; None: the model knows none.
     lobe
         What ln s of each antenna in the data goes with the angle by; None: as the prior expects.
-    walled
-        Whether the body in the data meets a wall beside its fall, at WALL_S.
+    wall_s
+        When the body in the data meets a wall beside its fall; None: never.
     """
     time = np.linspace(0.0, END_S, n_bins + 1)
     middle, half = (time[:-1] + time[1:]) / 2.0, np.diff(time) / 2.0
@@ -127,7 +130,8 @@ def small_problem(
         bins, ANTENNAS, RELEASE_M, WAVELENGTH_M, middle < START_S, delay, START_S, multiplexer=multiplexer,
         slow_noise=None if drift is None else drift.uncorrelated(bins),
     )  # fmt: skip
-    place, shown_s = positions(middle, walled=walled), [WALL_S, BOUNCE_S] if walled else [BOUNCE_S]
+    place = positions(middle, wall_s=wall_s)
+    shown_s = sorted([BOUNCE_S] if wall_s is None else [wall_s, BOUNCE_S])
     motion = first_motion(data, place, START_S, np.array(shown_s))
 
     def made(mirrors: tuple[MirrorPlane, ...]) -> Start:

@@ -11,10 +11,11 @@ from radargui.estimation.readout.flight_information import MotionInformation, mo
 from radargui.estimation.readout.floor_slope import FloorSlope, floor_slope
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.input_response import InputResponse, OtherInputs, input_responses
+from radargui.estimation.select.breaks import kicks_beside
 from radargui.estimation.solve.assemble import DataSums, sum_data
 from radargui.estimation.solve.break_velocities import BreakVelocities, break_velocities
 from radargui.estimation.solve.minimise import Solution
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,10 @@ class MotionPosterior:
     def floor_slope(self) -> FloorSlope | None:
         """How the floor that reflects leans; None where there is none."""
         return floor_slope(self.solution)
+
+    def kicks_beside(self, normal: FloatArray) -> IntArray:
+        """Return the numbers of the breaks beside which a wall was met that has no break, see `kicks_beside`."""
+        return kicks_beside(self.free.motion, normal)[1]
 
     def responses(self, others: Sequence[OtherInputs], time_s: FloatArray) -> tuple[InputResponse, ...]:
         """Return how the motion follows other inputs, see `input_responses`."""

@@ -12,7 +12,8 @@ from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion
 from radargui.estimation.solve.changed_problem import span_jerk_sd
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.normal import solve_sparse
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, IntArray
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +29,11 @@ class BreakSettings:
     kick_m_s, kick_side_s
         A wall beside the fall throws the body back: its velocity along the floor changes by so much more within the
         second than around it. Mirrors that are not found yet make waves of up to 0.1 m/s.
+    beside_s, line_s, clear_s
+        A wall met within the first of an impact is sought by straight lines along the floor over the second, on either
+        side: one from the first on, the other from the third on.
+    least_beside_s
+        Nearer to an impact its instant is not found by lines.
     grid_s
         On which turns are sought.
     window_s, misfit_share, misfit_sigmas
@@ -42,6 +48,10 @@ class BreakSettings:
     least_dip_m: float = 1e-4
     kick_m_s: float = 0.15
     kick_side_s: float = 0.008
+    beside_s: float = 0.022
+    line_s: float = 0.016
+    clear_s: float = 0.002
+    least_beside_s: float = 0.002
     grid_s: float = 0.001
     window_s: float = 0.010
     misfit_share: float = 1.5
@@ -105,6 +115,40 @@ def side_kicks(solution: Solution, normal: FloatArray, settings: BreakSettings =
     # an impact may kick, too: no window reaches over one
     near = np.abs(found[:, None] - spline.edge_s[None]).min(axis=1) < reach * settings.grid_s
     return np.asarray(found[~near])
+
+
+def kicks_beside(
+    motion: SplineMotion, normal: FloatArray, settings: BreakSettings = BREAKS
+) -> tuple[FloatArray, IntArray]:
+    """Return times beside breaks, too near for `side_kicks`, where a wall was met, and the numbers of these breaks.
+
+    An impact changes the velocity at once: the lines along the floor before and after it meet there. Where they miss
+    each other by x = x_after - x_before along the velocity's jump v, they meet later by -x v / v^2.
+    """
+    spline, wide = motion.spline, settings.line_s
+    line = np.linspace(0.0, wide, round(wide / settings.grid_s) + 1)
+    found: list[tuple[float, int]] = []
+    for number, (before, at, after) in enumerate(
+        zip(spline.edge_s[:-2], spline.break_s, spline.edge_s[2:], strict=True)
+    ):
+        for sign in (-1.0, 1.0):
+            # on the wall's side from behind it on, on the other from the impact on
+            back, on = (settings.clear_s, settings.beside_s)[:: int(sign)]
+            if at - before < back + wide or after - at < on + wide:
+                continue
+            away = np.stack([line - wide - back, line + on])
+            place = spline.offset(at + away.ravel(), motion.coefficients)
+            # along a floor that leans it falls, too, and a parabola is no line
+            place[:, 2] += NOMINAL_GRAVITY_M_S2 / 2.0 * away.ravel() ** 2
+            aside = (place - np.outer(place @ normal, normal)).reshape(2, -1, 3)
+            (v1, x1), (v2, x2) = (np.polyfit(t, x, 1) for t, x in zip(away, aside, strict=True))
+            kick = v2 - v1
+            if np.linalg.norm(kick) < settings.kick_m_s:
+                continue
+            late = -float((x2 - x1) @ kick / (kick @ kick))
+            if settings.least_beside_s < sign * late < settings.beside_s:
+                found.append((float(at) + late, number))
+    return np.array([time for time, _ in found]), np.array([number for _, number in found], dtype=np.intp)
 
 
 def misfit_times(solution: Solution, settings: BreakSettings = BREAKS) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from radargui.estimation.forward.bins import BinnedData
 from radargui.estimation.forward.motion_spline import SplineMotion
-from radargui.estimation.select.breaks import BREAKS, misfit_times, respline, sharp_turns, side_kicks
+from radargui.estimation.select.breaks import BREAKS, kicks_beside, misfit_times, respline, sharp_turns, side_kicks
 from radargui.estimation.select.fewer_bins import fewer_bins, with_bins_of
 from radargui.estimation.solve.break_velocities import break_speeds
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_breaks
@@ -182,8 +182,9 @@ def settle_breaks(
 
     First the body is let bounce on from its last impact: one break too few between short flights draws its neighbour
     away. The bins are put together anew around each set of breaks. A break that was dropped is not tried again at the
-    same place. Of the rounds whose misfit is within 2 % of the smallest the one with most impacts, best known, is
-    returned (evidences are not comparable between different knots).
+    same place. Walls beside an impact are sought when all else is settled. Of the rounds whose misfit is within 2 % of
+    the smallest the one with most impacts, best known, is returned (evidences are not comparable between different
+    knots).
 
     Parameters
     ----------
@@ -201,13 +202,18 @@ def settle_breaks(
     SolveError
         The normal matrix cannot be factored.
     """
-    sharp, refused = np.zeros(0), np.zeros(0)
+    sharp, refused, beside = np.zeros(0), np.zeros(0), np.zeros(0)
     solution = _bounced_on(data, solution, normal, round_done, settings)
     seen = [solution]
     for number in range(settings.break_rounds):
         speeds = break_speeds(solution, normal)
-        good = speeds.are_kinks()
         inserted = solution.problem.prior.mean[solution.problem.layout.breaks]
+        # so near to an impact a break bends anything: it is a wall, or none
+        is_beside = np.isin(inserted, beside)
+        good = np.where(is_beside, speeds.are_kicks(), speeds.are_kinks())
+        if is_beside.any():
+            # what lacks a wall that is there is no rival, nor what has one that is none
+            seen = [solution] if good[is_beside].all() else seen[:-1]
         # or the same ripple would be tried for ever
         refused = np.concatenate([refused, inserted[~good]])
         last = number == settings.break_rounds - 1
@@ -215,6 +221,14 @@ def settle_breaks(
         # a kick beside a turn is that impact's own
         sought = np.concatenate([turns, _away(side_kicks(solution, normal), turns, BREAKS.apart_s)])
         new = np.zeros(0) if last else _away(sought, refused, settings.same_s)
+        beside = np.zeros(0)
+        if new.size == 0 and good.all() and not last:
+            # once all that is far from impacts is known: no line goes through a wall
+            best = _best(seen, normal, settings)
+            motion = SplineMotion(best.at.spline, best.state.coefficients)
+            new = beside = _away(kicks_beside(motion, normal)[0], refused, BREAKS.least_beside_s)
+            if new.size:
+                solution, speeds, good = best, break_speeds(best, normal), np.ones(best.at.spline.break_s.size, bool)
         stiff = misfit_times(solution) if new.size == 0 else np.zeros(0)
         if new.size == 0 and good.all() and (stiff.size == 0 or sharp.size > 0):
             break
@@ -225,6 +239,11 @@ def settle_breaks(
         motion = respline(solution.at.spline, solution.state.coefficients, breaks, fine)
         solution = converge(_with_breaks(data, solution, motion), settings.after_breaks, round_done, settings)
         seen.append(solution)
+    return _best(seen, normal, settings)
+
+
+def _best(seen: Sequence[Solution], normal: FloatArray, settings: RoundSettings) -> Solution:
+    """Return the one with most impacts, best known, of those whose misfit is about the smallest."""
     # more impacts at the same misfit: one too few is a missed bounce, one too many is judged by its jump later
     enough = settings.no_worse * min(_misfit(one) for one in seen)
     return max((one for one in seen if _misfit(one) <= enough), key=lambda one: _impacts(one, normal))

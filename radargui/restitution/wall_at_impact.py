@@ -12,7 +12,7 @@ from radargui.restitution.flight_fit import FlightFit
 
 
 @dataclass(frozen=True, slots=True)
-class WallSettings:
+class ImpactWallSettings:
     """When an impact is not the floor's alone. Chosen by hand.
 
     Attributes
@@ -39,7 +39,7 @@ class WallSettings:
     same_place_m: float = 0.003
 
 
-WALLS = WallSettings()
+IMPACT_WALLS = ImpactWallSettings()
 
 
 def walls_at_impacts(posterior: MotionPosterior, fit: FlightFit | None, normal: FloatArray) -> BoolArray:
@@ -78,7 +78,7 @@ def _at_known_walls(posterior: MotionPosterior, normal: FloatArray) -> BoolArray
     apart = np.abs(((place[:, None] - place[None, walls]) * way[walls]).sum(axis=2))
     # it comes towards the wall and leaves it
     turns = (breaks.before_m_s @ way[walls].T < 0.0) & (breaks.after_m_s @ way[walls].T > 0.0)
-    again = turns & (way @ way[walls].T > WALLS.same_way) & (apart < WALLS.same_place_m)
+    again = turns & (way @ way[walls].T > IMPACT_WALLS.same_way) & (apart < IMPACT_WALLS.same_place_m)
     return np.asarray(kicks & again.any(axis=1))
 
 
@@ -100,6 +100,6 @@ def _missed(fit: FlightFit, normal: FloatArray) -> BoolArray:
         gained /= max(1.0, (misfit - gained) / freedom)
         jump = along @ kick[number]
         strength, late = float(np.linalg.norm(jump)), abs(float(away @ jump))
-        beside = WALLS.least_along * float(np.linalg.norm(away)) * strength < late < WALLS.latest_s * strength**2
-        out[number] = gained > WALLS.missed and strength > WALLS.least_kick_m_s and beside
+        beside = IMPACT_WALLS.least_along * float(np.linalg.norm(away)) * strength < late < IMPACT_WALLS.latest_s * strength**2
+        out[number] = gained > IMPACT_WALLS.missed and strength > IMPACT_WALLS.least_kick_m_s and beside
     return out

@@ -42,7 +42,8 @@ ENDED_EARLY = (
     "what the models before it say counts in full in the uncertainty"
 )
 NO_SINGLE_BODY = (
-    "no motion of one body describes it together with the others: swapped cables, a lost fringe, or a second target"
+    "no motion of one body describes it together with the others: swapped cables, antennas elsewhere than the setup "
+    "says, a wrong sample rate, a lost fringe, or a second target"
 )
 
 UNSURE_FRINGE = (

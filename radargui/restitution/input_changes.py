@@ -1,6 +1,8 @@
 """What position, e and g of a joint estimate change by where an input of the setup is off by its uncertainty."""
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +15,7 @@ from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange, Share
 from radargui.restitution.flight_fit import FlightFit, break_velocities, first_by_flights
 from radargui.restitution.settings import FLIGHTS
+from radargui.restitution.setup_outlier import setup_outlier
 from radargui.restitution.track_response import tilt_and_clock
 
 INSTANTS = 8000
@@ -26,6 +29,10 @@ class FlightTest:
 
     warning: str = ""
     widening: float = 1.0
+
+    def with_cause(self, sentence: str) -> FlightTest:
+        """Return the test with what likely makes them bend said first."""
+        return replace(self, warning=f"{sentence}; {self.warning}" if self.warning else sentence)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,18 +105,22 @@ def joint_changes(
         What it was estimated with, and how it follows that.
     """
     time_s, out = responses.time_s, []
+    test = FlightTest() if fit is None else _tested(fit, responses, estimate)
+    outlier = None if fit is None else setup_outlier(fit, responses.keys, responses.each, setup)
     for key, response in zip(responses.keys, responses.each, strict=True):
         followed = None if fit is None else fit.follow(response)
         e = _e_changes(estimate, bounces, response, followed)
         g = float("nan") if followed is None else float(followed[0])
         # no possible sphere is more likely than another: their squares add up to the mean square
         share = 1.0 / np.sqrt(responses.n_spheres) if key == SPHERE else 1.0
+        # as far off as the run itself says
+        share *= 1.0 if outlier is None else outlier.widening(key)
         kind: Share = "sphere" if key in (SPHERE, DIAMETER) else "calibration"
         out.append(InputChange(key, kind, time_s, share * response.moved_m, share * e, share * g))
     places = _impact_breaks(estimate, bounces)
     before, after = break_velocities(estimate.posterior, fit)
     out += tilt_and_clock(time_s, lambda: (before[places], after[places]), bounces, setup)
-    return tuple(out), FlightTest() if fit is None else _tested(fit, responses, estimate)
+    return tuple(out), test if outlier is None else test.with_cause(outlier.sentence)
 
 
 def _tested(fit: FlightFit, responses: SetupResponses, estimate: JointEstimate) -> FlightTest:

@@ -1,0 +1,136 @@
+"""Which place of the setup is likely wrong by more than it says: flights and g against all its inputs at once."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.estimation.readout.input_response import InputResponse
+from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.assumed import UncertainInput, uncertain_inputs
+from radargui.model.gravity import gravity_of_site, share_in_air
+from radargui.model.setup import Setup
+from radargui.restitution.flight_fit import FlightFit
+
+_EARTH_M_S2, _U_EARTH_M_S2 = 9.80, 0.02
+"""g where the setup names no site: 9.76 to 9.84, evenly."""
+_SIGMAS = 3.72
+"""A place gains so much by chance once in ten thousand: as many deviations of a normal number."""
+_LEAST_OFF = 5.0
+"""Deviation of an input, in its u: less is no mistake."""
+_WORTH_NAMING = 3.0
+"""The same, of what is named beside it."""
+_ALIKE = 10.0
+"""Places whose gains in chi-square differ by less cannot be told apart."""
+_FREE = 1e-6
+"""Weight of the square of an input that is freed: what nothing shows stays where it is."""
+
+
+@dataclass(frozen=True, slots=True)
+class SetupOutlier:
+    """A place that is likely wrong.
+
+    Attributes
+    ----------
+    off
+        What has to be added to each of its inputs, in their u, by key.
+    sentence
+        For people.
+    """
+
+    off: dict[str, float]
+    sentence: str
+
+    def widening(self, key: str) -> float:
+        """Return by how many u an input counts as uncertain: as far off as the run itself says."""
+        return max(1.0, abs(self.off.get(key, 0.0)))
+
+
+def setup_outlier(
+    fit: FlightFit, keys: Sequence[str], responses: Sequence[InputResponse], setup: Setup
+) -> SetupOutlier | None:
+    """Return the place without whose u flights and g agree far better, all else within its u; None without one.
+
+    Where inputs are off by a (in their u), chi-square of the flights, of g and of the inputs themselves is
+    misfit + 2 c.a + a^T B a + (g - g0 + g'.a)^2 / u^2 + a^T a. Its least value over all a, less that without the last
+    term for the inputs of one place, is chi-square distributed with as many degrees of freedom, if the setup is right.
+
+    Parameters
+    ----------
+    fit
+        Of the flights.
+    keys, responses
+        Of the inputs; a key that is no input (a possible sphere) stands for one of several, of which one is true.
+    setup
+        What says them.
+    """
+    inputs = {one.key: one for one in uncertain_inputs(setup)}
+    places = np.array([_place(key) if key in inputs else "" for key in keys])
+    if not any(places):
+        return None
+    cost, pull = _with_g(fit, responses, setup)
+    own = np.array([1.0 if key in inputs else float(keys.count(key)) for key in keys])
+    _, bound = _least(cost, pull, own)
+    gained: list[tuple[float, float, BoolArray, FloatArray]] = []
+    for place in dict.fromkeys(one for one in places if one):
+        freed = np.asarray(places == place)
+        off, gain = _least(cost, pull, np.where(freed, _FREE, own))
+        gained.append((gain - bound, _most_by_chance(int(freed.sum())), freed, off))
+    gain, least, freed, off = max(gained, key=lambda one: one[0])
+    if gain < least or np.abs(off[freed]).max() < _LEAST_OFF:
+        return None
+    found = {key: float(by) for key, by, one in zip(keys, off, freed, strict=True) if one}
+    named = str(places[freed][0])
+    others = [str(places[which][0]) for other, _, which, _ in gained if other > gain - _ALIKE and which is not freed]
+    return SetupOutlier(found, _sentence(named, found, inputs, others))
+
+
+def _place(key: str) -> str:
+    """Return what an input belongs to; empty where it is told by g alone (wavelength)."""
+    if key.startswith("radar."):
+        return ""
+    return key.split("[")[0] if key.startswith(("tracer.", "calibration")) else key.split(".")[0]
+
+
+def _with_g(fit: FlightFit, responses: Sequence[InputResponse], setup: Setup) -> tuple[FloatArray, FloatArray]:
+    """Return B and c of the flights and of g together."""
+    cost, pull = fit.against(responses)
+    site, density = gravity_of_site(setup.site), setup.tracer.density_kg_m3
+    g, u = (_EARTH_M_S2, _U_EARTH_M_S2) if site is None else site[:2]
+    off = fit.g_m_s2 - (g if density is None else share_in_air(density) * g)
+    by_input = np.array([fit.follow(one)[0] for one in responses])
+    weight = 1.0 / (u**2 + fit.u_g_m_s2**2)
+    return cost + weight * np.outer(by_input, by_input), pull + weight * off * by_input
+
+
+def _most_by_chance(degrees: int) -> float:
+    """Return the chi-square that is exceeded once in ten thousand (Wilson & Hilferty, PNAS 17, 684, 1931)."""
+    # by hand: loading `scipy.special` costs 0.1 s (decision 26)
+    variance = 2.0 / (9.0 * degrees)
+    return degrees * float(1.0 - variance + _SIGMAS * np.sqrt(variance)) ** 3
+
+
+def _least(cost: FloatArray, pull: FloatArray, own: FloatArray) -> tuple[FloatArray, float]:
+    """Return the deviations of least chi-square, and by how much they lessen it."""
+    off: FloatArray = np.asarray(-np.linalg.solve(cost + np.diag(own), pull))
+    return off, float(-pull @ off)
+
+
+def _sentence(place: str, off: dict[str, float], inputs: dict[str, UncertainInput], others: list[str]) -> str:
+    most = f"{max(abs(by) for by in off.values()):.0f} times what it is known to"
+    if place == "calibration":
+        likely = f"the antennas stand elsewhere than their calibration says ({most}): calibrate again"
+    else:
+        by = ", ".join(_by(inputs[key], one) for key, one in off.items() if abs(one) > _WORTH_NAMING)
+        beside = f" (or {' or '.join(others)})" if others else ""
+        likely = f"{place}{beside} is wrong, by about {by} ({most}): measure it again"
+    return f"flights and g contradict the setup: likely {likely}; the uncertainties count it as so far off"
+
+
+def _by(one: UncertainInput, off: float) -> str:
+    """Return what has to be added to an input, as "azimuth_deg -20" or "x +31 mm"."""
+    value = off * one.u
+    if one.key.startswith("tracer.release"):
+        return f"{'xyz'[int(one.key[-2]) - 1]} {1e3 * value:+.0f} mm"
+    name = one.key.split(".")[-1]
+    return f"{name} {value:+.2g}" if name.endswith("_deg") else f"{name} {1e3 * value:+.2g} mm"

@@ -35,6 +35,7 @@ from radargui.processing.whole import as_wired
 from radargui.restitution.input_changes import joint_changes, setup_responses
 from radargui.restitution.joint_bounces import joint_bounces
 from radargui.restitution.settings import TRACKS
+from radargui.restitution.setup_outlier import CONTRADICTED
 
 _FALL_MARGIN = 0.1  # of the fall left out at both ends
 ENDED_EARLY = (
@@ -122,7 +123,7 @@ def measure_by_estimate(
         return _with_reason(_motion_of(estimate, conditioned, setup), why)
     motion = _motion_of(joint, conditioned, setup)
     if motion.track is not None and is_unknown(motion.track, joint.onset_s, setup.radar.wavelength_m):
-        return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool))
+        return _with_cause(_without(adaptive, np.ones(conditioned.n_receivers, dtype=bool)), motion)
     # believed on whole circles before, and what was to test them does not say enough
     unsure = _strayed(joint, motion) & ~_rejected(adaptive)
     if unsure.any() and not is_fringe_sure(motion.track, joint.onset_s):
@@ -130,7 +131,7 @@ def measure_by_estimate(
     doubted = doubt(joint.chosen.solution, joint.onset_s, setup)
     # a fall that obeys its law would show a lost fringe; nothing holds a level motion, and its u means nothing then
     if doubted and not joint.chosen.solution.problem.in_flight.any():
-        return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool), doubted)
+        return _with_cause(_without(adaptive, np.ones(conditioned.n_receivers, dtype=bool), doubted), motion)
     return _with_prior(motion, tried, why)
 
 
@@ -154,6 +155,12 @@ def _without(adaptive: MeasuredMotion, wrong: BoolArray, reason: str = NO_SINGLE
         for channel, alone in zip(adaptive.corrected.channels, wrong, strict=True)
     )
     return replace(adaptive, corrected=replace(adaptive.corrected, channels=channels))
+
+
+def _with_cause(rejected: MeasuredMotion, motion: MeasuredMotion) -> MeasuredMotion:
+    """Return a rejected motion with what the flights of the joint one say of the setup: the likeliest cause."""
+    causes = tuple(one for one in motion.warnings if one.startswith(CONTRADICTED))
+    return replace(rejected, warnings=rejected.warnings + causes)
 
 
 def _with_left_out(motion: MeasuredMotion, stretches: Sequence[UnexplainedStretch]) -> MeasuredMotion:
@@ -220,7 +227,7 @@ def _motion_of(
             responses = setup_responses(estimate, setup)
             bounces, fit = joint_bounces(estimate, setup, responses.floor_covariance())
             changes, test = joint_changes(estimate, bounces, fit, setup, responses)
-            warnings = (test.warning,) if test.warning else ()
+            warnings = test.warnings
             estimate, bounces = estimate.widened(test.widening), bounces.widened(test.widening)
         except SolveError as error:
             why = error.message.rstrip(".")

@@ -25,14 +25,16 @@ SPHERE = "sphere"
 
 @dataclass(frozen=True, slots=True)
 class FlightTest:
-    """What the flights say about the estimate: a sentence for people where they bend, and what u is widened by."""
+    """What the flights say: a sentence for people where they bend, what u is widened by, and what likely makes them."""
 
     warning: str = ""
     widening: float = 1.0
+    cause: str = ""
 
-    def with_cause(self, sentence: str) -> FlightTest:
-        """Return the test with what likely makes them bend said first."""
-        return replace(self, warning=f"{sentence}; {self.warning}" if self.warning else sentence)
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """All that is told, what likely makes the flights bend first."""
+        return tuple(one for one in (self.cause, self.warning) if one)
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +122,7 @@ def joint_changes(
     places = _impact_breaks(estimate, bounces)
     before, after = break_velocities(estimate.posterior, fit)
     out += tilt_and_clock(time_s, lambda: (before[places], after[places]), bounces, setup)
-    return tuple(out), test if outlier is None else test.with_cause(outlier.sentence)
+    return tuple(out), test if outlier is None else replace(test, cause=outlier.sentence)
 
 
 def _tested(fit: FlightFit, responses: SetupResponses, estimate: JointEstimate) -> FlightTest:

@@ -12,6 +12,8 @@ from radargui.model.gravity import gravity_of_site, share_in_air
 from radargui.model.setup import Setup
 from radargui.restitution.flight_fit import FlightFit
 
+CONTRADICTED = "flights and g contradict the setup"
+"""How the sentence begins."""
 _EARTH_M_S2, _U_EARTH_M_S2 = 9.80, 0.02
 """g where the setup names no site: 9.76 to 9.84, evenly."""
 _SIGMAS = 3.72
@@ -20,8 +22,11 @@ _LEAST_OFF = 5.0
 """Deviation of an input, in its u: less is no mistake."""
 _WORTH_NAMING = 3.0
 """The same, of what is named beside it."""
-_ALIKE = 10.0
-"""Places whose gains in chi-square differ by less cannot be told apart."""
+_ALIKE, _ALIKE_SHARE = 10.0, 0.3
+"""Places whose gains in chi-square differ by less, or by less than this share of the best, cannot be told apart: two
+receivers exchanged gained 81, 71, 61 and 61 as release or receiver (laboratory seed 81410)."""
+_FAR_DEG, _FAR_M = 45.0, 0.15
+"""What is farther off is not told in numbers: the equations are linear, antennas and places are not."""
 _FREE = 1e-6
 """Weight of the square of an input that is freed: what nothing shows stays where it is."""
 
@@ -80,8 +85,8 @@ def setup_outlier(
     if gain < least or np.abs(off[freed]).max() < _LEAST_OFF:
         return None
     found = {key: float(by) for key, by, one in zip(keys, off, freed, strict=True) if one}
-    named = str(places[freed][0])
-    others = [str(places[which][0]) for other, _, which, _ in gained if other > gain - _ALIKE and which is not freed]
+    named, alike = str(places[freed][0]), gain - max(_ALIKE, _ALIKE_SHARE * gain)
+    others = [str(places[which][0]) for other, _, which, _ in gained if other > alike and which is not freed]
     return SetupOutlier(found, _sentence(named, found, inputs, others))
 
 
@@ -123,14 +128,18 @@ def _sentence(place: str, off: dict[str, float], inputs: dict[str, UncertainInpu
     else:
         by = ", ".join(_by(inputs[key], one) for key, one in off.items() if abs(one) > _WORTH_NAMING)
         beside = f" (or {' or '.join(others)})" if others else ""
-        likely = f"{place}{beside} is wrong, by about {by} ({most}): measure it again"
-    return f"flights and g contradict the setup: likely {likely}; the uncertainties count it as so far off"
+        if sum(one.startswith("receiver") for one in (place, *others)) > 1:
+            beside = f"{beside[:-1]}, or receivers are exchanged)"
+        likely = f"{place}{beside} is wrong, and right with {by} ({most}): measure it again"
+    return f"{CONTRADICTED}: likely {likely}; the uncertainties count it as so far off"
 
 
 def _by(one: UncertainInput, off: float) -> str:
     """Return what has to be added to an input, as "azimuth_deg -20" or "x +31 mm"."""
-    value = off * one.u
-    if one.key.startswith("tracer.release"):
-        return f"{'xyz'[int(one.key[-2]) - 1]} {1e3 * value:+.0f} mm"
+    value, is_angle = off * one.u, one.u_key.endswith("_deg")
     name = one.key.split(".")[-1]
-    return f"{name} {value:+.2g}" if name.endswith("_deg") else f"{name} {1e3 * value:+.2g} mm"
+    if one.key.startswith("tracer.release"):
+        name = "xyz"[int(one.key[-2]) - 1]
+    if abs(value) > (_FAR_DEG if is_angle else _FAR_M):
+        return f"{name} by far"
+    return f"{name} {value:+.2g}" if is_angle else f"{name} {1e3 * value:+.0f} mm"

@@ -130,7 +130,7 @@ def _sentence(place: str, off: dict[str, float], inputs: dict[str, UncertainInpu
         beside = f" (or {' or '.join(others)})" if others else ""
         if sum(one.startswith("receiver") for one in (place, *others)) > 1:
             beside = f"{beside[:-1]}, or receivers are exchanged)"
-        likely = f"{place}{beside} is wrong, and right with {by} ({most}): measure it again"
+        likely = f"{place}{beside} is wrong, adding {by} would agree ({most}): measure it again"
     return f"{CONTRADICTED}: likely {likely}; the uncertainties count it as so far off"
 
 
@@ -141,5 +141,5 @@ def _by(one: UncertainInput, off: float) -> str:
     if one.key.startswith("tracer.release"):
         name = "xyz"[int(one.key[-2]) - 1]
     if abs(value) > (_FAR_DEG if is_angle else _FAR_M):
-        return f"{name} by far"
+        return f"much to {name}"
     return f"{name} {value:+.2g}" if is_angle else f"{name} {1e3 * value:+.0f} mm"

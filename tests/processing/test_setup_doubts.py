@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -125,3 +126,23 @@ def test_exchanged_wires_are_named_before_anything_is_measured() -> None:
     result = process(make_record(scene).recording, scene.setup)
     assert result.status == "rejected"
     assert f"set radar.phase_sign to {-scene.setup.radar.phase_sign}" in result.reason
+
+
+def test_a_release_five_centimetres_off_is_named_with_where_it_is_and_the_uncertainty_holds_it() -> None:
+    clear = {"floor": 0.0, "snr_db": 40.0, "crosstalk": 0.0, "lobes": False, "lively": False, "e": 0.5}
+    scene = mistaken("release/sideways", 3, "drawn", 0.9, **QUICK, **clear)
+    record = make_record(scene)
+    result = process(record.recording, scene.setup)
+    right = scene.drop.position(np.zeros(1))[:, 0] - scene.setup.tracer.release_position_m
+    (told,) = (one for one in result.warnings if "likely tracer.release_position_m" in one)
+    named = {axis: float(mm) for axis, mm in re.findall(r"([xyz]) ([+-]\d+) mm", told)}
+    assert abs(right[:2]).min() > 0.02
+    assert [named["x"], named["y"]] == pytest.approx(1e3 * right[:2], abs=8.0)
+    track = result.track
+    assert track is not None
+    assert track.u_combined_m is not None
+    moving = track.valid & (track.time_s > scene.drop.start_s)
+    off = np.abs(track.position_m - record.truth.position_m)[:, moving]
+    assert np.sqrt((off**2).mean()) < 2.0 * np.sqrt((track.u_combined_m[:, moving] ** 2).mean())
+    right_told = draw(3, "drawn", **QUICK, **clear).setup
+    assert not any("contradict" in one for one in process(record.recording, right_told).warnings)

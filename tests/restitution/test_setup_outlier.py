@@ -50,7 +50,7 @@ def test_a_setup_that_is_right_within_its_u_names_nothing() -> None:
 def test_a_receiver_that_stands_elsewhere_is_named_with_what_has_to_be_added() -> None:
     found = judged({"receiver[2].tilt_deg": -20.0, "receiver[1].azimuth_deg": 1.0})
     assert found is not None
-    assert "likely receiver[2] is wrong, and right with tilt_deg -10 (20 times" in found.sentence
+    assert "likely receiver[2] is wrong, adding tilt_deg -10 would agree (20 times" in found.sentence
     assert found.off["receiver[2].tilt_deg"] == pytest.approx(-20.0, abs=0.2)
     assert found.widening("receiver[2].tilt_deg") == pytest.approx(20.0, abs=0.2)
     assert found.widening("receiver[1].azimuth_deg") == found.widening("receiver[2].azimuth_deg") == 1.0
@@ -59,7 +59,7 @@ def test_a_receiver_that_stands_elsewhere_is_named_with_what_has_to_be_added() -
 def test_a_release_that_is_elsewhere_is_one_place_with_three_coordinates() -> None:
     found = judged({"tracer.release_position_m[1]": 30.0, "tracer.release_position_m[3]": -40.0})
     assert found is not None
-    assert "tracer.release_position_m is wrong, and right with x +30 mm, z -40 mm (40 times" in found.sentence
+    assert "tracer.release_position_m is wrong, adding x +30 mm, z -40 mm would agree (40 times" in found.sentence
 
 
 def test_a_g_that_no_place_explains_is_left_to_wavelength_and_clock() -> None:
@@ -108,7 +108,7 @@ def test_the_flights_answer_as_one_matrix_what_they_answer_for_each_input() -> N
 def test_what_is_beyond_a_linear_answer_is_told_without_a_number() -> None:
     found = judged({"receiver[3].distance_m": -1000.0})
     assert found is not None
-    assert "receiver[3] is wrong, and right with distance_m by far (1000 times" in found.sentence
+    assert "receiver[3] is wrong, adding much to distance_m would agree (1000 times" in found.sentence
 
 
 def test_places_that_explain_it_as_well_are_named_beside_it_and_that_receivers_may_be_exchanged() -> None:

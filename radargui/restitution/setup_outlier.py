@@ -1,13 +1,13 @@
 """Which place of the setup is likely wrong by more than it says: flights and g against all its inputs at once."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from radargui.estimation.readout.input_response import InputResponse
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.assumed import UncertainInput, uncertain_inputs
+from radargui.model.assumed import UncertainInput, uncertain_inputs, usual_u
 from radargui.model.gravity import gravity_of_site, share_in_air
 from radargui.model.setup import Setup
 from radargui.restitution.flight_fit import FlightFit
@@ -27,8 +27,8 @@ _ALIKE, _ALIKE_SHARE = 10.0, 0.3
 receivers exchanged gained 81, 71, 61 and 61 as release or receiver (laboratory seed 81410)."""
 _FAR_DEG, _FAR_M = 45.0, 0.15
 """What is farther off is not told in numbers: the equations are linear, antennas and places are not."""
-_FREE = 1e-6
-"""Weight of the square of an input that is freed: what nothing shows stays where it is."""
+_FREE, _HELD = 1e-6, 1e6
+"""Weights of the square of an input that is freed (what nothing shows stays where it is), and of an exact one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +69,15 @@ def setup_outlier(
     setup
         What says them.
     """
-    inputs = {one.key: one for one in uncertain_inputs(setup)}
+    stated = {one.key: one for one in uncertain_inputs(setup)}
+    # what is called exact is moved by what a laboratory knows it to
+    inputs = {key: one if one.u > 0.0 else replace(one, u=usual_u(one)) for key, one in stated.items()}
     places = np.array([_place(key) if key in inputs else "" for key in keys])
     if not any(places):
         return None
     cost, pull = _with_g(fit, responses, setup)
-    own = np.array([1.0 if key in inputs else float(keys.count(key)) for key in keys])
+    own = np.array([float(keys.count(key)) for key in keys])
+    own[[key in stated and stated[key].u == 0.0 for key in keys]] = _HELD
     _, bound = _least(cost, pull, own)
     gained: list[tuple[float, float, BoolArray, FloatArray]] = []
     for place in dict.fromkeys(one for one in places if one):

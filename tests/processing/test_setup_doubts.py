@@ -11,6 +11,7 @@ import pytest
 from benchmarks.laboratory.draw import draw
 from benchmarks.laboratory.mistaken.draw import mistaken
 from benchmarks.laboratory.scene import make_record
+from benchmarks.laboratory.stated import Stated
 
 from radargui.model.result import Bounce, Bounces, FreeFall, Track
 from radargui.model.setup import Setup, read_setup
@@ -128,9 +129,10 @@ def test_exchanged_wires_are_named_before_anything_is_measured() -> None:
     assert f"set radar.phase_sign to {-scene.setup.radar.phase_sign}" in result.reason
 
 
-def test_a_release_five_centimetres_off_is_named_with_where_it_is_and_the_uncertainty_holds_it() -> None:
+@pytest.mark.parametrize("stated", ["drawn", "exact"])
+def test_a_release_five_centimetres_off_is_named_with_where_it_is_and_the_uncertainty_holds_it(stated: Stated) -> None:
     clear = {"floor": 0.0, "snr_db": 40.0, "crosstalk": 0.0, "lobes": False, "lively": False, "e": 0.5}
-    scene = mistaken("release/sideways", 3, "drawn", 0.9, **QUICK, **clear)
+    scene = mistaken("release/sideways", 3, stated, 0.9, **QUICK, **clear)
     record = make_record(scene)
     result = process(record.recording, scene.setup)
     right = scene.drop.position(np.zeros(1))[:, 0] - scene.setup.tracer.release_position_m
@@ -144,5 +146,5 @@ def test_a_release_five_centimetres_off_is_named_with_where_it_is_and_the_uncert
     moving = track.valid & (track.time_s > scene.drop.start_s)
     off = np.abs(track.position_m - record.truth.position_m)[:, moving]
     assert np.sqrt((off**2).mean()) < 2.0 * np.sqrt((track.u_combined_m[:, moving] ** 2).mean())
-    right_told = draw(3, "drawn", **QUICK, **clear).setup
+    right_told = draw(3, stated, **QUICK, **clear).setup
     assert not any("contradict" in one for one in process(record.recording, right_told).warnings)

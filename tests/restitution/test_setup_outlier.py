@@ -26,7 +26,9 @@ KEYS = tuple(one.key for one in uncertain_inputs(SETUP) if one.key not in ("floo
 N_FLIGHTS = 200
 
 
-def judged(true: dict[str, float], *, g_m_s2: float = 9.80, keys: tuple[str, ...] = KEYS) -> SetupOutlier | None:
+def judged(
+    true: dict[str, float], *, g_m_s2: float = 9.80, keys: tuple[str, ...] = KEYS, setup: Setup = SETUP
+) -> SetupOutlier | None:
     """Judge flights that bend as inputs that are off by so many u make them, without noise."""
     rng = np.random.default_rng(1)
     bends = rng.normal(size=(N_FLIGHTS, len(keys)))
@@ -38,7 +40,7 @@ def judged(true: dict[str, float], *, g_m_s2: float = 9.80, keys: tuple[str, ...
     fit.against = lambda _: (bends.T @ bends, bends.T @ away)
     fit.follow = lambda response: np.array([response])
     responses: Any = by_g.tolist()
-    return setup_outlier(fit, keys, responses, SETUP)
+    return setup_outlier(fit, keys, responses, setup)
 
 
 def test_a_setup_that_is_right_within_its_u_names_nothing() -> None:
@@ -116,3 +118,14 @@ def test_places_that_explain_it_as_well_are_named_beside_it_and_that_receivers_m
     found = judged(off)
     assert found is not None
     assert "or receivers are exchanged)" in found.sentence
+
+
+def test_values_that_are_called_exact_are_doubted_by_what_a_laboratory_knows_them_to() -> None:
+    tables = SETUP.model_dump(by_alias=True, exclude_unset=True)
+    exact = {f"u_{name}": 0.0 for name in ("tilt_deg", "azimuth_deg", "distance_m")}
+    tables["receiver"] = tuple({**one, **exact} for one in tables["receiver"])
+    setup = Setup.model_validate(tables)
+    assert judged({}, setup=setup) is None
+    found = judged({"receiver[2].tilt_deg": -20.0}, setup=setup)
+    assert found is not None
+    assert "likely receiver[2] is wrong, adding tilt_deg -10 would agree" in found.sentence

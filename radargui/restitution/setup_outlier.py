@@ -18,8 +18,9 @@ _EARTH_M_S2, _U_EARTH_M_S2 = 9.80, 0.02
 """g where the setup names no site: 9.76 to 9.84, evenly."""
 _SIGMAS = 3.72
 """A place gains so much by chance once in ten thousand: as many deviations of a normal number."""
-_LEAST_OFF = 5.0
-"""Deviation of an input, in its u: less is no mistake."""
+_LEAST_OFF, _LEAST_OFF_EXACT = 5.0, 20.0
+"""Deviation of an input, in its u, or of one that is called exact in what a laboratory knows it to: less is no mistake.
+Where all are exact, what no model has (the walls of a box: 14, laboratory 85000) has nothing else to show in."""
 _WORTH_NAMING = 3.0
 """The same, of what is named beside it."""
 _ALIKE, _ALIKE_SHARE = 10.0, 0.3
@@ -85,7 +86,8 @@ def setup_outlier(
         off, gain = _least(cost, pull, np.where(freed, _FREE, own))
         gained.append((gain - bound, _most_by_chance(int(freed.sum())), freed, off))
     gain, least, freed, off = max(gained, key=lambda one: one[0])
-    if gain < least or np.abs(off[freed]).max() < _LEAST_OFF:
+    bounds = np.array([_LEAST_OFF_EXACT if key in stated and stated[key].u == 0.0 else _LEAST_OFF for key in keys])
+    if gain < least or not (np.abs(off) > bounds)[freed].any():
         return None
     found = {key: float(by) for key, by, one in zip(keys, off, freed, strict=True) if one}
     named, alike = str(places[freed][0]), gain - max(_ALIKE, _ALIKE_SHARE * gain)

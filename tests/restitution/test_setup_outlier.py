@@ -126,6 +126,8 @@ def test_values_that_are_called_exact_are_doubted_by_what_a_laboratory_knows_the
     tables["receiver"] = tuple({**one, **exact} for one in tables["receiver"])
     setup = Setup.model_validate(tables)
     assert judged({}, setup=setup) is None
-    found = judged({"receiver[2].tilt_deg": -20.0}, setup=setup)
+    # what no model has shows in them alone: only gross mistakes are told
+    assert judged({"receiver[2].tilt_deg": -14.0}, setup=setup) is None
+    found = judged({"receiver[2].tilt_deg": -30.0}, setup=setup)
     assert found is not None
-    assert "likely receiver[2] is wrong, adding tilt_deg -10 would agree" in found.sentence
+    assert "likely receiver[2] is wrong, adding tilt_deg -15 would agree" in found.sentence

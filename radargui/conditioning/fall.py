@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from radargui.conditioning.averager import Averager
@@ -23,6 +25,41 @@ LEAST_SPEED = 0.3
 """In m/s along the fall; slower, noise hides which way the phase turns."""
 LARGEST_MISFIT_RAD = 0.4
 """Root mean square about the parabola. Chosen by hand: less, and weak receivers see no fall; more, and noise passes."""
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseParabolas:
+    """How the phase of one receiver turns in windows that each begin a sample later, shapes (n - window - 1,).
+
+    Attributes
+    ----------
+    speed_rad_s, bend_rad_s2
+        First and second derivative in the middle of each.
+    misfit_rad
+        Root mean square about the parabola.
+    """
+
+    speed_rad_s: FloatArray
+    bend_rad_s2: FloatArray
+    misfit_rad: FloatArray
+
+
+def window_of(rate_hz: float) -> int:
+    """Return the samples of a window."""
+    return max(6, round(WINDOW_S * rate_hz))
+
+
+def phase_parabolas(pair_v: FloatArray, rate_hz: float, window: int) -> PhaseParabolas:
+    """Return the parabolas of the phase of I and Q, shape (2, n), n at least two more than the window."""
+    # the derivative has no offset: no ellipse is needed to tell how it turns
+    slope = (pair_v[:, 2:] - pair_v[:, :-2]) * (0.5 * rate_hz)
+    phase = np.unwrap(np.arctan2(slope[1], slope[0]))
+    windows = np.lib.stride_tricks.sliding_window_view(phase, window)
+    time = (np.arange(window) - 0.5 * (window - 1)) / rate_hz
+    basis = np.stack([np.ones(window), time, time**2 - np.mean(time**2)])
+    weights = windows @ basis.T / (basis**2).sum(axis=1)
+    misfit = np.sqrt(np.maximum(np.mean(windows**2, axis=1) - weights**2 @ np.mean(basis**2, axis=1), 0.0))
+    return PhaseParabolas(weights[:, 1], 2.0 * weights[:, 2], misfit)
 
 
 class FallTest:
@@ -61,7 +98,7 @@ class FallTest:
     def has_fall(self) -> bool:
         """Whether all receivers, or all but one where there are three or more, see one free fall."""
         means = np.concatenate(self._means, axis=1) if self._means else np.empty((0, 0))
-        window = max(6, round(WINDOW_S * self._rate_hz))
+        window = window_of(self._rate_hz)
         if means.shape[1] < 2 * window:
             return False
         falling = [
@@ -76,16 +113,9 @@ class FallTest:
 
     def _falling(self, pair_v: FloatArray, rad_per_m: float, window: int) -> BoolArray:
         """Return for each window whether one receiver sees a free fall in it, shape (n - window,)."""
-        # the derivative has no offset: no ellipse is needed to tell how it turns
-        slope = (pair_v[:, 2:] - pair_v[:, :-2]) * (0.5 * self._rate_hz)
-        phase = np.unwrap(np.arctan2(slope[1], slope[0]))
-        windows = np.lib.stride_tricks.sliding_window_view(phase, window)
-        time = (np.arange(window) - 0.5 * (window - 1)) / self._rate_hz
-        basis = np.stack([np.ones(window), time, time**2 - np.mean(time**2)])
-        weights = windows @ basis.T / (basis**2).sum(axis=1)
-        misfit = np.sqrt(np.maximum(np.mean(windows**2, axis=1) - weights**2 @ np.mean(basis**2, axis=1), 0.0))
+        one = phase_parabolas(pair_v, self._rate_hz, window)
         # the sign tells a fall from a throw, the size from a hand
-        share = 2.0 * weights[:, 2] / (rad_per_m * NOMINAL_GRAVITY_M_S2)
-        fast = np.abs(weights[:, 1] / rad_per_m) > LEAST_SPEED
-        fits = (share > ACCELERATION[0]) & (share < ACCELERATION[1]) & (misfit < LARGEST_MISFIT_RAD)
+        share = one.bend_rad_s2 / (rad_per_m * NOMINAL_GRAVITY_M_S2)
+        fast = np.abs(one.speed_rad_s / rad_per_m) > LEAST_SPEED
+        fits = (share > ACCELERATION[0]) & (share < ACCELERATION[1]) & (one.misfit_rad < LARGEST_MISFIT_RAD)
         return np.asarray(fits & fast)

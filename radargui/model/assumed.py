@@ -68,6 +68,11 @@ class UncertainInput:
         return setup
 
 
+def usual_u(one: UncertainInput) -> float:
+    """Return what a laboratory is assumed to know an input to, whatever the setup says; 0 where nothing is assumed."""
+    return ASSUMED.get(one.u_key.split(".")[-1], 0.0)
+
+
 def uncertain_inputs(setup: Setup) -> tuple[UncertainInput, ...]:
     """Return every value of the setup that results depend on, with the uncertainty given or assumed.
 

@@ -38,6 +38,7 @@ from radargui.processing.whole import as_wired
 from radargui.restitution.input_changes import joint_changes, setup_responses
 from radargui.restitution.joint_bounces import joint_bounces
 from radargui.restitution.settings import TRACKS
+from radargui.restitution.setup_outlier import CONTRADICTED
 
 _FALL_MARGIN = 0.1  # of the fall left out at both ends
 ENDED_EARLY = (
@@ -45,7 +46,8 @@ ENDED_EARLY = (
     "what the models before it say counts in full in the uncertainty"
 )
 NO_SINGLE_BODY = (
-    "no motion of one body describes it together with the others: swapped cables, a lost fringe, or a second target"
+    "no motion of one body describes it together with the others: swapped cables, antennas elsewhere than the setup "
+    "says, a wrong sample rate, a lost fringe, or a second target"
 )
 
 UNSURE_FRINGE = (
@@ -134,12 +136,12 @@ def _judged(motion: MeasuredMotion, joint: JointEstimate, adaptive: MeasuredMoti
     """Return what the joint estimate measured; rejected where it leaves open which fringe it is, or what reflects."""
     every = np.ones(len(adaptive.corrected.channels), dtype=np.bool_)
     if motion.track is not None and is_unknown(motion.track, joint.onset_s, setup.radar.wavelength_m):
-        return _without(adaptive, every)
+        return _with_cause(_without(adaptive, every), motion)
     why_not = doubt(joint.chosen.solution, joint.onset_s, setup)
     # a fall that obeys its equation of motion would show a lost fringe; nothing holds a level motion, whose u means
     # nothing then
     if why_not and not joint.chosen.solution.problem.in_flight.any():
-        return _without(adaptive, every, why_not)
+        return _with_cause(_without(adaptive, every, why_not), motion)
     # believed on whole circles before, and what was to test them does not say enough
     unsure = _strayed(joint, motion) & ~_rejected(adaptive)
     if unsure.any() and not is_fringe_sure(motion.track, joint.onset_s):
@@ -168,6 +170,12 @@ def _without(adaptive: MeasuredMotion, wrong: BoolArray, reason: str = NO_SINGLE
         for channel, alone in zip(adaptive.corrected.channels, wrong, strict=True)
     )
     return replace(adaptive, corrected=replace(adaptive.corrected, channels=channels))
+
+
+def _with_cause(rejected: MeasuredMotion, motion: MeasuredMotion) -> MeasuredMotion:
+    """Return a rejected motion with what the flights of the joint one say of the setup: the likeliest cause."""
+    causes = tuple(one for one in motion.warnings if one.startswith(CONTRADICTED))
+    return replace(rejected, warnings=rejected.warnings + causes)
 
 
 def _with_left_out(motion: MeasuredMotion, stretches: Sequence[UnexplainedStretch]) -> MeasuredMotion:
@@ -230,7 +238,7 @@ def _motion_of(
             responses = setup_responses(estimate, setup)
             bounces, fit = joint_bounces(estimate, setup, responses.floor_covariance())
             changes, test = joint_changes(estimate, bounces, fit, setup, responses)
-            warnings = (test.warning,) if test.warning else ()
+            warnings = test.warnings
             estimate, bounces = estimate.widened(test.widening), bounces.widened(test.widening)
         except SolveError as error:
             why = error.message.rstrip(".")

@@ -24,6 +24,7 @@ from radargui.processing.locate import LEAST_RECEIVERS, locate_body
 from radargui.processing.long_recording import shortened
 from radargui.processing.measured_motion import MeasuredMotion, nothing_measured
 from radargui.processing.part import Part
+from radargui.processing.setup_doubts import contradicted, unlikely, wired_wrongly
 from radargui.processing.uncertainty_budget import changes_of_track, with_budget
 from radargui.processing.whole import Whole
 from radargui.restitution.bounces import find_bounces
@@ -100,12 +101,14 @@ def process(
             return RunResult(recording, setup, "no_motion", conditioned.reason, warnings=tuple(warnings))
         warnings += _without_room(conditioned, recording.digitisation)
         report(0.1)
-        # a dead or doubled channel is no receiver: its neighbours must not be corrected together with it
-        part = Part(setup, conditioned, conditioned.faults)
+        # a dead, doubled or exchanged channel is no receiver: its neighbours must not be corrected together with it
+        faults, clock = wired_wrongly(conditioned, setup)
+        warnings += [clock] if clock else []
+        part = Part(setup, conditioned, faults)
         motion = _measure(recording, part, report, on_preliminary, front_ends, warnings)
         # one at a time may reject another: without a bad receiver its neighbours are judged anew
-        while faults := _left_out(part, motion):
-            part = part.without(faults)
+        while failed := _left_out(part, motion):
+            part = part.without(failed)
             motion = _measure(recording, part, report, on_preliminary, front_ends, warnings)
         report(0.9)
         return _result(recording, part, motion, warnings)
@@ -125,7 +128,7 @@ def steps_of(result: RunResult) -> tuple[object, ...]:
     conditioned = condition(result.recording, result.setup)
     if isinstance(conditioned, NoMotion):
         return ()
-    part = Part(result.setup, conditioned, conditioned.faults)
+    part = Part(result.setup, conditioned, wired_wrongly(conditioned, result.setup)[0])
     whole = Whole(result.recording, part.conditioned, part.receivers)
     again, _ = correct(part.conditioned, corrected.method)
     return whole.steps(again.steps)
@@ -181,6 +184,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
             bounces = Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts))
         alike_m = None if motion.bounces is None else setup.radar.wavelength_m / (4.0 * np.pi)
         bounces, floor = judged_by_floor(bounces, track, alike_m)
+        warnings += contradicted(setup, rate_hz, track, bounces, budget)
         warnings += disagreements(bounces) + floor_and_wall(bounces) + floor + braked_without_rebound(bounces, track)
         if bounces.braked_1_m is not None:
             warnings.append(BRAKED.format(drag=bounces.braked_1_m))
@@ -308,6 +312,7 @@ def _warnings_before(recording: Recording, setup: Setup) -> list[str]:
     if setup.n_receivers >= LEAST_RECEIVERS and "release_position_m" not in setup.tracer.model_fields_set:
         place = ", ".join(f"{x:g}" for x in setup.tracer.release_position_m)
         warnings.append(f"the setup gives no tracer.release_position_m: ({place}) m is assumed")
+    warnings += unlikely(setup)
     if edited := edited_since(setup):
         warnings.append(edited)
     return warnings

@@ -127,19 +127,21 @@ class FlightFit:
         )
 
     def bends(self, responses: Sequence[InputResponse]) -> FloatArray:
-        """Return the chi-square that each of some changes of the inputs gives these flights, shape (n,).
+        """Return the chi-square that each of some changes of the inputs gives these flights, shape (n,)."""
+        return np.diag(self.against(responses)[0]) if responses else np.zeros(0)
 
-        A change s of the slope moves the free motion by -Lambda^-1 s and the flights by -J N^-1 J^T s: what is left
-        between them is s^T Lambda^-1 s - s^T J N^-1 J^T s.
+    def against(self, responses: Sequence[InputResponse]) -> tuple[FloatArray, FloatArray]:
+        """Return B (n, n) and c (n,) of the misfit, chi-square + 2 c.a + a^T B a, where inputs change by a.
+
+        A change s of the slope moves the free motion by -Lambda^-1 s and the flights by -J N^-1 J^T s, which parts
+        them by d = Lambda^-1 s - J N^-1 J^T s: B = d^T Lambda d = s^T Lambda^-1 s - s^T J N^-1 J^T s. What parts them
+        already is across the flights, and c = d^T Lambda away = s^T away.
         """
-        if not responses:
-            return np.zeros(0)
         eliminated = self.information.eliminated
         s = np.column_stack([eliminated.marginal(one.slope_motion, one.slope_global) for one in responses])
         along = self.jacobian.T @ s
-        return np.asarray(
-            (s * self.information.form.solve(s)).sum(axis=0) - (along * _solve(self.normal, along)).sum(axis=0)
-        )
+        away = self.off - self.information.minimum()
+        return s.T @ self.information.form.solve(s) - along.T @ _solve(self.normal, along), s.T @ away
 
     def displaced_after(self, number: int, along: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return slope and curvature of -ln L where all after an impact is displaced, the flights marginalised.

@@ -3,19 +3,22 @@
 Method 6, Flights that bend.
 """
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from radargui.estimation.joint import JointEstimate
 from radargui.estimation.readout.input_response import DIAMETER, InputResponse, moved_inputs, possible_spheres
 from radargui.model.arrays import FloatArray
-from radargui.model.assumed import CLOCK, TILT, uncertain_inputs
+from radargui.model.assumed import CLOCK, TILT, uncertain_inputs, usual_u
 from radargui.model.result import Bounces
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange, Share
 from radargui.restitution.flight_fit import FlightFit, break_velocities, first_by_flights
 from radargui.restitution.settings import FLIGHTS
+from radargui.restitution.setup_outlier import setup_outlier
 from radargui.restitution.track_response import tilt_and_clock
 
 INSTANTS = 8000
@@ -25,10 +28,16 @@ SPHERE = "sphere"
 
 @dataclass(frozen=True, slots=True)
 class FlightTest:
-    """What the flights say about the estimate: a sentence for people where they bend, and what u is widened by."""
+    """What the flights say: a sentence for people where they bend, what u is widened by, and what likely makes them."""
 
     warning: str = ""
     widening: float = 1.0
+    cause: str = ""
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """All that is told, what likely makes the flights bend first."""
+        return tuple(one for one in (self.cause, self.warning) if one)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,11 +50,23 @@ class SetupResponses:
         Where shifts are kept.
     keys, each
         The inputs, "sphere" for each sphere that is possible where no polarisation is given, and the responses.
+    exact
+        Inputs that the setup calls exact, their responses those to what a laboratory knows them to: they have no part
+        in any uncertainty, but may be wrong.
     """
 
     time_s: FloatArray
     keys: tuple[str, ...]
     each: tuple[InputResponse, ...]
+    exact: frozenset[str] = frozenset()
+
+    @property
+    def uncertain(self) -> SetupResponses:
+        """Those of what the setup does not call exact."""
+        if not self.exact:
+            return self
+        kept = [(key, one) for key, one in zip(self.keys, self.each, strict=True) if key not in self.exact]
+        return SetupResponses(self.time_s, tuple(key for key, _ in kept), tuple(one for _, one in kept))
 
     @property
     def n_spheres(self) -> int:
@@ -55,7 +76,7 @@ class SetupResponses:
     def floor_covariance(self) -> FloatArray:
         """Return the covariance that the inputs leave to the slope of the floor that reflects, shape (2, 2)."""
         out = np.zeros((2, 2))
-        for key, one in zip(self.keys, self.each, strict=True):
+        for key, one in zip(self.uncertain.keys, self.uncertain.each, strict=True):
             # no sphere is more likely than another: the mean square over them
             out += np.outer(one.floor_slope, one.floor_slope) / (self.n_spheres if key == SPHERE else 1)
         return out
@@ -69,9 +90,11 @@ def setup_responses(estimate: JointEstimate, setup: Setup) -> SetupResponses:
     """
     posterior = estimate.posterior
     # the motion has polarisations as unknowns, and does not depend on the floor and the clock
+    stated = uncertain_inputs(setup)
+    exact = frozenset(one.key for one in stated if one.u == 0.0 and one.key != DIAMETER)
     asked = [
         (one.key, moved_inputs(setup, one))
-        for one in uncertain_inputs(setup)
+        for one in (replace(one, u=usual_u(one)) if one.key in exact else one for one in stated)
         if one.u > 0.0
         and one.key not in (TILT, CLOCK)
         and not one.key.endswith("polarization_deg")
@@ -82,7 +105,7 @@ def setup_responses(estimate: JointEstimate, setup: Setup) -> SetupResponses:
     # shifts are smooth: so many instants say all
     time_s = estimate.time_s[:: max(1, estimate.time_s.size // INSTANTS)]
     each = posterior.responses([other for _, other in asked], time_s)
-    return SetupResponses(time_s, tuple(key for key, _ in asked), each)
+    return SetupResponses(time_s, tuple(key for key, _ in asked), each, exact)
 
 
 def joint_changes(
@@ -102,18 +125,24 @@ def joint_changes(
         What it was estimated with, and how it follows that.
     """
     time_s, out = responses.time_s, []
+    test = FlightTest() if fit is None else _tested(fit, responses.uncertain, estimate)
+    outlier = None if fit is None else setup_outlier(fit, responses.keys, responses.each, setup)
     for key, response in zip(responses.keys, responses.each, strict=True):
+        if key in responses.exact and (outlier is None or key not in outlier.off):
+            continue
         followed = None if fit is None else fit.follow(response)
         e = _e_changes(estimate, bounces, response, followed)
         g = float("nan") if followed is None else float(followed[0])
         # no possible sphere is more likely than another: their squares add up to the mean square
         share = 1.0 / np.sqrt(responses.n_spheres) if key == SPHERE else 1.0
+        # as far off as the run itself says
+        share *= 1.0 if outlier is None else outlier.widening(key)
         kind: Share = "sphere" if key in (SPHERE, DIAMETER) else "calibration"
         out.append(InputChange(key, kind, time_s, share * response.moved_m, share * e, share * g))
     places = _impact_breaks(estimate, bounces)
     before, after = break_velocities(estimate.posterior, fit)
     out += tilt_and_clock(time_s, lambda: (before[places], after[places]), bounces, setup)
-    return tuple(out), FlightTest() if fit is None else _tested(fit, responses, estimate)
+    return tuple(out), test if outlier is None else replace(test, cause=outlier.sentence)
 
 
 def _tested(fit: FlightFit, responses: SetupResponses, estimate: JointEstimate) -> FlightTest:

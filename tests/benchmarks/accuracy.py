@@ -3,6 +3,7 @@
 python3 packaging/dev.py bench accuracy [--seed 500] [--scenes 40] [--method joint-exact] [--kind physical]
 python3 packaging/dev.py bench accuracy --kind laboratory [--setup drawn] [--hold snr_db=35 walls=2 ...] [--hostile]
 python3 packaging/dev.py bench accuracy --kind laboratory --disturbed hand steps/slip [--strength 0.9] [--scenes 6]
+python3 packaging/dev.py bench accuracy --kind laboratory --mistaken tilt/one wires [--strength 0.9] [--scenes 3]
 """
 
 from __future__ import annotations
@@ -11,22 +12,26 @@ import argparse
 import sys
 import time
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
 from benchmarks.laboratory.disturbed.draw import DISTURBED, disturbed
 from benchmarks.laboratory.draw import MOTIONS, draw
 from benchmarks.laboratory.hostile import hostile_scenes
+from benchmarks.laboratory.mistaken.draw import MISTAKEN, mistaken
 from benchmarks.laboratory.run import run as run_laboratory
 from benchmarks.laboratory.scene import Scene
-from benchmarks.laboratory.stated import STATED
+from benchmarks.laboratory.stated import STATED, Stated
 from benchmarks.laboratory.table import table as laboratory_table
 from benchmarks.scenes.draw import MOTIONS as SCENE_MOTIONS, draw_scene
 from benchmarks.scenes.scene import SceneRecord, make_record
 from benchmarks.scenes.score import Score, score
+from pydantic import ValidationError
 
 from radargui.model.errors import ProcessingError
 from radargui.model.setup import Setup
+from radargui.model.setup_error import describe
 from radargui.processing.offline import process
 
 METHODS = tuple(
@@ -131,7 +136,14 @@ def main() -> int:
         help="each scene with a disturbance, or once with each: "
         + "; ".join(f"{name} ({', '.join(variants)})" for name, (_, variants) in DISTURBED.items()),
     )
-    laboratory.add_argument("--strength", type=float, help="of the disturbance, 0 to 1; left out: drawn")
+    laboratory.add_argument(
+        "--mistaken",
+        nargs="+",
+        metavar="NAME[/VARIANT]",
+        help="each scene with a setup that states it wrongly, or once with each: "
+        + "; ".join(f"{name} ({', '.join(variants)})" for name, (_, variants) in MISTAKEN.items()),
+    )
+    laboratory.add_argument("--strength", type=float, help="of disturbance or mistake, 0 to 1; left out: drawn")
     options = parser.parse_args()
     if options.kind == "laboratory":
         return _laboratory(options)
@@ -155,11 +167,25 @@ def _laboratory(options: argparse.Namespace) -> int:
             drawn: Iterable[Scene] = hostile_scenes(options.seed, stated)
         elif options.disturbed:
             drawn = (disturbed(k, s, stated, options.strength, **held) for k in options.disturbed for s in seeds)
+        elif options.mistaken:
+            drawn = _mistaken(options.mistaken, seeds, stated, options.strength, held)
         else:
             drawn = (draw(s, stated, **held) for s in seeds)
         scores += run_laboratory(drawn)
     print(laboratory_table(scores))
     return 0
+
+
+def _mistaken(
+    names: list[str], seeds: range, stated: Stated, strength: float | None, held: dict[str, Any]
+) -> Iterator[Scene]:
+    """Give the scenes with setups that a setup file may say; print why others are refused."""
+    for name in names:
+        for seed in seeds:
+            try:
+                yield mistaken(name, seed, stated, strength, **held)
+            except ValidationError as error:
+                print(f"{name}-{seed} {describe(error, Setup)}", flush=True)
 
 
 if __name__ == "__main__":

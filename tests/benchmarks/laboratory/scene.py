@@ -37,6 +37,8 @@ class Scene:
         Which motion, and whether the sphere flies freely in it.
     disturbances
         What else happens in the room and the receivers, in this order.
+    is_mistaken
+        Whether the setup states something wrongly.
     """
 
     name: str
@@ -57,6 +59,7 @@ class Scene:
     motion: str = "drop"
     falls: bool = True
     disturbances: tuple[Disturbance, ...] = ()
+    is_mistaken: bool = False
 
 
 @dataclass(frozen=True)
@@ -92,9 +95,9 @@ def make_record(scene: Scene) -> Record:
     for one in scene.disturbances:
         codes = one.codes(codes)
     digitisation = Digitisation(
-        iq_names(len(scene.mixers)),
+        iq_names(len(codes) // 2),
         scene.setup.daq.rate_hz,
-        ((0.0, converter.step_v),) * volts.shape[0],
+        ((0.0, converter.step_v),) * len(codes),
         converter.skew_s if scene.skew_in_file else None,
         device="simulated",
     )

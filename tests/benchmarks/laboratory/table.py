@@ -16,6 +16,7 @@ LOUD_DB = 30.0
 def line(scene: Scene, one: Score) -> str:
     """Return what came of one scene."""
     converter = scene.converter
+    is_apart = bool(scene.disturbances) or scene.is_mistaken
     facts = " ".join(f"{key} {value}" for key, value in scene.facts.items())
     return (
         f"{one.scene:16s} {one.stated:15s} {scene.snr_db:3.0f} dB {converter.rate_hz / 1e3:4.1f}k "
@@ -23,13 +24,13 @@ def line(scene: Scene, one: Score) -> str:
         f"in2u {_plain(one.inside_2u, 2)}/{_plain(one.inside_2u_combined, 2)} "
         f"|err|/u {_pooled([one.error_over_u])}/{_pooled([one.error_over_u_combined])} "
         f"missed {one.missed} false {one.false} e {_figure(one.first_e)} g {_figure(one.g)} by {one.used} "
-        f"warnings {len(one.warnings)}{_moved(one) if one.motion != 'drop' or scene.disturbances else ''}"
-        f"{_off(one) if scene.disturbances else ''}{' SILENT' if one.silent else ''} {one.seconds:.1f} s"
+        f"warnings {len(one.warnings)}{_moved(one) if one.motion != 'drop' or is_apart else ''}"
+        f"{_off(one) if is_apart else ''}{' SILENT' if one.silent else ''} {one.seconds:.1f} s"
     )
 
 
 def _off(one: Score) -> str:
-    """Return what is wrong with a drop that was disturbed, and whether nothing was said of it."""
+    """Return what is wrong with a drop that was disturbed or stated wrongly, and whether nothing was said of it."""
     found = ", ".join(wrong(one))
     return f" off: {found}{' IN SILENCE' if wrong_in_silence(one) else ''}" if found else ""
 

@@ -1,0 +1,150 @@
+"""What a setup is doubted for: values no laboratory has, wires, a g unknown on Earth, a floor that is elsewhere."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from benchmarks.laboratory.draw import draw
+from benchmarks.laboratory.mistaken.draw import mistaken
+from benchmarks.laboratory.scene import make_record
+from benchmarks.laboratory.stated import Stated
+
+from radargui.model.result import Bounce, Bounces, FreeFall, Track
+from radargui.model.setup import Setup, read_setup
+from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
+from radargui.processing.offline import process
+from radargui.processing.setup_doubts import contradicted, unlikely
+
+SHIPPED = sorted((Path(__file__).resolve().parents[2] / "resources" / "setups").glob("*.toml"))
+QUICK = {"rate_hz": 2000.0, "skew_s": 0.0, "walls": 0}
+
+
+def plain(**tables: Any) -> Setup:
+    receivers = tuple({"tilt_deg": 40.0, "azimuth_deg": a, "distance_m": 0.7} for a in (90.0, 210.0, 330.0))
+    tracer = {"release_position_m": (0.0, 0.0, 0.12), "density_kg_m3": 7800.0}
+    told = {"schema": 1, "radar": {}, "transmitter": {"distance_m": 0.7}, "receiver": receivers, "tracer": tracer}
+    return Setup.model_validate({**told, **tables})
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_shipped_setups_hold_nothing_unlikely(path: Path) -> None:
+    assert unlikely(read_setup(path)) == []
+
+
+def test_setups_of_the_laboratorys_drops_hold_nothing_unlikely() -> None:
+    assert [one for seed in range(8) for one in unlikely(draw(seed, "drawn", **QUICK).setup)] == []
+
+
+@pytest.mark.parametrize(
+    ("which", "said"),
+    [
+        ("distance/centimetres", "transmitter.distance_m"),
+        ("distance/inches", "give metres"),
+        ("tilt/radians", "if these are radians"),
+        ("floor/down", "floor.normal points down"),
+    ],
+)
+def test_values_that_no_laboratory_has_are_told(which: str, said: str) -> None:
+    (sentence,) = unlikely(mistaken(which, 3, **QUICK).setup)
+    assert said in sentence
+
+
+def test_a_floor_above_the_release_is_told_unless_the_release_was_left_out() -> None:
+    (sentence,) = unlikely(plain(floor={"height_m": 0.2}))
+    assert "floor.height_m = 0.2 is not below" in sentence
+    assert unlikely(plain(floor={"height_m": -0.2})) == []
+    assert unlikely(plain(floor={"height_m": 0.2}, tracer={})) == []
+
+
+def measured(g_m_s2: float, u_m_s2: float, touch_m: float = -0.14, geometry: str = "exact") -> tuple[Any, ...]:
+    """Track, bounces and budget of a fall that ends at a height."""
+    time = np.linspace(0.0, 1.0, 101)
+    place = np.zeros((3, time.size))
+    place[2] = np.where(time < 0.5, 0.12, touch_m)
+    track = Track(time, place, np.full((3, time.size), 1e-4), np.ones(time.size, bool), geometry)
+    fall = FreeFall(g_m_s2, u_m_s2 / 3.0, 0.1, 0.4, 0.12, 0.26, (0.0, 0.0, 0.0), 1e-5)
+    bounces = Bounces((Bounce(0.6, 2.0, 1.6, 0.8, 0.001, "flights", True),), fall, (0.0, 0.0, 1.0))
+    line = BudgetLine(combined=u_m_s2)
+    return track, bounces, UncertaintyBudget(line, line, line)
+
+
+def doubts(setup: Setup, *found: Any) -> list[str]:
+    return contradicted(setup, 5000.0, *found)
+
+
+@pytest.mark.parametrize(
+    ("g_m_s2", "u_m_s2"), [(9.81, 0.001), (9.764, 0.001), (9.83, 0.001), (9.70, 0.03), (9.95, 0.05)]
+)
+def test_a_g_of_some_place_on_earth_within_its_u_says_nothing(g_m_s2: float, u_m_s2: float) -> None:
+    assert doubts(plain(), *measured(g_m_s2, u_m_s2)) == []
+
+
+def test_a_g_of_no_place_on_earth_is_told_with_what_would_explain_it() -> None:
+    (sentence,) = doubts(plain(), *measured(9.81 * 1.02**2, 0.02))
+    assert "on Earth it is 9.76 to 9.84" in sentence
+    assert "4902 Hz" in sentence
+    assert "10.40 GHz" in sentence
+    assert "9.612(20)" in doubts(plain(), *measured(9.612, 0.02))[0]
+
+
+def test_a_site_says_which_g_is_expected() -> None:
+    assert "the site has 9.8000" in doubts(plain(site={"g_m_s2": 9.80}), *measured(9.83, 0.003))[0]
+    moon = plain(site={"g_m_s2": 1.62})
+    assert doubts(moon, *measured(1.62, 0.003)) == []
+
+
+def test_without_a_density_air_may_take_off_what_it_takes_off_plastic() -> None:
+    light = plain(tracer={"release_position_m": (0.0, 0.0, 0.12)})
+    assert doubts(light, *measured(9.75, 0.001)) == []
+    assert len(doubts(plain(), *measured(9.75, 0.001))) == 1
+
+
+def test_what_has_no_uncertainty_of_the_setup_contradicts_nothing() -> None:
+    track, bounces, _ = measured(8.0, 0.01)
+    assert doubts(plain(), track, bounces, None) == []
+    assert doubts(plain(), *measured(8.0, 0.01, geometry="plane")) == []
+
+
+def test_a_floor_that_is_met_elsewhere_than_stated_is_told() -> None:
+    told = plain(floor={"height_m": -0.14})
+    assert doubts(told, *measured(9.81, 0.01, touch_m=-0.135)) == []
+    (sentence,) = doubts(told, *measured(9.81, 0.01, touch_m=-0.17))
+    assert "z = -170 mm" in sentence
+    assert "-140 mm" in sentence
+
+
+def test_exchanged_wires_are_named_before_anything_is_measured() -> None:
+    scene = mistaken("wires/pair", 81500, **QUICK)
+    result = process(make_record(scene).recording, scene.setup)
+    assert result.status == "rejected"
+    assert "its I and Q are exchanged" in result.reason
+    assert result.reason.count("receiver") == 1
+    scene = mistaken("sign/wiring", 81500, **QUICK)
+    result = process(make_record(scene).recording, scene.setup)
+    assert result.status == "rejected"
+    assert f"set radar.phase_sign to {-scene.setup.radar.phase_sign}" in result.reason
+
+
+@pytest.mark.parametrize("stated", ["drawn", "exact"])
+def test_a_release_five_centimetres_off_is_named_with_where_it_is_and_the_uncertainty_holds_it(stated: Stated) -> None:
+    clear = {"floor": 0.0, "snr_db": 40.0, "crosstalk": 0.0, "lobes": False, "lively": False, "e": 0.5}
+    scene = mistaken("release/sideways", 3, stated, 0.9, **QUICK, **clear)
+    record = make_record(scene)
+    result = process(record.recording, scene.setup)
+    right = scene.drop.position(np.zeros(1))[:, 0] - scene.setup.tracer.release_position_m
+    (told,) = (one for one in result.warnings if "likely tracer.release_position_m" in one)
+    named = {axis: float(mm) for axis, mm in re.findall(r"([xyz]) ([+-]\d+) mm", told)}
+    assert abs(right[:2]).min() > 0.02
+    assert [named["x"], named["y"]] == pytest.approx(1e3 * right[:2], abs=8.0)
+    track = result.track
+    assert track is not None
+    assert track.u_combined_m is not None
+    moving = track.valid & (track.time_s > scene.drop.start_s)
+    off = np.abs(track.position_m - record.truth.position_m)[:, moving]
+    assert np.sqrt((off**2).mean()) < 2.0 * np.sqrt((track.u_combined_m[:, moving] ** 2).mean())
+    right_told = draw(3, stated, **QUICK, **clear).setup
+    assert not any("contradict" in one for one in process(record.recording, right_told).warnings)

@@ -16,7 +16,7 @@ from radargui.model.calibrated_setup import edited_since
 from radargui.model.errors import ProcessingError, worded
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.gravity import drag_of_sphere_1_m
-from radargui.model.recording import Digitisation, Recording
+from radargui.model.recording import Recording
 from radargui.model.result import Bounces, CorrectedIQ, PathLengths, Quality, RunResult, Segment, Track
 from radargui.model.setup import Setup
 from radargui.processing.continuity import checked, is_alone, known_where, lay_down
@@ -24,7 +24,7 @@ from radargui.processing.locate import LEAST_RECEIVERS, locate_body
 from radargui.processing.long_recording import shortened
 from radargui.processing.measured_motion import MeasuredMotion, nothing_measured
 from radargui.processing.part import Part
-from radargui.processing.setup_doubts import contradicted, unlikely, wired_wrongly
+from radargui.processing.setup_doubts import contradicted, unlikely, wired_wrongly, without_room
 from radargui.processing.uncertainty_budget import changes_of_track, with_budget
 from radargui.processing.whole import Whole
 from radargui.restitution.bounces import find_bounces
@@ -99,7 +99,7 @@ def process(
         # an answer, not a failure: a plate that hangs still is measured too
         if isinstance(conditioned, NoMotion):
             return RunResult(recording, setup, "no_motion", conditioned.reason, warnings=tuple(warnings))
-        warnings += _without_room(conditioned, recording.digitisation)
+        warnings += without_room(conditioned, recording.digitisation)
         report(0.1)
         # a dead, doubled or exchanged channel is no receiver: its neighbours must not be corrected together with it
         faults, clock = wired_wrongly(conditioned, setup)
@@ -316,16 +316,6 @@ def _warnings_before(recording: Recording, setup: Setup) -> list[str]:
     if edited := edited_since(setup):
         warnings.append(edited)
     return warnings
-
-
-def _without_room(conditioned: Conditioned, digitisation: Digitisation) -> list[str]:
-    """Return what is said of delays between channels for which a sample has no room, if they are such."""
-    n_channels, rate_hz = conditioned.delay_s.size, digitisation.sample_rate_hz
-    # a multiplexer is through with a sample before the next one begins
-    if conditioned.delay_s[-1] * rate_hz < 1.0:
-        return []
-    apart, room = f"{1e6 * conditioned.delay_s[1]:g} µs apart", f"{1e6 / rate_hz:.3g} µs"
-    return [f"{n_channels} channels {apart} do not fit into a sample of {room}: correct daq.channel_skew_s"]
 
 
 def measure_by_receiver(

@@ -8,6 +8,7 @@ import numpy as np
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.fall_signs import fall_signs
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, gravity_of_site, share_in_air
+from radargui.model.recording import Digitisation
 from radargui.model.result import Bounces, Track
 from radargui.model.rounding import concise, plain
 from radargui.model.setup import Setup
@@ -51,9 +52,9 @@ def _angles_in_radians(setup: Setup) -> str:
     tilts = [one.tilt_deg for one in setup.receiver]
     if len(tilts) < 2 or not 0.0 < max(tilts) < _LEAST_TILT_DEG:
         return ""
-    told = ", ".join(f"{tilt:.3g}" for tilt in tilts)
+    given = ", ".join(f"{tilt:.3g}" for tilt in tilts)
     return (
-        f"the receivers' tilt_deg are {told}, all next to the z axis: if these are radians, give degrees "
+        f"the receivers' tilt_deg are {given}, all next to the z axis: if these are radians, give degrees "
         f"({math.degrees(tilts[0]):.3g} for {tilts[0]:.3g}), of the azimuths too"
     )
 
@@ -73,6 +74,16 @@ def _floor_above(setup: Setup) -> str:
         f"floor.height_m = {floor_m:g} is not below tracer.release_position_m, z = {release_m:g}: give both for the "
         "sphere's centre, from the centre of the field of view, z up"
     )
+
+
+def without_room(conditioned: Conditioned, digitisation: Digitisation) -> list[str]:
+    """Return what is said of delays between channels for which a sample has no room, if they are such."""
+    n_channels, rate_hz = conditioned.delay_s.size, digitisation.sample_rate_hz
+    # a multiplexer is through with a sample before the next one begins
+    if conditioned.delay_s[-1] * rate_hz < 1.0:
+        return []
+    apart, room = f"{1e6 * conditioned.delay_s[1]:g} µs apart", f"{1e6 / rate_hz:.3g} µs"
+    return [f"{n_channels} channels {apart} do not fit into a sample of {room}: correct daq.channel_skew_s"]
 
 
 def wired_wrongly(conditioned: Conditioned, setup: Setup) -> tuple[tuple[str, ...], str]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from radargui.conditioning.averager import block_means
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.fall import (
     ACCELERATION,
@@ -22,6 +23,8 @@ from radargui.model.setup import Setup
 
 LEAST_S = 0.06
 """All phases have to turn with a free fall's acceleration for so long, whatever their signs."""
+FIRST_S = 0.3
+"""Of the motion that is looked at first: a fall from half a metre."""
 LEAST_RECEIVERS = 3
 """Of fewer the phases may turn so by chance: nothing is then said."""
 LEAST_ALONG = 0.5
@@ -65,20 +68,20 @@ def fall_signs(conditioned: Conditioned, setup: Setup) -> FallSigns:
     along = -path_gradient(place, place_antennas(setup))[:, 2, 0]
     size = max(1, round(conditioned.sample_rate_hz / RATE_HZ))
     rate_hz = conditioned.sample_rate_hz / size
-    means, window = _means(conditioned, size), window_of(rate_hz)
-    if len(along) < LEAST_RECEIVERS or along.min() < LEAST_ALONG or means.shape[2] < 2 * window:
+    n_means, window = conditioned.n_samples // size, window_of(rate_hz)
+    if len(along) < LEAST_RECEIVERS or along.min() < LEAST_ALONG or n_means < 2 * window:
         return nothing
     per_m = 2.0 * np.pi / setup.radar.wavelength_m * along[:, None]
-    found = [phase_parabolas(pair, rate_hz, window) for pair in means]
-    speed = np.stack([one.speed_rad_s for one in found]) / per_m
-    share = np.stack([one.bend_rad_s2 for one in found]) / (NOMINAL_GRAVITY_M_S2 * per_m)
-    smooth = (np.stack([one.misfit_rad for one in found]) < LARGEST_MISFIT_RAD).all(axis=0)
-    # one acceleration and one speed, whatever their signs: what moves sideways shows each receiver another
-    together = smooth & (np.abs(speed) > LEAST_SPEED).all(axis=0) & _alike(speed) & _alike(share)
-    falls = together & ((np.abs(share) > ACCELERATION[0]) & (np.abs(share) < ACCELERATION[1])).all(axis=0)
-    least, turned = LEAST_S * rate_hz - window, share < 0.0
-    if (falls & ~turned.any(axis=0)).any():
-        return nothing
+    # nearly every drop shows at its beginning that nothing is wrong: the rest need not be looked at
+    begin = max(0, min(conditioned.segment.first // size - window, n_means - 2 * window))
+    for part in (slice(begin, begin + max(2 * window, round(FIRST_S * rate_hz))), slice(0, n_means)):
+        means = block_means(conditioned.volts[:, part.start * size : part.stop * size], size)
+        share, together = _accelerations(means, rate_hz, per_m)
+        falls = together & ((np.abs(share) > ACCELERATION[0]) & (np.abs(share) < ACCELERATION[1])).all(axis=0)
+        turned = share < 0.0
+        if (falls & ~turned.any(axis=0)).any():
+            return nothing
+    least = LEAST_S * rate_hz - window
     if falls.any():
         patterns = np.unique(turned[:, falls], axis=1).T
         longest = [_longest(falls & (turned == one[:, None]).all(axis=0)) for one in patterns]
@@ -91,10 +94,17 @@ def fall_signs(conditioned: Conditioned, setup: Setup) -> FallSigns:
     return FallSigns(nothing.backwards, float(np.median(share[:, begin:end])))
 
 
-def _means(conditioned: Conditioned, size: int) -> FloatArray:
-    """Return the means of so many samples of each pair, shape (n_receivers, 2, n)."""
-    volts, n = conditioned.volts, conditioned.n_samples // size
-    return np.asarray(volts[:, : n * size].reshape(-1, 2, n, size).mean(axis=3))
+def _accelerations(means_v: FloatArray, rate_hz: float, rad_per_m: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Return each receiver's acceleration along the vertical over g, and where all have about one of it and one speed.
+
+    Means of I1, Q1, I2, ... at the rate; windows as of `phase_parabolas`, shapes (n_receivers, n) and (n,).
+    """
+    found = [phase_parabolas(pair, rate_hz, window_of(rate_hz)) for pair in means_v.reshape(-1, 2, means_v.shape[1])]
+    speed = np.stack([one.speed_rad_s for one in found]) / rad_per_m
+    share = np.stack([one.bend_rad_s2 for one in found]) / (NOMINAL_GRAVITY_M_S2 * rad_per_m)
+    smooth = (np.stack([one.misfit_rad for one in found]) < LARGEST_MISFIT_RAD).all(axis=0)
+    # one acceleration and one speed, whatever their signs: what moves sideways shows each receiver another
+    return share, smooth & (np.abs(speed) > LEAST_SPEED).all(axis=0) & _alike(speed) & _alike(share)
 
 
 def _alike(values: FloatArray) -> BoolArray:

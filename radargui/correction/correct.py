@@ -84,11 +84,13 @@ def correct(
             relative = np.sqrt(0.5 * ((noise[0] / scale[0]) ** 2 + (noise[1] / scale[1]) ** 2))
             clipped = float((~conditioned.usable[pair, moving]).any(axis=0).mean())
             channels.append(_quality(name, iq, turned, scale, relative, good, clipped, step))
-            # taken over the whole way: an echo that grows also leaves an offset that the ellipse does not follow
-            known = good & np.isfinite(iq).all(axis=0)
-            whole = circularity(iq if known.all() else iq[:, known]) if known.any() else 0.0
-            over = PUBLISHED_OVER_ROUNDNESS if method == "published" else PHASE_OVER_ROUNDNESS
-            u_phase[k] = max(over * whole, LEAST_U_PHASE_RAD)
+            if isinstance(step, PublishedSteps):
+                over, whole = PUBLISHED_OVER_ROUNDNESS, channels[-1].circularity
+            else:
+                # over the whole way, too: an echo that grows leaves an offset that the ellipse does not follow
+                known = good & np.isfinite(iq).all(axis=0)
+                over, whole = PHASE_OVER_ROUNDNESS, circularity(iq[:, known]) if known.any() else None
+            u_phase[k] = max(over * (whole or 0.0), LEAST_U_PHASE_RAD)
         steps.append(step)
         progress((k + 1) / n_receivers)
     i, q = corrected[0::2], corrected[1::2]

@@ -186,10 +186,13 @@ def _floor_elsewhere(setup: Setup, track: Track, bounces: Bounces) -> str:
 
 def _lowest_touch_m(track: Track, times_s: Sequence[float]) -> tuple[float, float] | None:
     """Return the height of the lowest place at some instants, and its u; None without any."""
-    known = track.valid & np.isfinite(track.position_m).all(axis=0)
-    if not times_s or not known.any():
+    if not times_s:
+        return None
+    # the next sample is less than a millimetre away: a tape tells no less
+    place = np.minimum(np.searchsorted(track.time_s, times_s), track.time_s.size - 1)
+    place = place[track.valid[place] & np.isfinite(track.position_m[2, place])]
+    if not place.size:
         return None
     u_m = track.u_position_m if track.u_combined_m is None else track.u_combined_m
-    heights, u = (np.interp(times_s, track.time_s[known], of[2, known]) for of in (track.position_m, u_m))
-    lowest = int(np.argmin(heights))
-    return float(heights[lowest]), float(u[lowest])
+    lowest = place[np.argmin(track.position_m[2, place])]
+    return float(track.position_m[2, lowest]), float(u_m[2, lowest])

@@ -74,7 +74,8 @@ def with_budget(
 
     def motion(square: FloatArray) -> float:
         known = square[:, part] if valid.all() else square[:, part][:, valid]
-        known = known[np.isfinite(known)]
+        if not (finite := np.isfinite(known)).all():
+            known = known[finite]
         return float(np.sqrt(known.mean())) if known.size else float("nan")
 
     fall = bounces.free_fall

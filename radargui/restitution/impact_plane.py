@@ -98,6 +98,10 @@ def _places(bounces: Bounces, track: Track, normal: FloatArray) -> tuple[FloatAr
     sample = np.minimum(sample, track.time_s.size - 1)
     # what hardly arrives or hardly leaves may lie, or hang in a hand
     bounce = (np.minimum(before_m_s, after_m_s) > CHECKS.least_bounce_m_s) & (end > begin)
+    # the last one found may be several that are not told apart: it gives no e, and lies above the floor
+    sure = np.flatnonzero([one.valid for one in bounces.impacts])
+    if sure.size:
+        bounce[sure[-1] + 1 :] = False
     known = track.valid[sample] & bounce[:, None]
     seen = known.any(axis=1)
     weight = known[seen] / known[seen].sum(axis=1, keepdims=True)

@@ -90,3 +90,14 @@ def test_what_hardly_bounces_or_is_not_seen_has_no_say() -> None:
     assert off_one_plane(bounces, replace(track, valid=unseen)) == []
     assert off_one_plane(replace(bounces, impacts=bounces.impacts[:1]), track) == []
     assert off_one_plane(Bounces(), track) == []
+
+
+def test_a_last_impact_that_gives_no_e_is_no_place_on_the_floor_but_one_between_others_is() -> None:
+    bounces, track = dropped(1e-3 * np.array([0.0, 0.0, 0.0, 0.2]), TOGETHER)
+    assert off_one_plane(bounces, track)
+    *others, last = bounces.impacts
+    # several small bounces that are not told apart
+    assert off_one_plane(replace(bounces, impacts=(*others, replace(last, e=2.1, valid=False))), track) == []
+    bounces, track = dropped(1e-3 * np.array([0.0, 0.2, 0.0, 0.0]), TOGETHER)
+    first, second, *others = bounces.impacts
+    assert off_one_plane(replace(bounces, impacts=(first, replace(second, valid=False), *others)), track)

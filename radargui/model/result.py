@@ -100,8 +100,7 @@ class Bounces:
     u_tilt_deg
         Standard uncertainty of its angle from the vertical, where it was found from the impacts with one.
     braked_1_m, walls_s, with_walls_s
-        k of the drag where flights show more than a metal sphere has and no density was given; when walls were met, and
-        when the floor together with a wall: such impacts are not valid.
+        k of the drag that flights show beyond a metal sphere's; when walls were met, and the floor with one (not valid).
     """
 
     impacts: tuple[Bounce, ...] = ()

@@ -100,7 +100,7 @@ class Bounces:
     u_tilt_deg
         Standard uncertainty of its angle from the vertical, where it was found from the impacts with one.
     braked_1_m, walls_s, with_walls_s
-        k of the drag that flights show beyond a metal sphere's; when walls were met, and the floor with one (not valid).
+        k of the drag that flights show beyond a metal sphere's; when walls were met, or the floor with one (not valid).
     """
 
     impacts: tuple[Bounce, ...] = ()

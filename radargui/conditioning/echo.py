@@ -15,7 +15,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 from radargui.conditioning.doppler import SETTINGS as LINES, Doppler
 from radargui.conditioning.follows import FollowSettings, missed_frames
 from radargui.conditioning.spectral_front_end import front_end_of
-from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray, runs_of
+from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray, median, runs_of
 from radargui.model.front_end import FrontEnd, channels_of, point_of
 
 
@@ -253,7 +253,7 @@ def _without_slow(
     slow = _low_passed(wave, doppler.sample_rate_hz, 0.5 * SETTINGS.slow * slowest_hz)
     power = uniform_filter1d(np.stack([np.abs(slow) ** 2, np.abs(wave) ** 2]), doppler.size, axis=1, mode="nearest")
     share = power[0, doppler.centre] / np.maximum(power[1, doppler.centre], 1e-300)
-    if float(np.median(share[doppler.clear])) < SETTINGS.most_slow:
+    if float(median(share[doppler.clear])) < SETTINGS.most_slow:
         return wave, nothing, np.zeros_like(wave)
     slow = _low_passed(wave, doppler.sample_rate_hz, SETTINGS.slow * slowest_hz)
     return wave - slow, ~(doppler.clear | doppler.mixed), slow
@@ -317,7 +317,7 @@ def offset_curve(wave: ComplexArray, doppler: Doppler) -> tuple[ComplexArray, Fl
     window = np.hanning(doppler.size)
     mean = np.array([window @ wave[at - half : at - half + doppler.size] for at in centre]) / window.sum()
     # <|z|^2> under the window, by Parseval
-    amplitude = np.sqrt(4.0 * np.median(doppler.moments[0, seen]) / (doppler.size * (window**2).sum()))
+    amplitude = np.sqrt(4.0 * median(doppler.moments[0, seen]) / (doppler.size * (window**2).sum()))
     step = max(round(SETTINGS.knots_s * doppler.sample_rate_hz), half)
     knots, curve, apart = _curve(centre, mean, step, half, wave.size)
     while apart > SETTINGS.most_scatter * amplitude and step > half:
@@ -327,7 +327,7 @@ def offset_curve(wave: ComplexArray, doppler: Doppler) -> tuple[ComplexArray, Fl
     offset = np.interp(sample, knots, curve[:, 0]) + 1j * np.interp(sample, knots, curve[:, 1])
     # where nothing was seen an offset may have gone on as it went before
     slopes = np.hypot(*np.diff(curve, axis=0).T) / step
-    speed = np.maximum(np.median(slopes), slopes[np.minimum(sample // step, slopes.size - 1)])
+    speed = np.maximum(median(slopes), slopes[np.minimum(sample // step, slopes.size - 1)])
     after = np.searchsorted(centre, sample)
     before, behind = centre[np.maximum(after - 1, 0)], centre[np.minimum(after, centre.size - 1)]
     return offset, speed * np.minimum(np.abs(sample - before), np.abs(sample - behind))

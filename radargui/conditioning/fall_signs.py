@@ -17,7 +17,7 @@ from radargui.conditioning.fall import (
     window_of,
 )
 from radargui.geometry.path_length import path_gradient, place_antennas
-from radargui.model.arrays import BoolArray, FloatArray, runs_of
+from radargui.model.arrays import BoolArray, FloatArray, median, runs_of
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.setup import Setup
 
@@ -91,7 +91,7 @@ def fall_signs(conditioned: Conditioned, setup: Setup) -> FallSigns:
     if _longest(even) < least:
         return nothing
     begin, end = max(runs_of(even), key=lambda run: run[1] - run[0])
-    return FallSigns(nothing.backwards, float(np.median(share[:, begin:end])))
+    return FallSigns(nothing.backwards, float(median(share[:, begin:end])))
 
 
 def _accelerations(means_v: FloatArray, rate_hz: float, rad_per_m: FloatArray) -> tuple[FloatArray, BoolArray]:

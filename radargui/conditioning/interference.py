@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.conditioning.hum import HARMONICS, MAINS_HZ
-from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, even_transform_size
+from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, even_transform_size, median
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,11 +125,9 @@ def find_interference(volts: FloatArray, sample_rate_hz: float, noise_v: FloatAr
     # in nearly all pieces: a target stays at one frequency in some of them only
     level = np.quantile(power, 1.0 - SETTINGS.least_share, axis=1)
     # 1/f noise is high everywhere near by, a line is not
-    around = _local_median(np.median(np.maximum(ahead, back), axis=1), width)
+    around = _local_median(median(np.maximum(ahead, back), axis=1), width)
     tall = (level > SETTINGS.stands_out * white) & (level > SETTINGS.stands_out * 0.2 * around)
-    is_interference = (np.median(image, axis=1) > SETTINGS.least_image) & (
-        _coherence(spectrum) > SETTINGS.least_coherence
-    )
+    is_interference = (median(image, axis=1) > SETTINGS.least_image) & (_coherence(spectrum) > SETTINGS.least_coherence)
     top = _peaks(level)
     in_band = (hz > SETTINGS.lowest_hz) & (hz < 0.45 * sample_rate_hz)
     certain, bin_hz = hz[(tall & is_interference & top).any(axis=0) & in_band], sample_rate_hz / size
@@ -206,7 +204,7 @@ def _of_mains(found_hz: list[float], hz: FloatArray) -> BoolArray:
 def _local_median(values: FloatArray, width: int) -> FloatArray:
     padded = np.pad(values, ((0, 0), (width, width)), mode="edge")
     windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * width + 1, axis=1)
-    return np.asarray(np.median(windows, axis=2))
+    return np.asarray(median(windows, axis=2))
 
 
 def _refined(volts: FloatArray, rate_hz: float, near_hz: float, width_hz: float) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, median
 
 SIXTH_DIFFERENCE_GAIN = 924.0
 """Sum of the squared binomial coefficients of order 6: variance of the sixth difference of unit white noise."""
@@ -46,7 +46,7 @@ def white_noise_v(volts: FloatArray) -> FloatArray:
     kept = difference[:, : n_blocks * length].reshape(volts.shape[0], n_blocks, length)
     power = np.einsum("cbs,cbs->cb", kept, kept) / length
     # the median block is one without an impact, whatever the drop
-    calm = power <= _CALM * np.median(power, axis=1, keepdims=True)
+    calm = power <= _CALM * median(power, axis=1)[:, None]
     # differences of white noise are correlated, but their mean square needs no independence
     variance = (power * calm).sum(axis=1) / calm.sum(axis=1) / SIXTH_DIFFERENCE_GAIN
     return np.asarray(np.maximum(np.sqrt(variance), least))

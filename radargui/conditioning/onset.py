@@ -9,7 +9,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from radargui.conditioning.segment import Motion
-from radargui.model.arrays import FloatArray, IntArray
+from radargui.model.arrays import FloatArray, IntArray, median
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +103,7 @@ def rest_before(volts: FloatArray, time_s: FloatArray, motion: Motion) -> tuple[
         return float("-inf"), begin
     # every fourth sample tells it as well
     spread = volts[:, ::4].std(axis=1)
-    scale = np.maximum(np.sqrt(2.0) * np.median(spread.reshape(-1, 2), axis=1), 1e-300).repeat(2)
+    scale = np.maximum(np.sqrt(2.0) * median(spread.reshape(-1, 2), axis=1), 1e-300).repeat(2)
     # what comes after the voltages are seen to shake is no onset
     part = slice(0, int(np.searchsorted(time_s, seen + motion.window_s + SEEN_ON_S)))
     onset = find_onset(time_s[part], volts[:, part] / scale[:, None], spread / scale)
@@ -153,9 +153,9 @@ def find_onset(time_s: FloatArray, value: FloatArray, spread: FloatArray | None 
     early = np.diff(value[:, : first[2 * fewest - 1]], axis=1)
     # differences of neighbours: a drift adds hardly anything to them
     # 0.95: the median of a difference of two normal numbers, in the deviation of one
-    white = np.median(np.abs(early), axis=1) / 0.95 / np.sqrt(count[0]) + 1e-12
+    white = median(np.abs(early), axis=1) / 0.95 / np.sqrt(count[0]) + 1e-12
     spread = value.std(axis=1) if spread is None else spread
-    size = np.stack([white, np.maximum(white, SETTINGS.most_wander * np.median(spread))])
+    size = np.stack([white, np.maximum(white, SETTINGS.most_wander * median(spread))])
     # what differs from a straight line by more than a rest may is none
     basis = _foresight(fewest, 1).basis
     bent = mean[:, :fewest] - (mean[:, :fewest] @ basis) @ basis.T
@@ -198,7 +198,7 @@ def creeps_since(time_s: FloatArray, value: FloatArray, onset_s: float) -> float
         if width > 1:
             # from differences of neighbours in the first half: slow noise does not fall as white noise does
             still = wide[:, : wide.shape[1] // 2 + width]
-            apart = np.median(np.abs(still[:, width:] - still[:, :-width]), axis=1) / 0.95
+            apart = median(np.abs(still[:, width:] - still[:, :-width]), axis=1) / 0.95
             noise = max(white / np.sqrt(width), float(apart.max()))
         middle_s = time_s[first[: wide.shape[1]]] + (width - 1) / 2.0 * block_s
         if (crept_s := _crept_since(middle_s, wide, SETTINGS.sigmas[width > 1] * noise)) is not None:
@@ -213,7 +213,7 @@ def _crept_since(begin_s: FloatArray, away: FloatArray, least: float) -> float |
     d = np.sort(np.hypot(away[0::2], away[1::2]), axis=0)[-min(2, away.shape[0] // 2)]
     seen = max(SETTINGS.crept, least)
     moved = max(SETTINGS.moved, 4.0 * seen)
-    half_way = float(np.median(d[d.size // 2 - fewest // 2 : d.size // 2 + fewest // 2]))
+    half_way = float(median(d[d.size // 2 - fewest // 2 : d.size // 2 + fewest // 2]))
     if d.max() < moved or (d.max() < SETTINGS.swept and half_way > SETTINGS.even * d.max()):
         return None
     t_2 = float(begin_s[np.argmax(d >= moved)])
@@ -239,7 +239,7 @@ def is_under_way(time_s: FloatArray, value: FloatArray, rest_end_s: float) -> bo
         return False
     first, last = value[:, :size].mean(axis=1), value[:, count - size : count].mean(axis=1)
     # of the difference of two means, from differences of neighbours, of which drift is no part
-    u = np.median(np.abs(np.diff(value[:, :count], axis=1)), axis=1) / 0.95 * np.sqrt(2.0 / size)
+    u = median(np.abs(np.diff(value[:, :count], axis=1)), axis=1) / 0.95 * np.sqrt(2.0 / size)
     far, u_far = np.hypot(*(last - first).reshape(-1, 2).T), np.hypot(*u.reshape(-1, 2).T)
     # one alone may have a cable that is touched
     drift = SETTINGS.under_way + SETTINGS.drift_hz * (rest_end_s - time_s[0])

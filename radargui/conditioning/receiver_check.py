@@ -13,7 +13,7 @@ import numpy as np
 from radargui.conditioning.doppler import Doppler
 from radargui.conditioning.noise import LEAST_SAMPLES, SIXTH_DIFFERENCE_GAIN, sixth_differences
 from radargui.conditioning.whole_turn import turn_around_ellipse
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, median
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +152,7 @@ def check_receiver(doppler: Doppler, pair_v: FloatArray, noise_v: FloatArray, us
 def _fault_of_lines(doppler: Doppler, clear: BoolArray, spread: FloatArray) -> str:
     """Return what gain and phase between I and Q in some frames say against a pair; `spread` moves each, (2,)."""
     i, q = np.maximum(np.abs(doppler.i[clear]), 1e-300), np.maximum(np.abs(doppler.q[clear]), 1e-300)
-    gain = float(np.median(q / i))
+    gain = float(median(q / i))
     if not 1.0 / SETTINGS.gain < gain < SETTINGS.gain:
         if spread.min() > spread.max() / SETTINGS.gain:
             return "I and Q show different motions: they do not belong together"
@@ -160,7 +160,7 @@ def _fault_of_lines(doppler: Doppler, clear: BoolArray, spread: FloatArray) -> s
         return f"{weak} shows {100 * min(gain, 1 / gain):.0f} % of the motion that {strong} shows: the channel is dead"
     # the sign is the direction of the motion, which turns round at each bounce
     angle = _angles_deg(doppler, clear)
-    typical = float(np.median(angle))
+    typical = float(median(angle))
     if np.sin(np.radians(typical)) < SETTINGS.least_sine:
         return f"I and Q are {typical:.0f} degrees apart instead of 90: one signal on both, or not a pair"
     odd = (np.abs(np.log(q / i / gain)) > np.log(SETTINGS.odd_gain)) | (np.abs(angle - typical) > SETTINGS.odd_deg)
@@ -174,7 +174,7 @@ def is_worse_pair(one: Doppler, other: Doppler) -> bool:
     """Whether of two receivers, one of which has a cable of the other, it is the first: its I and Q are no pair."""
     if min(int(one.clear.sum()), int(other.clear.sum())) < SETTINGS.least_frames:
         return False
-    of_one, of_other = (abs(90.0 - float(np.median(_angles_deg(x, x.clear)))) for x in (one, other))
+    of_one, of_other = (abs(90.0 - float(median(_angles_deg(x, x.clear)))) for x in (one, other))
     return of_one > SETTINGS.doubtful_deg and of_other < SETTINGS.sure_deg
 
 

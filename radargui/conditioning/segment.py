@@ -8,7 +8,7 @@ import numpy as np
 
 from radargui.conditioning.averager import block_means
 from radargui.conditioning.hum import HARMONICS, MAINS_HZ, without_mains
-from radargui.model.arrays import BoolArray, FloatArray, held_beyond, order_statistics, runs_of
+from radargui.model.arrays import BoolArray, FloatArray, held_beyond, median, order_statistics, runs_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,4 +249,4 @@ def _stands(means: FloatArray, rate: float, frequency: float, purity: float) -> 
     strongest = int(np.argmax((ahead + back).sum(axis=0)))
     ahead, back = ahead[:, strongest], back[:, strongest]
     one_way = np.abs(ahead - back) / np.maximum(ahead + back, 1e-30)
-    return bool(np.median(one_way) < purity)
+    return bool(median(one_way) < purity)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.conditioning.doppler import Doppler
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, median
 from radargui.model.front_end import FrontEnd
 
 
@@ -68,7 +68,7 @@ def front_end_of(doppler: Doppler) -> FrontEnd | None:
     eps = np.arcsin(np.clip(doppler.moments[2, clear] / np.sqrt(i_square * q_square), -1.0, 1.0))
     power = doppler.power[clear]
     # what disturbs is about as strong throughout: the weaker the echo, the farther it is moved
-    moved = np.maximum(1.0, np.median(power) / power)
+    moved = np.maximum(1.0, median(power) / power)
     (gain, u_gain), (angle, u_angle) = (_mean(one, 1.0 / power, moved) for one in (log_gain, eps))
     if abs(gain) > np.log(SETTINGS.most_gain) or abs(angle) > np.radians(SETTINGS.most_angle_deg):
         return None
@@ -78,8 +78,8 @@ def front_end_of(doppler: Doppler) -> FrontEnd | None:
 
 def _mean(value: FloatArray, noise: FloatArray, moved: FloatArray) -> tuple[float, float]:
     """Return a robust mean of frames and its u; their variances are those of noise and of their scatter, `moved`."""
-    middle = float(np.median(value))
-    scatter = (1.4826 * float(np.median(np.abs(value - middle)))) ** 2
+    middle = float(median(value))
+    scatter = (1.4826 * float(median(np.abs(value - middle)))) ** 2
     variance = noise + scatter * moved
     weight = 1.0 / variance
     for _ in range(3):

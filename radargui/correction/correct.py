@@ -15,7 +15,7 @@ from radargui.correction.ellipse import correct_ellipse
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.published import PublishedSteps, correct_published
 from radargui.correction.quality import PHASE_OVER_ROUNDNESS, assess, circularity
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, median
 from radargui.model.errors import ProcessingError
 from radargui.model.plugins import load_plugin
 from radargui.model.result import ChannelQuality, CorrectedIQ, Segment
@@ -139,7 +139,7 @@ def _quality(
     if isinstance(step, Ellipse):
         gain, quadrature_deg = step.gain_ratio, float(np.degrees(step.quadrature_error_rad))
     elif isinstance(step, PublishedSteps):
-        gain = float(np.median(scale[1]) / np.median(scale[0]))
+        gain = float(median(scale[1]) / median(scale[0]))
     some = valid[::SOME]
     # a receiver of which nothing is valid still has a noise to be reported
     used = some if some.any() else np.ones_like(some)
@@ -148,7 +148,7 @@ def _quality(
         iq=iq,
         phase_rad=phase_rad,
         valid=valid,
-        noise=float(np.median(np.broadcast_to(noise, some.shape)[used])),
+        noise=float(median(np.broadcast_to(noise, some.shape)[used])),
         fraction_clipped=clipped,
         gain_ratio=gain,
         quadrature_error_deg=quadrature_deg,

@@ -63,12 +63,13 @@ def _prominence(value: list[float], at: int) -> float:
     """Return how far an extreme stands out of both sides, each up to what exceeds it or to the end."""
     sign = 1.0 if value[at] >= value[at - 1] else -1.0
     own, out = sign * value[at], float("inf")
-    for side in (value[at - 1 :: -1], value[at + 1 :]):
+    for side in (range(at - 1, -1, -1), range(at + 1, len(value))):
         lowest = own
-        for one in side:
-            if sign * one > own:
+        for place in side:
+            one = sign * value[place]
+            if one > own:
                 break
-            lowest = min(lowest, sign * one)
+            lowest = min(lowest, one)
         out = min(out, own - lowest)
     return out
 

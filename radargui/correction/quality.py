@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, median
 from radargui.model.result import ChannelQuality
 from radargui.model.weighed_sums import savitzky_golay
 
@@ -90,7 +90,7 @@ def _usual_radius(radius: FloatArray, phase_rad: FloatArray) -> FloatArray | flo
         return 1.0
     mean, middle = np.bincount(fringe, weights=radius) / np.maximum(count, 1), np.cumsum(count) - 0.5 * count
     # incomplete fringes at both ends, and short ones at a turn, do not tell their mean
-    whole = count >= 0.3 * np.median(count)
+    whole = count >= 0.3 * median(count)
     local = np.interp(np.arange(radius.size) + 0.5, middle[whole], mean[whole])
     return np.asarray(np.maximum(local, 1e-300))
 

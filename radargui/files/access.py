@@ -178,7 +178,7 @@ def fresh_files(paths: Sequence[Path], *, force: bool = False) -> Iterator[tuple
                 part.unlink()
 
 
-def write_whole(path: Path, parts: Iterable[bytes]) -> None:
+def write_whole(path: Path, parts: Iterable[bytes | bytearray]) -> None:
     """Write a file under another name, then give it its own; one that is there is replaced.
 
     Parameters

@@ -1,7 +1,9 @@
 """Columns of numbers to lines of text with fixed decimals, a million rows in about a second."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,22 +19,20 @@ _LARGEST = 9.0e18
 _HALF_LENGTH = 1 << 32  # whole numbers below it fit into 32 bits
 
 
-def _words(*characters: bytes) -> WordArray:
-    return np.frombuffer(b"".join(one.rjust(4, b"\0") for one in characters), dtype=np.uint32)
+def _words(texts: Iterable[bytes]) -> WordArray:
+    return np.frombuffer(b"".join(text.rjust(4, b"\0") for text in texts), dtype=np.uint32)
 
 
-_MINUS, _COMMA, _NEWLINE, _COMMA_MINUS, _NAN = _words(b"-", b",", b"\n", b",-", b"nan")
 _GROUP = 1000  # three digits are looked up at a time
-_BLANK, _UNIT, _POINT = _GROUP, 2 * _GROUP, 3 * _GROUP  # where the kinds of `_CHARACTERS` begin, a group each
-# a word for each group of three digits, in the order of `_BLANK`, `_UNIT`, `_POINT`
-_CHARACTERS = _words(
-    *(b"%03d" % value for value in range(_GROUP)),
-    # without leading zeros; then the same with 0 kept
-    b"",
-    *(b"%d" % value for value in range(1, _GROUP)),
-    *(b"%d" % value for value in range(_GROUP)),
-    *(b".%03d" % value for value in range(_GROUP)),
-)
+_SIGNED = 100  # below it sign, whole part and point are one word, those with a minus this much further
+_NOTHING, _MINUS = _words([b"", b"-"])
+_SIGNED_WHOLES = _words(b"%s%d." % (sign, value) for sign in (b"", b"-") for value in range(_SIGNED))
+
+
+@lru_cache(maxsize=8)
+def _groups(end: bytes) -> WordArray:
+    """Return the words of three digits with what follows them: all three; without zeros before them but for 0."""
+    return _words(form % value + end for form in (b"%03d", b"%d") for value in range(_GROUP))
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,7 @@ class Column:
     upwards: bool = False
 
 
-def lines(columns: Sequence[Column]) -> Iterator[bytes]:
+def lines(columns: Sequence[Column]) -> Iterator[bytes | bytearray]:
     r"""Yield the rows as comma separated text, each ended by `\n`, some thousand rows at a time.
 
     `numpy.savetxt` formats number by number in Python. Here each number becomes a whole count of its last decimal,
@@ -69,63 +69,101 @@ def lines(columns: Sequence[Column]) -> Iterator[bytes]:
     count = len(columns[0].values)
     if any(len(column.values) != count for column in columns):
         raise ValueError("the columns of a table have different dimensions")
+    ends = [b","] * (len(columns) - 1) + [b"\n"]
     for first in range(0, count, _ROWS):
         parts = [
-            _text(np.asarray(column.values[first : first + _ROWS], np.float64), column, follows=number > 0)
-            for number, column in enumerate(columns)
+            _text(np.asarray(column.values[first : first + _ROWS], np.float64), column, end)
+            for column, end in zip(columns, ends, strict=True)
         ]
-        table = np.empty((min(_ROWS, count - first), sum(len(part) for part in parts) + 1), dtype=np.uint32)
-        for place, word in enumerate(word for part in parts for word in part):
-            table[:, place] = word
-        table[:, -1] = _NEWLINE
-        yield table.tobytes().translate(None, b"\0")
+        yield _rows(min(_ROWS, count - first), [word for part in parts for word in part])
 
 
-def _text(values: FloatArray, column: Column, *, follows: bool) -> list[WordArray]:
-    """Return the words of each value, its comma first where it follows another; of length n each, or 1 for all."""
+def _rows(count: int, words: Sequence[WordArray]) -> bytearray:
+    """Return the text of rows by their words, each of length n, or 1 where it is that of all rows."""
+    blocks: list[WordArray] = []
+    for is_same, own in groupby(words, key=lambda word: word.size == 1):
+        some = list(own)
+        # what is the same in all rows has no gaps from the start
+        blocks += [_closed(np.concatenate(some))[None]] if is_same else [word[:, None] for word in some]
+    width = sum(block.shape[1] for block in blocks)
+    text = bytearray(4 * count * width)
+    table, place = np.frombuffer(text, dtype=np.uint32).reshape(count, width), 0
+    for block in blocks:
+        table[:, place : place + block.shape[1]] = block
+        place += block.shape[1]
+    return text.translate(None, b"\0")
+
+
+def _closed(words: WordArray) -> WordArray:
+    text = words.tobytes().translate(None, b"\0")
+    return np.frombuffer(text.ljust(-(-len(text) // 4) * 4, b"\0"), dtype=np.uint32)
+
+
+def _text(values: FloatArray, column: Column, end: bytes) -> list[WordArray]:
+    """Return the words of each value with the sign that ends its cell; of length n each, or 1 for all."""
     # a flag, a number of pieces, one uncertainty for all: what stays the same is written once
     if values.size > 1 and ((values == values[0]).all() or np.isnan(values).all()):
         values = values[:1]
     known = np.isfinite(values)
     size = np.abs(values if known.all() else np.where(known, values, 0.0))
-    comma = _COMMA if follows else _words(b"")[0]
     if size.max(initial=0.0) > _LARGEST / 10.0**column.decimals:
-        return [np.full(values.size, comma), *_large_text(values, column.decimals)]
+        return _large_text(values, column.decimals, end)
     size *= 10.0**column.decimals
-    whole = (np.ceil(size) if column.upwards else np.rint(size)).astype(np.int64)
-    minus = _COMMA_MINUS if follows else _MINUS
-    words = [np.where((values < 0.0) & (whole > 0), minus, comma), *digits(whole, column.decimals // 3)]
+    count = (np.ceil(size) if column.upwards else np.rint(size)).astype(np.int64)
+    words = digits(count, column.decimals // 3, end, (values < 0.0) & (count > 0))
     if not known.all():
-        for word, instead in zip(words, (comma, _NAN, *[0] * len(words)), strict=False):
+        for word, instead in zip(words[::-1], [*_words([b"nan" + end]), *[_NOTHING] * len(words)], strict=False):
             word[~known] = instead
     return words
 
 
-def digits(whole: NDArray[np.int64], groups_after: int) -> list[WordArray]:
-    """Return the characters of whole numbers from 0 up, three in a word, those of length n each.
+def digits(
+    count: NDArray[np.int64], groups_after: int, end: bytes = b"", negative: BoolArray | None = None
+) -> list[WordArray]:
+    """Return the characters of whole numbers from 0 up, three digits in a word, those of length n each.
 
-    The point stands before the last `groups_after` groups of three.
+    Parameters
+    ----------
+    count
+        The numbers, shape (n,).
+    groups_after
+        Of three digits that stand behind the point.
+    end
+        A character that follows each number, or none.
+    negative
+        Which have a minus before them, shape (n,).
     """
     groups: list[WordArray] = []
-    largest = int(whole.max(initial=0))
+    largest = int(count.max(initial=0))
     # divided three times as fast
     rest: NDArray[np.uint64] | NDArray[np.uint32]
-    rest = whole.astype(np.uint32) if largest < _HALF_LENGTH else whole.astype(np.uint64)
-    while len(groups) <= groups_after or largest > 0:
+    rest = count.astype(np.uint32) if largest < _HALF_LENGTH else count.astype(np.uint64)
+    for _ in range(groups_after):
+        higher = rest // _GROUP
+        groups.append(_groups(end if not groups else b"").take((rest - higher * _GROUP).astype(np.intp)))
+        rest, largest = higher, largest // _GROUP
+    if groups and largest < _SIGNED:
+        code = rest.astype(np.intp)
+        if negative is not None:
+            code += _SIGNED * negative
+        return [_SIGNED_WHOLES.take(code), *groups[::-1]]
+    # the whole part by itself: its last digits with the point, or with what ends the number
+    is_last = True
+    while is_last or largest > 0:
         higher = rest // _GROUP
         code = (rest - higher * _GROUP).astype(np.intp)
-        if len(groups) >= groups_after:
-            code += np.where(higher == 0, _UNIT if len(groups) == groups_after else _BLANK, 0)
-        elif len(groups) == groups_after - 1:
-            code += _POINT
-        groups.append(_CHARACTERS.take(code))
-        rest, largest = higher, largest // _GROUP
-    return groups[::-1]
+        word = _groups((b"." if groups else end) if is_last else b"").take(code + np.where(higher == 0, _GROUP, 0))
+        if not is_last:
+            word[rest == 0] = 0
+        groups.append(word)
+        rest, largest, is_last = higher, largest // _GROUP, False
+    sign = [] if negative is None else [np.where(negative, _MINUS, _NOTHING)]
+    return [*sign, *groups[::-1]]
 
 
-def _large_text(values: FloatArray, decimals: int) -> list[WordArray]:
+def _large_text(values: FloatArray, decimals: int, end: bytes) -> list[WordArray]:
     """Return the words of values too large for 64 bits, made one at a time."""
-    texts = [f"{value:.{decimals}f}".encode() if np.isfinite(value) else b"nan" for value in values]
+    texts = [(f"{value:.{decimals}f}".encode() if np.isfinite(value) else b"nan") + end for value in values]
     width = 4 * -(-max(len(text) for text in texts) // 4)
     words = np.frombuffer(b"".join(text.ljust(width, b"\0") for text in texts), dtype=np.uint32)
     return list(words.reshape(len(texts), -1).T)

@@ -72,19 +72,20 @@ def _intersected(target_m: FloatArray, antennas: Antennas, start_m: FloatArray) 
     along = inverse @ (2.0 * target_m)
     slant, half, rest = _dot(along, along), _dot(level, along), _dot(level, level)
     square, shortest = slant - 1.0, target_m.min(axis=0)
-    best, nearest = np.full(shortest.shape, np.nan), np.full(shortest.shape, np.inf)
     with np.errstate(divide="ignore", invalid="ignore"):
         # without the difference of nearly equal numbers; where there is no real root it is none in what follows either
         sum_of_two = -(half + np.copysign(np.sqrt(half**2 - square * rest), half))
         # where the line passes nearest to the guess
         guess = (_dot(along, start_m - antennas.transmitter_m[:, None]) - half) / slant
-        for root in (sum_of_two / square, rest / sum_of_two):
-            away = np.abs(root - guess)
-            # of two places the nearer to the guess; neither way may be shorter than nothing
-            better = (root >= 0.0) & (root <= shortest) & (away < nearest)
-            np.copyto(best, root, where=better)
-            np.copyto(nearest, away, where=better)
-    return np.asarray(antennas.transmitter_m[:, None] + level + along * best)
+        one, other = sum_of_two / square, rest / sum_of_two
+        # of two places the nearer to the guess, none without a guess
+        further = np.abs(other - guess) - np.abs(one - guess)
+        near, far = np.where(further > 0.0, one, other), np.where(further > 0.0, other, one)
+        # neither way may be shorter than nothing
+        far[(far < 0.0) | (far > shortest)] = np.nan
+        away = np.where((near >= 0.0) & (near <= shortest), near, far)
+    away[np.isnan(guess)] = np.nan
+    return np.asarray(antennas.transmitter_m[:, None] + level + along * away)
 
 
 def _located(target_m: FloatArray, antennas: Antennas, start_m: FloatArray) -> FloatArray:
@@ -217,7 +218,7 @@ def _cofactors(rows: FloatArray, least: float) -> tuple[list[FloatArray], FloatA
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+    return np.asarray(np.einsum("an,an->n", a, b))
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

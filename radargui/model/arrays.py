@@ -47,6 +47,21 @@ def order_statistics(values: FloatArray, *shares: float) -> FloatArray:
     return np.asarray(np.partition(values, place, axis=-1)[..., place])
 
 
+def median(values: FloatArray | IntArray, axis: int | None = None) -> FloatArray:
+    """Return the median along an axis, of all values without one; NaN where any is, and of none.
+
+    numpy's loads its masked arrays for one question, and takes twice as long for some hundred values.
+    """
+    rows = np.ravel(values) if axis is None else np.moveaxis(values, axis, -1)
+    last = rows.shape[-1] - 1
+    if last < 0:
+        return np.full(rows.shape[:-1], np.nan)
+    lower, upper = last // 2, (last + 1) // 2
+    part = np.partition(rows, (lower, upper, last), axis=-1)
+    # what is no number is sorted to the end
+    return np.asarray(np.where(np.isnan(part[..., last]), np.nan, 0.5 * (part[..., lower] + part[..., upper])))
+
+
 @lru_cache(maxsize=64)
 def even_transform_size(wanted: float) -> int:
     """Return the even number nearest to the one wanted whose Fourier transform is fast: factors 2, 3 and 5 alone."""

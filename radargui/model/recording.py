@@ -165,9 +165,10 @@ class Digitisation:
         # each input of a board is calibrated by itself
         for channel, coefficients in enumerate(self.scaling):
             # by Horner's rule, in place
-            row, codes = out[channel], samples[channel].astype(np.float64)
-            row[...] = coefficients[-1]
-            for coefficient in coefficients[-2::-1]:
+            row, codes = out[channel], np.asarray(samples[channel], dtype=np.float64)
+            *lower, highest = coefficients
+            row[...] = highest if not lower else codes * highest + lower.pop()
+            for coefficient in reversed(lower):
                 row *= codes
                 row += coefficient
         return out

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, median
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
 _MEDIAN_TO_SD = 1.0 / 0.674489750196
@@ -165,7 +165,7 @@ def find_track_impacts(time_s: FloatArray, height_m: FloatArray, valid: BoolArra
     if third.size == 0:
         return np.zeros(0)
     # third differences: a parabola has none, and the few that an impact makes do not move their median
-    noise = _MEDIAN_TO_SD * float(np.median(third)) / np.sqrt(THIRD_DIFFERENCE_GAIN)
+    noise = _MEDIAN_TO_SD * float(median(third)) / np.sqrt(THIRD_DIFFERENCE_GAIN)
     # a nanometre: simulated tracks without noise keep a scale
     return find_impacts(time, height, np.full(time.size, max(noise, 1e-9)))
 
@@ -185,7 +185,7 @@ def find_turns(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray)
     width = max(1, round(limits.smooth_s / step))
     height = uniform_filter1d(np.interp(grid, time_s[known], height_m[known]), width, mode="nearest")
     reach, near = round(limits.turn_s / step), round(0.6 * limits.turn_s / step)
-    least = max(limits.least_dip_m, limits.dip_sigmas * float(np.median(u_height_m)))
+    least = max(limits.least_dip_m, limits.dip_sigmas * float(median(u_height_m)))
     lowest = np.flatnonzero(height <= minimum_filter1d(height, 2 * near + 1, mode="nearest"))
     lowest = lowest[(lowest >= near) & (lowest < grid.size - near)]
     # highest within the reach before and after each sample
@@ -263,7 +263,7 @@ class _Height:
         # nearer instants share their samples
         before, after, _ = self.speeds(np.arange(self.time_s[0] + side, self.time_s[-1] - side, side))
         jump = (after - before)[np.isfinite(after - before)]
-        return _MEDIAN_TO_SD * float(np.median(np.abs(jump - np.median(jump)))) if jump.size else 0.0
+        return _MEDIAN_TO_SD * float(median(np.abs(jump - median(jump)))) if jump.size else 0.0
 
     def meetings(self, at_s: FloatArray, after_m_s: FloatArray) -> FloatArray:
         """Return where the parabolas before and after each instant meet, near it.

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, median
 from radargui.model.weighed_sums import savitzky_golay
 
 WINDOW_S = 0.02
@@ -35,7 +35,7 @@ def speed_along(time_s: FloatArray, position_m: FloatArray, breaks_s: Sequence[f
     speed = np.full(time_s.size, np.nan)
     if time_s.size < _FEWEST:
         return speed
-    step = float(np.median(np.diff(time_s)))
+    step = float(median(np.diff(time_s)))
     known = np.asarray(np.isfinite(position_m).all(axis=0))
     # times of a file are not quite even: a gap is more than a step and a half
     apart = np.flatnonzero((np.diff(known) != 0) | (np.diff(time_s) > 1.5 * step)) + 1

@@ -13,7 +13,7 @@ import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.quality import PHASE_OVER_ROUNDNESS, assess
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, median
 from radargui.model.errors import ProcessingError
 from radargui.model.result import ChannelQuality, CorrectedIQ, PathLengths
 from radargui.processing.continuity import checked
@@ -111,7 +111,7 @@ def _quality(conditioned: Conditioned, number: int, echo: Echo, iq: FloatArray) 
         iq=iq[:, moving],
         phase_rad=echo.phase_rad[moving],
         valid=known,
-        noise=float(np.median(echo.u_phase_rad[moving][known])) if known.any() else 1.0,
+        noise=float(median(echo.u_phase_rad[moving][known])) if known.any() else 1.0,
         fraction_clipped=float(conditioned.unusable_share[number]),
         **asdict(echo.front_end),
     )

@@ -161,7 +161,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
     if track is not None and not rejected and track.geometry == "plane":
         warnings.append(PLANE)
     known = paths.valid.all(axis=0)
-    if track is not None and known.any() and not np.isfinite(track.u_position_m[:, known]).any():
+    if track is not None and known.any() and not (known & np.isfinite(track.u_position_m)).any():
         warnings.append(NOWHERE)
     if track is not None and not segment.has_rest:
         # with a gap before it even the release is no assumption that one could make

@@ -9,7 +9,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from radargui.geometry.bistatic import solve_gradient
-from radargui.geometry.path_length import locate_plane, path_gradient, path_lengths, place_antennas, t_matrix
+from radargui.geometry.path_length import distance, locate_plane, path_gradient, place_antennas, t_matrix
 from radargui.geometry.scattering import scattering_delay_m, supposed_delays_m
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import (
@@ -58,10 +58,7 @@ def with_budget(
     # inputs are uncertain independently: squares of what they change add (JCGM 100, 5.1.2)
     moved = {share: np.sum([one.moved_m**2 for one in of], axis=0) for share, of in by_share.items()}
     # on straight lines between the instants of the changes, held before and after
-    squares = {
-        share: np.stack([np.interp(track.time_s, by_share[share][0].time_s, own) for own in square])
-        for share, square in moved.items()
-    }
+    squares = {share: _between(by_share[share][0].time_s, square, track.time_s) for share, square in moved.items()}
     e_squares = {share: np.sum([one.e**2 for one in of], axis=0) for share, of in by_share.items()}
     g_squares = {share: sum(one.g_m_s2**2 for one in of) for share, of in by_share.items()}
     combined = np.sqrt(track.u_position_m**2 + sum(squares.values()))
@@ -89,6 +86,18 @@ def with_budget(
         assumed_uncertainties(setup),
     )
     return replace(track, u_combined_m=combined), replace(bounces, impacts=impacts), budget
+
+
+def _between(known_s: FloatArray, known: FloatArray, time_s: FloatArray) -> FloatArray:
+    """Return curves (k, n_known) on straight lines between their instants, held before and after, shape (k, n)."""
+    if known_s.size == 0:
+        return np.zeros((known.shape[0], time_s.size))
+    begin, end = np.searchsorted(time_s, known_s[[0, -1]])
+    out = np.empty((known.shape[0], time_s.size))
+    out[:, :begin], out[:, end:] = known[:, :1], known[:, -1:]
+    for row, own in zip(out, known, strict=True):
+        row[begin:end] = np.interp(time_s[begin:end], known_s, own)
+    return out
 
 
 def _line(statistical: float, shares: dict[str, float]) -> BudgetLine:
@@ -170,6 +179,7 @@ class _Shifts:
     def __init__(self, position_m: FloatArray, change_m: FloatArray, setup: Setup) -> None:
         self._position_m, self._change_m, self._setup = position_m, change_m, setup
         antennas = place_antennas(setup)
+        self._away_m: dict[tuple[float, ...], FloatArray] = {}
         self._since_release_m = self._ways(setup)
         # moves of a place by each path, shape (n_receivers, 3, n), shared by all inputs: each is a change of some paths
         if setup.processing.geometry == "plane":
@@ -181,8 +191,17 @@ class _Shifts:
 
     def _ways(self, setup: Setup) -> FloatArray:
         """Return how much longer the paths of a setup are than at its release, shape (n_receivers, n)."""
-        antennas, release = place_antennas(setup), np.array(setup.tracer.release_position_m)[:, None]
-        return path_lengths(self._position_m, antennas) - path_lengths(release, antennas)
+        antennas, release = place_antennas(setup), np.array(setup.tracer.release_position_m)
+        there, *back = (self._way(place_m, release) for place_m in (antennas.transmitter_m, *antennas.receivers_m))
+        return np.stack([there + one for one in back])
+
+    def _way(self, antenna_m: FloatArray, release_m: FloatArray) -> FloatArray:
+        """Return how much farther the places are from an antenna than the release is, shape (n,)."""
+        # most inputs move one antenna or none
+        key = tuple(antenna_m.tolist())
+        if key not in self._away_m:
+            self._away_m[key] = distance(self._position_m - antenna_m[:, None])
+        return self._away_m[key] - float(np.linalg.norm(release_m - antenna_m))
 
     def by_paths(self, longer_m: FloatArray) -> FloatArray:
         """Return the moves by paths that are longer, shape (n_receivers, n) or (n_receivers, 1)."""

@@ -90,7 +90,7 @@ def free_fall_document(fall: FreeFall, check: SiteCheck | None) -> dict[str, obj
     return {**asdict(fall), "site": check}
 
 
-def _track(result: RunResult) -> Iterator[bytes]:
+def _track(result: RunResult) -> Iterator[bytes | bytearray]:
     header = track_header(result.recording.n_receivers)
     yield (",".join(header) + "\n").encode()
     if result.status == "no_motion" or result.recording.n_samples == 0:
@@ -136,7 +136,7 @@ def columns_of(result: RunResult) -> dict[str, Column]:
     return columns
 
 
-def _unknown(result: RunResult, first: int, lost: int, last: int, *, piece: int) -> Iterator[bytes]:
+def _unknown(result: RunResult, first: int, lost: int, last: int, *, piece: int) -> Iterator[bytes | bytearray]:
     """Give the rows of stored samples first:last that were not processed; `lost` samples went missing before."""
     rate, header = result.recording.digitisation.sample_rate_hz, track_header(result.recording.n_receivers)
     for begin in range(first, last, _PIECE):

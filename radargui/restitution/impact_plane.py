@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, median
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounces, Track
 from radargui.restitution.settings import CHECKS
@@ -69,7 +69,7 @@ def _off_one_plane(bounces: Bounces, track: Track, alike_m: float | None) -> tup
     if len(position) < CHECKS.least_in_plane:
         return None
     if alike_m is not None:
-        apart = np.linalg.norm(position - np.median(position, axis=0), axis=1)
+        apart = np.linalg.norm(position - median(position, axis=0), axis=1)
         variance = variance * np.minimum(1.0, apart / alike_m) ** 2
     variance = variance + CHECKS.uneven_m**2
     away = position - np.average(position, axis=0, weights=1.0 / variance)

@@ -94,7 +94,7 @@ class Stretches:
         out = np.ones((*residual.shape[:-1], self.size))
         # stretches of about one length go together: padded to a common one they are one Fourier transform
         magnitude = np.ceil(np.log2(self.count))
-        for power in np.unique(magnitude[self.count >= LEAST_RESIDUALS]):
+        for power in set(magnitude[self.count >= LEAST_RESIDUALS].tolist()):
             own = np.flatnonzero(magnitude == power)
             longest = int(self.count[own].max())
             inside = np.arange(longest) < self.count[own, None]

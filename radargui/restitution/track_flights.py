@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray, IntArray
+from radargui.model.arrays import FloatArray, IntArray, median
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Segment, Track
 from radargui.restitution.parabola import Parabolas, misfits_m, solve_parabolas
@@ -117,7 +117,7 @@ def fit_track_flights(heights: Heights, flights_s: FloatArray) -> FittedFlights 
         # two flights have no median that tells which of them is wrong
         alone = misfits_m(samples, samples.of(heights.height_m))
         # by the run's own median: noise differs from run to run
-        fits = alone <= max(TRACKS.largest_residual * float(np.median(alone)), TRACKS.least_residual_m)
+        fits = alone <= max(TRACKS.largest_residual * float(median(alone)), TRACKS.least_residual_m)
         number, samples = number[fits], samples.chosen(fits)
     return FittedFlights.of(number, samples, samples.of(heights.height_m))
 

@@ -1,5 +1,6 @@
 """A whole recording to its result."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, partial
@@ -30,6 +31,7 @@ from radargui.processing.whole import Whole
 from radargui.restitution.bounces import find_bounces
 from radargui.restitution.cross_check import disagreements, floor_and_wall, found_tilt, walls_met
 from radargui.restitution.impact_plane import judged_by_floor
+from radargui.restitution.site_gravity import with_missed_gravity
 from radargui.restitution.stopped_fall import braked_without_rebound
 
 ESTIMATES = ("adaptive", "joint")
@@ -178,6 +180,8 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
             changes = motion.changes
             if changes is None:
                 changes = changes_of_track(motion.paths, bounces, setup, segment)
+            if motion.bounces is None:
+                bounces = with_missed_gravity(bounces, setup, math.hypot(*(one.g_m_s2 for one in changes)))
             track, bounces, budget = with_budget(track, bounces, changes, segment, setup)
         else:
             # where the sphere was at the start is assumed, not known: no e, and no g

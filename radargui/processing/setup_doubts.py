@@ -140,7 +140,8 @@ def contradicted(
 
 def _impossible_g(setup: Setup, rate_hz: float, bounces: Bounces, budget: UncertaintyBudget) -> str:
     fall, combined = bounces.free_fall, budget.g_m_s2.combined
-    if fall is None or not math.isfinite(fall.g_m_s2):
+    # what is thrown upwards does not fall (NaN neither)
+    if fall is None or not fall.g_m_s2 > 0.0:
         return ""
     u = fall.u_g_m_s2 if combined is None else combined
     least, most = possible_g_m_s2(setup)

@@ -161,9 +161,10 @@ def _free_fall(track: Track, segment: Segment, found: _Along) -> FreeFall | None
         return None
     height = flights.height_m[: first.count[0]]
     # alone: with g shared by all flights, drag and a soft floor of the later ones would hide in it
-    own = fit_parabolas(first, height)
-    # along a leaning normal only the part g cos(tilt) acts
-    vertical = max(abs(normal[2]), 1e-9)
+    own, vertical = fit_parabolas(first, height), max(abs(normal[2]), 1e-9)
+    # along a leaning normal only the part g cos(tilt) acts; what rides a plate, or hangs, does not fall
+    if abs(own.g_m_s2 / vertical / NOMINAL_GRAVITY_M_S2 - 1.0) >= TRACKS.largest_g_error:
+        return None
     rest = slice(segment.rest_first, segment.rest_last)
     at_rest = np.asarray(normal) @ track.position_m[:, rest]
     at_rest = at_rest[track.valid[rest] & np.isfinite(at_rest)]

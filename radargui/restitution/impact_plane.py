@@ -4,6 +4,7 @@ Method 5, One plane.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -32,17 +33,17 @@ def judged_by_floor(bounces: Bounces, track: Track, alike_m: float | None = None
         Places so close to each other have the same error: that of a joint estimate belongs to the place, and what
         mirrors do turns by one radian within wavelength / 4 pi. None: the errors are each their own.
     """
-    off = _off_one_plane(bounces, track, alike_m)
-    if off is None:
-        return bounces, []
-    lie = (
-        f"the impacts lie up to {1e3 * off[0]:.2g} mm off one plane, where track and floor leave {1e3 * off[1]:.2g} mm"
-    )
     faster = [
         number
         for number, impact in enumerate(bounces.impacts, 1)
         if impact.e - CHECKS.coverage * impact.u_stated > 1.0 and impact.speed_before_m_s > CHECKS.least_speed_m_s
     ]
+    off = _off_one_plane(bounces, track, alike_m, faster)
+    if off is None:
+        return bounces, []
+    lie = (
+        f"the impacts lie up to {1e3 * off[0]:.2g} mm off one plane, where track and floor leave {1e3 * off[1]:.2g} mm"
+    )
     if not faster:
         sentence = (
             f"{lie}: the floor moves, gives way or has steps, or a receiver lost a fringe. What moves has a share in "
@@ -56,7 +57,9 @@ def judged_by_floor(bounces: Bounces, track: Track, alike_m: float | None = None
     return replace(bounces, impacts=tuple(replace(one, valid=False) for one in bounces.impacts)), [sentence]
 
 
-def _off_one_plane(bounces: Bounces, track: Track, alike_m: float | None) -> tuple[float, float] | None:
+def _off_one_plane(
+    bounces: Bounces, track: Track, alike_m: float | None, faster: Sequence[int]
+) -> tuple[float, float] | None:
     """Return how far impacts are off one plane, and how far they might be, in m; None where that is no farther.
 
     h_k = c + s x_k + r_k, heights along the floor's normal; the slope s is within what is known of the normal, and r_k
@@ -65,7 +68,7 @@ def _off_one_plane(bounces: Bounces, track: Track, alike_m: float | None) -> tup
     if bounces.normal is None:
         return None
     normal = np.asarray(bounces.normal)
-    position, variance = _places(bounces, track, normal)
+    position, variance = _places(bounces, track, normal, faster)
     if len(position) < CHECKS.least_in_plane:
         return None
     if alike_m is not None:
@@ -85,7 +88,7 @@ def _off_one_plane(bounces: Bounces, track: Track, alike_m: float | None) -> tup
     return float(np.abs(height).max()), float(np.sqrt(np.diag(covariance)).max())
 
 
-def _places(bounces: Bounces, track: Track, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _places(bounces: Bounces, track: Track, normal: FloatArray, faster: Sequence[int]) -> tuple[FloatArray, FloatArray]:
     """Return where the centre is at the impacts that bounce and are seen, shape (n, 3), and the heights' variances."""
     at_s, before_m_s, after_m_s = (
         np.array([(one.time_s, one.speed_before_m_s, one.speed_after_m_s) for one in bounces.impacts]).reshape(-1, 3).T
@@ -98,8 +101,10 @@ def _places(bounces: Bounces, track: Track, normal: FloatArray) -> tuple[FloatAr
     sample = np.minimum(sample, track.time_s.size - 1)
     # what hardly arrives or hardly leaves may lie, or hang in a hand
     bounce = (np.minimum(before_m_s, after_m_s) > CHECKS.least_bounce_m_s) & (end > begin)
-    # the last one found may be several that are not told apart: it gives no e, and lies above the floor
-    sure = np.flatnonzero([one.valid for one in bounces.impacts])
+    # the last one found may be several that are not told apart: it gives no e, and lies above the floor; those before
+    # it that are faster than they came were thrown by one
+    thrown = set(faster) - {at_s.size}
+    sure = np.flatnonzero([one.valid or number in thrown for number, one in enumerate(bounces.impacts, 1)])
     if sure.size:
         bounce[sure[-1] + 1 :] = False
     known = track.valid[sample] & bounce[:, None]

@@ -291,3 +291,15 @@ def test_the_correlation_length_of_each_stretch_is_the_sum_of_its_own_autocorrel
         correlation = np.correlate(away, away, "full")[curve.size - 1 :] / (away @ away)
         end = next((k for k in range(curve.size // 2) if correlation[k] <= 0), curve.size // 2)
         assert own == pytest.approx(max(1.0, 1.0 + 2.0 * correlation[1:end].sum()), rel=1e-9)
+
+
+def test_what_rides_a_plate_before_it_is_thrown_does_not_fall_freely() -> None:
+    drop = Drop(height_m=0.2, e=0.8)
+    track, segment = track_of(drop)
+    position, first = track.position_m.copy(), (track.time_s >= drop.rest_s) & (track.time_s < drop.impact_s[0])
+    # half as fast down as a fall would be, then faster: the mean is gravity's, its own g is not
+    whole = drop.impact_s[0] - drop.rest_s
+    share = (track.time_s[first] - drop.rest_s) / whole
+    position[2, first] = 0.2 * (1.0 - share**4)
+    assert find_bounces(track, segment, UP, drop.rate_hz).free_fall is not None
+    assert find_bounces(replace(track, position_m=position), segment, UP, drop.rate_hz).free_fall is None

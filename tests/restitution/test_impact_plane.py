@@ -101,3 +101,12 @@ def test_a_last_impact_that_gives_no_e_is_no_place_on_the_floor_but_one_between_
     bounces, track = dropped(1e-3 * np.array([0.0, 0.2, 0.0, 0.0]), TOGETHER)
     first, second, *others = bounces.impacts
     assert off_one_plane(replace(bounces, impacts=(first, replace(second, valid=False), *others)), track)
+
+
+def test_impacts_after_the_last_valid_one_that_throw_the_sphere_lie_on_the_floor_that_moves() -> None:
+    bounces, track = dropped(1e-3 * np.array([0.0, 3.0, -3.0, 0.0]), TOGETHER)
+    first, *others = bounces.impacts
+    thrown = tuple(replace(one, speed_after_m_s=2.6, e=1.3, valid=False) for one in others)
+    judged, (sentence,) = judged_by_floor(replace(bounces, impacts=(first, *thrown)), track)
+    assert not judged.impacts[0].valid
+    assert "the floor moves" in sentence

@@ -66,8 +66,8 @@ class LiveTrack:
         columns = min(math.ceil(length_s * (estimates_hz or sample_rate_hz)), MAXIMUM_COLUMNS)
         self._n = n_receivers
         self._rate_hz = sample_rate_hz
-        self._values = CircularBuffer(3 * n_receivers + 3, columns, np.float64)
-        self._index = CircularBuffer(1, columns, np.int64)
+        # the index above the values: whole numbers are exact in them far beyond any recording
+        self._columns = CircularBuffer(3 * n_receivers + 4, columns, np.float64)
         self.moving = False
         self.began_anew = False
         self.doubt = ""
@@ -76,7 +76,7 @@ class LiveTrack:
     @property
     def latest(self) -> int:
         """Absolute sample index after the last estimate."""
-        end = self._index.end
+        end = self._columns.end
         return self._index_at(end - 1) + 1 if end else 0
 
     def append(self, estimate: LiveEstimate) -> None:
@@ -84,23 +84,17 @@ class LiveTrack:
         self.moving, self.began_anew, self.doubt = estimate.moving, estimate.began_anew, estimate.doubt
         if estimate.index.size == 0:
             return
-        values = np.concatenate([estimate.i, estimate.q, estimate.change_m, estimate.position_m])
-        # the index first: a reader trusts the values only as far as both reach
-        self._index.extend(estimate.index[None])
-        self._values.extend(values)
+        values = (estimate.index[None], estimate.i, estimate.q, estimate.change_m, estimate.position_m)
+        self._columns.extend(np.concatenate(values))
 
     def since(self, index: int) -> LiveSpan:
         """Return all estimates held at absolute sample index `index` and later."""
-        end = self._values.end
-        held = range(self._index.first, end)
-        column = held.start + bisect_left(held, index, key=self._index_at)
-        first, values = self._values.copy(column, end)
-        begin, indices = self._index.copy(first, end)
-        values = values[:, begin - first :]
-        n, at = self._n, np.asarray(indices[0], dtype=np.intp)
-        return LiveSpan(at, at / self._rate_hz, *np.split(values, (n, 2 * n, 3 * n)))
+        held = range(self._columns.first, self._columns.end)
+        _, columns = self._columns.copy(held.start + bisect_left(held, index, key=self._index_at), held.stop)
+        n, at = self._n, columns[0].astype(np.intp)
+        return LiveSpan(at, at / self._rate_hz, *np.split(columns[1:], (n, 2 * n, 3 * n)))
 
     def _index_at(self, column: int) -> int:
         """Return the sample index of a column; a column overwritten meanwhile is older than anything asked for."""
-        _, found = self._index.copy(column, column + 1)
+        _, found = self._columns.copy(column, column + 1)
         return int(found[0, 0]) if found.size else -1

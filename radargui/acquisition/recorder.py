@@ -230,7 +230,7 @@ class Recorder:
         seconds = first_index / self._digitisation.sample_rate_hz
         started_at = (self._started + timedelta(seconds=seconds)).isoformat(timespec="microseconds")
         file = self.open_run(self._digitisation, started_at=started_at, trigger_index=trigger)
-        output = self.output = self._open = RunOutput(file, self._digitisation, first_index, trigger)
+        output = self.output = self._open = RunOutput(file, self._digitisation, first_index)
         self._n_opened += not again
         self._judge = None if self.make_judge is None else self.make_judge(self._digitisation)
         self._enter(RecorderState.RECORDING)

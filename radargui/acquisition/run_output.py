@@ -228,8 +228,6 @@ class RunOutput:
         Of the samples.
     first_index
         Absolute index of the first sample.
-    trigger_index
-        Counted from the run's first sample; None where there is no trigger.
 
     Attributes
     ----------
@@ -241,20 +239,15 @@ class RunOutput:
         Samples of each channel written, and lost between them.
     gaps
         Where they were lost, indices counted from the run's first sample.
-    trigger_index
-        As given.
     tally
         What the samples are like.
     """
 
-    def __init__(
-        self, file: RunWriter, digitisation: Digitisation, first_index: int, trigger_index: int | None
-    ) -> None:
+    def __init__(self, file: RunWriter, digitisation: Digitisation, first_index: int) -> None:
         self._file = file
         self.path = file.path
         self.gaps: list[Gap] = []
         self.first_index = self.end_index = first_index
-        self.trigger_index = trigger_index
         self.count = 0
         self.lost = 0
         self.tally = RunTally(digitisation)

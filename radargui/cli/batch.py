@@ -145,7 +145,7 @@ def _show(compared: list[RunComparison]) -> None:
         )
     shown = None
     for one in compared:
-        settings = [f"{each.key}: {_value(each.before)} -> {_value(each.after)}" for each in one.settings]
+        settings = [*map(str, one.settings)]
         if settings != shown:
             typer.echo(f"set differently ({one.run.name}): " + ("; ".join(settings) or "nothing"))
         shown = settings
@@ -165,7 +165,3 @@ def _row(one: RunComparison) -> tuple[str, ...]:
 
 def _figure(one: RunComparison, name: str) -> ComparedFigure:
     return next(figure for figure in one.figures if figure.name == name)
-
-
-def _value(value: object) -> str:
-    return "left out" if value is None else str(value)

@@ -9,8 +9,7 @@ from radargui.cli.bar import progress_bar
 from radargui.cli.console import FAILED, fail
 from radargui.cli.process import sources_of
 from radargui.experiment.importing import ImportOrder, common_setup, guess_of, import_recordings, remember_map
-from radargui.files.import_input import ImportInput
-from radargui.files.reading import ChannelMap
+from radargui.files.reading import ChannelMap, ImportInput
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.setup import read_setup
 from radargui.session.info import default_data_folder

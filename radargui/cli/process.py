@@ -12,9 +12,8 @@ from radargui.cli.console import fail, fail_unexpected, one_line
 from radargui.cli.setup_choice import COMMAND_LINE, positive, processing_changes
 from radargui.files.access import make_folder
 from radargui.files.formats import format_of, own_setup_of
-from radargui.files.import_input import ImportInput
 from radargui.files.raw_file import parse_raw_layout
-from radargui.files.reading import parse_channel_map
+from radargui.files.reading import ImportInput, parse_channel_map
 from radargui.model.errors import RadarGuiError, SetupError, UsageError
 from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN, quantity

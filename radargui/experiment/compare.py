@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,7 @@ from radargui.model.drop import figure_in
 from radargui.model.errors import ProcessingError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup, changed
-from radargui.model.setup_error import differing
+from radargui.model.setup_error import ChangedSetting, changed_settings
 from radargui.report.decimation import EMPTY, Curve, envelope
 
 FIGURES = (
@@ -73,15 +72,6 @@ class ComparedFigure:
     def difference(self) -> float | None:
         """After less before; None where one is not known."""
         return None if self.before is None or self.after is None else self.after - self.before
-
-
-@dataclass(frozen=True, slots=True)
-class ChangedSetting:
-    """A key of the setup with two values; None where it is left out."""
-
-    key: str
-    before: object
-    after: object
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,15 +163,6 @@ def compare_with(
     before = _side(stored[-1] if stored and stored[-1].is_present else computed(run, own_setup(run)))
     after = process_run(run, other, progress=progress) if keep else computed(run, other, progress)
     return RunComparison(run, before, _side(after))
-
-
-def changed_settings(before: Setup, after: Setup) -> tuple[ChangedSetting, ...]:
-    """Return the keys that two setups give different values, in the order of the setup file."""
-    # of a calibration its file is named, not each covariance
-    dump = partial(
-        Setup.model_dump, by_alias=True, exclude_none=True, mode="json", exclude={"calibration": {"content"}}
-    )
-    return tuple(ChangedSetting(*one) for one in differing(dump(before), dump(after)))
 
 
 def _side(of: StoredResult | RunResult) -> Side:

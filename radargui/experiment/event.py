@@ -13,6 +13,7 @@ from radargui.experiment.finished import LiveAgreement
 from radargui.model.errors import RadarGuiError
 from radargui.model.result import RunResult
 from radargui.model.rounding import quantity
+from radargui.model.words import counted
 
 
 class ExperimentState(Enum):
@@ -166,8 +167,7 @@ class RunningWarnings:
 def losses(health: Health) -> Iterator[str]:
     """Yield what was lost between source and file during an acquisition."""
     if health.samples_lost:
-        gaps = f"{health.gaps} gap{'s' if health.gaps > 1 else ''}"
-        yield f"{health.samples_lost} samples of each channel were lost by the source in {gaps}"
+        yield f"{health.samples_lost} samples of each channel were lost by the source in {counted(health.gaps, 'gap')}"
     if health.samples_not_written:
         yield f"{health.samples_not_written} samples of each channel could not be written in time and are lost"
 
@@ -177,10 +177,10 @@ def signal_warnings(run: FinishedRun) -> Iterator[str]:
     channels = run.health.get("channels")
     for channel in channels if isinstance(channels, list) else ():
         if channel["at_rail"]:
-            said = f"{channel['name']} sat at the end of its range in {_samples(channel['at_rail'])}"
+            said = f"{channel['name']} sat at the end of its range in {counted(channel['at_rail'], 'sample')}"
             yield f"{said}: set a larger range (daq.range_v) or less gain"
         if channel["not_a_number"]:
-            yield f"{channel['name']} gave no number in {_samples(channel['not_a_number'])}"
+            yield f"{channel['name']} gave no number in {counted(channel['not_a_number'], 'sample')}"
 
 
 def shortfall(run: FinishedRun, seconds: float | None) -> Iterator[str]:
@@ -189,10 +189,6 @@ def shortfall(run: FinishedRun, seconds: float | None) -> Iterator[str]:
     if seconds is not None and run.ending is Ending.END_OF_DATA and isinstance(rate_hz, float):
         long_s = (run.end_index - run.first_index) / rate_hz
         yield f"{long_s:.2f} s were recorded of the {seconds:g} s asked for: {run.ending.value}"
-
-
-def _samples(count: int) -> str:
-    return f"{count} sample{'s' if count > 1 else ''}"
 
 
 Listener = Callable[[Event], None]

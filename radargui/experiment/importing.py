@@ -9,9 +9,8 @@ from pathlib import Path
 from radargui.experiment.reprocess import process_run
 from radargui.files.access import Progress, each_run, silent
 from radargui.files.formats import RUN, format_of, list_channels, own_setup_of, session_facts_of
-from radargui.files.import_input import ImportInput
 from radargui.files.raw_file import RawLayout
-from radargui.files.reading import Basis, ChannelEntry, ChannelGuess, ChannelMap
+from radargui.files.reading import Basis, ChannelEntry, ChannelGuess, ChannelMap, ImportInput
 from radargui.files.signals import ChannelInfo
 from radargui.model.errors import RadarGuiError, UsageError, worded
 from radargui.model.recording import iq_names

@@ -3,17 +3,19 @@
 import logging
 import math
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import AfterValidator, Field, ValidationError
 
 from radargui.files.access import reading, resolved
 from radargui.files.signals import ChannelInfo, Signals, scaled_signal
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import FileError, UsageError, worded
+from radargui.model.section import Section
+from radargui.model.setup_error import describe
 
 WHAT = "plain binary"
 MOST_CHANNELS = 64
@@ -23,13 +25,28 @@ LARGEST_BYTES = 2**40
 TYPES = ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8")
 EXAMPLE = "--raw dtype=u2le,channels=5,header=8,rate=31250,scale=8.06e-4,offset=0,skip=300"
 _DTYPE = re.compile(rf"({'|'.join(TYPES)})(le|be)?")
-_ALLOWED_DTYPE = f"{', '.join(TYPES)}, with le or be behind it for the order of bytes (left out: le)"
 _log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, slots=True)
-class RawLayout:
-    """How the samples of a plain binary file lie in it.
+def _stored(dtype: str) -> str:
+    """Return a type of number with its order of bytes, in small letters."""
+    if not (match := _DTYPE.fullmatch(dtype.lower())):
+        raise ValueError(f"allowed: {', '.join(TYPES)}, with le or be behind it for the order of bytes (left out: le)")
+    return match[1] + (match[2] or "le")
+
+
+def _not_zero(scale_v: float) -> float:
+    if scale_v == 0.0:
+        raise ValueError("allowed: volts of one step, a number other than 0")
+    return scale_v
+
+
+_Rate = Annotated[float, Field(gt=0.0, description="samples per second of each channel, a number above 0")]
+_Scale = Annotated[float, AfterValidator(_not_zero), Field(description="volts of one step, a number other than 0")]
+
+
+class RawLayout(Section):
+    """How the samples of a plain binary file lie in it; its keys are those of `--raw`, whose values are texts.
 
     Attributes
     ----------
@@ -47,13 +64,13 @@ class RawLayout:
         Samples of each channel left out at the beginning.
     """
 
-    dtype: str
-    channels: int
-    header_bytes: int = 0
-    rate_hz: float | None = None
-    scale_v: float | None = None
-    offset_v: float = 0.0
-    skip: int = 0
+    dtype: Annotated[str, AfterValidator(_stored)]
+    channels: Annotated[int, Field(ge=1, le=MOST_CHANNELS)]
+    header_bytes: Annotated[int, Field(alias="header", ge=0, le=LARGEST_BYTES)] = 0
+    rate_hz: Annotated[_Rate | None, Field(alias="rate")] = None
+    scale_v: Annotated[_Scale | None, Field(alias="scale")] = None
+    offset_v: Annotated[float, Field(alias="offset", description="volts of the number 0, a number")] = 0.0
+    skip: Annotated[int, Field(ge=0, le=LARGEST_BYTES)] = 0
 
     @property
     def numpy_dtype(self) -> np.dtype[Any]:
@@ -63,9 +80,9 @@ class RawLayout:
     @property
     def text(self) -> str:
         """The layout as `--raw` takes it."""
-        defaults = {field.name: field.default for field in fields(self)}
-        given = {key: getattr(self, name) for key, (name, *_) in _KEYS.items()}
-        return ",".join(f"{key}={value}" for key, value in given.items() if value != defaults[_KEYS[key][0]])
+        return ",".join(
+            f"{key}={value}" for key, value in self.model_dump(by_alias=True, exclude_defaults=True).items()
+        )
 
 
 def parse_raw_layout(text: str) -> RawLayout:
@@ -79,15 +96,14 @@ def parse_raw_layout(text: str) -> RawLayout:
     given: dict[str, str] = {}
     for part in text.split(","):
         key, sign, value = (piece.strip() for piece in part.partition("="))
-        if not sign or key not in _KEYS:
-            raise worded(UsageError, "raw_key", part=part.strip(), keys=", ".join(_KEYS), example=EXAMPLE)
-        if key in given:
-            raise UsageError(f"--raw: {key} stands there twice")
+        if not sign or key in given:
+            wrong = f"--raw: {key} stands there twice" if sign else f"--raw: {part.strip()!r}, allowed: key=value"
+            raise UsageError(wrong, remedy=f"For example {EXAMPLE}.")
         given[key] = value
-    missing = [key for key in ("dtype", "channels") if key not in given]
-    if missing:
-        raise UsageError(f"--raw lacks {' and '.join(missing)}", remedy=f"For example {EXAMPLE}.")
-    return RawLayout(**{_KEYS[key][0]: _value(key, value) for key, value in given.items()})
+    try:
+        return RawLayout.model_validate(given)
+    except ValidationError as error:
+        raise UsageError(f"--raw: {describe(error, RawLayout)}", remedy=f"For example {EXAMPLE}.") from None
 
 
 def list_raw(path: Path, layout: RawLayout) -> tuple[ChannelInfo, ...]:
@@ -177,37 +193,3 @@ def _table(path: Path, layout: RawLayout, count: int) -> Any:
 
 def _unit(layout: RawLayout) -> str:
     return "V" if layout.scale_v is not None or layout.numpy_dtype.kind == "f" else "code"
-
-
-def _dtype(text: str) -> str:
-    match = _DTYPE.fullmatch(text.lower())
-    return match[1] + (match[2] or "le") if match else ""
-
-
-def _value(key: str, text: str) -> Any:
-    _, kind, is_allowed, allowed = _KEYS[key]
-    try:
-        value = kind(text)
-    except ValueError:
-        value = math.nan
-    if not is_allowed(value):
-        raise UsageError(f"--raw: {key} = {text!r}, allowed: {allowed}")
-    return value
-
-
-def _is_size(n_bytes: float) -> bool:
-    return 0 <= n_bytes <= LARGEST_BYTES
-
-
-_SIZE = f"a whole number from 0 to {LARGEST_BYTES}"
-_CHANNELS = f"a whole number from 1 to {MOST_CHANNELS}"
-_KEYS: dict[str, tuple[str, Callable[[str], Any], Callable[[Any], bool], str]] = {
-    "dtype": ("dtype", _dtype, lambda dtype: bool(dtype), _ALLOWED_DTYPE),
-    "channels": ("channels", int, lambda count: 1 <= count <= MOST_CHANNELS, _CHANNELS),
-    "header": ("header_bytes", int, _is_size, _SIZE),
-    "rate": ("rate_hz", float, lambda hz: 0.0 < hz < math.inf, "samples per second of each channel, a number above 0"),
-    "scale": ("scale_v", float, lambda v: v != 0.0 and math.isfinite(v), "volts of one step, a number other than 0"),
-    "offset": ("offset_v", float, math.isfinite, "volts of the number 0, a number"),
-    "skip": ("skip", int, _is_size, _SIZE),
-}
-"""Key of `--raw`: the field it fills, what its value is read as, whether it is allowed, and what is, in words."""

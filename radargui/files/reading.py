@@ -23,7 +23,6 @@ _SUFFIX = "|".join(re.escape(suffix) for suffix in sorted(SUFFIXES, key=len, rev
 _WITH_SUFFIX = re.compile(rf"(.*?(?:{_SUFFIX})):(.*)", re.IGNORECASE | re.DOTALL)
 _NUMBERED = re.compile(r"(.+):\s*(\d+)", re.DOTALL)
 _FORM = "Write I1=NAME,Q1=NAME,... or I1=PATH:NAME,Q1=PATH:NAME,..."
-_ENDINGS = ", ".join(SUFFIXES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,59 +114,37 @@ def _complete(entries: dict[str, ChannelEntry]) -> ChannelMap:
 
 
 def read_mapped(
-    channel_map: ChannelMap,
-    *,
-    file: Path | None = None,
-    rate_hz: float | None = None,
-    name: str | None = None,
-    raw: RawLayout | None = None,
+    channel_map: ChannelMap, *, name: str, rate_hz: float | None = None, raw: RawLayout | None = None
 ) -> Recording:
-    """Return the recording that a map describes.
+    """Return the recording that a map describes which names the files.
 
     Parameters
     ----------
     channel_map
-        Which columns or variables.
-    file
-        The input file; None where the map names the files.
+        Which columns or variables of which files.
+    name
+        Name of the recording.
     rate_hz
         Sample rate where the files have none.
-    name
-        Name of the recording; None: the stem of the only file.
     raw
         How the files are laid out where they are plain binary.
 
     Raises
     ------
     UsageError
-        A file and a map with paths, neither, or no name for several files.
+        A layout is given for a file that has its own.
     FileError
         Unreadable, a channel missing, channels that do not fit together.
     """
-    entries = channel_map.entries
-    if file is not None and channel_map.has_paths:
-        raise UsageError(f"--channels names files of its own: {file} cannot be read with it.", remedy=_FORM)
-    if file is None and not channel_map.has_paths:
-        raise UsageError("--channels without paths needs an input file.", remedy=f"{_FORM}; a path ends in {_ENDINGS}.")
-    grouped: dict[Path, list[ChannelEntry]] = {}
-    for entry in entries:
-        if (path := entry.path or file) is not None:
-            grouped.setdefault(path, []).append(entry)
-    if name is None and len(grouped) > 1:
-        raise UsageError("Several files form one input: it needs a name.", remedy="Give --name.")
     # One part a channel, so that the order is the map's, whatever file each comes from.
     parts: dict[str, Signals] = {}
-    for path, some in grouped.items():
+    for path in channel_map.paths:
+        some = [entry for entry in channel_map.entries if entry.path == path]
         part = format_of(path, raw).read(path, [entry.variable for entry in some])
         parts |= {one.target: replace(part, signals=(own,)) for one, own in zip(some, part.signals, strict=True)}
-    targets = [entry.target for entry in entries]
-    return assemble(
-        [parts[target] for target in targets],
-        targets,
-        name=name or next(iter(grouped)).stem,
-        where=", ".join(str(path) for path in grouped),
-        rate_hz=rate_hz,
-    )
+    targets = [entry.target for entry in channel_map.entries]
+    where = ", ".join(map(str, channel_map.paths))
+    return assemble([parts[target] for target in targets], targets, name=name, where=where, rate_hz=rate_hz)
 
 
 _CANONICAL = re.compile(r"[IQ]\d+")
@@ -202,7 +179,10 @@ def read_recording(
     """
     kind = format_of(path, raw)
     if channels is not None:
-        return read_mapped(channels, file=path, rate_hz=rate_hz, raw=raw)
+        if channels.has_paths:
+            raise UsageError(f"--channels names files of its own: {path} cannot be read with it.", remedy=_FORM)
+        own = ChannelMap(tuple(replace(entry, path=path) for entry in channels.entries))
+        return read_mapped(own, name=path.stem, rate_hz=rate_hz, raw=raw)
     if kind is RUN:
         return _run(path, rate_hz)
     names = canonical_names(kind.list(path), path)
@@ -242,6 +222,51 @@ def _run(path: Path, rate_hz: float | None) -> Recording:
     if rate_hz is not None and abs(rate_hz - own_hz) > SAME_RATE * own_hz:
         raise worded(FileError, "other_rate", path=path, own_hz=own_hz, rate_hz=rate_hz)
     return recording
+
+
+@dataclass(frozen=True, slots=True)
+class ImportInput:
+    """One recording to be: a file, or channels of several files.
+
+    Attributes
+    ----------
+    files
+        The files it comes from.
+    channel_map
+        Which of their channels are I1, Q1, ...; None: those that are named so.
+    rate_hz
+        Sample rate, where the file has none.
+    raw
+        How the files are laid out where they are plain binary.
+    name
+        Of a recording that comes from several files; None: the stem of the first.
+    """
+
+    files: tuple[Path, ...]
+    channel_map: ChannelMap | None = None
+    rate_hz: float | None = None
+    raw: RawLayout | None = None
+    name: str | None = None
+
+    def read(self) -> Recording:
+        """Return the recording.
+
+        Raises
+        ------
+        FileError
+            Unreadable, a channel missing, no sample rate.
+        UsageError
+            The map names files of its own beside `files`.
+        """
+        if self.channel_map is not None and self.channel_map.has_paths:
+            name = self.name or self.files[0].stem
+            return read_mapped(self.channel_map, rate_hz=self.rate_hz, name=name, raw=self.raw)
+        return read_recording(self.files[0], channels=self.channel_map, rate_hz=self.rate_hz, raw=self.raw)
+
+    @property
+    def label(self) -> str:
+        """The files, for people."""
+        return ", ".join(str(file) for file in self.files)
 
 
 Basis = Literal["names", "order", "remembered", "nothing"]

@@ -11,6 +11,7 @@ import numpy as np
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.errors import FileError, UsageError, worded
 from radargui.model.recording import Digitisation, Gap, Recording, are_possible
+from radargui.model.words import counted
 
 TIME_NAME = "time_s"
 """A column or variable of this name is the file's own time of each sample."""
@@ -305,6 +306,5 @@ def _want_numbers(raw: RawArray, signals: Sequence[Signal], where: str) -> None:
     for signal, row in zip(signals, raw, strict=True):
         finite = np.isfinite(row)
         if not finite.all():
-            count, first = int((~finite).sum()), int(np.argmin(finite)) + 1
-            samples = f"{count} sample{'s' if count > 1 else ''}"
-            raise worded(FileError, "no_numbers", where=where, name=signal.name, count=samples, first=first)
+            count, first = counted(int((~finite).sum()), "sample"), int(np.argmin(finite)) + 1
+            raise worded(FileError, "no_numbers", where=where, name=signal.name, count=count, first=first)

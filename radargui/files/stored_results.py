@@ -103,11 +103,23 @@ def _result(group: Any, path: Path, is_present: bool) -> StoredResult:
 
 @dataclass(frozen=True, slots=True)
 class StoredFindings:
-    """What the present result of a run says in numbers: summary, impacts and first fall, budget; no samples."""
+    """What the present result of a run says in numbers: summary, impacts and first fall, budget; no samples.
+
+    Attributes
+    ----------
+    summary
+        See `files.run_card.summarise`.
+    bounces, uncertainty_budget
+        As in the result.
+    fall
+        Time [s], place [m] and fit of the first fall, shape (n,) and (3, n); None without one. Only this part of the
+        track is read.
+    """
 
     summary: dict[str, object]
     bounces: Bounces
     uncertainty_budget: UncertaintyBudget | None
+    fall: tuple[FloatArray, FloatArray, FreeFall] | None
 
 
 def read_findings(path: Path) -> StoredFindings | None:
@@ -122,27 +134,13 @@ def read_findings(path: Path) -> StoredFindings | None:
         if (results := sound_results(file)) is None:
             return None
         budget = _BUDGET.validate_json(hdf5.text(results.attrs, "uncertainty_budget"))
-        return StoredFindings(summary_in(results), bounces_in(results, path), budget)
-
-
-def read_first_fall(path: Path) -> tuple[FloatArray, FloatArray, FreeFall] | None:
-    """Return time [s] and place [m], shape (n,) and (3, n), of a run's first fall, and its fit; None without one.
-
-    No sample is read, and of the track only that part.
-
-    Raises
-    ------
-    FileError
-        Unreadable, damaged, or no run file.
-    """
-    with hdf5.opened(path, "a run file", layout.is_run) as file:
-        results = sound_results(file)
-        if results is None or "track" not in results or (fall := bounces_in(results, path).free_fall) is None:
-            return None
-        time_s = np.asarray(hdf5.dataset(results["track"], "time_s", path, (1,))[...], np.float64)
-        places = hdf5.dataset(results["track"], "position_m", path, (2,))
-        first, last = np.searchsorted(time_s, [fall.first_time_s, fall.last_time_s])
-        return time_s[first : last + 1], np.asarray(places[:, first : last + 1], np.float64), fall
+        bounces, fall = bounces_in(results, path), None
+        if "track" in results and (fit := bounces.free_fall) is not None:
+            time_s = np.asarray(hdf5.dataset(results["track"], "time_s", path, (1,))[...], np.float64)
+            places = hdf5.dataset(results["track"], "position_m", path, (2,))
+            first, last = np.searchsorted(time_s, [fit.first_time_s, fit.last_time_s])
+            fall = time_s[first : last + 1], np.asarray(places[:, first : last + 1], np.float64), fit
+        return StoredFindings(summary_in(results), bounces, budget, fall)
 
 
 @dataclass(frozen=True, slots=True)

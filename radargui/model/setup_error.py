@@ -209,12 +209,26 @@ def flattened(value: object, place: str = "", *, every: bool = False) -> Iterato
         yield place, list(value) if isinstance(value, tuple) else value
 
 
-def differing(before: object, after: object) -> Iterator[tuple[str, Any, Any]]:
-    """Yield the dotted keys that tables give different values, with both; None where one has no such key."""
-    old, new = dict(flattened(before)), dict(flattened(after))
-    for key in dict.fromkeys((*old, *new)):
-        if old.get(key) != new.get(key):
-            yield key, old.get(key), new.get(key)
+@dataclass(frozen=True, slots=True)
+class ChangedSetting:
+    """A dotted key of the setup with two values; None where it is left out."""
+
+    key: str
+    before: object
+    after: object
+
+    def __str__(self) -> str:
+        before, after = ("left out" if value is None else value for value in (self.before, self.after))
+        return f"{self.key}: {before} -> {after}"
+
+
+def changed_settings(before: BaseModel, after: BaseModel) -> tuple[ChangedSetting, ...]:
+    """Return the keys that two setups give different values, in the order of the setup file."""
+    # of a calibration its file is named, not each covariance
+    named: dict[str, Any] = {"exclude": {"calibration": {"content"}}, "mode": "json"}
+    old, new = (dict(flattened(one.model_dump(by_alias=True, exclude_none=True, **named))) for one in (before, after))
+    keys = dict.fromkeys((*old, *new))
+    return tuple(ChangedSetting(key, old.get(key), new.get(key)) for key in keys if old.get(key) != new.get(key))
 
 
 def key_text(key: str) -> str:

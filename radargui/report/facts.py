@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from radargui.model.arrays import FloatArray
-from radargui.model.rounding import COVERAGE
+from radargui.model.rounding import COVERAGE, UNKNOWN, plain
 from radargui.report.provenance import Provenance
 from radargui.report.run_facts import RunFacts, glance
-from radargui.restitution.findings import Findings, SeriesRun, SeriesSession, findings_of
+from radargui.restitution.findings import Findings, SeriesRun, SeriesSession, SessionFindings, findings_of
 from radargui.restitution.speed_models import ModelName, SpeedFit, preferred
+from radargui.restitution.statistics import probability
 from radargui.session.info import SessionInfo
 from radargui.session.session import Session
 
@@ -129,6 +130,29 @@ def e_span(points: FloatArray) -> tuple[float, float]:
     low, high = float((e - COVERAGE * u).min()), float((e + COVERAGE * u).max())
     room = _MARGIN * (high - low) or 0.5 * abs(high) or 1.0
     return low - room, high + room
+
+
+def session_cells(found: SessionFindings) -> dict[str, str]:
+    """Return what is said of a session on one line, by the title of its column: e with combined u, s of one drop."""
+    series, e = found.series, found.series.e
+    return {
+        "session": found.name,
+        "fell on": found.label or UNKNOWN,
+        "n": str(e.n),
+        "height / mm": plain(series.drop_height_m.mean, 4, scale=1e3),
+        "speed / (m/s)": plain(series.impact_speed_m_s.mean, 4),
+        "e": e.brief(),
+        "s": plain(e.standard_deviation, 2),
+        "s/√n": plain(e.standard_error, 2),
+        "χ²/ν": UNKNOWN if e.consistency is None else plain(e.consistency.birge_ratio**2, 2),
+        "g / (m/s²)": series.g_m_s2.brief(),
+    }
+
+
+def fit_cells(fit: SpeedFit) -> dict[str, str]:
+    """Return how well a model describes e against the speed."""
+    p = UNKNOWN if fit.p is None else probability(fit.p).removeprefix("= ")
+    return {"χ²": plain(fit.chi2, 3), "ν": str(fit.degrees_of_freedom or UNKNOWN), "p": p}
 
 
 def mean_gravity(runs: Sequence[RunFacts]) -> float:

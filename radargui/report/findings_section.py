@@ -9,7 +9,7 @@ from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.model.uncertainty_budget import SHARES, BudgetLine, variance_shares
 from radargui.model.words import percent
 from radargui.report.document import Chapter, Content, Drawing, Facts, Grid, Note
-from radargui.report.facts import ReportFacts, SessionFacts
+from radargui.report.facts import ReportFacts, SessionFacts, fit_cells, session_cells
 from radargui.report.provenance import RunProvenance
 from radargui.report.publication import bibtex, methods
 from radargui.report.run_facts import RunFacts, all_simulated
@@ -183,20 +183,8 @@ def runs_table(found: SessionFindings, runs: tuple[RunFacts, ...], of: str = "")
 
 
 def _sessions(found: Findings) -> Grid:
-    rows = (
-        {
-            "session": one.name,
-            "fell on": one.label or UNKNOWN,
-            "n": str(one.series.e.n),
-            "height / mm": plain(one.series.drop_height_m.mean, 4, scale=1e3),
-            "speed / (m/s)": plain(one.series.impact_speed_m_s.mean, 4),
-            "e": one.series.e.brief(),
-            "s": plain(one.series.e.standard_deviation, 2),
-            "χ²/ν": UNKNOWN if one.series.e.consistency is None else plain(one.series.e.consistency.birge_ratio**2, 2),
-            "g / (m/s²)": one.series.g_m_s2.brief(),
-        }
-        for one in found.sessions
-    )
+    cells = map(session_cells, found.sessions)
+    rows = ({title: cell for title, cell in row.items() if title != "s/√n"} for row in cells)
     return Grid.of(rows, "Sessions: e of the first impact with combined u, s of one drop", left=(0, 1))
 
 
@@ -207,9 +195,7 @@ def _speed_table(sample: SampleFindings, found: Findings) -> Grid:
         {
             "model": MODELS[fit.model].title + (" (chosen)" if fit.model == found.model else ""),
             "parameters": ", ".join(one.words for one in fit.parameters) or fit.problem,
-            "χ²": plain(fit.chi2, 3),
-            "ν": str(fit.degrees_of_freedom or UNKNOWN),
-            "p": UNKNOWN if fit.p is None else probability(fit.p).removeprefix("= "),
+            **fit_cells(fit),
             "p of the shape": UNKNOWN if fit.trend_p is None else probability(fit.trend_p).removeprefix("= "),
             "scatter": plain(fit.scatter, 2),
             "AICc": plain(fit.aicc, 5) + (" *" if fit in best else ""),

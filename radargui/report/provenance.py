@@ -1,6 +1,6 @@
 """Where a session's numbers come from: programs, settings, calibration, files, and what happened to them."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from radargui.files.run_file import opened_run, read_gaps, read_run_setup
 from radargui.files.stored_results import StoredResult, read_stored_results
 from radargui.model.errors import RadarGuiError
 from radargui.model.setup import Setup, dump_setup
-from radargui.model.setup_error import differing
+from radargui.model.setup_error import changed_settings
 from radargui.report.run_facts import RunFacts, in_session
 from radargui.session.info import versions
 from radargui.session.session import Session
@@ -165,7 +165,7 @@ def _run(path: Path, session: Session, facts: RunFacts) -> RunProvenance:
             n_lost=sum(gap.count for gap in gaps),
             fraction_clipped=max(clipped, default=None),
             set_aside=set_aside,
-            settings_changed=() if own is None else tuple(setting_changes(session.setup, own)),
+            settings_changed=() if own is None else tuple(map(str, changed_settings(session.setup, own))),
             processings=tuple(_processing(one, session.setup) for one in read_stored_results(path)),
             health=read_health(path),
         )
@@ -182,11 +182,5 @@ def _processing(one: StoredResult, setup: Setup) -> ProcessingPass:
         str(correction) if correction else None,
         e if isinstance(e, float) else None,
         one.is_present,
-        () if own is None else tuple(setting_changes(setup, own)),
+        () if own is None else tuple(map(str, changed_settings(setup, own))),
     )
-
-
-def setting_changes(before: Setup, after: Setup) -> Iterator[str]:
-    """Return what differs between two setups, as `key: before -> after`."""
-    old, new = (setup.model_dump(mode="json", by_alias=True) for setup in (before, after))
-    return (f"{key}: {one} -> {other}" for key, one, other in differing(old, new))

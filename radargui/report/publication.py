@@ -7,10 +7,10 @@ from collections.abc import Iterable, Sequence
 from radargui import __version__
 from radargui.model.rounding import alone, concise, plain
 from radargui.report.document import templates
-from radargui.report.facts import ReportFacts, SessionFacts
-from radargui.restitution.findings import SampleFindings, SessionFindings
+from radargui.report.facts import ReportFacts, SessionFacts, fit_cells, session_cells
+from radargui.restitution.findings import SampleFindings
 from radargui.restitution.speed_models import MODELS
-from radargui.restitution.statistics import OUTLIER_RULE, probability
+from radargui.restitution.statistics import OUTLIER_RULE
 
 
 def methods(facts: ReportFacts) -> str:
@@ -102,7 +102,7 @@ def latex_tables(facts: ReportFacts) -> str:
         (
             "Coefficient of restitution of the first impact",
             ("session", "fell on", "$n$", "$h$ / mm", "$v$ / (m/s)", "$e$", "$s$", "$s/\\sqrt{n}$", "$g$ / (m/s$^2$)"),
-            [_session_row(one) for one in found.sessions],
+            [[cell for title, cell in session_cells(one).items() if title != "χ²/ν"] for one in found.sessions],
         ),
         *map(_fits, found.samples),
         *(_runs(name.name, one) for name, one in zip(found.sessions, facts.sessions, strict=True)),
@@ -111,30 +111,13 @@ def latex_tables(facts: ReportFacts) -> str:
     return f"{text}\n"
 
 
-def _session_row(found: SessionFindings) -> tuple[str, ...]:
-    series = found.series
-    scatter = (plain(value, 2) for value in (series.e.standard_deviation, series.e.standard_error))
-    return (
-        found.name,
-        found.label,
-        str(series.e.n),
-        plain(series.drop_height_m.mean, 4, scale=1e3),
-        plain(series.impact_speed_m_s.mean, 4),
-        series.e.brief(),
-        *scatter,
-        series.g_m_s2.brief(),
-    )
-
-
 def _fits(sample: SampleFindings) -> _Table:
     rows = [
         (
             MODELS[fit.model].title,
             "; ".join(f"{one.name} = {concise(one.value, one.u_combined or one.u, one.unit)}" for one in fit.parameters)
             or fit.problem,
-            plain(fit.chi2, 3),
-            str(fit.degrees_of_freedom or "–"),
-            "–" if fit.p is None else probability(fit.p).removeprefix("= "),
+            *fit_cells(fit).values(),
             plain(fit.aicc, 5),
         )
         for fit in sample.fits

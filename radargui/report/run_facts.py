@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from radargui.files.run_card import read_origin, read_run_card, summarise
-from radargui.files.stored_results import read_findings, read_first_fall
+from radargui.files.stored_results import read_findings
 from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in
 from radargui.model.errors import CancelledError, RadarGuiError, fault_of
 from radargui.model.plugins import load_plugin, plugins
@@ -207,7 +207,7 @@ def take_facts(result: RunResult, name: str, columns: int = COLUMNS) -> RunFacts
     )
 
 
-def glance(path: Path, normal: tuple[float, float, float] | None = None) -> RunFacts:
+def glance(path: Path, normal: tuple[float, float, float]) -> RunFacts:
     """Return what the results stored with a run say, without its samples; whatever goes wrong becomes its `failure`.
 
     Parameters
@@ -215,19 +215,18 @@ def glance(path: Path, normal: tuple[float, float, float] | None = None) -> RunF
     path
         Run file.
     normal
-        Of the floor by the setup, where the way fallen is wanted too.
+        Of the floor by the setup, along which the sphere falls where the result knows none.
     """
     try:
         source, found = read_run_card(path).origin, read_findings(path)
-        fall = read_first_fall(path) if normal is not None and found is not None else None
     except RadarGuiError as error:
         return _failed(path, error)
     if found is None:
         return RunFacts(path.stem, failure="not processed yet", source=source)
     summary = found.summary
     falls: FallCurves | None = None
-    if fall is not None:
-        time_s, place_m, fitted = fall
+    if found.fall is not None:
+        time_s, place_m, fitted = found.fall
         falls = fall_curves(time_s, np.asarray(found.bounces.normal or normal) @ place_m, fitted, COMPACT)[1:]
     return RunFacts(
         path.stem,

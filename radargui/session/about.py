@@ -3,10 +3,8 @@
 import os
 import platform
 import sys
-from contextlib import suppress
 from ctypes.util import find_library
 from datetime import datetime
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import platformdirs
@@ -16,7 +14,7 @@ from radargui.model.calibrated_setup import calibration_words, edited_since, too
 from radargui.model.errors import RadarGuiError
 from radargui.model.resources import default_setup_path, log_path
 from radargui.model.setup import Setup
-from radargui.session.info import default_data_folder
+from radargui.session.info import default_data_folder, version_of
 
 PACKAGES = ("numpy", "scipy", "h5py", "matplotlib", "nidaqmx", "PySide6-Essentials", "pyqtgraph", "PyOpenGL")
 _GL_NAMES = {"win32": ("opengl32",), "darwin": ("OpenGL",)}
@@ -29,7 +27,7 @@ def about_lines(setup: Setup) -> tuple[str, ...]:
         "RadarGUI": __version__,
         "Python": f"{platform.python_version()} ({sys.executable})",
         "system": platform.platform(),
-        **{name: _version(name) for name in PACKAGES},
+        **{name: version_of(name) or "not installed" for name in PACKAGES},
         "NI-DAQmx driver": _driver(),
         "OpenGL library": _opengl(),
         "display": _display(),
@@ -47,12 +45,6 @@ def about_lines(setup: Setup) -> tuple[str, ...]:
 def _settings() -> Path:
     """Return where Qt keeps the window's settings."""
     return platformdirs.user_config_path("RadarGUI", appauthor=False, roaming=True) / "RadarGUI.ini"
-
-
-def _version(package: str) -> str:
-    with suppress(PackageNotFoundError):
-        return version(package)
-    return "not installed"
 
 
 def _driver() -> str:

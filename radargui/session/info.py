@@ -82,13 +82,17 @@ def default_data_folder() -> Path:
 _LIBRARIES = ("numpy", "scipy", "h5py", "nidaqmx")
 
 
+def version_of(package: str) -> str:
+    """Return the version of a package; empty where it is not installed."""
+    with suppress(PackageNotFoundError):
+        return version(package)
+    return ""
+
+
 def versions() -> dict[str, str]:
     """Return program, Python, system and libraries with their versions."""
-    found = {"radargui": __version__, "python": platform.python_version(), "system": platform.platform()}
-    for library in _LIBRARIES:
-        with suppress(PackageNotFoundError):
-            found[library] = version(library)
-    return found
+    own = {"radargui": __version__, "python": platform.python_version(), "system": platform.platform()}
+    return own | {library: found for library in _LIBRARIES if (found := version_of(library))}
 
 
 FILE_NAME = "session.json"

@@ -11,7 +11,7 @@ from typing import Any, Unpack
 
 from radargui.files.access import Outcome, Progress, each_run, refuse_existing, silent
 from radargui.files.formats import ExportFormat, export_run, format_of, source_program
-from radargui.files.import_input import ImportInput
+from radargui.files.reading import ImportInput
 from radargui.files.run_layout import PIECE
 from radargui.model.errors import FileError, RadarGuiError, SessionError, worded
 from radargui.model.setup import Setup

@@ -294,7 +294,7 @@ def test_plain_binary_is_processed_as_its_layout_is_told(command: Command, plate
 
 def test_a_layout_that_cannot_be_is_status_2_and_names_the_key(command: Command, plate: Path, tmp_path: Path) -> None:
     ended = command("process", tmp_path / "a.bin", "--raw", "dtype=u9,channels=2", "--setup", plate)
-    assert (ended.status, "--raw: dtype = 'u9', allowed: i1, u1" in ended.error) == (2, True)
+    assert (ended.status, '--raw: dtype = "u9", allowed: i1, u1' in ended.error) == (2, True)
 
 
 def test_a_file_of_unknown_kind_is_told_by_its_suffix_and_raw_is_named(command: Command, tmp_path: Path) -> None:

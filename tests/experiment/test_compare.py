@@ -8,11 +8,12 @@ import pytest
 from support.run_contents import read_summary
 from support.stored_runs import SETUP, raw_digest, store_runs
 
-from radargui.experiment.compare import changed_settings, compare_stored, compare_with
+from radargui.experiment.compare import compare_stored, compare_with
 from radargui.experiment.reprocess import process_run
 from radargui.files.stored_results import read_stored_results
 from radargui.model.errors import SetupError
 from radargui.model.setup import changed
+from radargui.model.setup_error import changed_settings
 
 PLANE = {"processing.geometry": "plane"}
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, strategies as st
 from support.file_samples import codes, volts, write_csv, write_mat5, write_run, write_tdms
 
-from radargui.files.reading import ChannelMap, parse_channel_map, read_mapped, read_recording
+from radargui.files.reading import ChannelMap, ImportInput, parse_channel_map, read_mapped, read_recording
 from radargui.model.errors import FileError, UsageError
 from radargui.model.recording import iq_names
 
@@ -110,17 +110,13 @@ def test_two_files_form_one_recording_in_the_order_of_the_map(tmp_path: Path) ->
     assert (recording.name, recording.digitisation.sample_rate_hz) == ("both", 2000.0)
 
 
-def test_several_files_need_a_name_and_one_does_not(tmp_path: Path) -> None:
+def test_a_map_that_names_files_takes_no_other_and_its_recording_the_stem_of_the_first(tmp_path: Path) -> None:
     write_mat5(tmp_path / "a.mat", volts(2, 10))
     write_mat5(tmp_path / "b.mat", volts(2, 10))
-    one = parse_channel_map(f"I1={tmp_path}/a.mat:I1,Q1={tmp_path}/a.mat:Q1")
-    assert read_mapped(one).name == "a"
-    with pytest.raises(UsageError, match="Give --name"):
-        read_mapped(parse_channel_map(f"I1={tmp_path}/a.mat:I1,Q1={tmp_path}/b.mat:Q1"))
+    one = parse_channel_map(f"I1={tmp_path}/a.mat:I1,Q1={tmp_path}/b.mat:Q1")
+    assert ImportInput(one.paths, one).read().name == "a"
     with pytest.raises(UsageError, match="names files of its own"):
-        read_mapped(one, file=tmp_path / "b.mat")
-    with pytest.raises(UsageError, match="needs an input file"):
-        read_mapped(parse_channel_map("I1=a,Q1=b"))
+        read_recording(tmp_path / "b.mat", channels=one)
 
 
 def test_files_that_do_not_fit_together_are_refused(tmp_path: Path) -> None:

@@ -214,7 +214,7 @@ def test_plain_binary_is_looked_at_while_its_layout_is_told_and_then_imported(
     raw.header.setValue(8)
     raw.scale.setText("volts")
     wait_for(lambda: not window.jobs.running)
-    assert dialog.raw.faults["scale"].text().startswith("Scale: 'volts', allowed: volts of one step")
+    assert dialog.raw.faults["scale"].text().startswith('Scale: "volts", allowed: volts of one step')
     assert dialog.raw.faults["offset"].isHidden()
     assert dialog.files_fault.isHidden()
     assert not dialog.go.isEnabled()

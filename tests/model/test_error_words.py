@@ -53,7 +53,10 @@ def test_facts_come_into_fact_reasons_and_remedy_of_an_error_of_the_kind_that_is
     assert isinstance(error, FileError)
     assert error.message == "a {b}.csv cannot be read as CSV: cut."
     assert error.reasons == ("it is damaged or cut off", "it is another kind of file")
-    assert worded(FileError, "raw_key", part="x", keys="k", example="E").remedy == "For example E."
+    assert (
+        worded(FileError, "no_vector", path="p", name="x", shape="2 x 2", vectors="a, b").remedy
+        == "Vectors in it: a, b."
+    )
 
 
 def test_where_the_words_cannot_be_read_an_error_still_tells_its_facts(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -37,7 +37,7 @@ def plate_radar(folder: Path, stem: str) -> Recording:
     """One receiver of the 9 GHz radar from its two MATLAB files."""
     paths = {part: folder / "radar-9ghz" / f"{stem}_{part}_C.mat" for part in "IQ"}
     mapping = parse_channel_map(",".join(f"{part}1={path}:src1.Data" for part, path in paths.items()))
-    return read_mapped(mapping, file=None, rate_hz=None, name=stem)
+    return read_mapped(mapping, name=stem)
 
 
 def strokes(time_s: FloatArray, position_m: FloatArray) -> list[slice]:

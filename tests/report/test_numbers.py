@@ -23,9 +23,10 @@ from radargui.files.run_writer import RunWriter
 from radargui.model.recording import Block, Gap
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup, dump_setup
+from radargui.model.setup_error import changed_settings
 from radargui.report.facts import ReportFacts, SessionFacts, report_facts
 from radargui.report.numbers import FILES, report_document, write_numbers
-from radargui.report.provenance import provenance_of, setting_changes
+from radargui.report.provenance import provenance_of
 from radargui.report.publication import escaped, methods, typeset
 from radargui.report.run_facts import RunFacts, take_facts
 from radargui.report.tables import json_bytes
@@ -205,7 +206,7 @@ def test_settings_of_each_receiver_are_named() -> None:
     moved: Setup = setup.model_copy(
         update={"receiver": (setup.receiver[0].model_copy(update={"tilt_deg": 41.0}), *setup.receiver[1:])}
     )
-    assert list(setting_changes(setup, moved)) == ["receiver[1].tilt_deg: 40.0 -> 41.0"]
+    assert list(map(str, changed_settings(setup, moved))) == ["receiver[1].tilt_deg: 40.0 -> 41.0"]
 
 
 def test_the_methods_say_what_was_done_with_these_numbers(series: tuple[SessionFacts, SessionFacts]) -> None:

@@ -12,9 +12,8 @@ from support.file_samples import codes, default_setup, volts, write_csv, write_m
 from support.small_setups import PLATE
 
 from radargui.files.formats import EXPORT_FORMATS, export_run, own_setup_of
-from radargui.files.import_input import ImportInput
 from radargui.files.raw_file import parse_raw_layout
-from radargui.files.reading import parse_channel_map, read_recording
+from radargui.files.reading import ImportInput, parse_channel_map, read_recording
 from radargui.files.run_card import read_origin
 from radargui.files.run_file import read_run, read_run_setup
 from radargui.model.errors import FileError, SessionError

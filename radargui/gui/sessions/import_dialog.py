@@ -200,7 +200,7 @@ class ImportDialog(Dialog):
         if look is None or look.raw is None:
             return
         rate_hz = self.rate.value() or None
-        layout = replace(look.raw, rate_hz=rate_hz)
+        layout = look.raw.model_copy(update={"rate_hz": rate_hz})
 
         def show(columns: FloatArray) -> None:
             self.raw.show_preview(columns, rate_hz)

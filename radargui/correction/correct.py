@@ -11,7 +11,7 @@ import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.ellipse import Ellipse
-from radargui.correction.ellipse import correct_ellipse
+from radargui.correction.ellipse import arc_over_roundness, correct_ellipse
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.published import PublishedSteps, correct_published
 from radargui.correction.quality import PHASE_OVER_ROUNDNESS, assess, circularity
@@ -90,6 +90,7 @@ def correct(
                 # over the whole way, too: an echo that grows leaves an offset that the ellipse does not follow
                 known = good & np.isfinite(iq).all(axis=0)
                 over, whole = PHASE_OVER_ROUNDNESS, circularity(iq[:, known]) if known.any() else None
+                over *= arc_over_roundness(turned[good]) if isinstance(step, Ellipse) else 1.0
             u_phase[k] = max(over * (whole or 0.0), LEAST_U_PHASE_RAD)
         steps.append(step)
         progress((k + 1) / n_receivers)

@@ -8,10 +8,17 @@ from __future__ import annotations
 import numpy as np
 
 from radargui.conditioning.ellipse import Ellipse, fit_ellipse, no_ellipse
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, order_statistics
 from radargui.model.result import Segment
 
 LEAST_ARC_RAD = np.pi
+ARC_TURNS = 1.2
+"""Turns of the circle at which the phase is off twice as far as its roundness says.
+
+A conic through an arc takes a change of the echo's strength for another centre, and stays round. Of 207 receivers in
+slow motions of the laboratory error over u was 7 below 0.7 turns, 3.5 below 0.9, 2.5 to 1.4, 1.4 to 2, 1.1 beyond:
+1 + (1.2 / turns)^3 (decision 49).
+"""
 
 
 def correct_ellipse(
@@ -49,3 +56,12 @@ def correct_ellipse(
     if np.ptp(arc) < LEAST_ARC_RAD:
         raise no_ellipse()
     return corrected, ellipse
+
+
+def arc_over_roundness(phase_rad: FloatArray) -> float:
+    """Return how many times as far off as its roundness says the phase of an arc (n,) may be."""
+    known = phase_rad[np.isfinite(phase_rad)]
+    if known.size == 0:
+        return 1.0
+    first, last = order_statistics(known, 0.005, 0.995)
+    return float(1.0 + (2.0 * np.pi * ARC_TURNS / max(last - first, LEAST_ARC_RAD)) ** 3)

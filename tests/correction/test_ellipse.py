@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 
 from radargui.conditioning.ellipse import fit_ellipse
 from radargui.conditioning.skew import remove_skew
-from radargui.correction.ellipse import correct_ellipse
+from radargui.correction.ellipse import arc_over_roundness, correct_ellipse
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.model.errors import ProcessingError
 from radargui.model.result import Segment
@@ -72,3 +72,20 @@ def test_skew_is_interpolated_away() -> None:
     straight = remove_skew(late, rate, skew * np.arange(6))
     assert straight[:, 5:-5] == pytest.approx(np.cos(2 * np.pi * 300 * time)[None, 5:-5].repeat(6, axis=0), abs=1e-7)
     assert np.abs(late[5] - late[0]).max() > 0.04
+
+
+def test_an_arc_of_which_the_strength_changes_is_round_and_off_and_counts_as_more_uncertain() -> None:
+    def worst(turns: float) -> tuple[float, float]:
+        """Phase error since the begin over |z| off its circle, and what is expected of that."""
+        phase = 2.0 * np.pi * turns * np.linspace(0.0, 1.0, 4000)
+        echo = (1.0 + 0.15 * np.linspace(0.0, 1.0, phase.size)) * np.exp(1j * phase)
+        iq, _ = correct_ellipse(np.stack([echo.real, echo.imag]), Segment(0, phase.size, 0, 0))
+        found = np.unwrap(np.arctan2(iq[1], iq[0]))
+        error = np.abs((found - found[0]) - (phase - phase[0])).max()
+        return float(error / np.sqrt(np.mean((np.hypot(*iq) - 1.0) ** 2))), arc_over_roundness(found)
+
+    (of_arc, expected), (of_turns, beside) = worst(0.8), worst(5.0)
+    assert of_arc > 3.0 * of_turns
+    assert expected > 3.0 * beside
+    assert beside == pytest.approx(1.0, abs=0.03)
+    assert arc_over_roundness(np.full(3, np.nan)) == 1.0

@@ -61,6 +61,7 @@ def _of_rows(signals: Sequence[Signal], rows: Sequence[int], source: Recording |
         started_at=source.started_at,
         device=known.device,
         trigger_index=source.trigger_index,
+        of_run=True,
     )
 
 

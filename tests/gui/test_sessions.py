@@ -89,7 +89,7 @@ def test_a_session_is_opened_for_review_and_its_setup_taken(
     wait_for(lambda: not browser.looks.busy)
     browser.table.selectRow(1)
     browser.review.click()
-    assert window.control.session is not None
+    wait_for(lambda: window.control.session is not None)
     assert not window.control.session.read_only
     assert window.session_panel.details.operator == "Ada"
     assert window.session_panel.details.sample == "steel sphere"
@@ -98,6 +98,7 @@ def test_a_session_is_opened_for_review_and_its_setup_taken(
     wait_for(lambda: window.setup_model.setup.daq.rate_hz == 2000.0)
     assert window.setup_model.path is None
     assert window.control.session is None
+    wait_for(lambda: not window.jobs.running)
     assert all(owner_of(path) is None for path in data_folder.iterdir()), "other programs may write to it now"
 
 
@@ -132,7 +133,7 @@ def test_a_session_that_another_program_writes_is_opened_for_looking(
 
     monkeypatch.setattr(SessionLock, "__init__", locked)
     window.sessions.open(path)
-    wait_for(lambda: window.strip.texts())
+    wait_for(lambda: window.strip.texts() and not window.jobs.running)
     assert "opened for looking only" in window.strip.texts()[0]
     assert window.session_panel._notes.isReadOnly()
     assert not window.session_panel._keep_mark.isEnabled()

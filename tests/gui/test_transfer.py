@@ -134,6 +134,7 @@ def test_a_session_is_exported_and_nothing_is_replaced_unasked(
 ) -> None:
     path = make_session(tmp_path / "data", 4, n_runs=2)
     window.sessions.open(path)
+    wait_for(lambda: not window.jobs.running)
     target = tmp_path / "out"
 
     def ordered(folder: Path) -> ExportDialog:
@@ -177,6 +178,7 @@ def test_cancelled_work_leaves_no_half_file(
 ) -> None:
     path = make_session(tmp_path / "data", 4)
     window.sessions.open(path)
+    wait_for(lambda: not window.jobs.running)
     window.actions_.export_samples.trigger()
     dialog = dialog_of(window)
     dialog.folder.line.setText(str(tmp_path / "out"))

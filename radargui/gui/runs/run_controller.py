@@ -61,25 +61,33 @@ class RunController:
         runs.run_chosen.connect(self._choose)
         run.methods_asked.connect(self._overlay)
 
-    def show_session(self, session: Session | None) -> None:
-        """List the runs of a session."""
+    def show_session(self, session: Session | None, chosen: Path | None = None) -> None:
+        """List the runs of a session, read in the background, and choose one of them."""
         if session is not self._session:
             self._run.clear()
             self._track.clear()
         self._session, self._wanted = session, None
         self.report_preview.show_session(session)
         self._kept.clear()
+        there = self.runs.model.entries if session and session.path == self.runs.folder else []
+        self.runs.show_session(session.path if session else None, there)
         if session is None:
-            self.runs.show_session(None, [])
             return
-        # what is being recorded comes into the list once it is on the disk
-        paths = [path for path in session.run_paths(with_rejected=True) if not session.records(path)]
-        rejected, noted = session.rejected, session.info.notes_of
-        known = [RunEntry(path, rejected=rejected.get(path.name), note=noted(path.name)) for path in paths]
-        self.runs.show_session(session.path, known)
-        report = session.path / REPORT_FOLDER / "report.html"
+
+        def named(known: list[RunEntry]) -> None:
+            if session is self._session:
+                # a run that was recorded meanwhile is not among those that were found
+                entries = {one.path: one for one in (*known, *self.runs.model.entries)}
+                self.runs.show_session(session.path, list(entries.values()))
+                self.runs.table.choose(lambda one: one.path == chosen)
 
         def work() -> tuple[list[RunEntry], Path | None]:
+            # what is being recorded comes into the list once it is on the disk
+            paths = [path for path in session.run_paths(with_rejected=True) if not session.records(path)]
+            rejected, noted = session.rejected, session.info.notes_of
+            known = [RunEntry(path, rejected=rejected.get(path.name), note=noted(path.name)) for path in paths]
+            self._jobs.post(named, known)
+            report = session.path / REPORT_FOLDER / "report.html"
             return [_entry(path) for path in paths], report if report.is_file() else None
 
         def listed(found: tuple[list[RunEntry], Path | None]) -> None:
@@ -88,8 +96,7 @@ class RunController:
             if found[1] is not None:
                 self.runs.show_report(found[1])
 
-        if paths:
-            self._jobs.start("the list of runs", work, listed, wanted=lambda: session is self._session)
+        self._jobs.start("the list of runs", work, listed, wanted=lambda: session is self._session)
 
     def take(self, recorded: RecordedRun, card: RunCard) -> None:
         """List a run that is on the disk, whose result is still to come."""
@@ -121,7 +128,7 @@ class RunController:
     def report(self) -> None:
         """Make the report of the session in the background."""
         session = self._session
-        if session is None or not session.run_paths():
+        if session is None or not self.runs.counting:
             self._board.post("warning", "There is no run to report: record one, or open a session.")
             return
         self.runs.show_report(busy=True)

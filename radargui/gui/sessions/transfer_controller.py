@@ -25,7 +25,6 @@ from radargui.model.errors import FileError
 from radargui.model.rounding import alone, quantity
 from radargui.model.setup import Setup
 from radargui.model.words import counted
-from radargui.session.session import Session
 from radargui.session.transfer import FOLDER, ExportPlan, plan_export
 
 HEADS = ("Run", "Quantity", "Stored", "New", "New − stored")
@@ -43,12 +42,13 @@ class ReprocessDialog(Dialog):
 
     kept = Signal(object)
 
-    def __init__(self, services: Services, session: Session, chosen: Path | None, setup: Setup) -> None:
+    def __init__(
+        self, services: Services, runs: tuple[Path, ...], chosen: Path | None, setup: Setup, *, read_only: bool = False
+    ) -> None:
         super().__init__("Process again and compare", (760, 620), services.parent, "compare", services.settings)
-        self._read_only = bool(session.read_only)
+        self._read_only = read_only
         self._other: tuple[Setup | None, dict[str, str]] = (None, {})
         self._good: tuple[Path, ...] = ()
-        runs = tuple(session.run_paths())
         one = [((chosen,), f"The chosen run, {chosen.stem}")] if chosen is not None else []
         self.what = Choice((*one, (runs, f"All {len(runs)} runs of the session")))
         self.setup = Choice(((None, "As recorded"), (setup, "Setup in the window")))
@@ -226,11 +226,12 @@ class TransferController:
 
     def ask_compare(self) -> None:
         """Let the operator process runs with other settings."""
-        session = self.services.control.session
-        if session is None or not session.run_paths() or self.services.control.state.holds_a_run:
+        session, runs = self.services.control.session, self.sessions.runs.counting
+        if session is None or not runs or self.services.control.state.holds_a_run:
             self.services.board.post("warning", "There is no run to process again: record one, or open a session.")
             return
-        dialog = ReprocessDialog(self.services, session, self._chosen, self.setup_model.setup)
+        setup, read_only = self.setup_model.setup, bool(session.read_only)
+        dialog = ReprocessDialog(self.services, runs, self._chosen, setup, read_only=read_only)
         self._show(dialog, dialog.kept, self.sessions.reread)
 
     def bring_in(self, order: ImportOrder) -> None:

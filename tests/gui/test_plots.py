@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pyqtgraph as pg
 import pytest
 from hypothesis import given, settings, strategies as st
-from pyqtgraph.opengl import GLTextItem
-from PySide6.QtCore import QPointF, QSize
-from PySide6.QtGui import QFontMetricsF, QResizeEvent
+from pyqtgraph.opengl import GLLinePlotItem, GLTextItem
+from PySide6.QtCore import QPointF, QRectF, QSize
+from PySide6.QtGui import QFontMetrics, QFontMetricsF, QResizeEvent, QVector3D
 from PySide6.QtWidgets import QApplication
 from support.small_setups import quick_setup
 
@@ -113,6 +115,46 @@ def test_a_low_view_in_space_names_its_axes_and_leaves_out_what_would_overlap(th
         shown[height] = {item.text for item in view.items if isinstance(item, GLTextItem)}
     assert shown[120] == {"x [mm]", "y [mm]", "z [mm]"}
     assert shown[300] >= {*shown[120], "0", "100", "Tx", "Rx 1"}
+
+
+@pytest.mark.parametrize("size", [(490, 110), (490, 230), (590, 320), (720, 420)])
+@pytest.mark.parametrize("receivers", [3, 4])
+def test_the_words_in_space_are_crossed_by_nothing(theme: Theme, size: tuple[int, int], receivers: int) -> None:
+    setup = quick_setup()
+    setup = setup.model_copy(update={"receiver": (*setup.receiver, setup.receiver[0])[:receivers]})
+    view = SpaceView(theme, SpeedColours(theme), space_of(setup))
+    view.show_space(space_of(setup))
+    before = view.size()
+    view.resize(*size)
+    QApplication.sendEvent(view, QResizeEvent(QSize(*size), before))
+    view.setProjection(view.getViewport(), view.getViewport())
+    view.setModelview()
+    boxes = [(one.text, box_of(one)) for one in view.items if isinstance(one, GLTextItem)]
+    assert len(boxes) >= 3
+    for (text, box), (other, beside) in itertools.combinations(boxes, 2):
+        # two antennas may stand behind one another
+        assert "Rx" in text or not box.intersects(beside), (text, other)
+    (grid, frame) = (one for one in view._fixed if isinstance(one, GLLinePlotItem))
+    project = boxes and view._fixed[-1].compute_projection()
+    for item in (grid, frame):
+        ends = [project.map(QVector3D(*point)).toPointF() for point in item.pos.tolist()]
+        for start, end in zip(ends[::2], ends[1::2], strict=True):
+            for text, box in boxes:
+                assert not crosses(box, start, end), text
+
+
+def box_of(item: GLTextItem) -> QRectF:
+    """Return the box of a text on the screen."""
+    place = item.align_text(item.compute_projection().map(QVector3D(*item.pos)).toPointF())
+    box = QRectF(QFontMetrics(item.font).tightBoundingRect(item.text))
+    return box.translated(place)
+
+
+def crosses(box: QRectF, start: QPointF, end: QPointF) -> bool:
+    """Return whether a piece of a line lies within a box."""
+    share = np.linspace(0.0, 1.0, 200)[:, None]
+    x, y = ((1.0 - share) * start.toTuple() + share * end.toTuple()).T
+    return bool(((x > box.left()) & (x < box.right()) & (y > box.top()) & (y < box.bottom())).any())
 
 
 @pytest.mark.parametrize("size", [(104, 145), (111, 132), (111, 158)])

@@ -111,7 +111,9 @@ class RunController:
             if recorded.ending is not Ending.STOPPED:
                 self._board.post("warning", recorded.message)
             return
-        result, follows = recorded.result, recorded.path in self._kept
+        # what is behind another run's result never takes the eye off that
+        result = recorded.result
+        follows = recorded.path in self._kept or self.runs.model.is_overtaken(recorded.path)
         noted = self._session.info.notes_of(recorded.path.name) if self._session else None
         entry = replace(entry_of_recorded(recorded, recorded.path), note=noted)
         # what is set aside stays out of the way, also of the key that rejects the chosen run

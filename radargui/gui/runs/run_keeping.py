@@ -215,7 +215,8 @@ class RunKeeping(QObject):
         self._say(recorded)
 
     def _say(self, recorded: RecordedRun) -> None:
-        if (entry := self.runs.model.entry_of(recorded.path)) is not None:
+        entry = self.runs.model.entry_of(recorded.path)
+        if entry is not None and not self.runs.model.is_overtaken(entry.path):
             self._of_result = recorded.path
             e, more = (f"e = {entry.restitution()}", entry.reserve) if entry.has_e else ("no e", entry.objection)
             self.last_result = f"{entry.called}: {', '.join(filter(None, (e, more)))}"

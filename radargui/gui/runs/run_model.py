@@ -227,6 +227,11 @@ class RunModel(RowModel[RunEntry]):
         if self.entries:
             self.dataChanged.emit(self.index(0, 0), self.index(len(self.entries) - 1, len(COLUMNS) - 1))
 
+    def is_overtaken(self, path: Path) -> bool:
+        """Return whether a later run that counts has its result already: quick results do not come in order."""
+        later = self.entries[bisect_left(self.entries, _place(RunEntry(path)), key=_place) :]
+        return any(one.summary is not None and one.path != path and not one.rejected for one in later)
+
     def entry_of(self, path: Path | None) -> RunEntry | None:
         """Return the entry of a file; None where there is no such file."""
         return next((entry for entry in self.entries if entry.path == path), None)

@@ -187,6 +187,18 @@ def test_the_circle_of_a_small_plane_lies_beneath_its_words(theme: Theme, size: 
     assert top >= plane.height_inside > 0
 
 
+@pytest.mark.parametrize("width", [26, 34, 44, 60, 90, 300])
+def test_numbers_beneath_a_narrow_plot_stand_apart(theme: Theme, width: int) -> None:
+    axis = Plot(theme, "I [V]", "Q [V]").getPlotItem().getAxis("bottom")
+    metrics = QFontMetricsF(axis.font())
+    for least, most in ((-2.2, 2.2), (0.0, 2.5), (-3.0, 4.0), (0.0, 1.5e-3), (5.0, 6e4)):
+        spacing = axis.tickSpacing(least, most, width)[0][0]
+        shown = np.arange(np.ceil(least / spacing), np.floor(most / spacing) + 1) * spacing
+        widths = [metrics.horizontalAdvance(words) for words in axis.tickStrings(shown, 1.0, spacing)]
+        apart = [0.5 * (one + other) for one, other in itertools.pairwise(widths)]
+        assert all(spacing * width / (most - least) > room for room in apart), (least, most, widths)
+
+
 @pytest.mark.parametrize("height", [26, 34, 44, 60, 90, 300])
 def test_numbers_beside_a_low_plot_stand_apart(theme: Theme, height: int) -> None:
     plot = Plot(theme, "Time [s]", "Speed [m/s]")

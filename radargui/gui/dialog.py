@@ -1,6 +1,6 @@
 """A window beside the main one, as large as the screen lets it, that comes again as it was left."""
 
-from PySide6.QtCore import QSize
+from PySide6.QtCore import QPoint, QSize
 from PySide6.QtGui import QHideEvent
 from PySide6.QtWidgets import QDialog, QVBoxLayout, QWidget
 
@@ -12,8 +12,13 @@ _FRAME = QSize(16, 40)
 
 
 def fit_screen(window: QWidget, width: int, height: int) -> None:
-    """Give a window a size at first, no larger than the screen has room for."""
-    window.resize(QSize(width, height).boundedTo(window.screen().availableSize() - _FRAME))
+    """Give a window a size, no larger than the screen has room for; one that is seen stays on the screen with it."""
+    room = window.screen().availableGeometry()
+    window.resize(QSize(width, height).boundedTo(room.size() - _FRAME))
+    if window.isVisible():
+        taken, most = window.frameGeometry(), room.bottomRight() - room.topLeft()
+        last = room.topLeft() + most - QPoint(taken.width(), taken.height()) + QPoint(1, 1)
+        window.move(max(room.left(), min(taken.left(), last.x())), max(room.top(), min(taken.top(), last.y())))
 
 
 class Dialog(QDialog):

@@ -236,7 +236,7 @@ def test_a_band_lies_between_its_curves_and_is_broken_where_either_is_unknown() 
 @pytest.mark.parametrize("corrected", [False, True])
 def test_the_name_of_a_plane_is_never_cut(theme: Theme, corrected: bool) -> None:
     plane = IQPlane(theme, 3, corrected=corrected)
-    for width, words in ((160, "Rx 3 / A" if corrected else "Rx 3 [V]"), (88, "Rx 3")):
+    for width, words in ((160, "Rx 3 / A" if corrected else "Rx 3 [V]"), (56, "Rx 3")):
         plane.resize(width, 130)
         plane.show()
         QApplication.processEvents()

@@ -114,7 +114,7 @@ def test_processing_again_can_be_cancelled_and_the_run_keeps_its_results(
     assert window.run.result.corrected.method == "published"
     assert results_digest(path) == before
     assert [notice.level for notice in window.board.notices] == ["info"]
-    assert "run-0001 keeps the results that it had" in window.board.notices[0].text
+    assert "drop 1 (run-0001, simulated) keeps the results that it had" in window.board.notices[0].text
 
 
 def test_a_quick_result_of_an_earlier_drop_does_not_take_the_eye_off_a_later_one(

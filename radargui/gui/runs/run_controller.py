@@ -188,12 +188,12 @@ class RunController:
         if (entry := self._asked) is None:
             return
         self._wanted = path = entry.path
-        self._run.say(entry.name)
+        self._run.say(entry.title)
         self._work.start(
-            f"processing {entry.name} again",
+            f"processing {entry.title} again",
             lambda task: process_run(path, setup, progress=task.report, on_preliminary=self._publisher(path)),
             lambda result: self._reprocessed(path, result),
-            partial(self._not_shown, entry.name),
+            partial(self._not_shown, entry.title),
             partial(self._cancelled, entry),
         )
 
@@ -229,13 +229,13 @@ class RunController:
         if path in self._kept:
             self._show(path, self._kept[path])
             return
-        self._run.say(entry.name)
+        self._run.say(entry.title)
         self._reading = task = self._work.quiet()
         self._jobs.start(
             "reading the run",
             lambda: _result_of(path, task.report, self._publisher(path)),
             lambda result: self._loaded(path, result),
-            lambda error: None if isinstance(error, CancelledError) else self._not_shown(entry.name, error),
+            lambda error: None if isinstance(error, CancelledError) else self._not_shown(entry.title, error),
         )
 
     def _publisher(self, path: Path) -> Callable[[RunResult], None]:
@@ -248,7 +248,7 @@ class RunController:
         return lambda result: self._jobs.post(show, result)
 
     def _cancelled(self, entry: RunEntry) -> None:
-        self._board.post("info", f"Cancelled: {entry.name} keeps the results that it had.")
+        self._board.post("info", f"Cancelled: {entry.title} keeps the results that it had.")
         if entry.path == self._wanted:
             self._choose(entry)
 

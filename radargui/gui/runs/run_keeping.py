@@ -223,7 +223,7 @@ class RunKeeping(QObject):
 
 
 def _named(entries: Sequence[RunEntry]) -> str:
-    return entries[0].name if len(entries) == 1 else f"{len(entries)} runs"
+    return entries[0].title if len(entries) == 1 else f"{len(entries)} runs"
 
 
 _STEP_MS = 220

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QApplication
 
 from radargui.experiment.event import RecordedRun
 from radargui.files.run_card import RunCard, Thumbnail, read_health, summarise
+from radargui.gui.setup.words import in_words
 from radargui.gui.table import RowModel
 from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in, gravity_words, restitution_words
 from radargui.model.errors import RadarGuiError
@@ -125,7 +126,7 @@ class RunEntry:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is to be known before its figures are believed, a sentence each."""
-        return tuple((self.summary or {}).get("warnings") or ())
+        return tuple(map(in_words, (self.summary or {}).get("warnings") or ()))
 
     @property
     def reserve(self) -> str:

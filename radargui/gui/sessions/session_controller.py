@@ -84,7 +84,7 @@ class RecoveryOffer(_Offer):
     tip = "Finish the runs, mark them as recovered, process them; the samples stay as they are"
     refusal_tip = "Leave them as they are; offered again at the next start"
     after_ms = _RECOVERY_AFTER_MS
-    what = "looking for unfinished runs"
+    what = "the search for unfinished runs"
 
     def _find(self, folder: Path, task: Task) -> tuple[RunLine, ...]:
         return unfinished_runs(folder, progress=task.report)
@@ -135,7 +135,7 @@ class LaterOffer(_Offer):
     edge = "link"
     after_ms = _LATER_AFTER_MS
     only_at_rest = True
-    what = "looking for runs to compute"
+    what = "the search for runs to compute"
 
     def __init__(self, panel: SessionPanel, services: Services) -> None:
         super().__init__(panel, services)

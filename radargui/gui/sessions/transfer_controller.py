@@ -15,6 +15,7 @@ from radargui.files.formats import EXPORT_FORMATS
 from radargui.gui.background import WorkStrip
 from radargui.gui.dialog import Dialog
 from radargui.gui.layout import Choice, Group, PathField, PlainLabel, button, side_by_side
+from radargui.gui.mnemonics import without
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
 from radargui.gui.sessions.import_dialog import ImportDialog
@@ -30,8 +31,8 @@ from radargui.session.transfer import FOLDER, ExportPlan, plan_export
 HEADS = ("Run", "Quantity", "Stored", "New", "New − stored")
 _SHOWN = {
     "e": ("e", 1.0),
-    "drop_height_m": ("Drop height [mm]", 1000.0),
-    "impact_speed_m_s": ("Impact speed [m/s]", 1.0),
+    "drop_height_m": ("Fall [mm]", 1000.0),
+    "impact_speed_m_s": ("Impact [m/s]", 1.0),
     "g_m_s2": ("g [m/s²]", 1.0),
 }
 """Words and scale of each figure."""
@@ -198,7 +199,7 @@ class ExportDialog(Dialog):
     def _refuse(self, error: BaseException) -> None:
         self.go.setEnabled(True)
         said = f"Folder: {error}" if isinstance(error, FileError) else str(error)
-        self.folder.fault.say(said.replace("write over with --force", f"tick “{self.replace.text()}”"))
+        self.folder.fault.say(said.replace("write over with --force", f"tick “{without(self.replace.text())}”"))
 
 
 class TransferController:

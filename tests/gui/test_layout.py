@@ -142,6 +142,9 @@ def test_every_column_of_the_channels_is_seen_on_a_small_screen(small: MainWindo
         header = table.horizontalHeader()
         assert header.length() <= table.viewport().width(), facts
         last = header.count() - 1
+        for column in range(last + 1):
+            titles = str(table.rows.headerData(column, Qt.Orientation.Horizontal)).splitlines()
+            assert all(table.fontMetrics().horizontalAdvance(one) + 6 <= table.columnWidth(column) for one in titles)
         assert table.columnWidth(last) >= table.fontMetrics().horizontalAdvance("CLIPS") + 8, facts
 
 

@@ -190,7 +190,10 @@ class FallsView(QWidget):
         t = np.linspace(0.0, end, 100)
         # g t²/2 in mm, from the vertex, where the sphere would be at rest
         self.fallen.fast_line("fit", "g t²/2", dashed=True).setData(t, 500.0 * g * t**2)
-        self.key.show_entries(("╌", "fit", f"g t²/2, g = {g:.5g} m/s²"), *session_key(facts.findings.sessions))
+        # of one session no place on its curves is marked
+        key = session_key(facts.findings.sessions)
+        named = [("▬" if len(groups) == 1 else sign, role, words) for sign, role, words in key]
+        self.key.show_entries(("╌", "fit", f"g t²/2, g = {g:.5g} m/s²"), *named)
         self.key.setToolTip(_plain(session_key(facts.findings.sessions)))
         for plot in (self.fallen, self.left):
             plot.enableAutoRange()

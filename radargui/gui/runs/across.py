@@ -13,7 +13,7 @@ from radargui.gui.control.state import AppState
 from radargui.gui.layout import having
 from radargui.gui.runs.run_keeping import RunKeeping
 from radargui.gui.theme import write
-from radargui.model.words import percent, sentence
+from radargui.model.words import counted, percent, sentence
 
 _WIDEST = {
     "state": "PROCESSING",
@@ -161,6 +161,9 @@ class AcrossView(QWidget):
         run = f"{coming}; e of {entry.called}" if coming else entry.called
         result = f"e = {entry.restitution()}" if entry.has_e else "no e"
         why = entry.reserve if entry.has_e else entry.objection
+        if entry.has_e and entry.warnings:
+            # that there is one helps nobody who stands too far away to look for it
+            why = why.replace(counted(len(entry.warnings), "warning"), entry.warnings[0])
         return Situation(state, result, run, self._next(state, why), self._keeping.role)
 
     def _next(self, state: AppState, why: str) -> str:

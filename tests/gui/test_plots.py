@@ -23,6 +23,7 @@ from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import space_of
 from radargui.gui.track.space_view import SpaceView, _spaced
 from radargui.gui.track.speed_colours import SpeedColours, segments
+from radargui.gui.track.track_panel import Projections
 
 
 @settings(max_examples=60, deadline=None)
@@ -115,9 +116,11 @@ def test_a_low_view_in_space_names_its_axes_and_leaves_out_what_would_overlap(th
         shown[height] = {item.text for item in view.items if isinstance(item, GLTextItem)}
     assert shown[120] == {"x [mm]", "y [mm]", "z [mm]"}
     assert shown[300] >= {*shown[120], "0", "100", "Tx", "Rx 1"}
+    # a panel that holds the projections holds it too, and is not scrolled
+    assert view.minimumHeight() <= Projections(theme, SpeedColours(theme)).minimumSizeHint().height()
 
 
-@pytest.mark.parametrize("size", [(490, 110), (490, 230), (590, 320), (720, 420)])
+@pytest.mark.parametrize("size", [(480, 90), (490, 110), (490, 230), (590, 320), (720, 420)])
 @pytest.mark.parametrize("receivers", [3, 4])
 def test_the_words_in_space_are_crossed_by_nothing(theme: Theme, size: tuple[int, int], receivers: int) -> None:
     setup = quick_setup()
@@ -136,8 +139,11 @@ def test_the_words_in_space_are_crossed_by_nothing(theme: Theme, size: tuple[int
         assert "Rx" in text or not box.intersects(beside), (text, other)
     (grid, frame) = (one for one in view._fixed if isinstance(one, GLLinePlotItem))
     project = boxes and view._fixed[-1].compute_projection()
-    for item in (grid, frame):
-        ends = [project.map(QVector3D(*point)).toPointF() for point in item.pos.tolist()]
+    space = space_of(setup)
+    # and by no sphere that falls in the middle
+    fall = [(0.0, 0.0, space.floor_mm), (0.0, 0.0, float(space.high_mm[2]) - 20.0)]
+    for points in (grid.pos.tolist(), frame.pos.tolist(), fall):
+        ends = [project.map(QVector3D(*point)).toPointF() for point in points]
         for start, end in zip(ends[::2], ends[1::2], strict=True):
             for text, box in boxes:
                 assert not crosses(box, start, end), text

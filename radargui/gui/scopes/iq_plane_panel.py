@@ -60,7 +60,8 @@ class IQPlane(Plot):
             for name in ("left", "bottom"):
                 item.getAxis(name).setStyle(showValues=not narrow)
             item.getAxis("left").setWidth(_BARE if narrow else _LEFT)
-            item.layout.setContentsMargins(2, 7, 2 if narrow else 14, 2)
+            # half of the outermost figure, and that is one digit
+            item.layout.setContentsMargins(2, 7, 2 if narrow else 8, 2)
         super().resizeEvent(event)
 
     def _write_name(self) -> None:

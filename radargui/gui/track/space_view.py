@@ -28,7 +28,7 @@ _BESIDE = (_AT.AlignHCenter | _AT.AlignTop, _AT.AlignRight | _AT.AlignVCenter, _
 _AWAY = _AT.AlignLeft | _AT.AlignBottom
 _NAMED = np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 1.0)])
 """Towards where their names stand, from the end of each axis: that of y above the far edge of the floor."""
-_APART_MM = (12.0, 28.0)
+_APART_MM = (14.0, 28.0)
 """So far (chosen by hand), in a low view the more: there a pixel is more of it."""
 _CORNER_MM = 60.0
 """Figures of y come so near to the corner no more (chosen by hand): there those of z stand."""
@@ -53,7 +53,8 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         self._shadow = gl.GLLinePlotItem(width=fine, mode="lines", glOptions="translucent")
         for item in (self._shadow, self._trail, self._impacts, self._sphere):
             self.addItem(item)
-        self.setMinimumSize(160, 120)
+        # as low as the projections: the panel need not scroll for it
+        self.setMinimumSize(160, 86)
         self.setCameraPosition(elevation=16, azimuth=-78)
         theme.changed.connect(self._retheme)
         self._retheme()
@@ -146,7 +147,12 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
             end = corner + (high[axis] - corner[axis]) * unit[axis]
             outwards = np.array([1.0, 1.0, 0.0]) * (1.0 - unit[axis])
             axes += [corner, end]
-            names.append((end + _APART_MM[self._is_low] * _NAMED[axis], f"{name} [mm]", _AWAY))
+            place, at = end + _APART_MM[self._is_low] * _NAMED[axis], _AWAY
+            if self._is_low and name != "x":
+                # there is no room between the axis and what falls in the middle: y beyond its other edge, z before it
+                across = (high[0] - low[0] + 20.0) * unit[0]
+                place, at = (end + across, _AWAY) if name == "y" else (end, _BESIDE[axis])
+            names.append((place, f"{name} [mm]", at))
             for value in _multiples(corner[axis], high[axis], 100.0):
                 place = corner + (value - corner[axis]) * unit[axis]
                 axes += [place, place - 6.0 * outwards]

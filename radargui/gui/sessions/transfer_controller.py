@@ -44,13 +44,13 @@ class ReprocessDialog(Dialog):
     kept = Signal(object)
 
     def __init__(
-        self, services: Services, runs: tuple[Path, ...], chosen: Path | None, setup: Setup, *, read_only: bool = False
+        self, services: Services, runs: tuple[Path, ...], chosen: RunEntry | None, setup: Setup, *, read_only: bool
     ) -> None:
         super().__init__("Process again and compare", (760, 620), services.parent, "compare", services.settings)
         self._read_only = read_only
         self._other: tuple[Setup | None, dict[str, str]] = (None, {})
         self._good: tuple[Path, ...] = ()
-        one = [((chosen,), f"The chosen run, {chosen.stem}")] if chosen is not None else []
+        one = [((chosen.path,), f"The chosen run, {chosen.title}")] if chosen is not None else []
         self.what = Choice((*one, (runs, f"All {len(runs)} runs of the session")))
         self.setup = Choice(((None, "As recorded"), (setup, "Setup in the window")))
         self.correction, self.geometry_choice = (
@@ -162,10 +162,10 @@ class ExportDialog(Dialog):
 
     ordered = Signal(object)
 
-    def __init__(self, services: Services, session: Path, run: Path | None) -> None:
+    def __init__(self, services: Services, session: Path, run: RunEntry | None) -> None:
         super().__init__("Export samples", (520, 200), services.parent, "export", services.settings)
         self._jobs = services.jobs
-        one = [(run, f"The chosen run, {run.stem}")] if run is not None else []
+        one = [(run.path, f"The chosen run, {run.title}")] if run is not None else []
         self.what = Choice((*one, (session, f"All runs of the session {session.name}")))
         self.kind = Choice((one.name, f"{one.title} ({', '.join(one.suffixes)})") for one in EXPORT_FORMATS.values())
         self.folder = PathField("Export to", session / FOLDER)
@@ -222,7 +222,7 @@ class TransferController:
         if session is None:
             self.services.board.post("warning", "There is nothing to export: record a run, or open a session.")
             return
-        dialog = ExportDialog(self.services, session.path, self._chosen)
+        dialog = ExportDialog(self.services, session.path, self.sessions.runs.table.chosen)
         self._show(dialog, dialog.ordered, self.take_out)
 
     def ask_compare(self) -> None:
@@ -231,8 +231,8 @@ class TransferController:
         if session is None or not runs or self.services.control.state.holds_a_run:
             self.services.board.post("warning", "There is no run to process again: record one, or open a session.")
             return
-        setup, read_only = self.setup_model.setup, bool(session.read_only)
-        dialog = ReprocessDialog(self.services, runs, self._chosen, setup, read_only=read_only)
+        setup, chosen = self.setup_model.setup, self.sessions.runs.table.chosen
+        dialog = ReprocessDialog(self.services, runs, chosen, setup, read_only=bool(session.read_only))
         self._show(dialog, dialog.kept, self.sessions.reread)
 
     def bring_in(self, order: ImportOrder) -> None:
@@ -283,11 +283,6 @@ class TransferController:
             if not self.services.jobs.running:
                 self.dialog.deleteLater()
             self.dialog = None
-
-    @property
-    def _chosen(self) -> Path | None:
-        entry = self.sessions.runs.table.chosen
-        return entry.path if entry else None
 
     def _show(self, dialog: QDialog, answered: SignalInstance, does: Callable[..., None]) -> None:
         self.close()

@@ -68,8 +68,9 @@ class CorrectionView(QtWidgets.QWidget):
         self.decided = having(QtWidgets.QPlainTextEdit(readOnly=True), accessibleName="What was found and decided")
         having(self.decided, frameShape=QtWidgets.QFrame.Shape.NoFrame, focusPolicy=Qt.FocusPolicy.NoFocus)
         # as many lines, and nothing of the next one
-        margin = round(self.decided.document().documentMargin())
-        self.decided.setFixedHeight(_LINES * self.fontMetrics().lineSpacing() + margin)
+        self.decided.document().setDocumentMargin(0.0)
+        self.decided.setViewportMargins(6, 0, 0, 0)
+        self.decided.setFixedHeight(_LINES * self.fontMetrics().lineSpacing() + 2)
         self._plots = (*self.raw, self.rest, self.plane, self.corrected)
         shares = ((plot, 2 if plot is self.plane else 1) for plot in self._plots)
         fill(QtWidgets.QVBoxLayout(self), top, self.decided, self.key, *shares, spacing=1)

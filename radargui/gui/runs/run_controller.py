@@ -75,7 +75,8 @@ class RunController:
             return
 
         def named(known: list[RunEntry]) -> None:
-            if session is self._session:
+            # of a new one nothing is there yet, and what is chosen meanwhile stays so
+            if session is self._session and known:
                 # a run that was recorded meanwhile is not among those that were found
                 entries = {one.path: one for one in (*known, *self.runs.model.entries)}
                 self.runs.show_session(session.path, list(entries.values()))

@@ -162,6 +162,19 @@ def test_runs_that_are_recorded_by_then_go_on_and_that_is_said(
     assert owner_of(two[0]) is None
 
 
+def test_what_another_program_rejected_meanwhile_is_seen_when_a_session_is_opened_again(
+    window: MainWindow, two: tuple[Path, Path], wait_for: Callable[..., None]
+) -> None:
+    for rejected in ("", "rejected by hand"):
+        if rejected:
+            session = Session.open(two[0])
+            session.reject(two[0] / "run-0001.h5", rejected)
+            session.close()
+        window.sessions.open(two[0])
+        wait_for(lambda: not window.jobs.running)
+        assert [one.rejected for one in window.runs.model.entries] == [rejected or None]
+
+
 def test_what_was_typed_of_a_session_is_written_before_it_is_let_go(
     window: MainWindow, two: tuple[Path, Path], wait_for: Callable[..., None], monkeypatch: pytest.MonkeyPatch
 ) -> None:

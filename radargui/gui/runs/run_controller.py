@@ -63,13 +63,14 @@ class RunController:
 
     def show_session(self, session: Session | None, chosen: Path | None = None) -> None:
         """List the runs of a session, read in the background, and choose one of them."""
+        there = self.runs.model.entries
         if session is not self._session:
+            there = []
             self._run.clear()
             self._track.clear()
         self._session, self._wanted = session, None
         self.report_preview.show_session(session)
         self._kept.clear()
-        there = self.runs.model.entries if session and session.path == self.runs.folder else []
         self.runs.show_session(session.path if session else None, there)
         if session is None:
             return

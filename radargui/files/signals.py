@@ -83,7 +83,7 @@ class Signals:
     trigger_index
         Index of the trigger, lost samples counted, or None.
     of_run
-        Whether they are those of a run, as it is or as it was exported: what is no number in them came so from the
+        Whether they are values of a run, as it is or as it was exported: what is no number in them came so from the
         device, and stays so; what processes it leaves it out and tells.
     """
 

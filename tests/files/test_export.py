@@ -102,6 +102,14 @@ def test_samples_that_the_device_gave_as_no_number_come_back_so_in_their_channel
         np.testing.assert_array_equal(swapped.raw, samples[::-1])
 
 
+def test_what_is_no_number_in_a_table_of_codes_was_damaged(run: Path) -> None:
+    file, _ = exported(run, "csv")
+    *rows, last = file.read_text(encoding="utf-8").splitlines(keepends=True)
+    file.write_text("".join((*rows, last.replace(last.split(",")[1], "nan", 1))), encoding="utf-8")
+    with pytest.raises(FileError, match="I1 holds 1 sample that are not numbers"):
+        read_recording(file)
+
+
 def test_a_table_that_lost_its_comments_is_taken_for_one_of_another_program(tmp_path: Path) -> None:
     samples = volts(2, 700)
     samples[0, 100] = np.nan

@@ -61,6 +61,8 @@ def _of_rows(signals: Sequence[Signal], rows: Sequence[int], source: Recording |
         started_at=source.started_at,
         device=known.device,
         trigger_index=source.trigger_index,
+        # a code is always a number: what is none beside codes was damaged since
+        of_run=known.scaling is None,
     )
 
 

@@ -83,6 +83,9 @@ class Signals:
         What digitised, for people.
     trigger_index
         Index of the trigger, lost samples counted, or None.
+    of_run
+        Whether they are values of a run, as it is or as it was exported: what is no number in them came so from the
+        device, and stays so; what processes it leaves it out and tells.
     """
 
     signals: tuple[Signal, ...]
@@ -93,6 +96,7 @@ class Signals:
     started_at: str = ""
     device: str = ""
     trigger_index: int | None = None
+    of_run: bool = False
 
 
 def scaled_signal(name: str, column: Any, scale: float, offset: float, unit: str) -> Signal:
@@ -203,7 +207,7 @@ def assemble(
     Raises
     ------
     FileError
-        No rate, rates or lengths that differ, samples that are not numbers.
+        No rate, rates or lengths that differ, samples that are not numbers in a file of another program.
     UsageError
         The rate given is none.
     """
@@ -219,7 +223,7 @@ def assemble(
         raise FileError(f"{where} tells of lost samples that cannot be.", reasons=("it is damaged",))
     rate = _rate(parts, timed_rate_hz, rate_hz, where)
     raw, scaling = _stack(signals)
-    _want_numbers(raw, signals, where)
+    _want_numbers([signal for part in parts if not part.of_run for signal in part.signals], where)
     units = {signal.unit for signal in signals if signal.unit}
     return Recording(
         name=name,
@@ -300,11 +304,9 @@ def _values(signal: Signal) -> FloatArray:
     return np.asarray(np.polynomial.polynomial.polyval(samples, signal.scaling), dtype=np.float64)
 
 
-def _want_numbers(raw: RawArray, signals: Sequence[Signal], where: str) -> None:
-    if raw.dtype == np.int16:
-        return
-    for signal, row in zip(signals, raw, strict=True):
-        finite = np.isfinite(row)
+def _want_numbers(signals: Sequence[Signal], where: str) -> None:
+    for signal in signals:
+        finite = np.isfinite(signal.samples)
         if not finite.all():
             count, first = counted(int((~finite).sum()), "sample"), int(np.argmin(finite)) + 1
             raise worded(FileError, "no_numbers", where=where, name=signal.name, count=count, first=first)

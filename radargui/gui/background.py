@@ -5,7 +5,7 @@ import threading
 import weakref
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from typing import Any
 
@@ -19,7 +19,7 @@ Work = Callable[[], Any]
 Then = Callable[[Any], None]
 Otherwise = Callable[[BaseException], None] | None
 Wanted = Callable[[], bool]
-StartWork = Callable[..., None]
+StartWork = Callable[..., object]
 """What starts work, see `Jobs.start`."""
 LOOK_MS = 25
 """Calls wait so long at most: less than a frame of the window, nothing that a hand notices."""
@@ -92,10 +92,11 @@ class Jobs(Mailbox):
         then: Then = lambda _result: None,
         otherwise: Otherwise = None,
         wanted: Wanted = lambda: True,
-    ) -> None:
+    ) -> Future[None]:
         """Run `work`; afterwards `then(result)` or `otherwise(error)`, where left out it is shown to the operator.
 
-        What is not `wanted` any more when the work has ended, because something else was chosen, is dropped.
+        What is not `wanted` any more when the work has ended, because something else was chosen, is dropped. Other work
+        may wait for the end of what was started before it: that is what is returned, without the result.
         """
         ticket = object()
 
@@ -113,7 +114,7 @@ class Jobs(Mailbox):
                 callback(value)
 
         self._running[ticket] = what
-        self._pool.submit(run)
+        return self._pool.submit(run)
 
     def rest(self) -> None:
         """Let the threads go that wait for work; one that works goes when it has ended."""

@@ -1,10 +1,11 @@
 """A window beside the main one, as large as the screen lets it, that comes again as it was left."""
 
-from PySide6.QtCore import QSize
+from PySide6.QtCore import QEvent, QObject, QPoint, QSize
 from PySide6.QtGui import QHideEvent
 from PySide6.QtWidgets import QDialog, QVBoxLayout, QWidget
 
-from radargui.gui.layout import Margins, Part, fill, having
+from radargui.gui.layout import Margins, Part, Scroll, fill, having
+from radargui.gui.mnemonics import letter_parts
 from radargui.gui.settings import Settings
 
 _FRAME = QSize(16, 40)
@@ -12,8 +13,13 @@ _FRAME = QSize(16, 40)
 
 
 def fit_screen(window: QWidget, width: int, height: int) -> None:
-    """Give a window a size at first, no larger than the screen has room for."""
-    window.resize(QSize(width, height).boundedTo(window.screen().availableSize() - _FRAME))
+    """Give a window a size, no larger than the screen has room for; one that is seen stays on the screen with it."""
+    room = window.screen().availableGeometry()
+    window.resize(QSize(width, height).boundedTo(room.size() - _FRAME))
+    if window.isVisible():
+        taken, most = window.frameGeometry(), room.bottomRight() - room.topLeft()
+        last = room.topLeft() + most - QPoint(taken.width(), taken.height()) + QPoint(1, 1)
+        window.move(max(room.left(), min(taken.left(), last.x())), max(room.top(), min(taken.top(), last.y())))
 
 
 class Dialog(QDialog):
@@ -44,6 +50,21 @@ class Dialog(QDialog):
         fill(QVBoxLayout(self), *parts, margins=margins, spacing=spacing)
         if self._kept_in is not None:
             self._kept_in.restore_sizes(self)
+
+    def event(self, event: QEvent) -> bool:
+        """Give what is seen its letters, whenever something comes, goes or is called otherwise."""
+        if event.type() == QEvent.Type.Show:
+            for room in self.findChildren(Scroll):
+                room.content.installEventFilter(self)
+        if event.type() in (QEvent.Type.Show, QEvent.Type.LayoutRequest):
+            letter_parts(self)
+        return super().event(event)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
+        """Hear what comes and goes in what is scrolled, too."""
+        if event.type() == QEvent.Type.LayoutRequest:
+            letter_parts(self)
+        return super().eventFilter(watched, event)
 
     def hideEvent(self, event: QHideEvent) -> None:  # noqa: N802 - Qt's name
         """Remember how it was left: the next one may be another object."""

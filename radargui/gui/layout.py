@@ -129,8 +129,14 @@ def button(
 
 
 def labelled(words: str, field: QtWidgets.QWidget) -> QtWidgets.QLabel:
-    """Return the label of a field, which leads to it."""
-    return having(QtWidgets.QLabel(words), buddy=field)
+    """Return the label of a field, which leads to it; of several beside each other to the first."""
+    inside = (one for one in (field, *field.findChildren(QtWidgets.QWidget)) if takes_tab(one))
+    return having(QtWidgets.QLabel(words), buddy=next(inside, field))
+
+
+def takes_tab(widget: QtWidgets.QWidget) -> bool:
+    """Return whether Tab stops at a widget, and not at what stands in it for it."""
+    return bool(widget.focusPolicy() & Qt.FocusPolicy.TabFocus) and widget.focusProxy() is None
 
 
 class Group(QtWidgets.QGroupBox):

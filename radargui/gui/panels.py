@@ -13,7 +13,8 @@ from PySide6.QtWidgets import QHBoxLayout, QTextBrowser, QWidget
 from radargui import __version__
 from radargui.gui.control.state import AppState
 from radargui.gui.dialog import Dialog, fit_screen
-from radargui.gui.layout import Scroll, button, fill, having
+from radargui.gui.layout import Scroll, button, fill, having, takes_tab
+from radargui.gui.mnemonics import letter_menu
 from radargui.gui.plots.plot import Plot
 from radargui.gui.settings import LAYOUT_VERSION, Settings
 from radargui.gui.theme import CHOICES, Theme
@@ -157,8 +158,7 @@ class Panels(QtWidgets.QMainWindow):
         dock.activateWindow()
         self._show_content(dock, True)
         for one in dock.widget().findChildren(QtWidgets.QWidget):
-            takes_tab = one.focusPolicy() & Qt.FocusPolicy.TabFocus and one.focusProxy() is None
-            if takes_tab and one.isVisible() and one.isEnabled():
+            if takes_tab(one) and one.isVisible() and one.isEnabled():
                 one.setFocus(Qt.FocusReason.ShortcutFocusReason)
                 break
 
@@ -303,6 +303,7 @@ def fill_menus(
                 menu.addSeparator()
             for name in part:
                 several[name](menu) if name in several else menu.addAction(getattr(does, name))
+        letter_menu(menu)
     return group
 
 

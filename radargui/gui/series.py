@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPlainTextEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QPlainTextEdit, QVBoxLayout, QWidget
 
 from radargui.gui.background import OneAtATime
-from radargui.gui.layout import Choice, OneLine, Pages, button, fill, having
+from radargui.gui.layout import Choice, OneLine, Pages, button, fill, having, labelled
 from radargui.gui.panels import Actions
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import Plot
@@ -77,8 +77,8 @@ def rows_of(found: SessionFindings) -> tuple[SeriesRow, ...]:
     return (
         SeriesRow(name, "e", series.e),
         SeriesRow(name, "g [m/s²]", series.g_m_s2),
-        SeriesRow(name, "fall [mm]", series.drop_height_m, 1e3),
-        SeriesRow(name, "impact [m/s]", series.impact_speed_m_s),
+        SeriesRow(name, "Fall [mm]", series.drop_height_m, 1e3),
+        SeriesRow(name, "Impact [m/s]", series.impact_speed_m_s),
     )
 
 
@@ -95,7 +95,8 @@ class SpeedView(QWidget):
         self.words = OneLine()
         self.key = having(Key(theme), wordWrap=True)
         self.plot = Plot(theme, "speed before the impact [m/s]", "e", left_px=_LEFT)
-        top = fill(QHBoxLayout(), QLabel("Model"), self.model, (self.words, 1), margins=(6, 3, 6, 0), spacing=6)
+        parts = (labelled("Model", self.model), self.model, (self.words, 1))
+        top = fill(QHBoxLayout(), *parts, margins=(6, 3, 6, 0), spacing=6)
         fill(QVBoxLayout(self), top, self.key, (self.plot, 1), spacing=1)
 
     def show_facts(self, facts: ReportFacts | None) -> None:
@@ -189,7 +190,10 @@ class FallsView(QWidget):
         t = np.linspace(0.0, end, 100)
         # g t²/2 in mm, from the vertex, where the sphere would be at rest
         self.fallen.fast_line("fit", "g t²/2", dashed=True).setData(t, 500.0 * g * t**2)
-        self.key.show_entries(("╌", "fit", f"g t²/2, g = {g:.5g} m/s²"), *session_key(facts.findings.sessions))
+        # of one session no place on its curves is marked
+        key = session_key(facts.findings.sessions)
+        named = [("▬" if len(groups) == 1 else sign, role, words) for sign, role, words in key]
+        self.key.show_entries(("╌", "fit", f"g t²/2, g = {g:.5g} m/s²"), *named)
         self.key.setToolTip(_plain(session_key(facts.findings.sessions)))
         for plot in (self.fallen, self.left):
             plot.enableAutoRange()

@@ -188,7 +188,7 @@ class RowTable(QTableView, Generic[_R]):
             # Qt would never make the last one, which takes what is left, narrower than a column is at first
             header.setStretchLastSection(False)
             self.resizeColumnsToContents()
-            line = self.fontMetrics().height()
+            line = self.fontMetrics().height() if self.isSortingEnabled() else 0
             for column in range(last + 1):
                 # Qt keeps room for a sign of sorting as wide as the title is high; in two lines half of that is enough
                 if "\n" in str(self.model().headerData(column, Qt.Orientation.Horizontal)):

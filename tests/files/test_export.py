@@ -18,7 +18,7 @@ from radargui.files import mat_file
 from radargui.files.csv_file import csv_facts
 from radargui.files.formats import EXPORT_FORMATS, export_run, list_channels, own_setup_of
 from radargui.files.mat_file import mat_facts
-from radargui.files.reading import read_recording
+from radargui.files.reading import parse_channel_map, read_recording
 from radargui.files.run_file import read_run
 from radargui.files.run_writer import RunWriter
 from radargui.files.sigmf_file import sigmf_facts
@@ -84,6 +84,43 @@ def test_volts_come_back_to_the_last_bit_with_their_unit_and_trigger(tmp_path: P
     np.testing.assert_array_equal(after.raw, before.raw)
     assert after.digitisation == before.digitisation
     assert after.trigger_index == 33
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_samples_that_the_device_gave_as_no_number_come_back_so_in_their_channel(tmp_path: Path, name: str) -> None:
+    samples = volts(2, 700)
+    samples[0, 100:140] = np.nan
+    samples[1, 300] = np.inf
+    path = tmp_path / "run-0002.h5"
+    with RunWriter(path, Digitisation(iq_names(1), 1000.0), started_at="") as writer:
+        writer.write(Block(samples, 0))
+    file, after = exported(path, name)
+    np.testing.assert_array_equal(after.raw, samples)
+    assert after.gaps == (), "the other channel holds numbers there"
+    for one in (file, path):
+        swapped = read_recording(one, channels=parse_channel_map("I1=Q1,Q1=I1"))
+        np.testing.assert_array_equal(swapped.raw, samples[::-1])
+
+
+def test_what_is_no_number_in_a_table_of_codes_was_damaged(run: Path) -> None:
+    file, _ = exported(run, "csv")
+    *rows, last = file.read_text(encoding="utf-8").splitlines(keepends=True)
+    file.write_text("".join((*rows, last.replace(last.split(",")[1], "nan", 1))), encoding="utf-8")
+    with pytest.raises(FileError, match="I1 holds 1 sample that are not numbers"):
+        read_recording(file)
+
+
+def test_a_table_that_lost_its_comments_is_taken_for_one_of_another_program(tmp_path: Path) -> None:
+    samples = volts(2, 700)
+    samples[0, 100] = np.nan
+    path = tmp_path / "run-0002.h5"
+    with RunWriter(path, Digitisation(iq_names(1), 1000.0), started_at="") as writer:
+        writer.write(Block(samples, 0))
+    file, _ = exported(path, "csv")
+    lines = file.read_text(encoding="utf-8").splitlines(keepends=True)
+    file.write_text("".join(line for line in lines if not line.startswith("#")), encoding="utf-8")
+    with pytest.raises(FileError, match="I1 holds 1 sample that are not numbers, the first is sample 101"):
+        read_recording(file)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -72,6 +72,7 @@ def test_the_colour_of_done_says_how_good_the_newest_result_is(
     for summary, role in (({**(entry.summary or {}), "warnings": ["the floor moves"]}, "mark"), (bad, "alarm")):
         window.runs.change(entry.path, summary=summary)
         wait_for(lambda role=role: across.situation.role == role)
+        assert ("The floor moves." in across.situation.next) is (role == "mark")
     assert across.situation.result == "no e"
     assert "clipped" in across.situation.next
     # said first: a long reason leaves no room behind it

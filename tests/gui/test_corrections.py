@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 from support.changed import changed
 from support.gui_sessions import make_session
@@ -107,6 +108,13 @@ def test_the_joint_estimate_shows_its_model_what_it_leaves_and_what_was_decided(
     show(view, result)
     assert view.decided.toPlainText() == " ".join(result.corrected.decisions)
     assert "floor that reflects" in view.decided.toPlainText()
+    view.show()
+    for lines, scrolled in ((3, 0), (4, 1)):
+        view.decided.setPlainText("\n".join(["what was decided"] * lines))
+        QApplication.processEvents()
+        # whole lines: of the next one nothing is seen, and what fits is not scrolled
+        assert view.decided.verticalScrollBar().maximum() == scrolled
+        assert view.decided.height() < 3.3 * view.fontMetrics().lineSpacing()
     raw, model = (np.stack(item.getOriginalDataset()) for item in (view.raw[0].raw, view.raw[0].found["fitted"]))
     rest_mv = view.rest_lines[0].getOriginalDataset()[1]
     assert raw.shape == model.shape

@@ -95,6 +95,7 @@ def test_a_layout_that_was_remembered_hides_what_stands_behind(
 ) -> None:
     raised(own_window, "session")
     own_window.close()
+    wait_for(own_window.isHidden)
     again = make_window(None)
     docks = again.panels.docks
     wait_for(lambda: docks["session"].widget().isVisible())

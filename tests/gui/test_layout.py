@@ -5,13 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from PySide6.QtCore import QRect, QSize, Qt
+from PySide6.QtCore import QPointF, QRect, QSize, Qt
 from PySide6.QtWidgets import QApplication, QCheckBox, QComboBox, QLabel, QLineEdit, QPushButton, QSplitter, QWidget
 
+from radargui.acquisition.health import ChannelFacts
+from radargui.acquisition.run_output import Level
 from radargui.gui.layout import OneLine
 from radargui.gui.main_window import MainWindow
 from radargui.gui.panels import TITLES, HelpBrowser, Room, show_help
 from radargui.gui.runs.run_model import RunEntry
+from radargui.gui.sessions.import_dialog import ImportDialog
 from radargui.model.drop import RunOrigin
 
 SMALL = QSize(1350, 680)
@@ -127,6 +130,63 @@ def test_every_column_of_the_runs_can_be_read_on_a_small_screen(small: MainWindo
         room = table.columnWidth(column) - 8
         assert all(table.fontMetrics().horizontalAdvance(text) <= room for text in words), words
     assert table.horizontalHeader().length() <= table.viewport().width()
+
+
+def test_every_column_of_the_channels_is_seen_on_a_small_screen(small: MainWindow, record_one: Any) -> None:
+    looked_at(small, "hardware")
+    table = small.hardware.channels.table
+    levels = [Level(f"{part}{rx}", -1.23, 1.23, 5.0, clipped=True) for rx in (1, 2, 3) for part in "IQ"]
+    for facts in ((), tuple(ChannelFacts(one, -0.707, 0.00712) for one in levels)):
+        small.hardware.channels.show_facts(facts)
+        QApplication.processEvents()
+        header = table.horizontalHeader()
+        assert header.length() <= table.viewport().width(), facts
+        last = header.count() - 1
+        for column in range(last + 1):
+            titles = str(table.rows.headerData(column, Qt.Orientation.Horizontal)).splitlines()
+            assert all(table.fontMetrics().horizontalAdvance(one) + 6 <= table.columnWidth(column) for one in titles)
+        assert table.columnWidth(last) >= table.fontMetrics().horizontalAdvance("CLIPS") + 8, facts
+
+
+def test_the_planes_of_four_receivers_are_seen_whole_on_a_small_screen(small: MainWindow) -> None:
+    small.planes.set_receivers(4)
+    looked_at(small, "planes")
+    room = next(one for one in small.panels.findChildren(Room) if one.content is small.planes)
+    assert small.planes.width() <= room.viewport().width()
+    assert small.planes.height() <= room.viewport().height()
+    for plane in (*small.planes.raw, *small.planes.corrected):
+        # no figures take the room of the circle; the name above it does
+        circle = plane.view.mapViewToScene(QPointF(1.0, 0.0)) - plane.view.mapViewToScene(QPointF(-1.0, 0.0))
+        assert circle.x() >= 0.4 * min(plane.width(), plane.height()), plane.size()
+
+
+def test_how_the_last_run_was_recorded_is_read_whole_on_a_small_screen(small: MainWindow) -> None:
+    line = small.health
+    line.show_run("run-0003: 93082 samples, 27.4 kS/s, none lost, backlog 1283, writer queue 1 %, live 0 ms behind")
+    # figures of a run that was just recorded take more room than dashes
+    for label in line.labels.values():
+        label.setMinimumWidth(190)
+    line.show_health(None)
+    for _ in range(3):
+        QApplication.processEvents()
+    assert line.run.width() >= line.fontMetrics().horizontalAdvance(line.run.text())
+
+
+def test_a_dialog_that_grows_stays_on_the_screen(window: MainWindow, tmp_path: Any, wait_for: Any) -> None:
+    window.actions_.import_.trigger()
+    dialog, room = window.transfer.dialog, window.screen().availableGeometry()
+    assert isinstance(dialog, ImportDialog)
+    dialog.move(room.right() - dialog.width(), room.bottom() - dialog.height())
+    file = tmp_path / "samples.bin"
+    file.write_bytes(bytes(4000))
+    before = dialog.width()
+    dialog.choose([file])
+    assert dialog.width() > before
+    taken = dialog.frameGeometry()
+    # one that is wider than the screen begins where that does
+    assert taken.left() == room.left() or room.left() < taken.left() <= taken.right() <= room.right(), (room, taken)
+    assert room.top() <= taken.top() <= taken.bottom() <= room.bottom(), (room, taken)
+    wait_for(lambda: not window.jobs.running)
 
 
 def test_the_first_window_fits_the_screen(window: MainWindow) -> None:

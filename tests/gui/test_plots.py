@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pyqtgraph as pg
 import pytest
 from hypothesis import given, settings, strategies as st
-from pyqtgraph.opengl import GLTextItem
-from PySide6.QtCore import QPointF, QSize
-from PySide6.QtGui import QFontMetricsF, QResizeEvent
+from pyqtgraph.opengl import GLLinePlotItem, GLTextItem
+from PySide6.QtCore import QPointF, QRectF, QSize
+from PySide6.QtGui import QFontMetrics, QFontMetricsF, QResizeEvent, QVector3D
 from PySide6.QtWidgets import QApplication
 from support.small_setups import quick_setup
 
@@ -21,6 +23,7 @@ from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import space_of
 from radargui.gui.track.space_view import SpaceView, _spaced
 from radargui.gui.track.speed_colours import SpeedColours, segments
+from radargui.gui.track.track_panel import Projections
 
 
 @settings(max_examples=60, deadline=None)
@@ -113,6 +116,51 @@ def test_a_low_view_in_space_names_its_axes_and_leaves_out_what_would_overlap(th
         shown[height] = {item.text for item in view.items if isinstance(item, GLTextItem)}
     assert shown[120] == {"x [mm]", "y [mm]", "z [mm]"}
     assert shown[300] >= {*shown[120], "0", "100", "Tx", "Rx 1"}
+    # a panel that holds the projections holds it too, and is not scrolled
+    assert view.minimumHeight() <= Projections(theme, SpeedColours(theme)).minimumSizeHint().height()
+
+
+@pytest.mark.parametrize("size", [(480, 90), (490, 110), (490, 230), (590, 320), (720, 420)])
+@pytest.mark.parametrize("receivers", [3, 4])
+def test_the_words_in_space_are_crossed_by_nothing(theme: Theme, size: tuple[int, int], receivers: int) -> None:
+    setup = quick_setup()
+    setup = setup.model_copy(update={"receiver": (*setup.receiver, setup.receiver[0])[:receivers]})
+    view = SpaceView(theme, SpeedColours(theme), space_of(setup))
+    view.show_space(space_of(setup))
+    before = view.size()
+    view.resize(*size)
+    QApplication.sendEvent(view, QResizeEvent(QSize(*size), before))
+    view.setProjection(view.getViewport(), view.getViewport())
+    view.setModelview()
+    boxes = [(one.text, box_of(one)) for one in view.items if isinstance(one, GLTextItem)]
+    assert len(boxes) >= 3
+    for (text, box), (other, beside) in itertools.combinations(boxes, 2):
+        # two antennas may stand behind one another
+        assert "Rx" in text or not box.intersects(beside), (text, other)
+    (grid, frame) = (one for one in view._fixed if isinstance(one, GLLinePlotItem))
+    project = boxes and view._fixed[-1].compute_projection()
+    space = space_of(setup)
+    # and by no sphere that falls in the middle
+    fall = [(0.0, 0.0, space.floor_mm), (0.0, 0.0, float(space.high_mm[2]) - 20.0)]
+    for points in (grid.pos.tolist(), frame.pos.tolist(), fall):
+        ends = [project.map(QVector3D(*point)).toPointF() for point in points]
+        for start, end in zip(ends[::2], ends[1::2], strict=True):
+            for text, box in boxes:
+                assert not crosses(box, start, end), text
+
+
+def box_of(item: GLTextItem) -> QRectF:
+    """Return the box of a text on the screen."""
+    place = item.align_text(item.compute_projection().map(QVector3D(*item.pos)).toPointF())
+    box = QRectF(QFontMetrics(item.font).tightBoundingRect(item.text))
+    return box.translated(place)
+
+
+def crosses(box: QRectF, start: QPointF, end: QPointF) -> bool:
+    """Return whether a piece of a line lies within a box."""
+    share = np.linspace(0.0, 1.0, 200)[:, None]
+    x, y = ((1.0 - share) * start.toTuple() + share * end.toTuple()).T
+    return bool(((x > box.left()) & (x < box.right()) & (y > box.top()) & (y < box.bottom())).any())
 
 
 @pytest.mark.parametrize("size", [(104, 145), (111, 132), (111, 158)])
@@ -143,6 +191,18 @@ def test_the_circle_of_a_small_plane_lies_beneath_its_words(theme: Theme, size: 
     top = plane.view.mapViewToScene(QPointF(0.0, 1.28)).y() - plane.view.sceneBoundingRect().top()
     plane.close()
     assert top >= plane.height_inside > 0
+
+
+@pytest.mark.parametrize("width", [26, 34, 44, 60, 90, 300])
+def test_numbers_beneath_a_narrow_plot_stand_apart(theme: Theme, width: int) -> None:
+    axis = Plot(theme, "I [V]", "Q [V]").getPlotItem().getAxis("bottom")
+    metrics = QFontMetricsF(axis.font())
+    for least, most in ((-2.2, 2.2), (0.0, 2.5), (-3.0, 4.0), (0.0, 1.5e-3), (5.0, 6e4)):
+        spacing = axis.tickSpacing(least, most, width)[0][0]
+        shown = np.arange(np.ceil(least / spacing), np.floor(most / spacing) + 1) * spacing
+        widths = [metrics.horizontalAdvance(words) for words in axis.tickStrings(shown, 1.0, spacing)]
+        apart = [0.5 * (one + other) for one, other in itertools.pairwise(widths)]
+        assert all(spacing * width / (most - least) > room for room in apart), (least, most, widths)
 
 
 @pytest.mark.parametrize("height", [26, 34, 44, 60, 90, 300])
@@ -182,7 +242,7 @@ def test_a_band_lies_between_its_curves_and_is_broken_where_either_is_unknown() 
 @pytest.mark.parametrize("corrected", [False, True])
 def test_the_name_of_a_plane_is_never_cut(theme: Theme, corrected: bool) -> None:
     plane = IQPlane(theme, 3, corrected=corrected)
-    for width, words in ((160, "Rx 3 / A" if corrected else "Rx 3 [V]"), (88, "Rx 3")):
+    for width, words in ((160, "Rx 3 / A" if corrected else "Rx 3 [V]"), (56, "Rx 3")):
         plane.resize(width, 130)
         plane.show()
         QApplication.processEvents()

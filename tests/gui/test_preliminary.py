@@ -114,7 +114,26 @@ def test_processing_again_can_be_cancelled_and_the_run_keeps_its_results(
     assert window.run.result.corrected.method == "published"
     assert results_digest(path) == before
     assert [notice.level for notice in window.board.notices] == ["info"]
-    assert "run-0001 keeps the results that it had" in window.board.notices[0].text
+    assert "drop 1 (run-0001, simulated) keeps the results that it had" in window.board.notices[0].text
+
+
+def test_a_quick_result_of_an_earlier_drop_does_not_take_the_eye_off_a_later_one(
+    window: MainWindow, wait_for: Any, tmp_path: Path
+) -> None:
+    window.sessions.open(make_session(tmp_path / "data", 4, n_runs=2))
+    wait_for(lambda: not window.jobs.running)
+    window.runs.show_session(window.runs.folder, [replace(one, summary=None) for one in window.runs.model.entries])
+    first, second = (entry.path for entry in window.runs.model.entries)
+    result = process(read_run(second), own_setup(second))
+    quick = replace(result, preliminary=True)
+    # two drops wait: the newer one has its quick result first, and each its final one later
+    for path, given in ((second, quick), (first, quick), (first, result), (second, result)):
+        window.control.run_recorded.emit(RecordedRun(1, path, given, Ending.QUIET, ""))
+        assert window.runs.table.chosen.path == second
+        assert window.run._title.text().startswith("drop 2 (run-0002, simulated)")
+        assert window.keeping.last_result.startswith("drop 2: e = ")
+    assert all(entry.has_e for entry in window.runs.model.entries)
+    wait_for(lambda: not window.jobs.running)
 
 
 def test_a_final_result_does_not_take_the_eye_off_another_run(

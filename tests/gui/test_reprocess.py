@@ -42,7 +42,7 @@ def test_old_and_new_are_compared_and_nothing_changes_until_kept(
     wait_for(lambda: not dialog.work.busy)
     lines = dialog.table.rows.entries
     assert [line[0] for line in lines if line[0]] == ["run-0001", "run-0002"]
-    assert [line[1] for line in lines[:5]] == ["Verdict", "e", "Drop height [mm]", "Impact speed [m/s]", "g [m/s²]"]
+    assert [line[1] for line in lines[:5]] == ["Verdict", "e", "Fall [mm]", "Impact [m/s]", "g [m/s²]"]
     # in the words of the form, as everywhere in the window
     was = words_of("processing.correction").shown(old)
     assert dialog.settings.text() == f"IQ correction: {was} → Static ellipse (Heydemann)"

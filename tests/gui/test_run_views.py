@@ -194,6 +194,11 @@ def test_the_words_of_a_run_begin_with_what_speaks_against_it_and_say_each_thing
     words.setHtml(page_of(moved, theme))
     lines = [one for one in words.toPlainText().split("\n") if one]
     assert lines[:5] == ["The floor moves.", "Result", "good, 1 warning", "e of the first impact", "not valid"]
+    # what is to be corrected is called as its field is
+    words.setHtml(page_of(replace(moved, warnings=("correct daq.channel_skew_s.",)), theme))
+    assert words.toPlainText().startswith("Correct “Channel skew”.")
+    entry = RunEntry(Path("run-0001.h5"), summary={"status": "ok", "warnings": ["correct daq.channel_skew_s."]})
+    assert entry.objection == "correct “Channel skew”."
     words.setHtml(page_of(rejected_result(), theme))
     assert words.toPlainText().count("receiver 2: no signal") == 1
 

@@ -351,7 +351,7 @@ def test_a_statistics_table_of_long_figures_fits_its_panel(qtbot: Any) -> None:
     table.resize(488, 200)
     table.show()
     found = statistics_of([0.80000123, 0.80000456, 0.79999789], [1e-7] * 3, [1.2e-6] * 3)
-    table.show_rows([SeriesRow("", "impact [m/s]", found)])
+    table.show_rows([SeriesRow("", "Impact [m/s]", found)])
     QApplication.processEvents()
     assert table.horizontalScrollBar().maximum() == 0
 

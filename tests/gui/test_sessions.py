@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from datetime import datetime
+from datetime import date, datetime
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -16,6 +16,7 @@ from support.run_contents import read_markers
 from radargui.files.run_writer import RunWriter
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
+from radargui.gui.sessions.browser import day_of
 from radargui.gui.sessions.session_model import COLUMNS, curves
 from radargui.session.info import JournalEntry, read_info
 from radargui.session.lock import SessionLock, SessionLockedError, owner_of
@@ -58,6 +59,8 @@ def test_sessions_are_found_again_and_their_runs_seen(data_folder: Path, window:
         ({"text": "glass"}, ["Ada"]),
         ({"since": "2026-05-05"}, ["Grace"]),
         ({"until": "2026-05-05"}, ["Ada"]),
+        ({"since": "2026", "until": "2026-05"}, ["Grace", "Ada"]),
+        ({"until": "2025"}, []),
         ({"e_min": "0.9"}, []),
         ({"e_min": "0,2", "e_max": "0.9"}, ["Grace", "Ada"]),
     ):
@@ -72,6 +75,15 @@ def test_sessions_are_found_again_and_their_runs_seen(data_folder: Path, window:
     assert look.thumbnail is not None
     assert sum(curve.size() for curve in curves(look.thumbnail, QRectF(0, 0, 100, 50))) > 50
     browser.thumbnails.grab()
+
+
+def test_a_month_or_a_year_alone_is_all_of_it() -> None:
+    assert (day_of("2024"), day_of("2024", last=True)) == (date(2024, 1, 1), date(2024, 12, 31))
+    assert (day_of("2024-02"), day_of("2024-02", last=True)) == (date(2024, 2, 1), date(2024, 2, 29))
+    assert day_of("2024-02-03", last=True) == date(2024, 2, 3)
+    for text in ("yesterday", "24", "2024-13", "2024-02-30", "2024-02-03-04"):
+        with pytest.raises(ValueError, match=r"month|day|isoformat"):
+            day_of(text)
 
 
 def test_the_e_of_a_session_is_read_whole(window: MainWindow) -> None:
@@ -89,7 +101,7 @@ def test_a_session_is_opened_for_review_and_its_setup_taken(
     wait_for(lambda: not browser.looks.busy)
     browser.table.selectRow(1)
     browser.review.click()
-    assert window.control.session is not None
+    wait_for(lambda: window.control.session is not None)
     assert not window.control.session.read_only
     assert window.session_panel.details.operator == "Ada"
     assert window.session_panel.details.sample == "steel sphere"
@@ -98,6 +110,7 @@ def test_a_session_is_opened_for_review_and_its_setup_taken(
     wait_for(lambda: window.setup_model.setup.daq.rate_hz == 2000.0)
     assert window.setup_model.path is None
     assert window.control.session is None
+    wait_for(lambda: not window.jobs.running)
     assert all(owner_of(path) is None for path in data_folder.iterdir()), "other programs may write to it now"
 
 
@@ -132,7 +145,7 @@ def test_a_session_that_another_program_writes_is_opened_for_looking(
 
     monkeypatch.setattr(SessionLock, "__init__", locked)
     window.sessions.open(path)
-    wait_for(lambda: window.strip.texts())
+    wait_for(lambda: window.strip.texts() and not window.jobs.running)
     assert "opened for looking only" in window.strip.texts()[0]
     assert window.session_panel._notes.isReadOnly()
     assert not window.session_panel._keep_mark.isEnabled()

@@ -134,6 +134,7 @@ def test_a_session_is_exported_and_nothing_is_replaced_unasked(
 ) -> None:
     path = make_session(tmp_path / "data", 4, n_runs=2)
     window.sessions.open(path)
+    wait_for(lambda: not window.jobs.running)
     target = tmp_path / "out"
 
     def ordered(folder: Path) -> ExportDialog:
@@ -172,11 +173,22 @@ def test_a_session_is_exported_and_nothing_is_replaced_unasked(
     assert f"1 file written to {tmp_path / 'one'}" in [notice.text for notice in window.board.notices]
 
 
+def test_the_run_that_is_chosen_is_called_as_in_the_list(window: MainWindow, wait_for: Any, tmp_path: Path) -> None:
+    window.sessions.open(make_session(tmp_path / "data", 4, n_runs=2))
+    wait_for(lambda: not window.jobs.running)
+    window.runs.table.selectRow(1)
+    wait_for(lambda: not window.jobs.running)
+    for action in (window.actions_.export_samples, window.actions_.compare):
+        action.trigger()
+        assert dialog_of(window).what.itemText(0) == "The chosen run, drop 2 (run-0002, simulated)"
+
+
 def test_cancelled_work_leaves_no_half_file(
     window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = make_session(tmp_path / "data", 4)
     window.sessions.open(path)
+    wait_for(lambda: not window.jobs.running)
     window.actions_.export_samples.trigger()
     dialog = dialog_of(window)
     dialog.folder.line.setText(str(tmp_path / "out"))

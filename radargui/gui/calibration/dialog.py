@@ -191,6 +191,7 @@ class CalibrationController:
 
     def __init__(self, sessions: SessionController, group: CalibrationGroup, calibrate: Calibrate) -> None:
         self.group, self.calibrate = group, calibrate
+        self.runs = sessions.runs
         self.panel, self.model, self.services = sessions.panel, sessions.setup_file.model, sessions.services
         group.asked.connect(self.begin)
         sessions.browser.calibrate_asked.connect(self.begin_with)
@@ -203,8 +204,7 @@ class CalibrationController:
 
     def begin(self) -> None:
         """Calibrate from the runs of the session that is open, or from what the operator adds."""
-        session = self.services.control.session
-        self.dialog.begin(() if session is None else session.run_paths())
+        self.dialog.begin(self.runs.counting)
 
     def begin_with(self, session: Path) -> None:
         """Ask what the drops of a session say about the antennas."""

@@ -168,6 +168,9 @@ class HealthLine(QtWidgets.QWidget):
         for name, (text, bad) in figures(health).items():
             label = self.labels[name]
             label.setText(text)
+            if health is None:
+                # what the last run says has the room that figures took
+                label.setMinimumWidth(0)
             style = ALARM if bad else ""
             if label.styleSheet() != style:
                 label.setStyleSheet(style)

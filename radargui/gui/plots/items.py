@@ -87,6 +87,8 @@ class Band(QGraphicsPathItem):
 
 _APART = 1.3
 """Least distance of numbers above one another, in heights of a digit: farther apart a low plot would show one alone."""
+_BESIDE_PX = 5.0
+"""Least room between numbers beside one another (chosen by hand): in less -1 and 0 are read as -10."""
 
 
 class Axis(pg.AxisItem):  # type: ignore[misc] # pyqtgraph has no types
@@ -113,12 +115,20 @@ class Axis(pg.AxisItem):  # type: ignore[misc] # pyqtgraph has no types
         maxVal: float,
         size: float,
     ) -> list[tuple[float, float]]:
-        """Return spacings and offsets; numbers of a low plot stand farther apart, for pyqtgraph lets them overlap."""
+        """Return spacings and offsets; numbers of a small plot stand farther apart, for pyqtgraph lets them overlap."""
         levels: list[tuple[float, float]] = super().tickSpacing(minVal, maxVal, size)
-        if self.orientation in ("left", "right") and levels and size > 0.0:
-            digit = QFontMetricsF(self.style["tickFont"] or self.font()).capHeight()
-            least = abs(maxVal - minVal) * _APART * digit / size
+        if levels and size > 0.0:
+            least = abs(maxVal - minVal) / size * self._room(minVal, maxVal, levels[0][0])
             if levels[0][0] < least:
                 decade = 10.0 ** np.floor(np.log10(least))
                 levels[0] = (decade * min(one for one in (1.0, 2.0, 5.0, 10.0) if one * decade >= least), 0.0)
         return levels
+
+    def _room(self, low: float, high: float, spacing: float) -> float:
+        """Return the least distance in pixels of numbers between two, of which each is `spacing` from the next."""
+        metrics = QFontMetricsF(self.style["tickFont"] or self.font())
+        if self.orientation in ("left", "right"):
+            return _APART * metrics.capHeight()
+        ends = [spacing * np.ceil(low / spacing), spacing * np.floor(high / spacing)]
+        words = self.tickStrings(ends, self.scale, spacing)
+        return max(map(metrics.horizontalAdvance, words)) + _BESIDE_PX

@@ -13,6 +13,7 @@ from PySide6.QtGui import QAction, QContextMenuEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QApplication, QGraphicsItem, QMenu
 
 from radargui.gui.layout import TIPS, follow, having
+from radargui.gui.mnemonics import letter_menu
 from radargui.gui.plots.items import Axis, Band, Dot, LiveCurve, Symbols
 from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.plots.tools import Cursors, picture_of, table_of, unit_of
@@ -207,6 +208,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         menu.addSeparator()
         self._entry(menu, "Copy image", "Ctrl+C", self.copy_image)
         self._entry(menu, "Copy data", "Ctrl+Shift+C", self.copy_data)
+        letter_menu(menu)
         return menu
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:  # noqa: N802 - Qt's name

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 from PySide6.QtCore import QEvent, QRectF, Qt
 from PySide6.QtGui import QCloseEvent, QColor, QFont, QFontMetrics, QFontMetricsF, QKeyEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 
-from radargui.experiment.event import RecordedRun
 from radargui.gui.control.control_bar import wrapped
 from radargui.gui.control.state import AppState
 from radargui.gui.layout import having
 from radargui.gui.runs.run_keeping import RunKeeping
 from radargui.gui.theme import write
-from radargui.model.words import percent, sentence
+from radargui.model.words import counted, percent, sentence
 
 _WIDEST = {
     "state": "PROCESSING",
@@ -71,16 +69,13 @@ class AcrossView(QWidget):
         super().__init__(self._main, Qt.WindowType.Window)
         self.setWindowTitle("RadarGUI across the room")
         self._switch = keeping.does.across
-        self._of: Path | None = None
         self.situation = Situation()
         self.addActions(self._main.actions())
         self._switch.toggled.connect(self._show)
         self._theme.changed.connect(self.update)
         control = keeping.control
-        control.run_preliminary.connect(self._take)
-        control.run_recorded.connect(self._take)
-        control.session_changed.connect(self._forget)
-        control.state_changed.connect(self.look)
+        for changed in (control.run_preliminary, control.run_recorded, control.state_changed):
+            changed.connect(lambda *_: self.look())
 
     def show_situation(self, situation: Situation) -> None:
         """Show another situation."""
@@ -159,13 +154,16 @@ class AcrossView(QWidget):
 
     def _present(self) -> Situation:
         state = self._keeping.control.state
-        entry = self._keeping.runs.model.entry_of(self._of) if self._of else None
+        entry = self._keeping.runs.model.entry_of(self._keeping.of_result)
         coming = self._keeping.coming if state in (AppState.ARMED, AppState.RECORDING, AppState.SETTLING) else ""
         if entry is None:
             return Situation(state, "", coming, self._next(state, ""))
         run = f"{coming}; e of {entry.called}" if coming else entry.called
         result = f"e = {entry.restitution()}" if entry.has_e else "no e"
         why = entry.reserve if entry.has_e else entry.objection
+        if entry.has_e and entry.warnings:
+            # that there is one helps nobody who stands too far away to look for it
+            why = why.replace(counted(len(entry.warnings), "warning"), entry.warnings[0])
         return Situation(state, result, run, self._next(state, why), self._keeping.role)
 
     def _next(self, state: AppState, why: str) -> str:
@@ -178,11 +176,3 @@ class AcrossView(QWidget):
             return f"{state.next}: {percent(control.reached.progress)}"
         # what to do stands first: of a long reason the end has no room
         return f"{state.next}. {sentence(why)}" if why and state is AppState.DONE else state.next
-
-    def _take(self, recorded: RecordedRun) -> None:
-        if recorded.path is not None and not recorded.set_aside:
-            self._of = recorded.path
-        self.look()
-
-    def _forget(self) -> None:
-        self._of = None

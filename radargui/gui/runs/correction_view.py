@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt
 
 from radargui.conditioning.ellipse import Ellipse
 from radargui.experiment.compare import OverlaidMethod
-from radargui.gui.layout import Choice, OneLine, button, fill, having
+from radargui.gui.layout import Choice, OneLine, button, fill, having, labelled
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.setup.words import words_of
@@ -54,7 +54,7 @@ class CorrectionView(QtWidgets.QWidget):
         self.receiver.currentIndexChanged.connect(self._draw)
         # never makes the panel wider than its dock
         self._words = OneLine()
-        above = (QtWidgets.QLabel("Receiver"), self.receiver, (self._words, 1))
+        above = (labelled("Receiver", self.receiver), self.receiver, (self._words, 1))
         top = fill(QtWidgets.QHBoxLayout(), *above, margins=(6, 3, 6, 0), spacing=6)
         self.key = Key(theme)
         self.raw = tuple(RawPlot(theme, part) for part in "IQ")
@@ -67,7 +67,10 @@ class CorrectionView(QtWidgets.QWidget):
         self._curves = tuple(self.corrected.still_line(part.lower(), part) for part in "IQ")
         self.decided = having(QtWidgets.QPlainTextEdit(readOnly=True), accessibleName="What was found and decided")
         having(self.decided, frameShape=QtWidgets.QFrame.Shape.NoFrame, focusPolicy=Qt.FocusPolicy.NoFocus)
-        self.decided.setFixedHeight(_LINES * self.fontMetrics().lineSpacing() + 8)
+        # as many lines, and nothing of the next one
+        self.decided.document().setDocumentMargin(0.0)
+        self.decided.setViewportMargins(6, 0, 0, 0)
+        self.decided.setFixedHeight(_LINES * self.fontMetrics().lineSpacing() + 2)
         self._plots = (*self.raw, self.rest, self.plane, self.corrected)
         shares = ((plot, 2 if plot is self.plane else 1) for plot in self._plots)
         fill(QtWidgets.QVBoxLayout(self), top, self.decided, self.key, *shares, spacing=1)

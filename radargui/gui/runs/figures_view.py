@@ -12,6 +12,7 @@ from radargui.gui.background import OneAtATime
 from radargui.gui.dialog import Dialog
 from radargui.gui.layout import having
 from radargui.gui.services import Services
+from radargui.gui.setup.words import in_words
 from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
 from radargui.model.uncertainty_budget import SHARES, UncertaintyBudget, variance_shares
@@ -72,8 +73,9 @@ def page_of(result: RunResult, theme: Theme) -> str:
     """Return what the report says of a run in simple HTML; what it warns of in the colour of an alarm."""
     blocks = run_section(take_facts(result, "", columns=0), result.setup).blocks
     shown = [part for one in blocks for part in (one.within(_LETTERS) if isinstance(one, Grid) else (one,))]
-    page = SHEET.format(alarm=theme.colours.alarm) + templates().get_template("blocks.html").render(blocks=shown)
-    return page + "".join(_stripes(result.uncertainty_budget, theme) if result.uncertainty_budget else ())
+    said = in_words(templates().get_template("blocks.html").render(blocks=shown))
+    stripes = _stripes(result.uncertainty_budget, theme) if result.uncertainty_budget else ()
+    return SHEET.format(alarm=theme.colours.alarm) + said + "".join(stripes)
 
 
 def _stripes(budget: UncertaintyBudget, theme: Theme) -> Iterator[str]:

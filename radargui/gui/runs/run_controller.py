@@ -61,25 +61,35 @@ class RunController:
         runs.run_chosen.connect(self._choose)
         run.methods_asked.connect(self._overlay)
 
-    def show_session(self, session: Session | None) -> None:
-        """List the runs of a session."""
+    def show_session(self, session: Session | None, chosen: Path | None = None) -> None:
+        """List the runs of a session, read in the background, and choose one of them."""
+        there = self.runs.model.entries
         if session is not self._session:
+            there = []
             self._run.clear()
             self._track.clear()
         self._session, self._wanted = session, None
         self.report_preview.show_session(session)
         self._kept.clear()
+        self.runs.show_session(session.path if session else None, there)
         if session is None:
-            self.runs.show_session(None, [])
             return
-        # what is being recorded comes into the list once it is on the disk
-        paths = [path for path in session.run_paths(with_rejected=True) if not session.records(path)]
-        rejected, noted = session.rejected, session.info.notes_of
-        known = [RunEntry(path, rejected=rejected.get(path.name), note=noted(path.name)) for path in paths]
-        self.runs.show_session(session.path, known)
-        report = session.path / REPORT_FOLDER / "report.html"
+
+        def named(known: list[RunEntry]) -> None:
+            # of a new one nothing is there yet, and what is chosen meanwhile stays so
+            if session is self._session and known:
+                # a run that was recorded meanwhile is not among those that were found
+                entries = {one.path: one for one in (*known, *self.runs.model.entries)}
+                self.runs.show_session(session.path, list(entries.values()))
+                self.runs.table.choose(lambda one: one.path == chosen)
 
         def work() -> tuple[list[RunEntry], Path | None]:
+            # what is being recorded comes into the list once it is on the disk
+            paths = [path for path in session.run_paths(with_rejected=True) if not session.records(path)]
+            rejected, noted = session.rejected, session.info.notes_of
+            known = [RunEntry(path, rejected=rejected.get(path.name), note=noted(path.name)) for path in paths]
+            self._jobs.post(named, known)
+            report = session.path / REPORT_FOLDER / "report.html"
             return [_entry(path) for path in paths], report if report.is_file() else None
 
         def listed(found: tuple[list[RunEntry], Path | None]) -> None:
@@ -88,8 +98,7 @@ class RunController:
             if found[1] is not None:
                 self.runs.show_report(found[1])
 
-        if paths:
-            self._jobs.start("the list of runs", work, listed, wanted=lambda: session is self._session)
+        self._jobs.start("the list of runs", work, listed, wanted=lambda: session is self._session)
 
     def take(self, recorded: RecordedRun, card: RunCard) -> None:
         """List a run that is on the disk, whose result is still to come."""
@@ -104,7 +113,9 @@ class RunController:
             if recorded.ending is not Ending.STOPPED:
                 self._board.post("warning", recorded.message)
             return
-        result, follows = recorded.result, recorded.path in self._kept
+        # what is behind another run's result never takes the eye off that
+        result = recorded.result
+        follows = recorded.path in self._kept or self.runs.model.is_overtaken(recorded.path)
         noted = self._session.info.notes_of(recorded.path.name) if self._session else None
         entry = replace(entry_of_recorded(recorded, recorded.path), note=noted)
         # what is set aside stays out of the way, also of the key that rejects the chosen run
@@ -121,7 +132,7 @@ class RunController:
     def report(self) -> None:
         """Make the report of the session in the background."""
         session = self._session
-        if session is None or not session.run_paths():
+        if session is None or not self.runs.counting:
             self._board.post("warning", "There is no run to report: record one, or open a session.")
             return
         self.runs.show_report(busy=True)
@@ -179,12 +190,12 @@ class RunController:
         if (entry := self._asked) is None:
             return
         self._wanted = path = entry.path
-        self._run.say(entry.name)
+        self._run.say(entry.title)
         self._work.start(
-            f"processing {entry.name} again",
+            f"processing {entry.title} again",
             lambda task: process_run(path, setup, progress=task.report, on_preliminary=self._publisher(path)),
             lambda result: self._reprocessed(path, result),
-            partial(self._not_shown, entry.name),
+            partial(self._not_shown, entry.title),
             partial(self._cancelled, entry),
         )
 
@@ -220,13 +231,13 @@ class RunController:
         if path in self._kept:
             self._show(path, self._kept[path])
             return
-        self._run.say(entry.name)
+        self._run.say(entry.title)
         self._reading = task = self._work.quiet()
         self._jobs.start(
             "reading the run",
             lambda: _result_of(path, task.report, self._publisher(path)),
             lambda result: self._loaded(path, result),
-            lambda error: None if isinstance(error, CancelledError) else self._not_shown(entry.name, error),
+            lambda error: None if isinstance(error, CancelledError) else self._not_shown(entry.title, error),
         )
 
     def _publisher(self, path: Path) -> Callable[[RunResult], None]:
@@ -239,7 +250,7 @@ class RunController:
         return lambda result: self._jobs.post(show, result)
 
     def _cancelled(self, entry: RunEntry) -> None:
-        self._board.post("info", f"Cancelled: {entry.name} keeps the results that it had.")
+        self._board.post("info", f"Cancelled: {entry.title} keeps the results that it had.")
         if entry.path == self._wanted:
             self._choose(entry)
 

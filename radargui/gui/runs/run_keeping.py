@@ -42,6 +42,8 @@ class RunKeeping(QObject):
     ----------
     last_result
         The newest result as the banner says it: which run, what it gave; empty where there is none yet.
+    of_result
+        The run that it is of.
     """
 
     controller: RunController
@@ -57,7 +59,7 @@ class RunKeeping(QObject):
         self.control = control = self.services.control
         self.runs, does, put = self.controller.runs, self.does, self.services.settings.put
         self.last_result = self._failure = ""
-        self._of_result: Path | None = None
+        self.of_result: Path | None = None
         self._heard: set[Path] = set()
         self.sounds = Sounds(does, self.services, self)
         does.show_rejected.setChecked(self.services.settings.text("show_rejected", "no") == "yes")
@@ -79,7 +81,7 @@ class RunKeeping(QObject):
     @property
     def role(self) -> str:
         """The colour of the state: where it is done, how good the newest result is."""
-        state, last = self.control.state, self.runs.model.entry_of(self._of_result)
+        state, last = self.control.state, self.runs.model.entry_of(self.of_result)
         return last.role if state is AppState.DONE and last is not None else state.role
 
     def _detail(self, computed: str) -> str:
@@ -117,7 +119,7 @@ class RunKeeping(QObject):
     def _news(self) -> str:
         """The newest result, and what was recorded since: each with its number, never of two runs as of one."""
         last = self.runs.model.entry_of(self.control.backlog.last_recorded)
-        recorded = f"{last.called} recorded" if last is not None and last.path != self._of_result else ""
+        recorded = f"{last.called} recorded" if last is not None and last.path != self.of_result else ""
         return "; ".join(filter(None, (recorded, self.last_result)))
 
     def _fail(self, error: BaseException) -> None:
@@ -128,7 +130,7 @@ class RunKeeping(QObject):
 
     def _forget(self) -> None:
         self.health.show_run("")
-        self.last_result, self._of_result = "", None
+        self.last_result, self.of_result = "", None
 
     def toggle(self) -> None:
         """Reject the chosen runs, or the last one; take them back where all were rejected already."""
@@ -215,14 +217,15 @@ class RunKeeping(QObject):
         self._say(recorded)
 
     def _say(self, recorded: RecordedRun) -> None:
-        if (entry := self.runs.model.entry_of(recorded.path)) is not None:
-            self._of_result = recorded.path
+        entry = self.runs.model.entry_of(recorded.path)
+        if entry is not None and not self.runs.model.is_overtaken(entry.path):
+            self.of_result = recorded.path
             e, more = (f"e = {entry.restitution()}", entry.reserve) if entry.has_e else ("no e", entry.objection)
             self.last_result = f"{entry.called}: {', '.join(filter(None, (e, more)))}"
 
 
 def _named(entries: Sequence[RunEntry]) -> str:
-    return entries[0].name if len(entries) == 1 else f"{len(entries)} runs"
+    return entries[0].title if len(entries) == 1 else f"{len(entries)} runs"
 
 
 _STEP_MS = 220

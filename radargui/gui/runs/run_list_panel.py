@@ -51,7 +51,7 @@ class RunListPanel(QWidget):
         self.report = button("Make report", does.report.trigger)
         self.preview = button("Preview", does.preview.trigger)
         self.open_report = button("Open report", lambda: self._open(self._report_file))
-        self.open_folder = button("Open folder", lambda: self._open(self._folder))
+        self.open_folder = button("Open folder", lambda: self._open(self.folder))
         self.export = button("Export tables…", does.export.trigger)
         tip = "Runs that do not count: no fall, or rejected (Del); Del takes the chosen one back"
         self.rejected = having(QCheckBox("Show rejected"), toolTip=tip)
@@ -70,9 +70,14 @@ class RunListPanel(QWidget):
         self._report_busy = False
         self.show_session(None, [])
 
+    @property
+    def counting(self) -> tuple[Path, ...]:
+        """The runs that were not set aside, as they stand in the list: nobody waits for a disk."""
+        return tuple(one.path for one in self.model.entries if not one.rejected)
+
     def show_session(self, folder: Path | None, entries: list[RunEntry]) -> None:
         """Show the runs of a session; its report, where it has one, is told by `show_report`."""
-        self._folder = folder
+        self.folder = folder
         self._report_file: Path | None = None
         self.model.replace_all(entries)
         self._hide_rows()
@@ -154,7 +159,7 @@ class RunListPanel(QWidget):
         self.report.setText("Making report …" if self._report_busy else "Make report")
         self.report.setEnabled(bool(self.model.entries) and not self._report_busy)
         self.open_report.setEnabled(self._report_file is not None)
-        self.open_folder.setEnabled(self._folder is not None)
+        self.open_folder.setEnabled(self.folder is not None)
         self.export.setEnabled(self.table.chosen is not None)
 
     @staticmethod

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QApplication
 
 from radargui.experiment.event import RecordedRun
 from radargui.files.run_card import RunCard, Thumbnail, read_health, summarise
+from radargui.gui.setup.words import in_words
 from radargui.gui.table import RowModel
 from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in, gravity_words, restitution_words
 from radargui.model.errors import RadarGuiError
@@ -125,7 +126,7 @@ class RunEntry:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is to be known before its figures are believed, a sentence each."""
-        return tuple((self.summary or {}).get("warnings") or ())
+        return tuple(map(in_words, (self.summary or {}).get("warnings") or ()))
 
     @property
     def reserve(self) -> str:
@@ -226,6 +227,11 @@ class RunModel(RowModel[RunEntry]):
                 self.entries[row] = replace(one, label=numbered[0], left_out=numbered[1])
         if self.entries:
             self.dataChanged.emit(self.index(0, 0), self.index(len(self.entries) - 1, len(COLUMNS) - 1))
+
+    def is_overtaken(self, path: Path) -> bool:
+        """Return whether a later run that counts has its result already: quick results do not come in order."""
+        later = self.entries[bisect_left(self.entries, _place(RunEntry(path)), key=_place) :]
+        return any(one.summary is not None and one.path != path and not one.rejected for one in later)
 
     def entry_of(self, path: Path | None) -> RunEntry | None:
         """Return the entry of a file; None where there is no such file."""

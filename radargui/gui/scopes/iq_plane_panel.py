@@ -1,8 +1,8 @@
 """The IQ planes, one column a receiver: as the converter gave it above, corrected onto the unit circle below."""
 
 import numpy as np
-from PySide6.QtCore import QMargins
-from PySide6.QtGui import QFont, QFontMetricsF
+from PySide6.QtCore import QMargins, QSize
+from PySide6.QtGui import QFont, QFontMetricsF, QResizeEvent
 from PySide6.QtWidgets import QGridLayout
 
 from radargui.gui.control.state import Feed
@@ -19,8 +19,13 @@ _POINTS = 1200
 """Of each plane: as many as its circle has pixels."""
 
 
-_LEFT = 36
-"""Room for "-0.05", the same always: where words that come and go made it, equal units turned it into other words."""
+_LEFT, _BARE = 36, 4
+"""Room for "-0.05", the same always: where words that come and go made it, equal units turned it into other words. And
+where there are none."""
+_NARROW = 90
+"""Width in pixels below which a plane has no figures (chosen by hand): they would leave a third of it to the circle."""
+_LEAST = QSize(56, 56)
+"""Of a plane: four beside each other fit the panel on a screen of 1366 pixels."""
 
 
 class IQPlane(Plot):
@@ -39,6 +44,7 @@ class IQPlane(Plot):
         self._axes = ("I / A", "Q / A") if corrected else ("I [V]", "Q [V]")
         tips = "As the converter gave it, in volts", "Corrected, in units of its amplitude A: the unit circle (dashed)"
         self.setToolTip(tips[corrected])
+        self.setMinimumSize(_LEAST)
         self._show(1.3)
         self.view.sigResized.connect(self._resized)
 
@@ -46,12 +52,24 @@ class IQPlane(Plot):
         """Return what an axis shows; too small a plot to write it there."""
         return self._axes[axis == "left"]
 
+    def resizeEvent(self, event: QResizeEvent | None) -> None:  # noqa: N802 - Qt's name
+        """Leave the figures out where there is no room for them."""
+        item, narrow = self.getPlotItem(), self.width() < _NARROW
+        # pyqtgraph calls it while it makes the plot, and Qt when that is closed
+        if item is not None:
+            for name in ("left", "bottom"):
+                item.getAxis(name).setStyle(showValues=not narrow)
+            item.getAxis("left").setWidth(_BARE if narrow else _LEFT)
+            # half of the outermost figure, and that is one digit
+            item.layout.setContentsMargins(2, 7, 2 if narrow else 8, 2)
+        super().resizeEvent(event)
+
     def _write_name(self) -> None:
         """Write which receiver it is, and in which unit where there is room for that."""
         short = f"Rx {self._number}"
         long = f"{short} {'/ A' if self._corrected else '[V]'}"
         metrics = QFontMetricsF(having(QFont(self.font()), pointSize=INSIDE_PT))
-        self.write_inside(long if metrics.horizontalAdvance(long) + 4 <= self.view.width() else short)
+        self.write_inside(long if metrics.horizontalAdvance(long) + 8 <= self.view.width() else short)
 
     def _resized(self, _view: object) -> None:
         self._write_name()

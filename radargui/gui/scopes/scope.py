@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QDoubleSpinBox, QGridLayout, QHBoxLayout, QLabel, 
 
 from radargui.acquisition.run_output import Level
 from radargui.gui.dialog import Dialog
-from radargui.gui.layout import button, fill, having
+from radargui.gui.layout import button, fill, having, labelled
 from radargui.gui.plots.plot import LAST, Plot
 from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.theme import Theme, scaled_font, write
@@ -164,7 +164,7 @@ class GainDialog(Dialog):
             for column, field, what in ((1, factor, "Gain"), (2, offset, "Offset [V]")):
                 having(field, accessibleName=f"{what} of {name}", toolTip=tip).valueChanged.connect(self._apply)
                 grid.addWidget(field, row + 1, column)
-            grid.addWidget(QLabel(name), row + 1, 0)
+            grid.addWidget(labelled(name, factor), row + 1, 0)
             self.fields.append((factor, offset))
         says = QLabel("For the eye only: files, results and what is copied stay in volts.")
         reset = button("All as they are", self.reset)

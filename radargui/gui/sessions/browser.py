@@ -1,6 +1,8 @@
 """The session browser: every session below the data folder, searched, looked at, opened."""
 
+from calendar import monthrange
 from collections.abc import Callable
+from contextlib import suppress
 from datetime import date
 from functools import partial
 from pathlib import Path
@@ -26,12 +28,28 @@ _FIELDS: tuple[tuple[str, str, str, Callable[[str], Any], int, int], ...] = (
     ("text", "Text", "words in notes, markers, names", str, 0, 0),
     ("operator", "Operator", "any", str, 0, 2),
     ("sample", "Sample or target", "any", str, 0, 4),
-    ("since", "From day", "2026-01-31", date.fromisoformat, 2, 0),
-    ("until", "To day", "2026-12-31", date.fromisoformat, 2, 2),
+    ("since", "From day", "2026-01-31", lambda text: day_of(text), 2, 0),
+    ("until", "To day", "2026-12-31", lambda text: day_of(text, last=True), 2, 2),
     ("e_min", "e from", "0", lambda text: float(text.replace(",", ".")), 2, 4),
     ("e_max", "e to", "1", lambda text: float(text.replace(",", ".")), 2, 6),
 )
 """Name in the query, words, an example, what the text means, row and column."""
+
+
+def day_of(text: str, *, last: bool = False) -> date:
+    """Return a day, or the first or `last` one of a month or a year: `2025-11`, `2025`.
+
+    Raises
+    ------
+    ValueError
+        It is none of them.
+    """
+    with suppress(ValueError):
+        return date.fromisoformat(text)
+    parts = text.split("-")
+    first = date.fromisoformat("-".join(parts + ["01", "01"][len(parts) - 1 :]))
+    days = monthrange(first.year, first.month)[1]
+    return first if not last else first.replace(month=12, day=31) if len(parts) == 1 else first.replace(day=days)
 
 
 class SearchForm(QWidget):

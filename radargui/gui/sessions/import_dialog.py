@@ -83,6 +83,8 @@ class MappingForm(Group):
             box = Choice(offered, names[row] if row < len(names) else "")
             box.currentIndexChanged.connect(lambda _index: self.changed.emit())
             self.row(target, box)
+            # else Tab would come to what was made later at last
+            self.setTabOrder(self.boxes[-1] if self.boxes else self.count, box)
             self.boxes.append(box)
         self.changed.emit()
 

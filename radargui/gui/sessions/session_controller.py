@@ -1,6 +1,7 @@
 """What the window does with sessions: offers at the start; browse, open, take the setup of one, keep what is said."""
 
 from collections.abc import Sequence
+from concurrent.futures import Future, wait
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -11,7 +12,7 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 from radargui.experiment.reprocess import RecoveredRun, compute_later, recover_run, unfinished_runs
 from radargui.files.access import Outcome, Progress, each_run
-from radargui.gui.background import Task
+from radargui.gui.background import Task, Then, Work
 from radargui.gui.control.state import Asked, Details
 from radargui.gui.layout import Edge, Strip, button, having, ticking
 from radargui.gui.runs.run_controller import RunController
@@ -19,7 +20,7 @@ from radargui.gui.services import Services
 from radargui.gui.sessions.browser import SessionBrowser
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupFileController
-from radargui.model.errors import CancelledError, RadarGuiError
+from radargui.model.errors import CancelledError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.model.words import counted
@@ -52,9 +53,13 @@ class _Offer(Strip):
 
     def look(self) -> None:
         """Look for such runs, in the background; the first look at a large folder takes its time."""
-        folder = self._panel.data_folder
-        if folder.is_dir() and not (self.only_at_rest and self._control.state.running):
-            work = partial(self._find, folder, self._services.work.quiet())
+        folder, task = self._panel.data_folder, self._services.work.quiet()
+        busy = self.only_at_rest and self._control.state.running
+        if not busy and self._services.parent.isVisible():
+
+            def work() -> tuple[RunLine, ...]:
+                return self._find(folder, task) if folder.is_dir() else ()
+
             self._services.jobs.start(self.what, work, self._offer, self._failed)
 
     def _find(self, folder: Path, task: Task) -> tuple[RunLine, ...]:
@@ -79,7 +84,7 @@ class RecoveryOffer(_Offer):
     tip = "Finish the runs, mark them as recovered, process them; the samples stay as they are"
     refusal_tip = "Leave them as they are; offered again at the next start"
     after_ms = _RECOVERY_AFTER_MS
-    what = "looking for unfinished runs"
+    what = "the search for unfinished runs"
 
     def _find(self, folder: Path, task: Task) -> tuple[RunLine, ...]:
         return unfinished_runs(folder, progress=task.report)
@@ -130,7 +135,7 @@ class LaterOffer(_Offer):
     edge = "link"
     after_ms = _LATER_AFTER_MS
     only_at_rest = True
-    what = "looking for runs to compute"
+    what = "the search for runs to compute"
 
     def __init__(self, panel: SessionPanel, services: Services) -> None:
         super().__init__(panel, services)
@@ -191,6 +196,16 @@ def _reported_series(sessions: tuple[Path, ...], output: Path, task: Task) -> Pa
     return write_series_report(facts, output).pdf.parent
 
 
+def _opened(path: Path, task: Task) -> Session:
+    session = Session.open(path)
+    try:
+        task.report(1.0)
+    except CancelledError:
+        session.close()
+        raise
+    return session
+
+
 _SAVE_DETAILS_MS = 800
 """After the last key (chosen by hand): a shorter wait writes within a word, a longer one loses more at a crash."""
 
@@ -212,12 +227,15 @@ class SessionController(QObject):
         self._save = ticking(self, _SAVE_DETAILS_MS, self._save_aside, once=True)
         panel.details_changed.connect(self._save.start)
         self._held: Session | None = None
+        self._opening: Path | None = None
+        self._writes: list[Future[None]] = []
         self._typed: Details | None = None
         self.control.session_changed.connect(self._let_go)
         panel.mark_asked.connect(self.mark)
 
     def begin_new(self) -> None:
         """Let the next Record make a new session."""
+        self.flush()
         self.control.use_session(None)
 
     def ask_folder(self) -> None:
@@ -227,23 +245,46 @@ class SessionController(QObject):
             self.open(Path(name))
 
     def open(self, path: Path) -> None:
-        """Show a session that was recorded before; one that cannot be written is opened for looking."""
+        """Read a session that was recorded before, in the background, and show it; of several the last one asked for.
+
+        One that cannot be written is opened for looking.
+        """
         if self.control.state.running:
             self.services.board.post("warning", "Stop before another session is opened.")
-            return
-        self.flush()
-        try:
-            session = Session.open(path)
-        except RadarGuiError as error:
-            self.services.board.post_error(error)
+        elif path != self._opening:
+            self._opening = path
+            self.services.work.start(
+                f"opening {path.name}",
+                partial(_opened, path),
+                partial(self._show, path),
+                partial(self._not_opened, path),
+                partial(self._not_opened, path),
+            )
+
+    def _show(self, path: Path, session: Session) -> None:
+        board, unwanted = self.services.board, path != self._opening
+        if unwanted or self.control.state.running:
+            self._leave(session)
+            if not unwanted:
+                self._opening = None
+                board.post("warning", f"{path.name} was not opened: stop first, then open it again.")
             return
         info = session.info
+        # what was typed is still said of the session before
+        self.flush()
         if self._typed is None:
             self._typed = self.panel.details
         self.panel.set_details(info.operator, info.notes, info.sample, info.target)
         self.control.use_session(session, reviewed=True)
         if session.read_only:
-            self.services.board.post("warning", f"{path.name} is opened for looking only. {session.read_only}")
+            board.post("warning", f"{path.name} is opened for looking only. {session.read_only}")
+
+    def _not_opened(self, path: Path, error: BaseException | None = None) -> None:
+        """Say why, unless it was cancelled or another one was asked for since."""
+        if path == self._opening:
+            self._opening = None
+            if error is not None:
+                self.services.board.post_error(error)
 
     def report_series(self, sessions: tuple[Path, ...]) -> None:
         """Let the operator choose a folder, and write the report of several sessions together into it."""
@@ -264,7 +305,7 @@ class SessionController(QObject):
             return True
         answer = self.ask_where(session.path.name)
         if answer == "new":
-            self.control.use_session(None)
+            self.begin_new()
         elif answer == "add":
             self.control.is_reviewed = False
             self._typed = None
@@ -294,16 +335,14 @@ class SessionController(QObject):
             return
         # the moment is now, not when a thread gets its turn
         now = datetime.now().astimezone()
-        self.services.jobs.start("a note", lambda: session.mark(text, now=now), self.panel.show_marked)
+        self._write("a note", lambda: session.mark(text, now=now), self.panel.show_marked)
 
     def reread(self) -> None:
         """Show anew what may have changed on the disk: the list of runs, the browser."""
         session = self.control.session
         if session is not None and not self.control.state.running:
             chosen = self.runs.table.chosen
-            self.run_controller.show_session(session)
-            if chosen is not None:
-                self.runs.table.choose(lambda one: one.path == chosen.path)
+            self.run_controller.show_session(session, chosen.path if chosen else None)
         if self.browser.isVisible():
             self.browser.refresh()
 
@@ -316,19 +355,36 @@ class SessionController(QObject):
     def _let_go(self) -> None:
         """Let other programs write to the session that was open before."""
         before, self._held = self._held, self.control.session
+        if not self.control.state.running:
+            # what is still being read was asked for before
+            self._opening = None
         if before is not None and before is not self._held:
-            before.close()
+            self._leave(before)
         if not self.control.is_reviewed and self._typed is not None:
             # what an old session says of itself is not said of the next one
             self.panel.set_details(*self._typed)
             self._typed = None
+
+    def _leave(self, session: Session) -> None:
+        """Close a session once all is written that is on its way, in the background: its disk may take its time."""
+        writes, self._writes = self._writes, []
+
+        def work() -> None:
+            wait(writes)
+            session.close()
+
+        self.services.jobs.start("the end of a session", work)
 
     def _save_aside(self) -> None:
         session, panel = self.control.session, self.panel
         if session is None or session.read_only:
             return
         details = panel.details._asdict()
-        self.services.jobs.start("the session's record", lambda: session.update(**details))
+        self._write("the session's record", lambda: session.update(**details), lambda _done: None)
+
+    def _write(self, what: str, work: Work, then: Then) -> None:
+        under_way = (one for one in self._writes if not one.done())
+        self._writes = [*under_way, self.services.jobs.start(what, work, then)]
 
     def _take(self, info: SessionInfo) -> None:
         if self.control.state.running:
@@ -337,6 +393,6 @@ class SessionController(QObject):
         if not self.setup_file.may_discard():
             return
         self.setup_file.model.take(info.setup)
-        self.control.use_session(None)
+        self.begin_new()
         self.setup_taken.emit()
         self.services.board.post("info", f"Set up as in {info.name}. The next Record makes a new session.")

@@ -15,6 +15,7 @@ from radargui.files.formats import EXPORT_FORMATS
 from radargui.gui.background import WorkStrip
 from radargui.gui.dialog import Dialog
 from radargui.gui.layout import Choice, Group, PathField, PlainLabel, button, side_by_side
+from radargui.gui.mnemonics import without
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
 from radargui.gui.sessions.import_dialog import ImportDialog
@@ -25,14 +26,13 @@ from radargui.model.errors import FileError
 from radargui.model.rounding import alone, quantity
 from radargui.model.setup import Setup
 from radargui.model.words import counted
-from radargui.session.session import Session
 from radargui.session.transfer import FOLDER, ExportPlan, plan_export
 
 HEADS = ("Run", "Quantity", "Stored", "New", "New − stored")
 _SHOWN = {
     "e": ("e", 1.0),
-    "drop_height_m": ("Drop height [mm]", 1000.0),
-    "impact_speed_m_s": ("Impact speed [m/s]", 1.0),
+    "drop_height_m": ("Fall [mm]", 1000.0),
+    "impact_speed_m_s": ("Impact [m/s]", 1.0),
     "g_m_s2": ("g [m/s²]", 1.0),
 }
 """Words and scale of each figure."""
@@ -43,13 +43,14 @@ class ReprocessDialog(Dialog):
 
     kept = Signal(object)
 
-    def __init__(self, services: Services, session: Session, chosen: Path | None, setup: Setup) -> None:
+    def __init__(
+        self, services: Services, runs: tuple[Path, ...], chosen: RunEntry | None, setup: Setup, *, read_only: bool
+    ) -> None:
         super().__init__("Process again and compare", (760, 620), services.parent, "compare", services.settings)
-        self._read_only = bool(session.read_only)
+        self._read_only = read_only
         self._other: tuple[Setup | None, dict[str, str]] = (None, {})
         self._good: tuple[Path, ...] = ()
-        runs = tuple(session.run_paths())
-        one = [((chosen,), f"The chosen run, {chosen.stem}")] if chosen is not None else []
+        one = [((chosen.path,), f"The chosen run, {chosen.title}")] if chosen is not None else []
         self.what = Choice((*one, (runs, f"All {len(runs)} runs of the session")))
         self.setup = Choice(((None, "As recorded"), (setup, "Setup in the window")))
         self.correction, self.geometry_choice = (
@@ -161,10 +162,10 @@ class ExportDialog(Dialog):
 
     ordered = Signal(object)
 
-    def __init__(self, services: Services, session: Path, run: Path | None) -> None:
+    def __init__(self, services: Services, session: Path, run: RunEntry | None) -> None:
         super().__init__("Export samples", (520, 200), services.parent, "export", services.settings)
         self._jobs = services.jobs
-        one = [(run, f"The chosen run, {run.stem}")] if run is not None else []
+        one = [(run.path, f"The chosen run, {run.title}")] if run is not None else []
         self.what = Choice((*one, (session, f"All runs of the session {session.name}")))
         self.kind = Choice((one.name, f"{one.title} ({', '.join(one.suffixes)})") for one in EXPORT_FORMATS.values())
         self.folder = PathField("Export to", session / FOLDER)
@@ -198,7 +199,7 @@ class ExportDialog(Dialog):
     def _refuse(self, error: BaseException) -> None:
         self.go.setEnabled(True)
         said = f"Folder: {error}" if isinstance(error, FileError) else str(error)
-        self.folder.fault.say(said.replace("write over with --force", f"tick “{self.replace.text()}”"))
+        self.folder.fault.say(said.replace("write over with --force", f"tick “{without(self.replace.text())}”"))
 
 
 class TransferController:
@@ -221,16 +222,17 @@ class TransferController:
         if session is None:
             self.services.board.post("warning", "There is nothing to export: record a run, or open a session.")
             return
-        dialog = ExportDialog(self.services, session.path, self._chosen)
+        dialog = ExportDialog(self.services, session.path, self.sessions.runs.table.chosen)
         self._show(dialog, dialog.ordered, self.take_out)
 
     def ask_compare(self) -> None:
         """Let the operator process runs with other settings."""
-        session = self.services.control.session
-        if session is None or not session.run_paths() or self.services.control.state.holds_a_run:
+        session, runs = self.services.control.session, self.sessions.runs.counting
+        if session is None or not runs or self.services.control.state.holds_a_run:
             self.services.board.post("warning", "There is no run to process again: record one, or open a session.")
             return
-        dialog = ReprocessDialog(self.services, session, self._chosen, self.setup_model.setup)
+        setup, chosen = self.setup_model.setup, self.sessions.runs.table.chosen
+        dialog = ReprocessDialog(self.services, runs, chosen, setup, read_only=bool(session.read_only))
         self._show(dialog, dialog.kept, self.sessions.reread)
 
     def bring_in(self, order: ImportOrder) -> None:
@@ -281,11 +283,6 @@ class TransferController:
             if not self.services.jobs.running:
                 self.dialog.deleteLater()
             self.dialog = None
-
-    @property
-    def _chosen(self) -> Path | None:
-        entry = self.sessions.runs.table.chosen
-        return entry.path if entry else None
 
     def _show(self, dialog: QDialog, answered: SignalInstance, does: Callable[..., None]) -> None:
         self.close()

@@ -80,6 +80,8 @@ class ChannelGroup(ModelGroup):
         self._looks = 0
         table = RowTable(ChannelModel(_COLUMNS), "channels")
         self.table = having(table, selectionMode=RowTable.SelectionMode.NoSelection)
+        # in the order of the inputs: a sign of sorting would take a column's room
+        self.table.setSortingEnabled(False)
         self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         # as high as its rows; its columns fit the narrowest panel
         for scrolled in (self.table.setVerticalScrollBarPolicy, self.table.setHorizontalScrollBarPolicy):

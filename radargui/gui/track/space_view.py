@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pyqtgraph.opengl as gl
 from numpy.typing import NDArray
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QFont, QResizeEvent, QVector3D, QWheelEvent
 
 from radargui.gui.theme import Theme
@@ -21,6 +22,16 @@ _GRID_MM = 50.0
 """From line to line on the floor: six squares across the field of view, every other line at a figure of the axes."""
 _LOW_PX = 200
 """Height below which only the axes have names (chosen by hand): numbers and antennas would lie upon another."""
+_AT = Qt.AlignmentFlag
+_BESIDE = (_AT.AlignHCenter | _AT.AlignTop, _AT.AlignRight | _AT.AlignVCenter, _AT.AlignRight | _AT.AlignVCenter)
+"""Where the figures of x, y and z stand as the view is at first: below the floor's front edge, left of the others."""
+_AWAY = _AT.AlignLeft | _AT.AlignBottom
+_NAMED = np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 1.0)])
+"""Towards where their names stand, from the end of each axis: that of y above the far edge of the floor."""
+_APART_MM = (14.0, 28.0)
+"""So far (chosen by hand), in a low view the more: there a pixel is more of it."""
+_CORNER_MM = 60.0
+"""Figures of y come so near to the corner no more (chosen by hand): there those of z stand."""
 _STEP_MM = 4.0
 """Least way from point to point of a line (chosen by hand): shorter ones show as dots, longer ones cut the bounces."""
 
@@ -42,7 +53,8 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         self._shadow = gl.GLLinePlotItem(width=fine, mode="lines", glOptions="translucent")
         for item in (self._shadow, self._trail, self._impacts, self._sphere):
             self.addItem(item)
-        self.setMinimumSize(160, 120)
+        # as low as the projections: the panel need not scroll for it
+        self.setMinimumSize(160, 86)
         self.setCameraPosition(elevation=16, azimuth=-78)
         theme.changed.connect(self._retheme)
         self._retheme()
@@ -135,15 +147,21 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
             end = corner + (high[axis] - corner[axis]) * unit[axis]
             outwards = np.array([1.0, 1.0, 0.0]) * (1.0 - unit[axis])
             axes += [corner, end]
-            names.append((end + 12.0 * unit[axis], f"{name} [mm]"))
+            place, at = end + _APART_MM[self._is_low] * _NAMED[axis], _AWAY
+            if self._is_low and name != "x":
+                # there is no room between the axis and what falls in the middle: y beyond its other edge, z before it
+                across = (high[0] - low[0] + 20.0) * unit[0]
+                place, at = (end + across, _AWAY) if name == "y" else (end, _BESIDE[axis])
+            names.append((place, f"{name} [mm]", at))
             for value in _multiples(corner[axis], high[axis], 100.0):
                 place = corner + (value - corner[axis]) * unit[axis]
                 axes += [place, place - 6.0 * outwards]
-                words.append((place - 26.0 * outwards, f"{value:.0f}"))
+                if name != "y" or value > corner[axis] + _CORNER_MM:
+                    words.append((place - 18.0 * outwards, f"{value:.0f}", _BESIDE[axis]))
         reach = 0.5 * float(space.size_mm.max())
         for name, direction in space.antennas:
             axes += [0.93 * reach * direction, 1.05 * reach * direction]
-            words.append((1.1 * reach * direction, name))
+            words.append((1.1 * reach * direction, name, _AWAY))
         grid, frame = (
             gl.GLLinePlotItem(
                 pos=np.array(points, dtype=np.float32), color=colour, mode="lines", glOptions="translucent"
@@ -152,7 +170,8 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         )
         names += [] if self._is_low else words
         looks = {"color": QColor(self._theme.colours.faint), "font": QFont(self.font())}
-        self._fixed = [grid, frame, *(gl.GLTextItem(pos=place, text=text, **looks) for place, text in names)]
+        texts = (gl.GLTextItem(pos=place, text=text, alignment=at, **looks) for place, text, at in names)
+        self._fixed = [grid, frame, *texts]
         for item in self._fixed:
             self.addItem(item)
 

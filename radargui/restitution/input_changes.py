@@ -16,6 +16,7 @@ from radargui.model.assumed import CLOCK, TILT, uncertain_inputs, usual_u
 from radargui.model.result import Bounces
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange, Share
+from radargui.restitution.bent_flights import bent_flights, without_guess
 from radargui.restitution.flight_fit import FlightFit, break_velocities, first_by_flights
 from radargui.restitution.settings import FLIGHTS
 from radargui.restitution.setup_outlier import setup_outlier
@@ -36,8 +37,9 @@ class FlightTest:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """All that is told, what likely makes the flights bend first."""
-        return tuple(one for one in (self.cause, self.warning) if one)
+        """All that is told, what likely makes the flights bend first, and then no guess at it."""
+        told = tuple(one for one in (self.cause, self.warning) if one)
+        return tuple(without_guess(told)) if self.cause else told
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,13 +166,7 @@ def _tested(fit: FlightFit, responses: SetupResponses, estimate: JointEstimate) 
     if bend < FLIGHTS.least_bend:
         return FlightTest(widening=widening)
     widening = max(widening, FLIGHTS.least_widening)
-    return FlightTest(
-        f"the flights bend by more than what is known can make them (chi-square {value:.0f} of {expected}): likely a "
-        "reflector that is not in the model, or a setup that is wrong by more than it says; the uncertainties of "
-        f"track, e and g were widened {widening:.1f} times: cover what reflects within a metre, "
-        "measure the antennas' places again",
-        widening,
-    )
+    return FlightTest(bent_flights(value, expected, widening), widening)
 
 
 def _e_changes(

@@ -137,6 +137,8 @@ def test_a_release_five_centimetres_off_is_named_with_where_it_is_and_the_uncert
     result = process(record.recording, scene.setup)
     right = scene.drop.position(np.zeros(1))[:, 0] - scene.setup.tracer.release_position_m
     (told,) = (one for one in result.warnings if "likely tracer.release_position_m" in one)
+    # a named cause takes the place of the guess
+    assert not any("likely a reflector" in one for one in result.warnings)
     named = {axis: float(mm) for axis, mm in re.findall(r"([xyz]) ([+-]\d+) mm", told)}
     assert abs(right[:2]).min() > 0.02
     assert [named["x"], named["y"]] == pytest.approx(1e3 * right[:2], abs=8.0)

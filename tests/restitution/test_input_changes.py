@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from radargui.restitution.flight_fit import FlightFit
-from radargui.restitution.input_changes import SetupResponses, _tested
+from radargui.restitution.input_changes import FlightTest, SetupResponses, _tested
 
 
 def judged(misfit: tuple[float, int], bend: float) -> Any:
@@ -37,3 +37,15 @@ def test_flights_that_bend_by_more_than_u_beyond_noise_are_told() -> None:
     assert test.widening == pytest.approx(2.0)
     assert judged((2000.0, 200), 1.2).widening == pytest.approx(np.sqrt(10.0))
     assert judged((215.0, 200), 1.2).warning == ""
+
+
+def test_a_cause_that_is_named_takes_the_place_of_the_guess() -> None:
+    test = judged((2000.0, 200), 1.2)
+    assert test.warnings == (test.warning,)
+    assert "likely a reflector" in test.warning
+    cause, bent = FlightTest(test.warning, test.widening, "the release is wrong").warnings
+    assert cause == "the release is wrong"
+    assert bent == (
+        "the flights bend by more than what is known can make them (chi-square 2000 of 200): the uncertainties of "
+        "track, e and g were widened 3.2 times"
+    )

@@ -38,7 +38,7 @@ from radargui.processing.whole import as_wired
 from radargui.restitution.input_changes import joint_changes, setup_responses
 from radargui.restitution.joint_bounces import joint_bounces
 from radargui.restitution.settings import TRACKS
-from radargui.restitution.setup_outlier import CONTRADICTED
+from radargui.restitution.setup_outlier import CONTRADICTED, COUNTED, NAMED
 
 _FALL_MARGIN = 0.1  # of the fall left out at both ends
 ENDED_EARLY = (
@@ -134,14 +134,13 @@ def _misfits(misfit: FloatArray, estimate: MotionEstimate) -> BoolArray:
 
 def _judged(motion: MeasuredMotion, joint: JointEstimate, adaptive: MeasuredMotion, setup: Setup) -> MeasuredMotion:
     """Return what the joint estimate measured; rejected where it leaves open which fringe it is, or what reflects."""
-    every = np.ones(len(adaptive.corrected.channels), dtype=np.bool_)
     if motion.track is not None and is_unknown(motion.track, joint.onset_s, setup.radar.wavelength_m):
-        return _with_cause(_without(adaptive, every), motion)
+        return _refused(adaptive, motion, NO_SINGLE_BODY)
     why_not = doubt(joint.chosen.solution, joint.onset_s, setup)
     # a fall that obeys its equation of motion would show a lost fringe; nothing holds a level motion, whose u means
     # nothing then
     if why_not and not joint.chosen.solution.problem.in_flight.any():
-        return _with_cause(_without(adaptive, every, why_not), motion)
+        return _refused(adaptive, motion, why_not)
     # believed on whole circles before, and what was to test them does not say enough
     unsure = _strayed(joint, motion) & ~_rejected(adaptive)
     if unsure.any() and not is_fringe_sure(motion.track, joint.onset_s):
@@ -172,10 +171,12 @@ def _without(adaptive: MeasuredMotion, wrong: BoolArray, reason: str = NO_SINGLE
     return replace(adaptive, corrected=replace(adaptive.corrected, channels=channels))
 
 
-def _with_cause(rejected: MeasuredMotion, motion: MeasuredMotion) -> MeasuredMotion:
-    """Return a rejected motion with what the flights of the joint one say of the setup: the likeliest cause."""
+def _refused(adaptive: MeasuredMotion, motion: MeasuredMotion, why: str) -> MeasuredMotion:
+    """Return the motion refused by what the flights of the joint one say of the setup, or by a guess and that."""
     causes = tuple(one for one in motion.warnings if one.startswith(CONTRADICTED))
-    return replace(rejected, warnings=rejected.warnings + causes)
+    named = next((one.removesuffix(COUNTED) for one in causes if one.startswith(NAMED)), "")
+    rejected = _without(adaptive, np.ones(len(adaptive.corrected.channels), dtype=np.bool_), named or why)
+    return rejected if named else replace(rejected, warnings=rejected.warnings + causes)
 
 
 def _with_left_out(motion: MeasuredMotion, stretches: Sequence[UnexplainedStretch]) -> MeasuredMotion:

@@ -19,7 +19,8 @@ from radargui.model.uncertainty_budget import InputChange, Share
 from radargui.restitution.bent_flights import bent_flights, without_guess
 from radargui.restitution.flight_fit import FlightFit, break_velocities, first_by_flights
 from radargui.restitution.settings import FLIGHTS
-from radargui.restitution.setup_outlier import setup_outlier
+from radargui.restitution.setup_chi_square import SetupChiSquare
+from radargui.restitution.setup_outlier import misstated, setup_outlier
 from radargui.restitution.track_response import tilt_and_clock
 
 INSTANTS = 8000
@@ -29,17 +30,21 @@ SPHERE = "sphere"
 
 @dataclass(frozen=True, slots=True)
 class FlightTest:
-    """What the flights say: a sentence for people where they bend, what u is widened by, and what likely makes them."""
+    """What the flights say: a sentence for people where they bend, what u is widened by, what likely makes them bend.
+
+    And whether that explains all of it.
+    """
 
     warning: str = ""
     widening: float = 1.0
     cause: str = ""
+    explained: bool = True
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """All that is told, what likely makes the flights bend first, and then no guess at it."""
+        """All that is told, what likely makes the flights bend first, and then no guess where that explains it."""
         told = tuple(one for one in (self.cause, self.warning) if one)
-        return tuple(without_guess(told)) if self.cause else told
+        return tuple(without_guess(told)) if self.cause and self.explained else told
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,9 +132,15 @@ def joint_changes(
         What it was estimated with, and how it follows that.
     """
     time_s, out = responses.time_s, []
-    test = FlightTest() if fit is None else _tested(fit, responses.uncertain, estimate)
-    outlier = None if fit is None else setup_outlier(fit, responses.keys, responses.each, setup)
-    for key, response in zip(responses.keys, responses.each, strict=True):
+    outlier, slips, by_setup = None, np.ones(len(responses.keys)), False
+    if fit is not None and responses.keys:
+        exact = np.array([key in responses.exact for key in responses.keys])
+        chi_square = SetupChiSquare.of(fit, responses.keys, responses.each, setup, exact)
+        outlier = setup_outlier(chi_square, responses.keys, setup)
+        slips = misstated(chi_square, responses.keys, setup)
+        by_setup = chi_square.share_left(chi_square.least()[1]) == 0.0
+    test = FlightTest() if fit is None else _tested(fit, responses.uncertain, estimate, by_setup=by_setup)
+    for key, response, slip in zip(responses.keys, responses.each, slips.tolist(), strict=True):
         if key in responses.exact and (outlier is None or key not in outlier.off):
             continue
         followed = None if fit is None else fit.follow(response)
@@ -138,17 +149,22 @@ def joint_changes(
         # no possible sphere is more likely than another: their squares add up to the mean square
         share = 1.0 / np.sqrt(responses.n_spheres) if key == SPHERE else 1.0
         # as far off as the run itself says
-        share *= 1.0 if outlier is None else outlier.widening(key)
+        share *= slip if outlier is None else max(slip, outlier.widening(key))
         kind: Share = "sphere" if key in (SPHERE, DIAMETER) else "calibration"
         out.append(InputChange(key, kind, time_s, share * response.moved_m, share * e, share * g))
     places = _impact_breaks(estimate, bounces)
     before, after = break_velocities(estimate.posterior, fit)
     out += tilt_and_clock(time_s, lambda: (before[places], after[places]), bounces, setup)
-    return tuple(out), test if outlier is None else replace(test, cause=outlier.sentence)
+    return tuple(out), test if outlier is None else replace(test, cause=outlier.sentence, explained=outlier.explains)
 
 
-def _tested(fit: FlightFit, responses: SetupResponses, estimate: JointEstimate) -> FlightTest:
-    """Return by what flights that bend widen u, and what is reported where neither noise nor the setup explains it."""
+def _tested(
+    fit: FlightFit, responses: SetupResponses, estimate: JointEstimate, *, by_setup: bool = False
+) -> FlightTest:
+    """Return by what flights that bend widen u, and what is reported where neither noise nor the setup explains it.
+
+    `by_setup`: inputs that are off by more than their u would.
+    """
     bends, keys = fit.bends(responses.each), responses.keys
     # of the possible spheres only one is there: their mean counts as one input
     each = np.array([bends[[other == key for other in keys]].mean() for key in dict.fromkeys(keys)])
@@ -166,7 +182,7 @@ def _tested(fit: FlightFit, responses: SetupResponses, estimate: JointEstimate) 
     if bend < FLIGHTS.least_bend:
         return FlightTest(widening=widening)
     widening = max(widening, FLIGHTS.least_widening)
-    return FlightTest(bent_flights(value, expected, widening), widening)
+    return FlightTest(bent_flights(value, expected, widening, by_setup=by_setup), widening)
 
 
 def _e_changes(

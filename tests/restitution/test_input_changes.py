@@ -12,11 +12,11 @@ from radargui.restitution.flight_fit import FlightFit
 from radargui.restitution.input_changes import FlightTest, SetupResponses, _tested
 
 
-def judged(misfit: tuple[float, int], bend: float) -> Any:
+def judged(misfit: tuple[float, int], bend: float, *, by_setup: bool = False) -> Any:
     estimate: Any = SimpleNamespace(time_s=np.zeros(1), u_position_m=np.ones((3, 1)))
     fit: Any = SimpleNamespace(misfit=misfit, bends=lambda _: np.zeros(0), bend_over_u=lambda *_: bend)
     fit.excess = lambda explained: FlightFit.excess(fit, explained)
-    return _tested(fit, SetupResponses(np.zeros(1), (), ()), estimate)
+    return _tested(fit, SetupResponses(np.zeros(1), (), ()), estimate, by_setup=by_setup)
 
 
 def test_what_noise_makes_is_neither_told_nor_widened() -> None:
@@ -40,12 +40,16 @@ def test_flights_that_bend_by_more_than_u_beyond_noise_are_told() -> None:
 
 
 def test_a_cause_that_is_named_takes_the_place_of_the_guess() -> None:
-    test = judged((2000.0, 200), 1.2)
+    of_setup, test = judged((2000.0, 200), 1.2, by_setup=True), judged((2000.0, 200), 1.2)
     assert test.warnings == (test.warning,)
     assert "likely a reflector" in test.warning
+    assert "likely a setup that is wrong" in of_setup.warning
+    assert FlightTest(of_setup.warning, 2.0, "a").warnings[1] == FlightTest(test.warning, 2.0, "a").warnings[1]
     cause, bent = FlightTest(test.warning, test.widening, "the release is wrong").warnings
     assert cause == "the release is wrong"
     assert bent == (
         "the flights bend by more than what is known can make them (chi-square 2000 of 200): the uncertainties of "
         "track, e and g were widened 3.2 times"
     )
+    beside = FlightTest(test.warning, test.widening, "the release leaves much of it", explained=False)
+    assert beside.warnings == ("the release leaves much of it", test.warning)

@@ -237,7 +237,7 @@ def _motion_of(
     if isinstance(estimate, JointEstimate) and setup.processing.geometry == "exact":
         try:
             responses = setup_responses(estimate, setup)
-            bounces, fit = joint_bounces(estimate, setup, responses.floor_covariance())
+            bounces, fit = joint_bounces(estimate, setup, responses)
             changes, test = joint_changes(estimate, bounces, fit, setup, responses)
             warnings = test.warnings
             estimate, bounces = estimate.widened(test.widening), bounces.widened(test.widening)

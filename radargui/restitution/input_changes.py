@@ -80,6 +80,11 @@ class SetupResponses:
         """How many spheres are possible: of them only one is there."""
         return self.keys.count(SPHERE)
 
+    @property
+    def weights(self) -> FloatArray:
+        """Of the inputs' own squares, shape (n,): of n possible spheres only one is there."""
+        return np.array([float(self.keys.count(key)) for key in self.keys])
+
     def floor_covariance(self) -> FloatArray:
         """Return the covariance that the inputs leave to the slope of the floor that reflects, shape (2, 2)."""
         out = np.zeros((2, 2))

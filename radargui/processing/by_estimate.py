@@ -30,7 +30,7 @@ from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import CorrectedIQ, PathLengths, Track
 from radargui.model.setup import Setup
 from radargui.processing.continuity import checked
-from radargui.processing.doubts import doubt, hardly_known, is_fringe_sure, is_unknown
+from radargui.processing.doubts import doubt, hardly_known, is_fringe_sure, is_unknown, turned_polarisation
 from radargui.processing.in_band import measure_in_band
 from radargui.processing.locate import LEAST_RECEIVERS, locate, locate_body
 from radargui.processing.measured_motion import MeasuredMotion
@@ -258,6 +258,9 @@ def _motion_of(
         estimate.channels,
         decisions=estimate.choices,
     )
+    if isinstance(estimate, JointEstimate) and not any(one.startswith(NAMED) for one in warnings):
+        turned = turned_polarisation(estimate.chosen.solution)
+        warnings = (turned, *warnings) if turned else warnings
     if isinstance(estimate, JointEstimate) and estimate.chosen.ended_early:
         warnings += (ENDED_EARLY,)
     elif isinstance(estimate, JointEstimate) and not warnings:

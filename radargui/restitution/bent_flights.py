@@ -27,6 +27,16 @@ def bent_flights(chi_square: float, expected: int, widening: float, *, by_setup:
     )
 
 
+def unsteady(chi_square: float, expected: int, widening: float) -> str:
+    """Return the sentence where flights do not fit, but keep to the motion within what it is known to; as above."""
+    return (
+        f"the flights fit worse than noise and setup make them (chi-square {chi_square:.0f} of {expected}), though "
+        "they keep within what the position is known to: likely something changed during the motion, as an oscillator, "
+        "a supply or a bystander does; the uncertainties of track, e and g were widened "
+        f"{widening:.1f} times: record it again"
+    )
+
+
 def without_guess(warnings: Iterable[str]) -> list[str]:
     """Return sentences without that guess: for where another one names the cause."""
     out = []

@@ -16,7 +16,7 @@ from radargui.model.assumed import CLOCK, TILT, uncertain_inputs, usual_u
 from radargui.model.result import Bounces
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange, Share
-from radargui.restitution.bent_flights import bent_flights, without_guess
+from radargui.restitution.bent_flights import bent_flights, unsteady, without_guess
 from radargui.restitution.flight_fit import FlightFit, break_velocities, first_by_flights
 from radargui.restitution.settings import FLIGHTS
 from radargui.restitution.setup_chi_square import SetupChiSquare
@@ -137,14 +137,15 @@ def joint_changes(
         What it was estimated with, and how it follows that.
     """
     time_s, out = responses.time_s, []
-    outlier, slips, by_setup = None, np.ones(len(responses.keys)), False
+    outlier, slips = None, np.ones(len(responses.keys))
+    unexplained = 0.0 if fit is None else fit.excess(np.zeros(0))
     if fit is not None and responses.keys:
         exact = np.array([key in responses.exact for key in responses.keys])
         chi_square = SetupChiSquare.of(fit, responses.keys, responses.each, setup, exact)
         outlier = setup_outlier(chi_square, responses.keys, setup)
         slips = misstated(chi_square, responses.keys, setup)
-        by_setup = chi_square.share_left(chi_square.least()[1]) == 0.0
-    test = FlightTest() if fit is None else _tested(fit, responses.uncertain, estimate, by_setup=by_setup)
+        unexplained = chi_square.sigmas_left(chi_square.least()[1])
+    test = FlightTest() if fit is None else _tested(fit, responses.uncertain, estimate, unexplained)
     for key, response, slip in zip(responses.keys, responses.each, slips.tolist(), strict=True):
         if key in responses.exact and (outlier is None or key not in outlier.off):
             continue
@@ -163,12 +164,10 @@ def joint_changes(
     return tuple(out), test if outlier is None else replace(test, cause=outlier.sentence, explained=outlier.explains)
 
 
-def _tested(
-    fit: FlightFit, responses: SetupResponses, estimate: JointEstimate, *, by_setup: bool = False
-) -> FlightTest:
+def _tested(fit: FlightFit, responses: SetupResponses, estimate: JointEstimate, unexplained: float) -> FlightTest:
     """Return by what flights that bend widen u, and what is reported where neither noise nor the setup explains it.
 
-    `by_setup`: inputs that are off by more than their u would.
+    `unexplained`: standard deviations of chi-square that inputs leave that may be off by more than their u.
     """
     bends, keys = fit.bends(responses.each), responses.keys
     # of the possible spheres only one is there: their mean counts as one input
@@ -185,9 +184,10 @@ def _tested(
     widening = max(apart, float(np.sqrt(value / (expected + each.sum()))))
     # what bends by less than u is known to: alternatives have said so
     if bend < FLIGHTS.least_bend:
-        return FlightTest(widening=widening)
+        told = unexplained > FLIGHTS.most_unexplained
+        return FlightTest(unsteady(value, expected, widening) if told else "", widening)
     widening = max(widening, FLIGHTS.least_widening)
-    return FlightTest(bent_flights(value, expected, widening, by_setup=by_setup), widening)
+    return FlightTest(bent_flights(value, expected, widening, by_setup=unexplained < FLIGHTS.least_excess), widening)
 
 
 def _e_changes(

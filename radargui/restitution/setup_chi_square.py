@@ -83,7 +83,11 @@ class SetupChiSquare:
     def share_left(self, gain: float) -> float:
         """Return the share of what chi-square has beyond its mean that a gain leaves; 0 where noise makes the rest."""
         left = self.value - gain - self.expected
-        return left / (left + gain) if left > _NOISE * np.sqrt(2.0 * self.expected) else 0.0
+        return left / (left + gain) if self.sigmas_left(gain) > _NOISE else 0.0
+
+    def sigmas_left(self, gain: float) -> float:
+        """Return by how many of its standard deviations chi-square less a gain is above its mean."""
+        return float((self.value - gain - self.expected) / np.sqrt(2.0 * self.expected))
 
     def misstated(self, which: BoolArray) -> tuple[FloatArray, float]:
         """Return how far off the inputs are where some are misstated, and ln E of that against the setup as it is.

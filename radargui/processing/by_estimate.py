@@ -35,10 +35,10 @@ from radargui.processing.in_band import measure_in_band
 from radargui.processing.locate import LEAST_RECEIVERS, locate, locate_body
 from radargui.processing.measured_motion import MeasuredMotion
 from radargui.processing.whole import as_wired
+from radargui.restitution.bent_flights import CONTRADICTED, COUNTED, NAMED
 from radargui.restitution.input_changes import joint_changes, setup_responses
 from radargui.restitution.joint_bounces import joint_bounces
 from radargui.restitution.settings import TRACKS
-from radargui.restitution.setup_outlier import CONTRADICTED, COUNTED, NAMED
 
 _FALL_MARGIN = 0.1  # of the fall left out at both ends
 ENDED_EARLY = (

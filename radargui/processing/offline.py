@@ -27,7 +27,7 @@ from radargui.processing.part import Part
 from radargui.processing.setup_doubts import contradicted, misplaced, unlikely, wired_wrongly, without_room
 from radargui.processing.uncertainty_budget import changes_of_track, with_budget
 from radargui.processing.whole import Whole
-from radargui.restitution.bent_flights import without_guess
+from radargui.restitution.bent_flights import without_guess, without_places
 from radargui.restitution.bounces import find_bounces
 from radargui.restitution.cross_check import disagreements, floor_and_wall, found_tilt, walls_met
 from radargui.restitution.impact_plane import judged_by_floor
@@ -187,6 +187,8 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         bounces, floor = judged_by_floor(bounces, track, alike_m)
         elsewhere = contradicted(setup, rate_hz, track, bounces, budget)
         # a cause that is named takes the place of the guess
+        if misplaced(setup):
+            warnings = without_places(warnings)
         if elsewhere or misplaced(setup) or without_room(conditioned, recording.digitisation):
             warnings = without_guess(warnings)
         warnings += elsewhere

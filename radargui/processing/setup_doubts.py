@@ -32,12 +32,13 @@ _U_FLOOR_M = 3e-3
 
 def unlikely(setup: Setup) -> list[str]:
     """Return a sentence for each kind of value that no laboratory has."""
-    return [*misplaced(setup), *(one for one in (_floor_upside_down(setup),) if one)]
+    floor = (_floor_upside_down(setup), _floor_above(setup))
+    return [*misplaced(setup), *(one for one in floor if one)]
 
 
 def misplaced(setup: Setup) -> list[str]:
-    """Return those of them that make flights bend: antennas, or the release, elsewhere than in any laboratory."""
-    return [one for one in (_far_antenna(setup), _angles_in_radians(setup), _floor_above(setup)) if one]
+    """Return those of antennas that stand where none does: flights bend by them, and would name any place for it."""
+    return [one for one in (_far_antenna(setup), _angles_in_radians(setup)) if one]
 
 
 def _far_antenna(setup: Setup) -> str:

@@ -2,8 +2,19 @@
 
 from collections.abc import Iterable
 
+CONTRADICTED = "flights and g contradict the setup"
+"""How a sentence begins that names a place of the setup (`setup_outlier`)."""
+NAMED = f"{CONTRADICTED}: likely"
+"""The same where that place explains it."""
+COUNTED = "; the uncertainties count it as so far off"
+"""And how it ends."""
 _GUESS = " likely a reflector that is not in the model, or a setup that is wrong by more than it says;"
 _REMEDY = ": cover what reflects within a metre, measure the antennas' places again"
+_UNSTEADY = (
+    " likely something changed during the motion, as an oscillator, a supply or a bystander does, or a setup that is "
+    "wrong by more than it says;"
+)
+_AGAIN = ": record it again"
 _OF_SETUP, _MEASURE = " likely a setup that is wrong by more than it says;", ": measure release and antennas again"
 
 
@@ -31,17 +42,21 @@ def unsteady(chi_square: float, expected: int, widening: float) -> str:
     """Return the sentence where flights do not fit, but keep to the motion within what it is known to; as above."""
     return (
         f"the flights fit worse than noise and setup make them (chi-square {chi_square:.0f} of {expected}), though "
-        "they keep within what the position is known to: likely something changed during the motion, as an oscillator, "
-        "a supply or a bystander does; the uncertainties of track, e and g were widened "
-        f"{widening:.1f} times: record it again"
+        f"they keep within what the position is known to:{_UNSTEADY} the uncertainties of track, e and g were widened "
+        f"{widening:.1f} times{_AGAIN}"
     )
 
 
 def without_guess(warnings: Iterable[str]) -> list[str]:
-    """Return sentences without that guess: for where another one names the cause."""
+    """Return sentences without guesses: for where another one names the cause."""
     out = []
     for one in warnings:
-        for guess in (_GUESS, _REMEDY, _OF_SETUP, _MEASURE):
+        for guess in (_GUESS, _REMEDY, _OF_SETUP, _MEASURE, _UNSTEADY, _AGAIN):
             one = one.replace(guess, "")
         out.append(one)
     return out
+
+
+def without_places(warnings: Iterable[str]) -> list[str]:
+    """Return sentences without those that name a place: a setup that no laboratory has lets flights name any."""
+    return [one for one in warnings if not one.startswith(CONTRADICTED)]

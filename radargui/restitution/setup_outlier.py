@@ -8,14 +8,9 @@ import numpy as np
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.assumed import UncertainInput, uncertain_inputs, usual_u
 from radargui.model.setup import Setup
+from radargui.restitution.bent_flights import CONTRADICTED, COUNTED, NAMED
 from radargui.restitution.setup_chi_square import SetupChiSquare
 
-CONTRADICTED = "flights and g contradict the setup"
-"""How the sentence begins."""
-NAMED = f"{CONTRADICTED}: likely"
-"""The same where one place explains it."""
-COUNTED = "; the uncertainties count it as so far off"
-"""And how it ends."""
 _SIGMAS = 3.72
 """A place gains so much by chance once in ten thousand: as many deviations of a normal number."""
 _LEAST_OFF, _LEAST_OFF_EXACT = 5.0, 20.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +14,15 @@ from benchmarks.laboratory.mistaken.draw import mistaken
 from benchmarks.laboratory.scene import make_record
 from benchmarks.laboratory.stated import Stated
 
+from radargui.model.resources import default_setup_path
 from radargui.model.result import Bounce, Bounces, FreeFall, Track
-from radargui.model.setup import Setup, read_setup
+from radargui.model.setup import Setup, changed, read_setup
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
+from radargui.processing import offline
 from radargui.processing.offline import process
 from radargui.processing.setup_doubts import contradicted, unlikely
+from radargui.restitution.bent_flights import COUNTED, NAMED, bent_flights
+from radargui.sources.simulated.model import simulate_recording
 
 SHIPPED = sorted((Path(__file__).resolve().parents[2] / "resources" / "setups").glob("*.toml"))
 QUICK = {"rate_hz": 2000.0, "skew_s": 0.0, "walls": 0}
@@ -150,3 +155,17 @@ def test_a_release_five_centimetres_off_is_named_with_where_it_is_and_the_uncert
     assert np.sqrt((off**2).mean()) < 2.0 * np.sqrt((track.u_combined_m[:, moving] ** 2).mean())
     right_told = draw(3, stated, **QUICK, **clear).setup
     assert not any("contradict" in one for one in process(record.recording, right_told).warnings)
+
+
+def test_antennas_where_none_stands_are_the_cause_of_flights_that_bend(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What flights say of other places, and the guess at a reflector, would only lead astray."""
+    setup = changed(read_setup(default_setup_path()), {"processing.correction": "published", "daq.rate_hz": 5000.0})
+    recording, _ = simulate_recording(setup)
+    named, bent = f"{NAMED} receiver[1] is wrong{COUNTED}", bent_flights(500.0, 100, 2.2)
+    measured = offline._measure
+    monkeypatch.setattr(offline, "_measure", lambda *given: replace(measured(*given), warnings=(named, bent)))
+    assert {named, bent} <= set(process(recording, setup).warnings)
+    far, *others = process(recording, changed(setup, {"transmitter.distance_m": 70.0})).warnings
+    assert "from there no echo" in far
+    assert not any("receiver[1]" in one or "likely a reflector" in one for one in others)
+    assert any(one.startswith("the flights bend") for one in others)

@@ -11,10 +11,10 @@ COUNTED = "; the uncertainties count it as so far off"
 _GUESS = " likely a reflector that is not in the model, or a setup that is wrong by more than it says;"
 _REMEDY = ": cover what reflects within a metre, measure the antennas' places again"
 _UNSTEADY = (
-    " likely something changed during the motion, as an oscillator, a supply or a bystander does, or a setup that is "
-    "wrong by more than it says;"
+    " likely a reflector that is not in the model, a setup that is wrong by more than it says, or something that "
+    "changed during the motion (oscillator, supply, bystander);"
 )
-_AGAIN = ": record it again"
+_AGAIN = ": cover what reflects within a metre, record it again"
 _OF_SETUP, _MEASURE = " likely a setup that is wrong by more than it says;", ": measure release and antennas again"
 
 

@@ -33,7 +33,7 @@ def test_a_misfit_beyond_noise_widens_by_birges_ratio_where_the_motion_keeps_to_
 
 def test_a_misfit_that_nothing_explains_is_told_though_the_motion_keeps_to_its_flights() -> None:
     test = judged((1009.0, 223), 0.6, 37.0)
-    assert "something changed during the motion" in test.warning
+    assert "something that changed during the motion" in test.warning
     assert "widened 2.1 times" in test.warning
     assert test.widening == pytest.approx(np.sqrt(1009.0 / 223.0))
     # what the setup explains if it is off by more than its u is told of places, not here

@@ -23,16 +23,24 @@ _ALIKE, _ALIKE_SHARE = 10.0, 0.3
 receivers exchanged gained 81, 71, 61 and 61 as release or receiver (laboratory seed 81410)."""
 _FAR_DEG, _FAR_M = 45.0, 0.15
 """What is farther off is not told in numbers: the equations are linear, antennas and places are not."""
+_OUTSIDE_M = 1.0
+"""A release that would have to be farther off is in no field of view of some 0.3 m: nothing but the form has it there
+(a sample rate of twice the true one: 46 m)."""
 _MOST_LEFT = 0.1
 """Share of the flights' excess of chi-square that a wrong place leaves: what the linear answer misses of an angle off
 by 0.4 rad is 0.2 of it, 0.04 in chi-square. Wrong places left 0.0 to 0.03, walls of a box 0.24 to 0.63 (laboratory
 7047241, 770535)."""
+_RELEASE = "tracer.release_position_m"
 _SLIPS = 0.01
 """Share of places that people misstate: chosen by hand."""
+_OUTSIDE_M = 1.0
+"""A release that would have to be farther off is in no field of view of some 0.3 m: nothing but the form has it there
+(a sample rate of twice the true one: 46 m)."""
 _MOST_LEFT = 0.1
 """Share of the flights' excess of chi-square that a wrong place leaves: what the linear answer misses of an angle off
 by 0.4 rad is 0.2 of it, 0.04 in chi-square. Wrong places left 0.0 to 0.03, walls of a box 0.24 to 0.63 (laboratory
 7047241, 770535)."""
+_RELEASE = "tracer.release_position_m"
 _SLIPS = 0.01
 """Share of places that people misstate: chosen by hand."""
 
@@ -86,7 +94,12 @@ def setup_outlier(chi_square: SetupChiSquare, keys: Sequence[str], setup: Setup)
     for place in dict.fromkeys(one for one in places if one):
         freed = np.asarray(places == place)
         off, gain = chi_square.least(freed)
+        by_m = [abs(by) * inputs[key].u for key, by in zip(keys, off, strict=True) if key.startswith(_RELEASE)]
+        if place == _RELEASE and max(by_m) > _OUTSIDE_M:
+            continue
         gained.append((gain - bound, _most_by_chance(int(freed.sum())), freed, off))
+    if not gained:
+        return None
     gain, least, freed, off = max(gained, key=lambda one: one[0])
     bounds = np.array([_LEAST_OFF_EXACT if key in stated and stated[key].u == 0.0 else _LEAST_OFF for key in keys])
     if gain < least or not (np.abs(off) > bounds)[freed].any():

@@ -134,6 +134,14 @@ def test_what_is_beyond_a_linear_answer_is_told_without_a_number() -> None:
     assert "receiver[3] is wrong, adding much to distance_m would agree (1000 times" in found.sentence
 
 
+def test_a_release_outside_the_room_is_not_named() -> None:
+    found = judged({"tracer.release_position_m[1]": 900.0})
+    assert found is not None
+    assert "tracer.release_position_m is wrong" in found.sentence
+    found = judged({"tracer.release_position_m[1]": 2000.0, "tracer.release_position_m[2]": 40000.0})
+    assert found is None or "tracer.release_position_m is wrong" not in found.sentence
+
+
 def test_places_that_explain_it_as_well_are_named_beside_it_and_that_receivers_may_be_exchanged() -> None:
     off = {"receiver[1].azimuth_deg": 40.0, "receiver[2].azimuth_deg": -40.0}
     found = judged(off)

@@ -51,6 +51,7 @@ def test_setups_of_the_laboratorys_drops_hold_nothing_unlikely() -> None:
         ("distance/inches", "give metres"),
         ("tilt/radians", "if these are radians"),
         ("floor/down", "floor.normal points down"),
+        ("air/vacuum", "is that of a vacuum"),
     ],
 )
 def test_values_that_no_laboratory_has_are_told(which: str, said: str) -> None:

@@ -43,8 +43,8 @@ class FlightTest:
     @property
     def warnings(self) -> tuple[str, ...]:
         """All that is told, what likely makes the flights bend first, and then no guess where that explains it."""
-        told = tuple(one for one in (self.cause, self.warning) if one)
-        return tuple(without_guess(told)) if self.cause and self.explained else told
+        sentences = tuple(one for one in (self.cause, self.warning) if one)
+        return tuple(without_guess(sentences)) if self.cause and self.explained else sentences
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,8 +184,8 @@ def _tested(fit: FlightFit, responses: SetupResponses, estimate: JointEstimate, 
     widening = max(apart, float(np.sqrt(value / (expected + each.sum()))))
     # what bends by less than u is known to: alternatives have said so
     if bend < FLIGHTS.least_bend:
-        told = unexplained > FLIGHTS.most_unexplained
-        return FlightTest(unsteady(value, expected, widening) if told else "", widening)
+        is_reported = unexplained > FLIGHTS.most_unexplained
+        return FlightTest(unsteady(value, expected, widening) if is_reported else "", widening)
     widening = max(widening, FLIGHTS.least_widening)
     return FlightTest(bent_flights(value, expected, widening, by_setup=unexplained < FLIGHTS.least_excess), widening)
 

@@ -164,6 +164,8 @@ def _write_arrays(group: Any, result: RunResult, chunk: int) -> None:
 
 
 _NAME = "bounces"
+_BESIDE = ("normal", "u_tilt_deg", "braked_1_m", "walls_s", "with_walls_s")
+"""What is found beside impacts and fall: attributes of the table of impacts."""
 _METHOD_BYTES = 40  # in UTF-8: rows of a table are of one length, longer names are cut (chosen by hand)
 _BOUNCE_UNITS = ("s", "m/s", "m/s", "1", "1", "text", "1", "1", "1", "1")
 _KINDS: dict[type, Any] = {float: "<f8", bool: "?", str: h5py.string_dtype("utf-8", _METHOD_BYTES)}
@@ -177,8 +179,8 @@ def put_bounces(group: Any, bounces: Bounces) -> None:
     options = {"chunks": rows.shape, **hdf5.COMPRESSION} if rows.size else {}
     table = group.create_dataset(_NAME, data=rows, **options)
     found = asdict(bounces.free_fall) if bounces.free_fall else {}
-    found |= {"normal": bounces.normal, "u_tilt_deg": bounces.u_tilt_deg}
-    numbers = {key: np.asarray(value) for key, value in found.items() if value is not None}
+    found |= {key: getattr(bounces, key) for key in _BESIDE}
+    numbers = {key: np.asarray(value) for key, value in found.items() if value not in (None, ())}
     hdf5.put_all(table.attrs, {"units": _BOUNCE_UNITS, **numbers})
     hdf5.seal(table.attrs)
 
@@ -196,8 +198,9 @@ def bounces_in(group: Any, path: Path) -> Bounces:
     if not hdf5.is_sound(known):
         raise ValueError
     fall = FreeFall(**{one.name: _value(known, one.name) for one in fields(FreeFall)}) if "g_m_s2" in known else None
-    normal, u_tilt_deg = (_value(known, key) if key in known else None for key in ("normal", "u_tilt_deg"))
-    return Bounces(tuple(map(_bounce, table[:])), fall, normal, u_tilt_deg)
+    # nothing where there is nothing to say, or a version wrote them that knew nothing of it
+    beside = {key: _value(known, key) for key in _BESIDE if key in known}
+    return Bounces(tuple(map(_bounce, table[:])), fall, **beside)
 
 
 def _value(attributes: Any, key: str) -> Any:

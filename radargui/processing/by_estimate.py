@@ -30,15 +30,15 @@ from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import CorrectedIQ, PathLengths, Track
 from radargui.model.setup import Setup
 from radargui.processing.continuity import checked
-from radargui.processing.doubts import doubt, hardly_known, is_fringe_sure, is_unknown
+from radargui.processing.doubts import doubt, hardly_known, is_fringe_sure, is_unknown, turned_polarisation
 from radargui.processing.in_band import measure_in_band
 from radargui.processing.locate import LEAST_RECEIVERS, locate, locate_body
 from radargui.processing.measured_motion import MeasuredMotion
 from radargui.processing.whole import as_wired
+from radargui.restitution.bent_flights import CONTRADICTED, COUNTED, NAMED
 from radargui.restitution.input_changes import joint_changes, setup_responses
 from radargui.restitution.joint_bounces import joint_bounces
 from radargui.restitution.settings import TRACKS
-from radargui.restitution.setup_outlier import CONTRADICTED
 
 _FALL_MARGIN = 0.1  # of the fall left out at both ends
 ENDED_EARLY = (
@@ -134,14 +134,13 @@ def _misfits(misfit: FloatArray, estimate: MotionEstimate) -> BoolArray:
 
 def _judged(motion: MeasuredMotion, joint: JointEstimate, adaptive: MeasuredMotion, setup: Setup) -> MeasuredMotion:
     """Return what the joint estimate measured; rejected where it leaves open which fringe it is, or what reflects."""
-    every = np.ones(len(adaptive.corrected.channels), dtype=np.bool_)
     if motion.track is not None and is_unknown(motion.track, joint.onset_s, setup.radar.wavelength_m):
-        return _with_cause(_without(adaptive, every), motion)
+        return _refused(adaptive, motion, NO_SINGLE_BODY)
     why_not = doubt(joint.chosen.solution, joint.onset_s, setup)
     # a fall that obeys its equation of motion would show a lost fringe; nothing holds a level motion, whose u means
     # nothing then
     if why_not and not joint.chosen.solution.problem.in_flight.any():
-        return _with_cause(_without(adaptive, every, why_not), motion)
+        return _refused(adaptive, motion, why_not)
     # believed on whole circles before, and what was to test them does not say enough
     unsure = _strayed(joint, motion) & ~_rejected(adaptive)
     if unsure.any() and not is_fringe_sure(motion.track, joint.onset_s):
@@ -172,10 +171,12 @@ def _without(adaptive: MeasuredMotion, wrong: BoolArray, reason: str = NO_SINGLE
     return replace(adaptive, corrected=replace(adaptive.corrected, channels=channels))
 
 
-def _with_cause(rejected: MeasuredMotion, motion: MeasuredMotion) -> MeasuredMotion:
-    """Return a rejected motion with what the flights of the joint one say of the setup: the likeliest cause."""
+def _refused(adaptive: MeasuredMotion, motion: MeasuredMotion, why: str) -> MeasuredMotion:
+    """Return the motion refused by what the flights of the joint one say of the setup, or by a guess and that."""
     causes = tuple(one for one in motion.warnings if one.startswith(CONTRADICTED))
-    return replace(rejected, warnings=rejected.warnings + causes)
+    named = next((one.removesuffix(COUNTED) for one in causes if one.startswith(NAMED)), "")
+    rejected = _without(adaptive, np.ones(len(adaptive.corrected.channels), dtype=np.bool_), named or why)
+    return rejected if named else replace(rejected, warnings=rejected.warnings + causes)
 
 
 def _with_left_out(motion: MeasuredMotion, stretches: Sequence[UnexplainedStretch]) -> MeasuredMotion:
@@ -236,7 +237,7 @@ def _motion_of(
     if isinstance(estimate, JointEstimate) and setup.processing.geometry == "exact":
         try:
             responses = setup_responses(estimate, setup)
-            bounces, fit = joint_bounces(estimate, setup, responses.floor_covariance())
+            bounces, fit = joint_bounces(estimate, setup, responses)
             changes, test = joint_changes(estimate, bounces, fit, setup, responses)
             warnings = test.warnings
             estimate, bounces = estimate.widened(test.widening), bounces.widened(test.widening)
@@ -257,6 +258,9 @@ def _motion_of(
         estimate.channels,
         decisions=estimate.choices,
     )
+    if isinstance(estimate, JointEstimate) and not any(one.startswith(NAMED) for one in warnings):
+        turned = turned_polarisation(estimate.chosen.solution)
+        warnings = (turned, *warnings) if turned else warnings
     if isinstance(estimate, JointEstimate) and estimate.chosen.ended_early:
         warnings += (ENDED_EARLY,)
     elif isinstance(estimate, JointEstimate) and not warnings:

@@ -25,9 +25,10 @@ from radargui.processing.locate import LEAST_RECEIVERS, locate_body
 from radargui.processing.long_recording import shortened
 from radargui.processing.measured_motion import MeasuredMotion, nothing_measured
 from radargui.processing.part import Part
-from radargui.processing.setup_doubts import contradicted, unlikely, wired_wrongly, without_room
+from radargui.processing.setup_doubts import contradicted, misplaced, unlikely, wired_wrongly, without_room
 from radargui.processing.uncertainty_budget import changes_of_track, with_budget
 from radargui.processing.whole import Whole
+from radargui.restitution.bent_flights import without_guess, without_places
 from radargui.restitution.bounces import find_bounces
 from radargui.restitution.cross_check import disagreements, floor_and_wall, found_tilt, walls_met
 from radargui.restitution.impact_plane import judged_by_floor
@@ -188,7 +189,13 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
             bounces = Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts))
         alike_m = None if motion.bounces is None else setup.radar.wavelength_m / (4.0 * np.pi)
         bounces, floor = judged_by_floor(bounces, track, alike_m)
-        warnings += contradicted(setup, rate_hz, track, bounces, budget)
+        elsewhere = contradicted(setup, rate_hz, track, bounces, budget)
+        # a cause that is named takes the place of the guess
+        if misplaced(setup):
+            warnings = without_places(warnings)
+        if elsewhere or misplaced(setup) or without_room(conditioned, recording.digitisation):
+            warnings = without_guess(warnings)
+        warnings += elsewhere
         warnings += disagreements(bounces) + floor_and_wall(bounces) + floor + braked_without_rebound(bounces, track)
         if bounces.braked_1_m is not None:
             warnings.append(BRAKED.format(drag=bounces.braked_1_m))

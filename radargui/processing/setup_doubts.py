@@ -20,6 +20,8 @@ _FARTHEST_M = 10.0
 _LEAST_TILT_DEG = 2.0
 """A laboratory's 30 to 60 degrees are 0.5 to 1.05 in radians; receivers that all stand so close to the z axis tell no
 place."""
+_THINNEST_AIR = 1.0001
+"""n of dry air at 5000 m and 40 degrees C is 1.00013 (ITU-R P.453)."""
 _EARTH_M_S2 = (9.76, 9.84)
 """From Huascaran, 9.764, to the pole, 9.834 (Hirt et al., Geophys. Res. Lett. 40, 4279, 2013)."""
 _LIGHTEST_KG_M3 = 1000.0
@@ -32,8 +34,13 @@ _U_FLOOR_M = 3e-3
 
 def unlikely(setup: Setup) -> list[str]:
     """Return a sentence for each kind of value that no laboratory has."""
-    doubts = (_far_antenna(setup), _angles_in_radians(setup), _floor_upside_down(setup), _floor_above(setup))
-    return [one for one in doubts if one]
+    others = (_vacuum(setup), _floor_upside_down(setup), _floor_above(setup))
+    return [*misplaced(setup), *(one for one in others if one)]
+
+
+def misplaced(setup: Setup) -> list[str]:
+    """Return those of antennas that stand where none does: flights bend by them, and would name any place for it."""
+    return [one for one in (_far_antenna(setup), _angles_in_radians(setup)) if one]
 
 
 def _far_antenna(setup: Setup) -> str:
@@ -56,6 +63,17 @@ def _angles_in_radians(setup: Setup) -> str:
     return (
         f"the receivers' tilt_deg are {given}, all next to the z axis: if these are radians, give degrees "
         f"({math.degrees(tilts[0]):.3g} for {tilts[0]:.3g}), of the azimuths too"
+    )
+
+
+def _vacuum(setup: Setup) -> str:
+    index = setup.radar.refractive_index
+    # left out it is uncertain by what air has
+    if index is None or index >= _THINNEST_AIR:
+        return ""
+    return (
+        f"radar.refractive_index = {index:g} is that of a vacuum, where air has 1.0003: lengths and g come out 0.03 % "
+        "too large: give that of the air, or leave it out, and the uncertainties hold it"
     )
 
 

@@ -20,6 +20,28 @@ from radargui.restitution.settings import FLIGHTS
 
 
 @dataclass(frozen=True, slots=True)
+class FlightInputs:
+    """Inputs of the setup that are off by a, in their u: -ln L gets a^T s^T x + pull.a + a^T normal a / 2 besides.
+
+    Attributes
+    ----------
+    slopes
+        s, shape (n_x, n): by what they change the slope of -ln L.
+    normal, pull
+        Shapes (n, n) and (n,); `normal` with their own squares.
+    """
+
+    slopes: FloatArray
+    normal: FloatArray
+    pull: FloatArray
+
+    @property
+    def gained(self) -> float:
+        """By how much they lessen chi-square."""
+        return float(self.pull @ np.linalg.solve(self.normal, self.pull))
+
+
+@dataclass(frozen=True, slots=True)
 class FlightFit:
     """The fitted flights.
 
@@ -137,13 +159,31 @@ class FlightFit:
         them by d = Lambda^-1 s - J N^-1 J^T s: B = d^T Lambda d = s^T Lambda^-1 s - s^T J N^-1 J^T s. What parts them
         already is across the flights, and c = d^T Lambda away = s^T away.
         """
-        eliminated = self.information.eliminated
-        s = np.column_stack([eliminated.marginal(one.slope_motion, one.slope_global) for one in responses])
+        s = self._slopes(responses)
         along = self.jacobian.T @ s
         away = self.off - self.information.minimum()
         return s.T @ self.information.form.solve(s) - along.T @ _solve(self.normal, along), s.T @ away
 
-    def displaced_after(self, number: int, along: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _slopes(self, responses: Sequence[InputResponse]) -> FloatArray:
+        eliminated = self.information.eliminated
+        return np.column_stack([eliminated.marginal(one.slope_motion, one.slope_global) for one in responses])
+
+    def inputs(self, responses: Sequence[InputResponse], weights: FloatArray) -> FlightInputs | None:
+        """Return what `displaced_after` leaves open beside the flights; None of no inputs.
+
+        Parameters
+        ----------
+        responses, weights
+            Of inputs, and of their own squares in chi-square, shape (n,).
+        """
+        if not responses:
+            return None
+        cost, pull = self.against(responses)
+        return FlightInputs(self._slopes(responses), cost + np.diag(weights), pull)
+
+    def displaced_after(
+        self, number: int, along: FloatArray, inputs: FlightInputs | None = None
+    ) -> tuple[FloatArray, FloatArray]:
         """Return slope and curvature of -ln L where all after an impact is displaced, the flights marginalised.
 
         Parameters
@@ -152,6 +192,8 @@ class FlightFit:
             Of the impact.
         along
             Unit vectors, shape (m, 3): the slope has shape (m,), the curvature (m, m).
+        inputs
+            Of the setup, which are marginalised, too: where they are off, flights miss each other.
         """
         information, form = self.information, self.information.form
         # the place at the break is the first of what follows; x leaves out the coefficient at the start
@@ -161,7 +203,13 @@ class FlightFit:
         curvature = form.times(shifted.T)
         by_flights = self.jacobian.T @ curvature
         slope = curvature.T @ (self.off - information.minimum())
-        return slope, shifted @ curvature - by_flights.T @ _solve(self.normal, by_flights)
+        curvature = shifted @ curvature - by_flights.T @ _solve(self.normal, by_flights)
+        if inputs is None:
+            return slope, curvature
+        across = shifted @ inputs.slopes
+        across -= by_flights.T @ _solve(self.normal, self.jacobian.T @ inputs.slopes)
+        followed = np.linalg.solve(inputs.normal, np.column_stack([inputs.pull, across.T]))
+        return slope - across @ followed[:, 0], curvature - across @ followed[:, 1:]
 
     def bend_over_u(self, time_s: FloatArray, u_position_m: FloatArray) -> float:
         """Return how far the free motion is off its flights over u (3, n) at the same times, both root mean square."""

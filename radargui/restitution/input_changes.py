@@ -16,9 +16,11 @@ from radargui.model.assumed import CLOCK, TILT, uncertain_inputs, usual_u
 from radargui.model.result import Bounces
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange, Share
+from radargui.restitution.bent_flights import bent_flights, unsteady, without_guess
 from radargui.restitution.flight_fit import FlightFit, break_velocities, first_by_flights
 from radargui.restitution.settings import FLIGHTS
-from radargui.restitution.setup_outlier import setup_outlier
+from radargui.restitution.setup_chi_square import SetupChiSquare
+from radargui.restitution.setup_outlier import misstated, setup_outlier
 from radargui.restitution.track_response import tilt_and_clock
 
 INSTANTS = 8000
@@ -28,16 +30,21 @@ SPHERE = "sphere"
 
 @dataclass(frozen=True, slots=True)
 class FlightTest:
-    """What the flights say: a sentence for people where they bend, what u is widened by, and what likely makes them."""
+    """What the flights say: a sentence for people where they bend, what u is widened by, what likely makes them bend.
+
+    And whether that explains all of it.
+    """
 
     warning: str = ""
     widening: float = 1.0
     cause: str = ""
+    explained: bool = True
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """All that is told, what likely makes the flights bend first."""
-        return tuple(one for one in (self.cause, self.warning) if one)
+        """All that is told, what likely makes the flights bend first, and then no guess where that explains it."""
+        sentences = tuple(one for one in (self.cause, self.warning) if one)
+        return tuple(without_guess(sentences)) if self.cause and self.explained else sentences
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +79,11 @@ class SetupResponses:
     def n_spheres(self) -> int:
         """How many spheres are possible: of them only one is there."""
         return self.keys.count(SPHERE)
+
+    @property
+    def weights(self) -> FloatArray:
+        """Of the inputs' own squares, shape (n,): of n possible spheres only one is there."""
+        return np.array([float(self.keys.count(key)) for key in self.keys])
 
     def floor_covariance(self) -> FloatArray:
         """Return the covariance that the inputs leave to the slope of the floor that reflects, shape (2, 2)."""
@@ -125,9 +137,16 @@ def joint_changes(
         What it was estimated with, and how it follows that.
     """
     time_s, out = responses.time_s, []
-    test = FlightTest() if fit is None else _tested(fit, responses.uncertain, estimate)
-    outlier = None if fit is None else setup_outlier(fit, responses.keys, responses.each, setup)
-    for key, response in zip(responses.keys, responses.each, strict=True):
+    outlier, slips = None, np.ones(len(responses.keys))
+    unexplained = 0.0 if fit is None else fit.excess(np.zeros(0))
+    if fit is not None and responses.keys:
+        exact = np.array([key in responses.exact for key in responses.keys])
+        chi_square = SetupChiSquare.of(fit, responses.keys, responses.each, setup, exact)
+        outlier = setup_outlier(chi_square, responses.keys, setup)
+        slips = misstated(chi_square, responses.keys, setup)
+        unexplained = chi_square.sigmas_left(chi_square.least()[1])
+    test = FlightTest() if fit is None else _tested(fit, responses.uncertain, estimate, unexplained)
+    for key, response, slip in zip(responses.keys, responses.each, slips.tolist(), strict=True):
         if key in responses.exact and (outlier is None or key not in outlier.off):
             continue
         followed = None if fit is None else fit.follow(response)
@@ -136,17 +155,20 @@ def joint_changes(
         # no possible sphere is more likely than another: their squares add up to the mean square
         share = 1.0 / np.sqrt(responses.n_spheres) if key == SPHERE else 1.0
         # as far off as the run itself says
-        share *= 1.0 if outlier is None else outlier.widening(key)
+        share *= slip if outlier is None else max(slip, outlier.widening(key))
         kind: Share = "sphere" if key in (SPHERE, DIAMETER) else "calibration"
         out.append(InputChange(key, kind, time_s, share * response.moved_m, share * e, share * g))
     places = _impact_breaks(estimate, bounces)
     before, after = break_velocities(estimate.posterior, fit)
     out += tilt_and_clock(time_s, lambda: (before[places], after[places]), bounces, setup)
-    return tuple(out), test if outlier is None else replace(test, cause=outlier.sentence)
+    return tuple(out), test if outlier is None else replace(test, cause=outlier.sentence, explained=outlier.explains)
 
 
-def _tested(fit: FlightFit, responses: SetupResponses, estimate: JointEstimate) -> FlightTest:
-    """Return by what flights that bend widen u, and what is reported where neither noise nor the setup explains it."""
+def _tested(fit: FlightFit, responses: SetupResponses, estimate: JointEstimate, unexplained: float) -> FlightTest:
+    """Return by what flights that bend widen u, and what is reported where neither noise nor the setup explains it.
+
+    `unexplained`: standard deviations of chi-square that inputs leave that may be off by more than their u.
+    """
     bends, keys = fit.bends(responses.each), responses.keys
     # of the possible spheres only one is there: their mean counts as one input
     each = np.array([bends[[other == key for other in keys]].mean() for key in dict.fromkeys(keys)])
@@ -162,15 +184,10 @@ def _tested(fit: FlightFit, responses: SetupResponses, estimate: JointEstimate) 
     widening = max(apart, float(np.sqrt(value / (expected + each.sum()))))
     # what bends by less than u is known to: alternatives have said so
     if bend < FLIGHTS.least_bend:
-        return FlightTest(widening=widening)
+        is_reported = unexplained > FLIGHTS.most_unexplained
+        return FlightTest(unsteady(value, expected, widening) if is_reported else "", widening)
     widening = max(widening, FLIGHTS.least_widening)
-    return FlightTest(
-        f"the flights bend by more than what is known can make them (chi-square {value:.0f} of {expected}): likely a "
-        "reflector that is not in the model, or a setup that is wrong by more than it says; the uncertainties of "
-        f"track, e and g were widened {widening:.1f} times: cover what reflects within a metre, "
-        "measure the antennas' places again",
-        widening,
-    )
+    return FlightTest(bent_flights(value, expected, widening, by_setup=unexplained < FLIGHTS.least_excess), widening)
 
 
 def _e_changes(

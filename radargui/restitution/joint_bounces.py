@@ -21,6 +21,7 @@ from radargui.restitution.cross_check import cross_check, without_checks_by_wall
 from radargui.restitution.flight_fit import FlightFit, break_velocities, fit_flights
 from radargui.restitution.flight_unknowns import FlightPlan
 from radargui.restitution.floor_normal import FloorNormal, normal_of_impacts
+from radargui.restitution.input_changes import SetupResponses
 from radargui.restitution.settings import FLIGHTS
 from radargui.restitution.wall_at_impact import walls_at_impacts
 
@@ -210,7 +211,7 @@ def _off_gravity(free: FreeMotion, number: int) -> float:
 
 
 def joint_bounces(
-    estimate: JointEstimate, setup: Setup, floor_covariance: FloatArray | None = None
+    estimate: JointEstimate, setup: Setup, responses: SetupResponses | None = None
 ) -> tuple[Bounces, FlightFit | None]:
     """Return the bounces, and the fit of the flights where there is one.
 
@@ -225,8 +226,8 @@ def joint_bounces(
     setup
         Its floor's normal is the direction of the speeds; where it gives none, the one that the impacts and the floor
         that reflects support.
-    floor_covariance
-        What the setup's uncertainties leave to the slope of the floor that reflects, shape (2, 2); None: nothing.
+    responses
+        How the estimate follows the setup's uncertainties; None: it has none.
 
     Raises
     ------
@@ -239,8 +240,8 @@ def joint_bounces(
     fit = fit_with_alternatives(posterior, estimate.alternatives, floor.normal)
     given = "normal" in setup.floor.model_fields_set
     if not given:
-        reflecting = _reflecting_floor(estimate, floor_covariance)
-        at = _Impacts.of(posterior, fit, floor.normal)
+        reflecting = _reflecting_floor(estimate, None if responses is None else responses.floor_covariance())
+        at = _Impacts.of(posterior, fit, floor.normal, responses)
         # what a wall has done says nothing of the floor
         alone = ~at.with_wall
         floor = normal_of_impacts(
@@ -249,7 +250,7 @@ def joint_bounces(
         # then other breaks may be impacts, and the flights between them other ones
         if floor.tilt_deg > FLIGHTS.near_vertical_deg:
             fit = fit_with_alternatives(posterior, estimate.alternatives, floor.normal)
-    at = _Impacts.of(posterior, fit, floor.normal)
+    at = _Impacts.of(posterior, fit, floor.normal, responses)
     bounces = tuple(at.bounce(number, floor) for number in range(at.time_s.size))
     fall = None if fit is None else _free_fall(posterior, fit, floor.normal, bounces)
     x, y, z = (float(part) for part in floor.normal)
@@ -304,8 +305,12 @@ class _Impacts:
     walls_s: tuple[float, ...]
 
     @staticmethod
-    def of(posterior: MotionPosterior, fit: FlightFit | None, normal: FloatArray) -> _Impacts:
+    def of(
+        posterior: MotionPosterior, fit: FlightFit | None, normal: FloatArray, responses: SetupResponses | None
+    ) -> _Impacts:
         """Return the impacts along a normal."""
+        known = None if responses is None else responses.uncertain
+        inputs = None if fit is None or known is None else fit.inputs(known.each, known.weights)
         breaks, n_fitted = posterior.breaks, 0
         time, covariance = breaks.time_s.copy(), breaks.covariance.copy()
         before, after = break_velocities(posterior, fit)
@@ -316,7 +321,7 @@ class _Impacts:
         impacts = speeds.are_impacts()
         by_flights = np.arange(time.size) < n_fitted
         walls = tuple(time[speeds.are_kicks() & ~impacts & by_flights].tolist())
-        with_wall = walls_at_impacts(posterior, fit, normal)[impacts]
+        with_wall = walls_at_impacts(posterior, fit, normal, inputs)[impacts]
         return _Impacts(
             time[impacts], before[impacts], after[impacts], covariance[impacts], by_flights[impacts], with_wall, walls
         )

@@ -40,6 +40,10 @@ class FlightSettings:
     least_widening
         Then the statistical u of track, e and g grow by the Birge ratio, and by this at least: a motion that gives way
         shows less than it is wrong by (rms error over rms u 1.3 to 4 in four drops of another series).
+    most_unexplained
+        Where the motion keeps to its flights it is reported that they do not fit where chi-square, whatever the setup
+        is off by, is above n by so many standard deviations: of 20 laboratory drops that were right it was at most 5,
+        where the oscillator stepped by 6e-5 20 to 48 (seeds 5530001 to 5530003).
     shortest_fall_s
         A first fall alone lasts at least so long: over less, g is known to no more than some percent.
     before_contact_s
@@ -73,6 +77,7 @@ class FlightSettings:
     least_excess: float = 2.0
     least_bend: float = 1.0
     least_widening: float = 2.0
+    most_unexplained: float = 10.0
     shortest_fall_s: float = 0.050
     before_contact_s: float = 0.010
     most_alternatives: int = 3

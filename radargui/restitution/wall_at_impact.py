@@ -8,7 +8,7 @@ import numpy as np
 
 from radargui.estimation.readout.motion_posterior import MotionPosterior
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.restitution.flight_fit import FlightFit
+from radargui.restitution.flight_fit import FlightFit, FlightInputs
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,9 @@ class ImpactWallSettings:
 IMPACT_WALLS = ImpactWallSettings()
 
 
-def walls_at_impacts(posterior: MotionPosterior, fit: FlightFit | None, normal: FloatArray) -> BoolArray:
+def walls_at_impacts(
+    posterior: MotionPosterior, fit: FlightFit | None, normal: FloatArray, inputs: FlightInputs | None = None
+) -> BoolArray:
     """Return at which breaks of a motion the floor is not alone, shape (n_breaks,).
 
     A wall rubs: with a share of its kick it changes the speed along the floor's normal, and e is not the floor's. It
@@ -58,12 +60,14 @@ def walls_at_impacts(posterior: MotionPosterior, fit: FlightFit | None, normal: 
         The motion, and its flights where there are any.
     normal
         Floor's normal, shape (3,).
+    inputs
+        Of the setup: flights that their u makes miss each other met no wall.
     """
     breaks, speeds = posterior.breaks, posterior.breaks.along(normal)
     out = np.zeros(breaks.time_s.size, dtype=np.bool_)
     out[posterior.kicks_beside(normal)] = True
     if fit is not None:
-        out[: fit.impact_s.size] = _missed(fit, normal)
+        out[: fit.impact_s.size] = _missed(fit, normal, inputs)
     return (out | _at_known_walls(posterior, normal)) & speeds.are_impacts()
 
 
@@ -82,18 +86,19 @@ def _at_known_walls(posterior: MotionPosterior, normal: FloatArray) -> BoolArray
     return np.asarray(kicks & again.any(axis=1))
 
 
-def _missed(fit: FlightFit, normal: FloatArray) -> BoolArray:
+def _missed(fit: FlightFit, normal: FloatArray, inputs: FlightInputs | None) -> BoolArray:
     """Return which impacts the flights before and after miss along the floor, but would meet beside, (n_impacts,).
 
     All flights after an impact are displaced by d along the floor; d = -M^-1 s, s the slope of -ln L there and M its
-    curvature, the flights' own unknowns marginalised. Chi-square s^T M^-1 s is what it gains.
+    curvature, the flights' own unknowns and the setup's inputs marginalised. Chi-square s^T M^-1 s is what it gains.
     """
     misfit, freedom = fit.misfit
+    misfit -= 0.0 if inputs is None else inputs.gained
     kick = fit.after_m_s - fit.before_m_s
     along = np.linalg.svd(normal[None])[2][1:]
     out = np.zeros(fit.impact_s.size, dtype=np.bool_)
     for number in range(out.size):
-        slope, curvature = fit.displaced_after(number, along)
+        slope, curvature = fit.displaced_after(number, along, inputs)
         away = -np.linalg.solve(curvature, slope)
         gained = float(-slope @ away)
         # what else the flights miss widens this, too

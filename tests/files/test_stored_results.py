@@ -57,6 +57,28 @@ def test_what_was_decided_is_stored_with_the_results(tmp_path: Path) -> None:
     assert older.corrected.decisions == ()
 
 
+def test_walls_that_were_met_and_the_drag_of_flights_are_stored_with_the_impacts(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    write_run(path)
+    made = result_of(read_run(path))
+    first = made.bounces.impacts[0].time_s
+    bounces = replace(made.bounces, braked_1_m=0.07, walls_s=(0.1234567890123, 0.2), with_walls_s=(first,))
+    write_results(path, replace(made, bounces=bounces))
+    found = read_whole_result(path, made.setup, lambda _: read_run(path))
+    assert found is not None
+    assert (found.bounces.braked_1_m, found.bounces.walls_s) == (0.07, (0.1234567890123, 0.2))
+    # the very instants: they are looked up among those of the impacts
+    assert found.bounces.with_walls_s == (found.bounces.impacts[0].time_s,)
+    with h5py.File(path, "r+") as file:
+        attributes = file["results/bounces"].attrs
+        for name in ("braked_1_m", "walls_s", "with_walls_s"):
+            del attributes[name]
+        hdf5.seal(attributes)
+    older = read_whole_result(path, made.setup, lambda _: read_run(path))
+    assert older is not None
+    assert (older.bounces.braked_1_m, older.bounces.walls_s, older.bounces.with_walls_s) == (None, (), ())
+
+
 def test_results_of_another_version_are_kept_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "run.h5"
     write_run(path)

@@ -24,7 +24,14 @@ from radargui.model.result import RunResult, Track
 from radargui.model.setup import Setup, read_setup
 from radargui.model.uncertainty_budget import InputChange
 from radargui.processing.by_estimate import _falls, _is_hopeless
-from radargui.processing.doubts import hardly_known, is_fringe_sure, is_unknown, missing_mirrors, unlikely_mirrors
+from radargui.processing.doubts import (
+    hardly_known,
+    is_fringe_sure,
+    is_unknown,
+    missing_mirrors,
+    turned_polarisation,
+    unlikely_mirrors,
+)
 from radargui.processing.offline import process
 from radargui.report.tables import result_document
 from radargui.sources.simulated.model import simulate_recording
@@ -332,3 +339,24 @@ def test_places_that_are_known_to_millimetres_do_not_tell_their_fringe(u_m: floa
     track = Track(time_s, np.zeros((3, 100)), np.full((3, 100), u_m), np.ones(100, dtype=np.bool_), "exact")
     assert is_fringe_sure(track, 0.2) == is_sure
     assert not is_fringe_sure(None, 0.2)
+
+
+@pytest.mark.parametrize(("off_deg", "left_deg", "told"), [(15.0, 2.0, False), (28.0, 2.0, True), (28.0, 4.99, False)])
+def test_a_polarisation_far_off_what_the_setup_states_is_told(off_deg: float, left_deg: float, *, told: bool) -> None:
+    """Azimuths that are mirrored or turned together bend no flight."""
+    one = [SimpleNamespace(polarization=slice(n, n + 1)) for n in (1, 2, 3)]
+    layout = SimpleNamespace(polarization=slice(0, 1), receivers=one)
+    prior = SimpleNamespace(mean=np.zeros(4), sd=np.radians([5.0, 5.0, 5.0, 1e-5]))
+    theta = np.radians([1.0, -2.0, -off_deg, 0.0])
+    variances = np.radians([4.0, 3.0, left_deg, 1e-5]) ** 2
+    solution: Any = SimpleNamespace(
+        problem=SimpleNamespace(sphere=object(), layout=layout, prior=prior),
+        state=SimpleNamespace(theta=theta),
+        normal=SimpleNamespace(global_variances=lambda: variances),
+    )
+    sentence = turned_polarisation(solution)
+    assert bool(sentence) is told
+    if told:
+        assert f"receiver[2].polarization_deg were {-off_deg / (1.0 - 0.4**2):.0f} degrees off (6 dev" in sentence
+    solution.problem.sphere = None
+    assert turned_polarisation(solution) == ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +14,15 @@ from benchmarks.laboratory.mistaken.draw import mistaken
 from benchmarks.laboratory.scene import make_record
 from benchmarks.laboratory.stated import Stated
 
+from radargui.model.resources import default_setup_path
 from radargui.model.result import Bounce, Bounces, FreeFall, Track
-from radargui.model.setup import Setup, read_setup
+from radargui.model.setup import Setup, changed, read_setup
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
+from radargui.processing import offline
 from radargui.processing.offline import process
 from radargui.processing.setup_doubts import contradicted, unlikely
+from radargui.restitution.bent_flights import COUNTED, NAMED, bent_flights
+from radargui.sources.simulated.model import simulate_recording
 
 SHIPPED = sorted((Path(__file__).resolve().parents[2] / "resources" / "setups").glob("*.toml"))
 QUICK = {"rate_hz": 2000.0, "skew_s": 0.0, "walls": 0}
@@ -46,6 +51,7 @@ def test_setups_of_the_laboratorys_drops_hold_nothing_unlikely() -> None:
         ("distance/inches", "give metres"),
         ("tilt/radians", "if these are radians"),
         ("floor/down", "floor.normal points down"),
+        ("air/vacuum", "is that of a vacuum"),
     ],
 )
 def test_values_that_no_laboratory_has_are_told(which: str, said: str) -> None:
@@ -137,6 +143,8 @@ def test_a_release_five_centimetres_off_is_named_with_where_it_is_and_the_uncert
     result = process(record.recording, scene.setup)
     right = scene.drop.position(np.zeros(1))[:, 0] - scene.setup.tracer.release_position_m
     (told,) = (one for one in result.warnings if "likely tracer.release_position_m" in one)
+    # a named cause takes the place of the guess
+    assert not any("likely a reflector" in one for one in result.warnings)
     named = {axis: float(mm) for axis, mm in re.findall(r"([xyz]) ([+-]\d+) mm", told)}
     assert abs(right[:2]).min() > 0.02
     assert [named["x"], named["y"]] == pytest.approx(1e3 * right[:2], abs=8.0)
@@ -148,3 +156,17 @@ def test_a_release_five_centimetres_off_is_named_with_where_it_is_and_the_uncert
     assert np.sqrt((off**2).mean()) < 2.0 * np.sqrt((track.u_combined_m[:, moving] ** 2).mean())
     right_told = draw(3, stated, **QUICK, **clear).setup
     assert not any("contradict" in one for one in process(record.recording, right_told).warnings)
+
+
+def test_antennas_where_none_stands_are_the_cause_of_flights_that_bend(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What flights say of other places, and the guess at a reflector, would only lead astray."""
+    setup = changed(read_setup(default_setup_path()), {"processing.correction": "published", "daq.rate_hz": 5000.0})
+    recording, _ = simulate_recording(setup)
+    named, bent = f"{NAMED} receiver[1] is wrong{COUNTED}", bent_flights(500.0, 100, 2.2)
+    measured = offline._measure
+    monkeypatch.setattr(offline, "_measure", lambda *given: replace(measured(*given), warnings=(named, bent)))
+    assert {named, bent} <= set(process(recording, setup).warnings)
+    far, *others = process(recording, changed(setup, {"transmitter.distance_m": 70.0})).warnings
+    assert "from there no echo" in far
+    assert not any("receiver[1]" in one or "likely a reflector" in one for one in others)
+    assert any(one.startswith("the flights bend") for one in others)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,7 +12,8 @@ from numpy.typing import NDArray
 
 from radargui.model.assumed import uncertain_inputs
 from radargui.model.setup import Setup
-from radargui.restitution.setup_outlier import SetupOutlier, _most_by_chance, setup_outlier
+from radargui.restitution.setup_chi_square import SetupChiSquare
+from radargui.restitution.setup_outlier import SetupOutlier, _most_by_chance, misstated, setup_outlier
 
 SETUP = Setup.model_validate(
     {
@@ -27,20 +29,39 @@ N_FLIGHTS = 200
 
 
 def judged(
-    true: dict[str, float], *, g_m_s2: float = 9.80, keys: tuple[str, ...] = KEYS, setup: Setup = SETUP
+    true: dict[str, float],
+    *,
+    g_m_s2: float = 9.80,
+    keys: tuple[str, ...] = KEYS,
+    setup: Setup = SETUP,
+    besides: float = 0.0,
 ) -> SetupOutlier | None:
-    """Judge flights that bend as inputs that are off by so many u make them, without noise."""
+    """Judge flights that bend as inputs that are off by so many u make them, and besides, without noise."""
+    return setup_outlier(chi_square(true, g_m_s2, keys, setup, besides), keys, setup)
+
+
+def chi_square(
+    true: dict[str, float],
+    g_m_s2: float = 9.80,
+    keys: tuple[str, ...] = KEYS,
+    setup: Setup = SETUP,
+    besides: float = 0.0,
+    strength: float = 1.0,
+) -> SetupChiSquare:
     rng = np.random.default_rng(1)
-    bends = rng.normal(size=(N_FLIGHTS, len(keys)))
+    bends = strength * rng.normal(size=(N_FLIGHTS, len(keys)))
     by_g = 1e-3 * rng.normal(size=len(keys))
     wrong = np.array([true.get(key, 0.0) for key in keys])
     # flights agree where what is added to the setup is `wrong`
-    away = -bends @ wrong
-    fit: Any = SimpleNamespace(g_m_s2=g_m_s2 - by_g @ wrong, u_g_m_s2=1e-3)
+    away = -bends @ wrong + besides * rng.normal(size=N_FLIGHTS)
+    misfit = (float(away @ away) + N_FLIGHTS, N_FLIGHTS)
+    fit: Any = SimpleNamespace(g_m_s2=g_m_s2 - by_g @ wrong, u_g_m_s2=1e-3, misfit=misfit)
     fit.against = lambda _: (bends.T @ bends, bends.T @ away)
     fit.follow = lambda response: np.array([response])
     responses: Any = by_g.tolist()
-    return setup_outlier(fit, keys, responses, setup)
+    stated = {one.key: one.u for one in uncertain_inputs(setup)}
+    exact = np.array([stated.get(key) == 0.0 for key in keys])
+    return SetupChiSquare.of(fit, keys, responses, setup, exact)
 
 
 def test_a_setup_that_is_right_within_its_u_names_nothing() -> None:
@@ -113,6 +134,14 @@ def test_what_is_beyond_a_linear_answer_is_told_without_a_number() -> None:
     assert "receiver[3] is wrong, adding much to distance_m would agree (1000 times" in found.sentence
 
 
+def test_a_release_outside_the_room_is_not_named() -> None:
+    found = judged({"tracer.release_position_m[1]": 900.0})
+    assert found is not None
+    assert "tracer.release_position_m is wrong" in found.sentence
+    found = judged({"tracer.release_position_m[1]": 2000.0, "tracer.release_position_m[2]": 40000.0})
+    assert found is None or "tracer.release_position_m is wrong" not in found.sentence
+
+
 def test_places_that_explain_it_as_well_are_named_beside_it_and_that_receivers_may_be_exchanged() -> None:
     off = {"receiver[1].azimuth_deg": 40.0, "receiver[2].azimuth_deg": -40.0}
     found = judged(off)
@@ -131,3 +160,36 @@ def test_values_that_are_called_exact_are_doubted_by_what_a_laboratory_knows_the
     found = judged({"receiver[2].tilt_deg": -30.0}, setup=setup)
     assert found is not None
     assert "likely receiver[2] is wrong, adding tilt_deg -15 would agree" in found.sentence
+
+
+def test_a_place_that_leaves_much_of_what_bends_is_not_the_whole_cause() -> None:
+    alone = judged({"receiver[2].tilt_deg": -20.0})
+    assert alone is not None
+    assert alone.explains
+    beside = judged({"receiver[2].tilt_deg": -20.0}, besides=30.0)
+    assert beside is not None
+    assert not beside.explains
+    left = re.search(r", leaves (\d+)% of it", beside.sentence)
+    assert left is not None
+    assert int(left[1]) == pytest.approx(70, abs=15)
+
+
+def test_a_place_that_may_be_misstated_counts_as_far_off_as_that_is_likely() -> None:
+    """Flights that show the release weakly: 12 mm beside the truth is too little to name it."""
+    key = "tracer.release_position_m[1]"
+    form = chi_square({key: 12.0}, strength=0.025)
+    assert setup_outlier(form, KEYS, SETUP) is None
+    widened = dict(zip(KEYS, misstated(form, KEYS, SETUP).tolist(), strict=True))
+    assert widened[key] > 3.0
+    assert all(by < 1.5 for other, by in widened.items() if not other.startswith("tracer.release"))
+    # what is certain counts as that far off
+    sure = misstated(chi_square({key: 40.0}), KEYS, SETUP)
+    assert sure[KEYS.index(key)] == pytest.approx(40.0, rel=0.05)
+
+
+def test_a_setup_that_is_right_within_its_u_is_not_widened() -> None:
+    rng = np.random.default_rng(5)
+    for strength in (0.01, 0.1, 1.0):
+        for _ in range(10):
+            true = dict(zip(KEYS, rng.normal(size=len(KEYS)).tolist(), strict=True))
+            assert misstated(chi_square(true, strength=strength), KEYS, SETUP).max() < 1.6

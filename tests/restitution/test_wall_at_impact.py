@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -74,6 +75,27 @@ def test_flights_that_are_moved_across_their_kick_or_without_one_met_no_wall(
     breaks = breaks_of([IMPACT_S], [[0.1, 0.0, -2.0]], [[back_m_s, 0.0, 1.4]])
     posterior = SimpleNamespace(breaks=breaks, free=free, kicks_beside=lambda _: np.zeros(0, dtype=np.intp))
     assert walls_at_impacts(posterior, flights_of(free, 1e-5), UP).tolist() == [False]
+
+
+def test_flights_that_antennas_elsewhere_would_move_so_met_no_wall() -> None:
+    """All after the impact lies 0.1 mm back along x, as an antenna known to that would make it."""
+    moved_m = 1e-4
+    free = bounced(0.0, moved_m=(moved_m, 0.0))
+    breaks = breaks_of([IMPACT_S], [[0.1, 0.0, -2.0]], [[-0.08, 0.0, 1.4]])
+    posterior = SimpleNamespace(breaks=breaks, free=free, kicks_beside=lambda _: np.zeros(0, dtype=np.intp))
+    fit = flights_of(free, 1e-5)
+    assert walls_at_impacts(posterior, fit, UP).tolist() == [True]
+    size = free.motion.spline.size
+    first = free.segments[0].stop_coefficient - 2
+    shift = np.zeros((size, 3))
+    shift[first:, 0] = moved_m
+    for u, together in ((1.0, False), (0.01, True)):
+        # the slope of -ln L that moves the motion so
+        slope = -fit.information.form.times(u * np.append(shift.ravel(), 0.0))
+        response: Any = SimpleNamespace(slope_motion=slope[:-1], slope_global=np.append(slope[-1:], 0.0))
+        inputs = fit.inputs([response], np.ones(1))
+        assert walls_at_impacts(posterior, fit, UP, inputs).tolist() == [together]
+    assert fit.inputs([], np.ones(0)) is None
 
 
 @pytest.mark.parametrize(

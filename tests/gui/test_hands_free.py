@@ -58,7 +58,8 @@ def test_two_drops_are_recorded_hands_free_and_the_hand_between_them_is_set_asid
 
     path = window.control.session.path
     window.sessions.open(path)
-    wait_for(lambda: model.entries[2].summary)
+    # it is read beside the window: until then the runs are those of before
+    wait_for(lambda: not window.jobs.running and len(model.entries) > 2 and model.entries[2].summary)
     assert "live within " in model.entries[2].agreement
     assert model.entries[1].rejected
 

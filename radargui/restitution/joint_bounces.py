@@ -13,6 +13,7 @@ import numpy as np
 from radargui.estimation.joint import JointEstimate
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
+from radargui.estimation.readout.unfollowed import unfollowed_m_s
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounce, Bounces, FreeFall
@@ -317,9 +318,14 @@ class _Impacts:
         by_flights = np.arange(time.size) < n_fitted
         walls = tuple(time[speeds.are_kicks() & ~impacts & by_flights].tolist())
         with_wall = walls_at_impacts(posterior, fit, normal)[impacts]
-        return _Impacts(
-            time[impacts], before[impacts], after[impacts], covariance[impacts], by_flights[impacts], with_wall, walls
-        )
+        time, before, after, by_flights = time[impacts], before[impacts], after[impacts], by_flights[impacts]
+        g = (NOMINAL_GRAVITY_M_S2 if fit is None else fit.g_m_s2) * float(normal[2])
+        end_s = float(posterior.free.edge_s[-1])
+        left_open = unfollowed_m_s(time, -before @ normal, after @ normal, by_flights, g, end_s)
+        covariance, along = covariance[impacts], np.outer(normal, normal)
+        for side, u_m_s in zip((slice(0, 3), slice(3, 6)), left_open, strict=True):
+            covariance[:, side, side] += u_m_s[:, None, None] ** 2 * along
+        return _Impacts(time, before, after, covariance, by_flights, with_wall, walls)
 
     @property
     def u_side_m_s(self) -> FloatArray:

@@ -30,7 +30,7 @@ from radargui.processing.whole import Whole
 from radargui.restitution.bounces import find_bounces
 from radargui.restitution.cross_check import disagreements, floor_and_wall, found_tilt, walls_met
 from radargui.restitution.impact_plane import judged_by_floor
-from radargui.restitution.stopped_fall import braked_without_rebound
+from radargui.restitution.stopped_fall import braked_without_impact
 
 ESTIMATES = ("adaptive", "joint")
 
@@ -185,7 +185,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         alike_m = None if motion.bounces is None else setup.radar.wavelength_m / (4.0 * np.pi)
         bounces, floor = judged_by_floor(bounces, track, alike_m)
         warnings += contradicted(setup, rate_hz, track, bounces, budget)
-        warnings += disagreements(bounces) + floor_and_wall(bounces) + floor + braked_without_rebound(bounces, track)
+        warnings += disagreements(bounces) + floor_and_wall(bounces) + floor + braked_without_impact(bounces, track)
         if bounces.braked_1_m is not None:
             warnings.append(BRAKED.format(drag=bounces.braked_1_m))
         corrected = replace(corrected, decisions=(*corrected.decisions, *found_tilt(bounces), *walls_met(bounces)))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.small_problem import (
@@ -88,6 +90,14 @@ def test_a_wall_beside_the_fall_is_a_break_but_no_impact() -> None:
     # where it is known there is nothing left to find, and a drift without a wall has no kick
     assert side_kicks(solution, UP).size == 0
     assert side_kicks(converge(small_problem(sigma=0.005).start, 4, nothing), UP).size == 0
+
+
+def test_a_push_at_the_release_is_no_wall() -> None:
+    begun = converge(small_problem(sigma=0.005, wall_s=WALL_S).start, 4, nothing)
+    assert side_kicks(begun, UP).size == 1
+    # the fall begins after it: a break here would leave the first flight no span to begin in, and the run no g
+    released = replace(begun, problem=replace(begun.problem, released_s=WALL_S + 0.01))
+    assert side_kicks(released, UP).size == 0
 
 
 @pytest.mark.parametrize("late_s", [-0.008, 0.006, 0.012])

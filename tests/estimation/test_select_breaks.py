@@ -226,6 +226,18 @@ def test_where_it_bounces_on_unfollowed_it_is_known_to_the_height_of_the_next_fl
     assert not speeds([1.0], [0.0], [1.0]).bouncing_on_m(places).any()
 
 
+def test_a_landing_without_a_break_is_unknown_by_the_bounce_after_it() -> None:
+    # 39 dB, the last break of a cascade: the next landing was missed, 0.13 mm off with u 0.0015
+    g, missed_s = 9.81, 1.0 + 0.36 / 9.81
+    bouncing, height_m = speeds([1.0 - 0.72 / g, 1.0], [-0.72, -0.36], [0.36, 0.18]), 0.09**2 / (2.0 * g)
+    places = missed_s + 0.18 / g * np.array([-1.1, -0.5, 0.0, 1.5])
+    known = pytest.approx(height_m / np.sqrt(12.0))
+    assert bouncing.bouncing_on_m(places).tolist() == [0.0, known, known, known]
+    # what lies still there has a break that is no impact
+    stopped = speeds([1.0 - 0.72 / g, 1.0, missed_s], [-0.72, -0.36, -0.18], [0.36, 0.18, 0.0])
+    assert not stopped.bouncing_on_m(places).any()
+
+
 def test_what_no_body_does_is_no_impact() -> None:
     held_by_nothing = speeds([1.0, 1.006, 1.1], [-0.2, -36.0, -0.3], [36.0, 0.1, 0.2])
     assert held_by_nothing.are_impacts().tolist() == [False, False, True]

@@ -23,7 +23,8 @@ def unfollowed_m_s(
 
     A cascade goes on below what is followed. Where the flight after the last impact, of the duration T = 2 v / g, is
     shorter than the knots follow, nothing says when it lands: the motion there is off by up to the height h of the
-    bounce after it, h / sqrt 12 of any place in it, and the slope by as much over T. And what is not followed draws the
+    bounce after it, h / sqrt 12 of any place in it, and the slope by as much over T; below two knot spacings of the
+    motion, by that of the flight itself. And what is not followed draws the
     last impact's instant away: a speed from the motion's slope is off by what gravity makes of the flight before it
     otherwise, g T less the speed that it left with.
 
@@ -49,7 +50,9 @@ def unfollowed_m_s(
     speed = float(after_m_s[-1])
     flight_s = 2.0 * speed / g_m_s2
     if 0.0 < flight_s < LIMITS.unfollowed_s and time_s[-1] + flight_s < end_s:
-        # the next one takes the share that the impacts took so far
-        next_m_s = min(float(np.median(after_m_s / before_m_s)), 1.0) * speed
+        next_m_s = speed
+        # of two knot spacings the flight itself is followed; the next one keeps the share that impacts kept so far
+        if flight_s >= 2.0 * LIMITS.least_flight_s:
+            next_m_s *= min(float(np.median(after_m_s / before_m_s)), 1.0)
         after[-1] = next_m_s**2 / (2.0 * g_m_s2) / np.sqrt(12.0) / flight_s
     return before, after

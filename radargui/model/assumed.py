@@ -25,8 +25,11 @@ ASSUMED = {
 and measured with a calliper, a floor laid with a spirit level, the clock of NI's data sheets. Units as in the names."""
 ASSUMED_FREQUENCY = 1e-6
 """The same of the frequency, relative: a synthesiser with a crystal."""
-TILT, CLOCK = "floor.tilt_deg", "daq.clock_ppm"
-"""No keys of the setup: what `floor.u_tilt_deg` and `daq.u_clock_ppm` belong to."""
+TILT, CLOCK, CONTACT = "floor.tilt_deg", "daq.clock_ppm", "floor.contact_s"
+"""No keys of the setup: what `floor.u_tilt_deg` and `daq.u_clock_ppm` belong to, and how long an impact lasts."""
+CONTACT_S = 1e-4
+"""Root mean square of what an impact may last: a 10 mm steel sphere of 1 m/s touches steel or glass for 35 us, acrylic
+for 140 us (Hertz; K. L. Johnson, Contact Mechanics, 11.4). Longer ones show in the plane of the impacts."""
 SUPPOSED_POLARIZATIONS_DEG = (0.0, 45.0, 90.0, 135.0)
 """Of the transmitter, tried in turn where none is given: the field turns on itself after 180 degrees."""
 SUPPOSED_TURNS_DEG = (-55.0, 55.0)

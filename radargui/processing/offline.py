@@ -33,7 +33,7 @@ from radargui.restitution.bounces import find_bounces
 from radargui.restitution.cross_check import disagreements, floor_and_wall, found_tilt, walls_met
 from radargui.restitution.impact_plane import judged_by_floor
 from radargui.restitution.site_gravity import with_missed_gravity
-from radargui.restitution.stopped_fall import braked_without_rebound
+from radargui.restitution.stopped_fall import braked_without_impact
 
 ESTIMATES = ("adaptive", "joint")
 
@@ -196,7 +196,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         if elsewhere or misplaced(setup) or without_room(conditioned, recording.digitisation):
             warnings = without_guess(warnings)
         warnings += elsewhere
-        warnings += disagreements(bounces) + floor_and_wall(bounces) + floor + braked_without_rebound(bounces, track)
+        warnings += disagreements(bounces) + floor_and_wall(bounces) + floor + braked_without_impact(bounces, track)
         if bounces.braked_1_m is not None:
             warnings.append(BRAKED.format(drag=bounces.braked_1_m))
         corrected = replace(corrected, decisions=(*corrected.decisions, *found_tilt(bounces), *walls_met(bounces)))

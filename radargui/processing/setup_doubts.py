@@ -190,28 +190,40 @@ def possible_g_m_s2(setup: Setup) -> tuple[float, float]:
 
 def _floor_elsewhere(setup: Setup, track: Track, bounces: Bounces) -> str:
     stated_m = setup.floor.height_m
-    met = _lowest_touch_m(track, [one.time_s for one in bounces.impacts if one.valid])
-    if stated_m is None or met is None:
+    if stated_m is None:
+        return ""
+    met = _touch_m(track, [one.time_s for one in bounces.impacts if one.valid], setup.floor.normal, stated_m)
+    if met is None:
         return ""
     height_m, u_m = met
     if not abs(height_m - stated_m) > _SIGMAS * math.hypot(u_m, _U_FLOOR_M):
         return ""
+    x, y, _ = setup.floor.normal
+    where = "" if x == y == 0.0 else " on the z axis"
     return (
-        f"the sphere touched the floor with its centre at z = {1e3 * height_m:.0f} mm, and floor.height_m says "
+        f"the sphere touched the floor with its centre at z = {1e3 * height_m:.0f} mm{where}, and floor.height_m says "
         f"{1e3 * stated_m:.0f} mm: one of floor.height_m and tracer.release_position_m is wrong, and the whole track "
         "where that is the release: measure both from the centre of the field of view to the sphere's centre"
     )
 
 
-def _lowest_touch_m(track: Track, times_s: Sequence[float]) -> tuple[float, float] | None:
-    """Return the height of the lowest place at some instants, and its u; None without any."""
-    if not times_s:
+def _touch_m(
+    track: Track, times_s: Sequence[float], normal: tuple[float, float, float], stated_m: float
+) -> tuple[float, float] | None:
+    """Return the height on the z axis of the floor touched at some instants, and its u; None without any.
+
+    Of several floors, a plate and the table below it, the one next to what the setup says: that it speaks of one of
+    them is no contradiction.
+    """
+    if not times_s or normal[2] <= 0.0:
         return None
     # the next sample is less than a millimetre away: a tape tells no less
     place = np.minimum(np.searchsorted(track.time_s, times_s), track.time_s.size - 1)
-    place = place[track.valid[place] & np.isfinite(track.position_m[2, place])]
+    place = place[track.valid[place] & np.isfinite(track.position_m[:, place]).all(axis=0)]
     if not place.size:
         return None
     u_m = track.u_position_m if track.u_combined_m is None else track.u_combined_m
-    lowest = place[np.argmin(track.position_m[2, place])]
-    return float(track.position_m[2, lowest]), float(u_m[2, lowest])
+    # a plane that leans is met higher or lower away from the axis
+    height_m = np.asarray(normal) @ track.position_m[:, place] / normal[2]
+    nearest = int(np.argmin(np.abs(height_m - stated_m)))
+    return float(height_m[nearest]), float(u_m[2, place[nearest]])

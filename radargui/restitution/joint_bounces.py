@@ -13,6 +13,7 @@ import numpy as np
 from radargui.estimation.joint import JointEstimate
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
+from radargui.estimation.readout.unfollowed import unfollowed_m_s
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounce, Bounces, FreeFall
@@ -103,9 +104,8 @@ def fit_free_flights(posterior: MotionPosterior, normal: FloatArray) -> FlightFi
     # the record may end within a flight, or the sphere lie: then the last segment is no free flight
     if n_flights == len(free.segments) and _off_gravity(free, n_flights - 1) > FLIGHTS.near_g_m_s2:
         n_flights -= 1
-    # no release is a clean cut: magnet or fingers pull for some milliseconds
-    first = free.first_coefficient_from(posterior.onset_s + FLIGHTS.after_onset_s)
-    if first >= free.segments[0].n_spans:
+    first = _released(posterior)
+    if first >= free.segments[0].n_spans or _never_falls(free, first):
         return None
     count = _likely(free, min(n_flights, _affordable(free)))
     best = _fit_run(posterior, count, first)
@@ -116,6 +116,11 @@ def fit_free_flights(posterior: MotionPosterior, normal: FloatArray) -> FlightFi
     if best is None:
         best = _fit_first_fall(posterior, first)
     return best if best is None or best.is_good else best.widened()
+
+
+def _released(posterior: MotionPosterior) -> int:
+    # no release is a clean cut: magnet or fingers pull for some milliseconds
+    return posterior.free.first_coefficient_from(posterior.onset_s + FLIGHTS.after_onset_s)
 
 
 def _fit_run(posterior: MotionPosterior, most: int, first: int) -> FlightFit | None:
@@ -171,6 +176,12 @@ def _falls(free: FreeMotion, first: int) -> BoolArray:
     # second difference of the spline in each of its spans: its acceleration
     bend = (height[0] - 2.0 * height[1] + height[2]) / step**2
     return np.asarray(np.abs(bend + NOMINAL_GRAVITY_M_S2) < FLIGHTS.about_g_m_s2)
+
+
+def _never_falls(free: FreeMotion, first: int) -> bool:
+    """Whether nothing of a first segment of 50 ms or more falls: what rolls down a rail turns round at a stop, too."""
+    lasts_s = free.segments[0].end_s - free.segments[0].knot_s[first]
+    return bool(lasts_s > FLIGHTS.shortest_fall_s and not _falls(free, first).any())
 
 
 def _let_go(free: FreeMotion, first: int) -> int | None:
@@ -322,9 +333,14 @@ class _Impacts:
         by_flights = np.arange(time.size) < n_fitted
         walls = tuple(time[speeds.are_kicks() & ~impacts & by_flights].tolist())
         with_wall = walls_at_impacts(posterior, fit, normal, inputs)[impacts]
-        return _Impacts(
-            time[impacts], before[impacts], after[impacts], covariance[impacts], by_flights[impacts], with_wall, walls
-        )
+        time, before, after, by_flights = time[impacts], before[impacts], after[impacts], by_flights[impacts]
+        g = (NOMINAL_GRAVITY_M_S2 if fit is None else fit.g_m_s2) * float(normal[2])
+        end_s = float(posterior.free.edge_s[-1])
+        left_open = unfollowed_m_s(time, -before @ normal, after @ normal, by_flights, g, end_s)
+        covariance, along = covariance[impacts], np.outer(normal, normal)
+        for side, u_m_s in zip((slice(0, 3), slice(3, 6)), left_open, strict=True):
+            covariance[:, side, side] += u_m_s[:, None, None] ** 2 * along
+        return _Impacts(time, before, after, covariance, by_flights, with_wall, walls)
 
     @property
     def u_side_m_s(self) -> FloatArray:
@@ -353,6 +369,9 @@ class _Impacts:
 def _checked(bounces: Bounces, posterior: MotionPosterior, fit: FlightFit | None, normal: FloatArray) -> Bounces:
     """Return the bounces with e from flight times and heights of the free motion, under the fitted g and drag."""
     free = posterior.free
+    # what never falls comes back later, and lower, than gravity makes it
+    if fit is None and _never_falls(free, min(_released(posterior), free.segments[0].n_spans)):
+        return bounces
     time = np.arange(posterior.onset_s, float(free.edge_s[-1]), FLIGHTS.check_step_s)
     # without fitted flights there is no drag to correct with: the check's tolerance holds it
     g, drag = (NOMINAL_GRAVITY_M_S2, 0.0) if fit is None else (fit.g_m_s2, fit.drag_1_m)

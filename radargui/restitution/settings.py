@@ -171,7 +171,10 @@ class CheckSettings:
         A tilt that the impacts found is reported where it is beyond `coverage` uncertainties above this: less is within
         what a floor laid with a spirit level has.
     least_braked_m
-        A fall that is braked on a shorter way ended on something hard: 2 % of it are below what a track knows.
+        A fall that is braked on a shorter way ended on something hard: 2 % of it are below what a track knows. What
+        comes up again by less has no rebound.
+    least_above_m
+        A sphere so far above its parabola, beside `coverage` u, is braked.
     least_bounce_m_s
         A slower arrival or rebound says nothing of where the floor is.
     least_in_plane
@@ -197,6 +200,7 @@ class CheckSettings:
     longest_flight: float = 3.0
     least_tilt_deg: float = 0.5
     least_braked_m: float = 0.003
+    least_above_m: float = 1e-4
     least_bounce_m_s: float = 0.1
     least_in_plane: int = 2
     before_impact_s: tuple[float, float] = (0.006, 0.0015)

@@ -1,19 +1,21 @@
-"""A fall that ends without a rebound: in what stops the sphere, the wave may be slower than in air.
+"""A fall that ends without an impact: in what stops the sphere, the wave may be slower than in air; or it gives way.
 
 Method 5, One fall into a bed.
 """
 
 import numpy as np
 
-from radargui.model.result import Bounces, Track
+from radargui.model.arrays import FloatArray
+from radargui.model.result import Bounces, FreeFall, Track
 from radargui.restitution.settings import CHECKS
 
 
-def braked_without_rebound(bounces: Bounces, track: Track) -> list[str]:
+def braked_without_impact(bounces: Bounces, track: Track) -> list[str]:
     """Return a sentence where the sphere falls freely and is then stopped on some way, not by an impact.
 
     A path of the length s in a medium of refractive index n shows as n s: below the surface of grains the track is too
-    deep by (n - 1) times the depth. No setup states a medium.
+    deep by (n - 1) times the depth. No setup states a medium. What throws the sphere up again after some ms is no
+    medium, but has no instant of impact either.
 
     Parameters
     ----------
@@ -29,12 +31,31 @@ def braked_without_rebound(bounces: Bounces, track: Track) -> list[str]:
     if not after.any():
         return []
     height = np.asarray(bounces.normal) @ track.position_m[:, after]
-    way_m = float(height[0] - height.min())
+    u_m = np.linalg.norm(np.asarray(bounces.normal)[:, None] * track.u_position_m[:, after], axis=0)
+    free = _last_free(fall, track.time_s[after], height, u_m)
+    lowest = free + int(np.argmin(height[free:]))
+    way_m, back_m = float(height[free] - height[lowest]), float(height[lowest:].max() - height[lowest])
     if way_m < CHECKS.least_braked_m:
         return []
+    if back_m > CHECKS.least_braked_m:
+        sentence = (
+            f"the fall ends softly: the sphere is braked over {1e3 * way_m:.0f} mm and thrown up again by "
+            f"{1e3 * back_m:.0f} mm, so slowly that there is no instant of impact and no e: what it falls on gives way "
+            "for some milliseconds"
+        )
+        return [sentence]
     sentence = (
         f"the fall ends without a rebound, {1e3 * way_m:.0f} mm deeper: where grains or a liquid stop the sphere, the "
         "wave is slower than in air, and below their surface the track is too deep by a share n - 1 (foam beads up to "
         "2 %), which no uncertainty holds"
     )
     return [sentence]
+
+
+def _last_free(fall: FreeFall, time_s: FloatArray, height_m: FloatArray, u_m: FloatArray) -> int:
+    """Return the last sample on the fall's parabola: the fit ends before that, to be sure."""
+    since_s = time_s - fall.first_time_s
+    a, b, c = fall.parabola
+    above = height_m - (a + b * since_s + c * since_s**2)
+    is_braked = above > CHECKS.least_above_m + CHECKS.coverage * u_m
+    return max(int(np.argmax(is_braked)) - 1, 0)

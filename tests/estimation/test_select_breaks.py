@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.small_problem import (
@@ -88,6 +90,14 @@ def test_a_wall_beside_the_fall_is_a_break_but_no_impact() -> None:
     # where it is known there is nothing left to find, and a drift without a wall has no kick
     assert side_kicks(solution, UP).size == 0
     assert side_kicks(converge(small_problem(sigma=0.005).start, 4, nothing), UP).size == 0
+
+
+def test_a_push_at_the_release_is_no_wall() -> None:
+    begun = converge(small_problem(sigma=0.005, wall_s=WALL_S).start, 4, nothing)
+    assert side_kicks(begun, UP).size == 1
+    # the fall begins after it: a break here would leave the first flight no span to begin in, and the run no g
+    released = replace(begun, problem=replace(begun.problem, released_s=WALL_S + 0.01))
+    assert side_kicks(released, UP).size == 0
 
 
 @pytest.mark.parametrize("late_s", [-0.008, 0.006, 0.012])
@@ -214,6 +224,18 @@ def test_where_it_bounces_on_unfollowed_it_is_known_to_the_height_of_the_next_fl
     # a flight of 0.1 s is followed, or is not over yet
     assert not speeds([1.0, last_s], [-2.0, -1.0], [1.0, 0.5]).bouncing_on_m(places).any()
     assert not speeds([1.0], [0.0], [1.0]).bouncing_on_m(places).any()
+
+
+def test_a_landing_without_a_break_is_unknown_by_the_bounce_after_it() -> None:
+    # 39 dB, the last break of a cascade: the next landing was missed, 0.13 mm off with u 0.0015
+    g, missed_s = 9.81, 1.0 + 0.36 / 9.81
+    bouncing, height_m = speeds([1.0 - 0.72 / g, 1.0], [-0.72, -0.36], [0.36, 0.18]), 0.09**2 / (2.0 * g)
+    places = missed_s + 0.18 / g * np.array([-1.1, -0.5, 0.0, 1.5])
+    known = pytest.approx(height_m / np.sqrt(12.0))
+    assert bouncing.bouncing_on_m(places).tolist() == [0.0, known, known, known]
+    # what lies still there has a break that is no impact
+    stopped = speeds([1.0 - 0.72 / g, 1.0, missed_s], [-0.72, -0.36, -0.18], [0.36, 0.18, 0.0])
+    assert not stopped.bouncing_on_m(places).any()
 
 
 def test_what_no_body_does_is_no_impact() -> None:

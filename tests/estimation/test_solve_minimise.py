@@ -149,11 +149,23 @@ def test_the_local_misfit_is_one_for_noise_and_counts_the_noise_scale() -> None:
 def test_steps_to_motions_that_no_body_makes_are_refused() -> None:
     made = small_problem((FLOOR_PLANE,), reflection=0.1)
     problem, settings, theta = made.problem, MinimiseSettings(), made.truth.theta
-    assert _is_possible(problem, made.truth.coefficients, theta, settings)
-    assert not _is_possible(problem, made.truth.coefficients * 4.0, theta, settings)
+    assert _is_possible(problem, made.truth.coefficients, made.truth, theta, settings)
+    assert not _is_possible(problem, made.truth.coefficients * 4.0, made.truth, theta, settings)
     at_once = theta.copy()
     at_once[problem.layout.breaks] = 0.0505
-    assert not _is_possible(problem, made.truth.coefficients, at_once, settings)
+    assert not _is_possible(problem, made.truth.coefficients, made.truth, at_once, settings)
+
+
+def test_a_fall_farther_than_the_nearest_antenna_is_possible_and_one_through_it_is_not() -> None:
+    made = small_problem((FLOOR_PLANE,), reflection=0.1)
+    problem, settings, down = made.problem, MinimiseSettings(), made.truth.coefficients
+    antennas = problem.inputs.antennas
+    nearest = np.linalg.norm(antennas.transmitter_m - problem.inputs.release_m)
+    begun = replace(made.truth, coefficients=down * 1.1 * nearest / np.linalg.norm(down, axis=1).max())
+    # a fall of 1.7 m under antennas at 1.7 m: no step at all was possible
+    assert _is_possible(problem, begun.coefficients * 1.1, begun, made.truth.theta, settings)
+    assert not _is_possible(problem, begun.coefficients * 1.6, begun, made.truth.theta, settings)
+    assert not _is_possible(problem, begun.coefficients * -1.1, begun, made.truth.theta, settings)
 
 
 def test_a_lobe_of_a_mirror_that_hardly_reflects_goes_anywhere_and_overflows_nothing() -> None:

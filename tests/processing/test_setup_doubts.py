@@ -123,6 +123,21 @@ def test_a_floor_that_is_met_elsewhere_than_stated_is_told() -> None:
     assert "-140 mm" in sentence
 
 
+def test_a_floor_that_leans_is_met_lower_away_from_the_axis_and_a_table_below_it_contradicts_nothing() -> None:
+    leaning = plain(floor={"height_m": -0.14, "normal": (0.17, 0.0, 1.0)})
+    track, bounces, budget = measured(9.81, 0.01, touch_m=-0.157)
+    track.position_m[0] = 0.1
+    assert doubts(leaning, track, bounces, budget) == []
+    track.position_m[0] = 0.0
+    assert "z = -157 mm on the z axis" in doubts(leaning, track, bounces, budget)[0]
+    track, bounces, budget = measured(9.81, 0.01)
+    track.position_m[2, 80:] = -0.25
+    below = replace(bounces, impacts=(*bounces.impacts, replace(bounces.impacts[0], time_s=0.9)))
+    for stated_m in (-0.14, -0.25):
+        assert doubts(plain(floor={"height_m": stated_m}), track, below, budget) == []
+    assert len(doubts(plain(floor={"height_m": -0.2}), track, below, budget)) == 1
+
+
 def test_exchanged_wires_are_named_before_anything_is_measured() -> None:
     scene = mistaken("wires/pair", 81500, **QUICK)
     result = process(make_record(scene).recording, scene.setup)

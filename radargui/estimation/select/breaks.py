@@ -114,6 +114,8 @@ def side_kicks(solution: Solution, normal: FloatArray, settings: BreakSettings =
     found = grid[middle[(kick == largest) & (kick > settings.kick_m_s)]]
     # an impact may kick, too: no window reaches over one
     near = np.abs(found[:, None] - spline.edge_s[None]).min(axis=1) < reach * settings.grid_s
+    # what pushes at the release is no wall: a break there would end the first flight before it begins
+    near |= found < solution.problem.released_s
     return np.asarray(found[~near])
 
 

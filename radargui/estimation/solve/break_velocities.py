@@ -33,6 +33,8 @@ class BreakLimits:
         Bouncing on: a flight shorter than a knot spacing is not followed.
     unfollowed_s
         Up to three knot spacings it may not be followed. Chosen by hand.
+    unseen_s
+        Up to so long a flight's end may have been missed, where no break stands there. Chosen by hand.
     most_bounces
         So many at most: a tenth of the speed is left at e = 0.83.
     same_share
@@ -51,6 +53,7 @@ class BreakLimits:
     other_acceleration_m_s2: float = 30.0
     least_flight_s: float = 0.010
     unfollowed_s: float = 0.030
+    unseen_s: float = 0.060
     most_bounces: int = 12
     same_share: float = 1.15
     least_kick_m_s: float = 0.075
@@ -142,7 +145,8 @@ class BreakSpeeds:
         The next flight's height h = v^2 / 2 g, anywhere in it: h / sqrt 12. From as long before the impact, which a
         bounce that is missing draws away, as the flight lasts, T, to twice as long after it. From there on it goes on
         as a cascade does: each flight lasts e times the one before and is e^2 as high, so that after t more of
-        T / (1 - e) the height is h (1 - t (1 - e) / T)^2.
+        T / (1 - e) the height is h (1 - t (1 - e) / T)^2. Of a flight of 30 to 60 ms at whose end no break stands the
+        landing was missed: then all of this holds for the bounce after it.
         """
         moment, speed, share = self._last_bounce()
         impacts = self.are_impacts()
@@ -150,12 +154,22 @@ class BreakSpeeds:
             # it arrives no faster than it left, however the spline swings between two breaks
             speed = min(speed, LIMITS.same_share * share * float(self.after_m_s[impacts][-2]))
         flight_s, height_m = 2.0 * speed / NOMINAL_GRAVITY_M_S2, speed**2 / (2.0 * NOMINAL_GRAVITY_M_S2)
+        if self._lands_unseen(moment, flight_s):
+            # nobody knows how fast it left again: as after the impacts before
+            moment, speed = moment + flight_s, min(share, 1.0) * speed
+            flight_s, height_m = 2.0 * speed / NOMINAL_GRAVITY_M_S2, speed**2 / (2.0 * NOMINAL_GRAVITY_M_S2)
         # a longer one would be followed, or is not over yet
-        if not 0.0 < flight_s < LIMITS.unfollowed_s:
+        elif not 0.0 < flight_s < LIMITS.unfollowed_s:
             return np.zeros(time_s.size)
         since = (time_s - moment) / flight_s
         left = 1.0 - np.maximum(since - 2.0, 0.0) * max(1.0 - share, LIMITS.least_lost)
         return np.where(since > -1.0, height_m / np.sqrt(12.0) * np.maximum(left, 0.0) ** 2, 0.0)
+
+    def _lands_unseen(self, moment_s: float, flight_s: float) -> bool:
+        """Whether no break stands where the flight after the last impact ends: what lies still there has one."""
+        if not LIMITS.unfollowed_s <= flight_s < LIMITS.unseen_s:
+            return False
+        return not (self.time_s > moment_s + 0.5 * flight_s).any()
 
     def _last_bounce(self) -> tuple[float, float, float]:
         """Return when the last impact is, the speed after it, and the share of the speed that an impact leaves."""

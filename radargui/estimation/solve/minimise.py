@@ -27,6 +27,9 @@ class MinimiseSettings:
         Foretold to gain less than this, no step is taken.
     least_flight_s
         Two breaks never come closer: no bin would lie between them.
+    most_farther
+        Farther from the release than the nearest antenna, a step leads less than so many times as far as the motion
+        that it begins from: where it is known at all, it does not double.
     small, left
         A step that gains less, and leaves about this share of `close` to the next, needs no new normal matrix.
     renews_last
@@ -37,6 +40,7 @@ class MinimiseSettings:
     close: float = 0.05
     nothing: float = 0.005
     least_flight_s: float = 1e-3
+    most_farther: float = 1.5
     small: float = 200.0
     left: float = 0.02
     renews_last: bool = True
@@ -187,26 +191,33 @@ def _step(
     foretold = -0.5 * float(assembled.slope_motion @ motion + assembled.slope_global @ by_global)
     # x, y, z are interleaved in the matrix, so that its band stays narrow
     coefficients = state.coefficients + motion.reshape(-1, 3)
-    if not _is_possible(problem, coefficients, state.theta + by_global, settings):
+    if not _is_possible(problem, coefficients, state, state.theta + by_global, settings):
         return None, foretold
     return State(coefficients, state.theta + by_global), foretold
 
 
 def _is_possible(
-    problem: JointProblem, coefficients: FloatArray, theta: FloatArray, settings: MinimiseSettings
+    problem: JointProblem, coefficients: FloatArray, before: State, theta: FloatArray, settings: MinimiseSettings
 ) -> bool:
-    """Return whether breaks stay apart and the tracer on this side of the antennas.
+    """Return whether breaks stay apart and the tracer on this side of the antennas, on a motion like that `before`.
 
-    A spline lies within the hull of its coefficients: none of them farther from the release than the nearest antenna
-    means that the tracer comes to none.
+    A spline lies within the hull of its coefficients: all of them on the release's side of the plane through an
+    antenna, across the way from the release, mean that the tracer does not come to it. Farther from the release than
+    the nearest antenna it goes by no more than half as far again as before.
     """
     inputs = problem.inputs
     # breaks that pass each other would exchange their impacts
     edge = np.concatenate([problem.spline.edge_s[:1], theta[problem.layout.breaks], problem.spline.edge_s[-1:]])
-    antennas = np.vstack([inputs.antennas.transmitter_m, inputs.antennas.receivers_m])
-    nearest = np.linalg.norm(antennas - inputs.release_m, axis=1).min()
-    apart = (np.diff(edge) > settings.least_flight_s).all()
-    return bool(apart and np.linalg.norm(coefficients, axis=1).max() < nearest)
+    if (np.diff(edge) <= settings.least_flight_s).any():
+        return False
+    away_m = np.vstack([inputs.antennas.transmitter_m, inputs.antennas.receivers_m]) - inputs.release_m
+    distance_m = np.linalg.norm(away_m, axis=1)
+    nearest_m, farthest_m = distance_m.min(), np.linalg.norm(coefficients, axis=1).max()
+    # within this ball it is on the right side of every plane
+    if farthest_m < nearest_m:
+        return True
+    limit_m = settings.most_farther * np.linalg.norm(before.coefficients, axis=1).max()
+    return bool(farthest_m < limit_m and (coefficients @ away_m.T < distance_m**2).all())
 
 
 def log_evidence(solution: Solution) -> float:

@@ -36,14 +36,14 @@ OPTIONS = (
     "gravity_m_s2", "floor", "surface", "walls", "wall", "wall_distance_m", "corners", "crosstalk", "lively",
     "kick_m_s", "tilt_deg", "depth_m", "flicker", "drift", "amplitude_v", "lobes", "coupled", "rest",
     "motion", "mode", "size_m", "speed_m_s", "lean_deg", "stops", "start_m", "gap_m", "tremor_m",
-    "index", "film", "shake_hz", "shake_g", "side", "step_m", "bounces",
+    "index", "film", "shake_hz", "shake_g", "side", "step_m", "bounces", "nearer",
 )  # fmt: skip
 """Values to hold:
 `floor`: share of the field that comes back; `wall`: the same at the centre, lobes counted; `walls`: how many;
 `surface`: of the floor, conductor or dielectric; `corners`: whether waves go over wall and floor; `coupled`: whether
 the floor sends back what the sphere sends it; `lively`: whether impacts kick and the floor leans; `depth_m`: caught
 within this depth, no rebound (None: it bounces); `lobes`: whether antennas have any; `rest`: s before it leaves;
-others as their units say.
+`nearer`: times as far away as drawn all antennas are; others as their units say.
 Of motions other than drops alone: `mode` of the motion; `size_m` (`draw_course.SIZES_M`); `speed_m_s`: the greatest, of
 circle, hand, stage, and the push into a box; `lean_deg` of a circle's plane, a board, a stage; `stops`: whether circle
 or board end before the record; `start_m`: three coordinates; `gap_m`: from the lowest place down to the floor, where it
@@ -233,10 +233,12 @@ def _bed(course: Course, start_m: Array) -> Bed | None:
 def _antenna_values(value: _Draws, sphere: Sphere) -> tuple[AntennaValues, ...]:
     rng = value.rng("antennas")
     azimuths = 90.0 + 360.0 / N_RECEIVERS * np.arange(N_RECEIVERS) + rng.uniform(-15.0, 15.0, N_RECEIVERS)
-    sender = AntennaValues(0.0, 0.0, rng.uniform(0.6, 0.8), rng.uniform(0.0, 180.0))
+    nearer = float(value("nearer", lambda _: 1.0))
+    sender = AntennaValues(0.0, 0.0, nearer * rng.uniform(0.6, 0.8), rng.uniform(0.0, 180.0))
     receivers = []
     for azimuth in azimuths % 360.0:
-        one = AntennaValues(rng.uniform(32.0, 50.0), azimuth, rng.uniform(0.6, 0.8), rng.uniform(0.0, 180.0))
+        tilt, distance = rng.uniform(32.0, 50.0), nearer * rng.uniform(0.6, 0.8)
+        one = AntennaValues(tilt, azimuth, distance, rng.uniform(0.0, 180.0))
         while signal_share(sender, one, sphere) < WEAKEST:
             one = replace(one, polarization_deg=rng.uniform(0.0, 180.0))
         receivers.append(one)

@@ -152,7 +152,10 @@ def _throw(value: Draws, body: Body, floor: Floor, size_m: float) -> Course:
 
 
 def _incline(value: Draws, body: Body, size_m: float) -> Course:
-    """A board that leans: let go and rolling down, or pushed up and coming back; foam ends it or the record does."""
+    """A board that leans: let go and rolling down, or pushed up and coming back; foam ends it or the record does.
+
+    Held alone: rolling down against a `stopper` and back up, by turns.
+    """
     rng = value.rng("incline")
     mode = value("mode", lambda r: r.choice(["down", "down", "up"]))
     slope = np.radians(value("lean_deg", lambda r: r.uniform(2.0, 15.0)))
@@ -170,6 +173,12 @@ def _incline(value: Draws, body: Body, size_m: float) -> Course:
     speed = np.sqrt(2.0 * falling * size_m)
     rolling = (Span(speed / falling, speed),)
     ends = value("stops", lambda r: bool(r.random() < 0.6))
+    if mode == "stopper":
+        shares = value("e", lambda r: r.uniform(0.3, 0.7)) ** np.arange(1, 4)
+        # thrown back within no time, and up and down again under the same acceleration
+        rolling += tuple(
+            one for v in speed * shares for one in (Span(1e-9, -v), Span(2.0 * v / falling, v))
+        )  # fmt: skip
     profile = joined(start, rolling, (Span(2.0 * foam_m / speed, 0.0),) if ends else ())
     lasts_s = profile.lasts_s + (rng.uniform(0.2, 0.5) if ends else 0.0)
     told = _told(along(down, profile), lasts_s, mode=mode, size=size_m, v=speed, slope=np.degrees(slope))

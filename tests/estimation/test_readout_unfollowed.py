@@ -1,0 +1,46 @@
+"""What the bounces that are not followed leave open of the speeds at impacts."""
+
+import numpy as np
+import pytest
+
+from radargui.estimation.readout.unfollowed import unfollowed_m_s
+
+G = 9.81
+E = 0.65
+
+
+def cascade() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Five impacts, the last with a flight of 25 ms after it; of e = 0.65."""
+    after = 0.122 / E ** np.arange(4, -1, -1)
+    time = np.concatenate([[0.5], 0.5 + np.cumsum(2.0 * after[:-1] / G)])
+    return time, after / E, after
+
+
+def test_the_end_of_a_cascade_leaves_the_last_rebound_open_and_no_other() -> None:
+    time, before, after = cascade()
+    by_flights = np.ones(5, dtype=np.bool_)
+    none, left = unfollowed_m_s(time, before, after, by_flights, G, 3.0)
+    assert not none.any()
+    assert not left[:-1].any()
+    # a bounce of 0.3 mm, anywhere in it, over a flight of 25 ms
+    assert left[-1] == pytest.approx((E * 0.122) ** 2 / (2.0 * G) / np.sqrt(12.0) / (2.0 * 0.122 / G))
+    # of 12 ms not even the flight itself is followed: an e of 0.72 +- 0.04 for 0.56 (42 dB) is not valid now
+    left = unfollowed_m_s(time, before, 0.5 * after, by_flights, G, 3.0)[1][-1]
+    assert left == pytest.approx(0.061 / (4.0 * np.sqrt(12.0)))
+    # a record that ends within the flight has no bounce after it, and one of 40 ms is followed
+    assert not unfollowed_m_s(time, before, after, by_flights, G, time[-1] + 0.02)[1].any()
+    assert not unfollowed_m_s(time, before, 2.0 * after, by_flights, G, 3.0)[1].any()
+
+
+def test_a_slope_that_gravity_does_not_make_is_open_by_what_they_differ() -> None:
+    time, before, after = cascade()
+    by_flights = np.arange(5) < 4
+    assert unfollowed_m_s(time, before, after, by_flights, G, 3.0)[0] == pytest.approx(np.zeros(5), abs=1e-9)
+    # the slope before the last impact of a sphere of 20 mm (31 dB): it left with 0.188 m/s and arrived with 0.278
+    drawn = before + np.array([0.0, 0.0, 0.0, 0.05, 0.09])
+    assert unfollowed_m_s(time, drawn, after, by_flights, G, 3.0)[0] == pytest.approx([0.0, 0.0, 0.0, 0.0, 0.09])
+    # what lay for a second, or fell from a plate onto the table, arrives as it likes
+    for later_s in (1.0, 0.06):
+        away = time + later_s * (np.arange(5) == 4)
+        assert not unfollowed_m_s(away, drawn, after, by_flights, G, 5.0)[0].any()
+    assert unfollowed_m_s(time[:0], before[:0], after[:0], by_flights[:0], G, 3.0)[0].size == 0

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from radargui.estimation.select.converge import COARSE, converge, race
 from radargui.estimation.select.wall_grid import (
@@ -13,9 +14,9 @@ from radargui.estimation.select.wall_grid import (
     WallSettings,
     linearised_gains,
     stiffened,
-    tangents,
     upright_planes,
     wall_grid,
+    wall_towards,
 )
 from radargui.estimation.solve.changed_problem import carried_places, positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import MinimiseSettings, Solution, log_evidence, minimise, solved_at
@@ -178,10 +179,7 @@ def without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:
 
 def place_of_last(solution: Solution, middle_m: FloatArray, normal: FloatArray) -> tuple[float, float]:
     """Return azimuth (rad) and distance (m) of a solution's last mirror from a point, (3,), for the floor's normal."""
-    # an image is as far behind the wall as the point is before it
-    outward = last_image(solution, middle_m) - middle_m
-    first, second = tangents(normal)
-    return float(np.arctan2(outward @ second, outward @ first)), 0.5 * float(np.linalg.norm(outward))
+    return wall_towards(last_image(solution, middle_m) - middle_m, normal)
 
 
 def same_place(one: Solution, other: Solution) -> bool:
@@ -210,12 +208,7 @@ def peaks(table: FloatArray, *, around: bool) -> list[int]:
     around
         Whether the azimuths go round.
     """
-    wide = (
-        np.pad(table, ((1, 1), (0, 0)), mode="wrap")
-        if around
-        else np.pad(table, ((1, 1), (0, 0)), constant_values=-np.inf)
-    )
-    high = np.pad(table, ((0, 0), (1, 1)), constant_values=-np.inf)
-    beside = np.maximum(np.maximum(wide[:-2], wide[2:]), np.maximum(high[:, :-2], high[:, 2:]))
-    top, gain = ((table >= beside) & np.isfinite(table)).ravel(), table.ravel()
+    across = maximum_filter1d(table, 3, axis=0, mode="wrap" if around else "nearest")
+    highest = np.maximum(across, maximum_filter1d(table, 3, axis=1, mode="nearest"))
+    top, gain = ((table == highest) & np.isfinite(table)).ravel(), table.ravel()
     return [int(k) for k in np.argsort(np.where(top, gain, -np.inf))[::-1] if top[k]]

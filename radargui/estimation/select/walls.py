@@ -9,6 +9,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from radargui.estimation.select.converge import COARSE, converge, race
+from radargui.estimation.select.loose_maps import bias_deviations
 from radargui.estimation.select.wall_grid import (
     WALLS,
     WallSettings,
@@ -94,16 +95,14 @@ def search_wall(
     return search.with_more([one.solution for one in again.tried], without)
 
 
-def bent_by_maps(solution: Solution, settings: WallSettings = WALLS) -> bool:
+def bent_by_maps(solution: Solution) -> bool:
     """Return whether bias maps are looser than with nothing left to explain, and no flight holds the motion."""
-    problem = solution.problem
-    loose = max(float(problem.prior.sd[own.bias_i.start]) for own in problem.layout.receivers) > settings.stiff_bias
-    return loose and not problem.in_flight.any()
+    return bool(bias_deviations(solution).max() > WALLS.stiff_bias) and not solution.problem.in_flight.any()
 
 
-def with_stiff_maps(solution: Solution, settings: WallSettings = WALLS) -> Solution:
+def with_stiff_maps(solution: Solution) -> Solution:
     """Return the minimum with maps as stiff as if nothing were left to explain: of a motion that they do not bend."""
-    return minimise(Start(stiffened(solution.problem, settings), solution.state), settings.stiff_steps)
+    return minimise(Start(stiffened(solution.problem), solution.state), WALLS.stiff_steps)
 
 
 def _search_from(

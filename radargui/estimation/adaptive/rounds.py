@@ -176,17 +176,17 @@ def stride_of(binned: BinnedData) -> int:
 
 def timed_round(binned: BinnedData, still: Round, stride: int = 1) -> Round:
     """Fit circles whose amplitude is a smooth function of time: where it varies much, this is what finds the centre."""
-    functions = _time_functions(binned, MAP_ROUNDS.time_functions)
+    functions = _time_functions(binned)
     data = circle_data(binned, still.value, still.phase_rad, still.place, None, None)
     start = [np.concatenate([fit.theta, np.zeros(functions.shape[1])]) for fit in still.fits]
     return _fit(binned, [replace(own, amplitude_map=functions) for own in data], still, start, stride)
 
 
-def _time_functions(binned: BinnedData, count: int) -> FloatArray:
+def _time_functions(binned: BinnedData) -> FloatArray:
     """Return bumps over the time of the motion, constant at rest, shape (n_bins, count)."""
     time = binned.bins.time_s
     moving = time[~binned.rest]
-    centre, width = np.linspace(moving[0], moving[-1], count, retstep=True)
+    centre, width = np.linspace(moving[0], moving[-1], MAP_ROUNDS.time_functions, retstep=True)
     return np.asarray(np.exp(-0.5 * ((np.maximum(time, moving[0])[:, None] - centre) / width) ** 2))
 
 
@@ -291,7 +291,7 @@ def _maps(binned: BinnedData, before: Round, length_m: float, stride: int) -> _M
     bias, amplitude_map = make_basis(visited, length_m), make_basis(visited, MAP_ROUNDS.amplitude_longer * length_m)
     data = circle_data(binned, before.value, before.phase_rad, before.place, bias, amplitude_map, stride)
     fitted_m = before.place if before.fitted_m is None else before.fitted_m
-    starts = _carried(before, data, fitted_m[:, ::stride], MAP_ROUNDS.least_normal)
+    starts = _carried(before, data, fitted_m[:, ::stride])
     if before.bias is None:
         fits = tuple(fit_circle(*own) for own in zip(data, starts, before.prior_mean, strict=True))
     else:
@@ -307,7 +307,7 @@ def _round_of_maps(binned: BinnedData, before: Round, maps: _Maps, stride: int) 
     return _round(binned, data, before, maps, stride)
 
 
-def _carried(before: Round, data: list[CircleData], place: FloatArray, least_normal: float) -> list[FloatArray]:
+def _carried(before: Round, data: list[CircleData], place: FloatArray) -> list[FloatArray]:
     """Return where earlier fits start with new functions, those of data at places: their maps projected on them."""
     layout = data[0].layout
     starts = [np.zeros(layout.size) for _ in before.fits]
@@ -324,15 +324,11 @@ def _carried(before: Round, data: list[CircleData], place: FloatArray, least_nor
         (layout.amplitude_map, old.amplitude_map, data[0].amplitude_map, old_amplitude),
     ):
         # values go over, not coefficients: functions of another length are other functions
-        projected = _projected(functions, values @ thetas[:, was].T, least_normal)
+        normal = functions.T @ functions + MAP_ROUNDS.least_normal * np.eye(functions.shape[1])
+        projected = np.linalg.solve(normal, functions.T @ (values @ thetas[:, was].T))
         for out, own in zip(starts, projected.T, strict=True):
             out[new] = own
     return starts
-
-
-def _projected(functions: FloatArray, values: FloatArray, least_normal: float) -> FloatArray:
-    normal = functions.T @ functions + least_normal * np.eye(functions.shape[1])
-    return np.asarray(np.linalg.solve(normal, functions.T @ values))
 
 
 def _fit(binned: BinnedData, data: list[CircleData], before: Round, start: list[FloatArray], stride: int = 1) -> Round:

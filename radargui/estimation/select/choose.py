@@ -208,7 +208,7 @@ class _Selection:
     def raced(self, starts: Sequence[Start]) -> list[Solution | None]:
         """Return the solutions of models with and without a floor, None for one that cannot be right."""
         first, later = (share * self.whole.bins.value.size for share in self.settings.most_behind)
-        return race(starts, self.settings.first_rounds, self.round_done, (first, later), COARSE)
+        return race(starts, self.settings.first_rounds, self.round_done, (first, later))
 
     def from_rounds(self, found: AdaptiveRounds, length_m: float, planes: tuple[MirrorPlane, ...]) -> Start:
         """Return the model of the last adaptive round with bias maps of a length, and with a floor or without."""

@@ -71,8 +71,7 @@ class RoundSettings:
     same_scale: float = 0.01
 
 
-ROUNDS = RoundSettings()
-LAST = replace(ROUNDS, noise_from_round=0, settled_ln_evidence=0.1, least_rounds=2)
+LAST = RoundSettings(noise_from_round=0, settled_ln_evidence=0.1, least_rounds=2)
 """For the chosen model, which has been converged on fewer bins: its maps have grown. Ended at 0.5, the flights of
 physical seed 13 were one fewer than two rounds later; 0.1 costs one per cent of the time."""
 COARSE = RoundSettings(
@@ -84,7 +83,7 @@ COARSE = RoundSettings(
 """While models are compared: evidences are told apart by units, and what one round leaves the next one takes."""
 
 
-def converge(start: Start, rounds: int, round_done: Callable[[], None], settings: RoundSettings = ROUNDS) -> Solution:
+def converge(start: Start, rounds: int, round_done: Callable[[], None], settings: RoundSettings = COARSE) -> Solution:
     """Alternate Gauss-Newton with updates of maps and priors until the evidence settles.
 
     Parameters
@@ -112,7 +111,6 @@ def race(
     rounds: int,
     round_done: Callable[[], None],
     most_behind: tuple[float, ...],
-    settings: RoundSettings = ROUNDS,
     met: Callable[[Solution, Solution], bool] = lambda one, other: False,
 ) -> list[Solution | None]:
     """Return the solutions of some starts as `converge` would, None for those that fell hopelessly behind, or met.
@@ -121,14 +119,14 @@ def race(
     ----------
     starts
         Their evidences are comparable.
-    rounds, round_done, settings
+    rounds, round_done
         As of `converge`.
     most_behind
         By how much in ln E one may stay behind the best, after the first minimum and after each round; the last stays.
     met
         Whether two have come to the same maximum: the later in the list is given up.
     """
-    running = [_rounds(start, rounds, round_done, settings) for start in starts]
+    running = [_rounds(start, rounds, round_done, COARSE) for start in starts]
     now = [next(one) for one in running]
     alive = list(range(len(starts)))
     for number in range(rounds):
@@ -236,7 +234,7 @@ def settle_breaks(
         # the old motion on new knots, not a new start: the mismatch found so far fits it
         fine = np.concatenate([release_times(data.onset_s), sharp])
         motion = respline(solution.at.spline, solution.state.coefficients, breaks, fine)
-        solution = converge(_with_breaks(data, solution, motion), COARSE.after_breaks, round_done, COARSE)
+        solution = converge(_with_breaks(data, solution, motion), COARSE.after_breaks, round_done)
         seen.append(solution)
     return _best(seen, normal)
 
@@ -272,7 +270,7 @@ def _bounced_on(
         before = speeds.time_s[speeds.time_s <= speeds.time_s[impacts][-1]]
         breaks = np.concatenate([before, expected])
         motion = respline(solution.at.spline, solution.state.coefficients, breaks, release_times(data.onset_s))
-        trial = converge(_with_breaks(data, solution, motion), COARSE.after_breaks, round_done, COARSE)
+        trial = converge(_with_breaks(data, solution, motion), COARSE.after_breaks, round_done)
         more = _impacts(trial, normal)[0] > int(impacts.sum())
         if not more or _misfit(trial) > COARSE.no_worse * _misfit(solution):
             break

@@ -80,7 +80,7 @@ class FallRule:
         self._rad_per_m = radians_fallen(setup)[:, None]
         self._nothing = FallSigns((False,) * setup.n_receivers)
         least = 2.0 * np.pi / setup.radar.wavelength_m * LEAST_ALONG
-        self.can_tell = setup.n_receivers >= LEAST_RECEIVERS and bool(self._rad_per_m.min() >= least)
+        self.is_decisive = setup.n_receivers >= LEAST_RECEIVERS and bool(self._rad_per_m.min() >= least)
 
     def signs(self, phase: FloatArray) -> FallSigns | None:
         """Return what phases say, shape (n_receivers, n), signs as the setup has them; None where all fall rightly."""
@@ -128,7 +128,7 @@ def fall_signs(conditioned: Conditioned, setup: Setup) -> FallSigns:
     rate_hz = conditioned.sample_rate_hz / size
     n_means, window = conditioned.n_samples // size, window_of(rate_hz)
     rule = FallRule(setup, rate_hz)
-    if not rule.can_tell or n_means < 2 * window:
+    if not rule.is_decisive or n_means < 2 * window:
         return nothing
     # nearly every drop shows at its beginning that nothing is wrong: the rest need not be looked at
     begin = max(0, min(conditioned.segment.first // size - window, n_means - 2 * window))
@@ -164,13 +164,13 @@ class FallWatch:
 
     def push(self, change_m: FloatArray) -> tuple[int, ...]:
         """Take the next changes of path length, shape (n_receivers, n); return the receivers that fell upwards."""
-        if not self._rule.can_tell:
+        if not self._rule.is_decisive:
             return ()
         held = np.concatenate([self._held, change_m], axis=1) if self._held.size else change_m
         self._held = held[:, -self._least :]
         signs = self._rule.signs(self._rad_per_m * held) if held.shape[1] >= self._least else FallSigns(())
         # wires are not exchanged while it runs
-        self._rule.can_tell = signs is not None
+        self._rule.is_decisive = signs is not None
         return () if signs is None else tuple(np.flatnonzero(signs.backwards).tolist())
 
 

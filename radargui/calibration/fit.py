@@ -62,6 +62,12 @@ class Fit:
         reduced = [one.reduced(0.0) for n, one in enumerate(self.locals_) if n != but]
         return sum(one[0] for one in reduced), sum(one[1] for one in reduced)  # type: ignore[return-value]
 
+    def step(self, normal: FloatArray, slope: FloatArray) -> FloatArray:
+        """Return the step -A^-1 g of the free unknowns, zero of those that are held, for a matrix A and a slope g."""
+        free, out = ~self.held, np.zeros_like(slope)
+        out[free] = -np.linalg.solve(normal[np.ix_(free, free)], slope[free])
+        return out
+
     def birge(self) -> float:
         """Return by how much the recordings differ beyond what each says of itself, a factor on u, at least `least`."""
         square, expected = self.contradiction()
@@ -208,11 +214,9 @@ def _step(now: Fit, team: _Team, damping: float) -> Fit | None:
     reduced = [one.reduced(damping) for one in now.locals_]
     normal = sum(one[0] for one in reduced) + np.eye(now.z.size)
     slope = sum(one[1] for one in reduced) + now.z
-    free = ~now.held
     # Marquardt's scale: an unknown is held back by how sharply the data hold it
     normal = normal + damping * np.diag(np.diag(normal))
-    moved = np.zeros_like(now.z)
-    moved[free] = -np.linalg.solve(normal[np.ix_(free, free)], slope[free])
+    moved = now.step(normal, slope)
     # back substitution: each recording's own follow the shared ones
     own = [state - back[:, -1] - back[:, :-1] @ moved for state, (_, _, back) in zip(now.own, reduced, strict=True)]
     z = now.z + moved

@@ -144,13 +144,11 @@ def left_out(found: Fit, likelihoods: Sequence[Likelihood]) -> list[FloatArray]:
     """
     if len(likelihoods) < 2:
         return [np.full(len(one.residual_m), np.nan) for one in found.locals_]
-    free, tasks = ~found.held, []
+    tasks = []
     for n, one in enumerate(likelihoods):
         # linear in the shared values: a step from the fit of all needs no new fit
         normal, slope = found.information(but=n)
-        normal, slope = normal + np.eye(slope.size), slope + found.z
-        moved = np.zeros_like(found.z)
-        moved[free] = -np.linalg.solve(normal[np.ix_(free, free)], slope[free])
+        moved = found.step(normal + np.eye(slope.size), slope + found.z)
         start = Fit(found.world, found.z + moved, (found.own[n],), (), np.ones_like(found.held))
         tasks.append((one, start, len(found.locals_[n].residual_m)))
     return crew().each(_followed, tasks)

@@ -22,9 +22,9 @@ from radargui.estimation.select.wall_grid import (
     evidence_of,
     images_of,
     stiffened,
-    tangents,
     upright_planes,
     wall_grid,
+    wall_towards,
 )
 from radargui.estimation.select.walls import peaks
 from radargui.estimation.solve.changed_problem import carried_places
@@ -199,10 +199,7 @@ def _place_of(settled: Settled, number: int, middle_m: FloatArray, normal: Float
     for one, own, _ in _sampled(settled):
         unknown = one.problem.layout.plane_unknowns(one.theta_at(own))[number]
         outward.append(one.problem.inputs.planes[number].image(middle_m, unknown) - middle_m)
-    mean = np.mean(outward, axis=0)
-    first, second = tangents(normal)
-    # an image is twice as far away as its plane
-    return float(np.arctan2(mean @ second, mean @ first)), 0.5 * float(np.linalg.norm(mean))
+    return wall_towards(np.mean(outward, axis=0), normal)
 
 
 def _clear(base: Settled, planes: Sequence[MirrorPlane]) -> BoolArray:

@@ -29,7 +29,7 @@ LARGEST_MISFIT_RAD = 0.4
 
 @dataclass(frozen=True, slots=True)
 class PhaseParabolas:
-    """How the phase of one receiver turns in windows that each begin a sample later, shapes (n - window - 1,).
+    """How phases turn in windows that each begin a sample later, shapes (n_receivers, n - window + 1).
 
     Attributes
     ----------
@@ -44,22 +44,39 @@ class PhaseParabolas:
     misfit_rad: FloatArray
 
 
-def window_of(rate_hz: float) -> int:
+def window_of(rate_hz: float, window_s: float = WINDOW_S) -> int:
     """Return the samples of a window."""
-    return max(6, round(WINDOW_S * rate_hz))
+    return max(6, round(window_s * rate_hz))
 
 
-def phase_parabolas(pair_v: FloatArray, rate_hz: float, window: int) -> PhaseParabolas:
-    """Return the parabolas of the phase of I and Q, shape (2, n), n at least two more than the window."""
+def turning_phases(volts: FloatArray, rate_hz: float) -> FloatArray:
+    """Return angles that turn as the phases do while all move one way, whatever the offsets, (n_receivers, n - 2).
+
+    Voltages I1, Q1, I2, ..., shape (2 n_receivers, n).
+    """
     # the derivative has no offset: no ellipse is needed to tell how it turns
-    slope = (pair_v[:, 2:] - pair_v[:, :-2]) * (0.5 * rate_hz)
-    phase = np.unwrap(np.arctan2(slope[1], slope[0]))
-    windows = np.lib.stride_tricks.sliding_window_view(phase, window)
+    slope = (volts[:, 2:] - volts[:, :-2]) * (0.5 * rate_hz)
+    return np.unwrap(np.arctan2(slope[1::2], slope[::2]))
+
+
+def phase_parabolas(phase: FloatArray, rate_hz: float, window: int) -> PhaseParabolas:
+    """Return the parabolas through phases, shape (n_receivers, n), at least a window of them."""
     time = (np.arange(window) - 0.5 * (window - 1)) / rate_hz
     basis = np.stack([np.ones(window), time, time**2 - np.mean(time**2)])
-    weights = windows @ basis.T / (basis**2).sum(axis=1)
-    misfit = np.sqrt(np.maximum(np.mean(windows**2, axis=1) - weights**2 @ np.mean(basis**2, axis=1), 0.0))
-    return PhaseParabolas(weights[:, 1], 2.0 * weights[:, 2], misfit)
+    found = []
+    for one in phase:
+        windows = np.lib.stride_tricks.sliding_window_view(one, window)
+        weights = windows @ basis.T / (basis**2).sum(axis=1)
+        power = np.mean(windows**2, axis=1) - weights**2 @ np.mean(basis**2, axis=1)
+        found.append((weights[:, 1], 2.0 * weights[:, 2], np.sqrt(np.maximum(power, 0.0))))
+    return PhaseParabolas(*np.stack(found, axis=1))
+
+
+def radians_fallen(setup: Setup) -> FloatArray:
+    """Return by how much the phase of each receiver, signs aside, grows for a metre of fall from the release."""
+    release = np.array(setup.tracer.release_position_m)[:, None]
+    along = -path_gradient(release, place_antennas(setup))[:, 2, 0]
+    return np.asarray(2.0 * np.pi / setup.radar.wavelength_m * along)
 
 
 class FallTest:
@@ -67,12 +84,12 @@ class FallTest:
 
     The derivative of z = I + jQ is j phase' A exp(j phase), whatever the offset: its argument turns as the phase
     does while the tracer moves one way. In windows of 30 ms a parabola is fitted to it; in a free fall, or in any
-    flight between bounces, its second derivative is that of the path length, dL/dp (-g n), over the wavelength.
+    flight between bounces, its second derivative is that of the path length, -g dL/dz, over the wavelength.
 
     Parameters
     ----------
     setup
-        Antennas, release, floor's normal, wavelength.
+        Antennas, release, wavelength.
     digitisation
         How the samples to be pushed are taken.
     """
@@ -82,10 +99,7 @@ class FallTest:
         self._averager = Averager(digitisation, max(1, round(rate / RATE_HZ)))
         self._rate_hz = rate / self._averager.size
         self._means: list[FloatArray] = []
-        release = np.array(setup.tracer.release_position_m)[:, None]
-        # by how much each path grows for a metre of fall
-        along = path_gradient(release, place_antennas(setup))[:, :, 0] @ -np.array(setup.floor.normal)
-        self._rad_per_m = setup.radar.phase_sign * 2.0 * np.pi / setup.radar.wavelength_m * along
+        self._rad_per_m = setup.radar.phase_sign * radians_fallen(setup)[:, None]
 
     def push(self, samples: RawArray) -> None:
         """Take the next samples of the run, shape (n_channels, n)."""
@@ -101,21 +115,17 @@ class FallTest:
         window = window_of(self._rate_hz)
         if means.shape[1] < 2 * window:
             return False
-        falling = [
-            self._falling(means[2 * k : 2 * k + 2], float(rad_per_m), window)
-            for k, rad_per_m in enumerate(self._rad_per_m)
-        ]
+        one = phase_parabolas(turning_phases(means, self._rate_hz), self._rate_hz, window)
+        # the sign tells a fall from a throw, the size from a hand
+        share = one.bend_rad_s2 / (self._rad_per_m * NOMINAL_GRAVITY_M_S2)
+        fits = (share > ACCELERATION[0]) & (share < ACCELERATION[1]) & (one.misfit_rad < LARGEST_MISFIT_RAD)
+        falling = fits & (np.abs(one.speed_rad_s / self._rad_per_m) > LEAST_SPEED)
         wanted = len(falling) if len(falling) < 3 else len(falling) - 1
         # all receivers fall at one time; a cable that is moved does not
-        together = np.sum(falling, axis=0) >= wanted
-        longest = int(np.diff(runs_of(together)).max(initial=0))
+        longest = longest_run(falling.sum(axis=0) >= wanted)
         return longest + window >= LEAST_S * self._rate_hz
 
-    def _falling(self, pair_v: FloatArray, rad_per_m: float, window: int) -> BoolArray:
-        """Return for each window whether one receiver sees a free fall in it, shape (n - window,)."""
-        one = phase_parabolas(pair_v, self._rate_hz, window)
-        # the sign tells a fall from a throw, the size from a hand
-        share = one.bend_rad_s2 / (rad_per_m * NOMINAL_GRAVITY_M_S2)
-        fast = np.abs(one.speed_rad_s / rad_per_m) > LEAST_SPEED
-        fits = (share > ACCELERATION[0]) & (share < ACCELERATION[1]) & (one.misfit_rad < LARGEST_MISFIT_RAD)
-        return np.asarray(fits & fast)
+
+def longest_run(where: BoolArray) -> int:
+    """Return how many in turn are True at the most."""
+    return int(np.diff(runs_of(where)).max(initial=0))

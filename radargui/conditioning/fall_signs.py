@@ -1,4 +1,7 @@
-"""Which way the phases turn in a fall: a receiver whose phase turns the other way has its wires, or sign, exchanged."""
+"""Which way the phases turn in a fall: a receiver whose phase turns the other way has its wires, or sign, exchanged.
+
+One rule for a recording, of the voltages alone, and for a track while it is followed, of its paths.
+"""
 
 from __future__ import annotations
 
@@ -13,16 +16,21 @@ from radargui.conditioning.fall import (
     LARGEST_MISFIT_RAD,
     LEAST_SPEED,
     RATE_HZ,
+    WINDOW_S,
+    longest_run,
     phase_parabolas,
+    radians_fallen,
+    turning_phases,
     window_of,
 )
-from radargui.geometry.path_length import path_gradient, place_antennas
 from radargui.model.arrays import BoolArray, FloatArray, median, runs_of
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.setup import Setup
 
 LEAST_S = 0.06
 """All phases have to turn with a free fall's acceleration for so long, whatever their signs."""
+PATH_WINDOW_S, PATH_LEAST_S = 0.08, 0.1
+"""The same for paths: what is left of the mismatch ripples them, and a throw is not known before it ends. By hand."""
 FIRST_S = 0.3
 """Of the motion that is looked at first: a fall from half a metre."""
 LEAST_RECEIVERS = 3
@@ -49,12 +57,64 @@ class FallSigns:
     times_g: float | None = None
 
 
-def fall_signs(conditioned: Conditioned, setup: Setup) -> FallSigns:
-    """Return which receivers' phases turn the wrong way in a fall that all show.
+class FallRule:
+    """Judges which receivers' phases turn the wrong way in a fall that all show.
 
     The second derivative of each phase over that of the path of a falling sphere, -g dL/dz, is one in any flight, up or
     down, whatever the mismatch: where it is minus one, Q leads where it should follow. A motion in which all turn as
     they should for a moment contradicts nothing.
+
+    Parameters
+    ----------
+    setup
+        Antennas, release, wavelength.
+    rate_hz
+        Of the phases.
+    window_s, least_s
+        Of a parabola; of the stretch that all together take.
+    """
+
+    def __init__(self, setup: Setup, rate_hz: float, window_s: float = WINDOW_S, least_s: float = LEAST_S) -> None:
+        self._rate_hz, self._window = rate_hz, window_of(rate_hz, window_s)
+        self._least = least_s * rate_hz - self._window
+        self._rad_per_m = radians_fallen(setup)[:, None]
+        self._nothing = FallSigns((False,) * setup.n_receivers)
+        least = 2.0 * np.pi / setup.radar.wavelength_m * LEAST_ALONG
+        self.is_decisive = setup.n_receivers >= LEAST_RECEIVERS and bool(self._rad_per_m.min() >= least)
+
+    def signs(self, phase: FloatArray) -> FallSigns | None:
+        """Return what phases say, shape (n_receivers, n), signs as the setup has them; None where all fall rightly."""
+        share, together = self._accelerations(phase)
+        falls = together & ((np.abs(share) > ACCELERATION[0]) & (np.abs(share) < ACCELERATION[1])).all(axis=0)
+        turned = share < 0.0
+        if (falls & ~turned.any(axis=0)).any():
+            return None
+        if falls.any():
+            patterns = np.unique(turned[:, falls], axis=1).T
+            longest = [longest_run(falls & (turned == one[:, None]).all(axis=0)) for one in patterns]
+            best = int(np.argmax(longest))
+            return FallSigns(tuple(patterns[best].tolist())) if longest[best] >= self._least else self._nothing
+        even = together & ~turned.any(axis=0)
+        if longest_run(even) < self._least:
+            return self._nothing
+        begin, end = max(runs_of(even), key=lambda run: run[1] - run[0])
+        return FallSigns(self._nothing.backwards, float(median(share[:, begin:end])))
+
+    def _accelerations(self, phase: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Return each receiver's acceleration along the vertical over g, and where all have about one, and one speed.
+
+        Windows as of `phase_parabolas`, shapes (n_receivers, n) and (n,).
+        """
+        found = phase_parabolas(phase, self._rate_hz, self._window)
+        speed = found.speed_rad_s / self._rad_per_m
+        share = found.bend_rad_s2 / (NOMINAL_GRAVITY_M_S2 * self._rad_per_m)
+        smooth = (found.misfit_rad < LARGEST_MISFIT_RAD).all(axis=0)
+        # one acceleration and one speed, whatever their signs: what moves sideways shows each receiver another
+        return share, smooth & (np.abs(speed) > LEAST_SPEED).all(axis=0) & _alike(speed) & _alike(share)
+
+
+def fall_signs(conditioned: Conditioned, setup: Setup) -> FallSigns:
+    """Return which receivers' phases turn the wrong way in a recording.
 
     Parameters
     ----------
@@ -64,54 +124,57 @@ def fall_signs(conditioned: Conditioned, setup: Setup) -> FallSigns:
         Antennas, release, wavelength.
     """
     nothing = FallSigns((False,) * conditioned.n_receivers)
-    place = np.array(setup.tracer.release_position_m)[:, None]
-    along = -path_gradient(place, place_antennas(setup))[:, 2, 0]
     size = max(1, round(conditioned.sample_rate_hz / RATE_HZ))
     rate_hz = conditioned.sample_rate_hz / size
     n_means, window = conditioned.n_samples // size, window_of(rate_hz)
-    if len(along) < LEAST_RECEIVERS or along.min() < LEAST_ALONG or n_means < 2 * window:
+    rule = FallRule(setup, rate_hz)
+    if not rule.is_decisive or n_means < 2 * window:
         return nothing
-    per_m = 2.0 * np.pi / setup.radar.wavelength_m * along[:, None]
     # nearly every drop shows at its beginning that nothing is wrong: the rest need not be looked at
     begin = max(0, min(conditioned.segment.first // size - window, n_means - 2 * window))
+    found = None
     for part in (slice(begin, begin + max(2 * window, round(FIRST_S * rate_hz))), slice(0, n_means)):
         means = block_means(conditioned.volts[:, part.start * size : part.stop * size], size)
-        share, together = _accelerations(means, rate_hz, per_m)
-        falls = together & ((np.abs(share) > ACCELERATION[0]) & (np.abs(share) < ACCELERATION[1])).all(axis=0)
-        turned = share < 0.0
-        if (falls & ~turned.any(axis=0)).any():
-            return nothing
-    least = LEAST_S * rate_hz - window
-    if falls.any():
-        patterns = np.unique(turned[:, falls], axis=1).T
-        longest = [_longest(falls & (turned == one[:, None]).all(axis=0)) for one in patterns]
-        best = int(np.argmax(longest))
-        return FallSigns(tuple(patterns[best].tolist())) if longest[best] >= least else nothing
-    even = together & ~turned.any(axis=0)
-    if _longest(even) < least:
-        return nothing
-    begin, end = max(runs_of(even), key=lambda run: run[1] - run[0])
-    return FallSigns(nothing.backwards, float(median(share[:, begin:end])))
+        found = rule.signs(turning_phases(means, rate_hz))
+        if found is None:
+            break
+    return nothing if found is None else found
 
 
-def _accelerations(means_v: FloatArray, rate_hz: float, rad_per_m: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Return each receiver's acceleration along the vertical over g, and where all have about one of it and one speed.
+class FallWatch:
+    """Tells from a track that is followed which receivers fall upwards.
 
-    Means of I1, Q1, I2, ... at the rate; windows as of `phase_parabolas`, shapes (n_receivers, n) and (n,).
+    Parameters
+    ----------
+    setup
+        Antennas, release, wavelength.
+    rate_hz
+        Of the path lengths.
     """
-    found = [phase_parabolas(pair, rate_hz, window_of(rate_hz)) for pair in means_v.reshape(-1, 2, means_v.shape[1])]
-    speed = np.stack([one.speed_rad_s for one in found]) / rad_per_m
-    share = np.stack([one.bend_rad_s2 for one in found]) / (NOMINAL_GRAVITY_M_S2 * rad_per_m)
-    smooth = (np.stack([one.misfit_rad for one in found]) < LARGEST_MISFIT_RAD).all(axis=0)
-    # one acceleration and one speed, whatever their signs: what moves sideways shows each receiver another
-    return share, smooth & (np.abs(speed) > LEAST_SPEED).all(axis=0) & _alike(speed) & _alike(share)
+
+    def __init__(self, setup: Setup, rate_hz: float) -> None:
+        self._rule = FallRule(setup, rate_hz, PATH_WINDOW_S, PATH_LEAST_S)
+        self._rad_per_m = 2.0 * np.pi / setup.radar.wavelength_m
+        self._least = round(PATH_LEAST_S * rate_hz) + 1
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget the motion before: another one begins. Receivers that fell downwards once are not asked again."""
+        self._held = np.empty((0, 0))
+
+    def push(self, change_m: FloatArray) -> tuple[int, ...]:
+        """Take the next changes of path length, shape (n_receivers, n); return the receivers that fell upwards."""
+        if not self._rule.is_decisive:
+            return ()
+        held = np.concatenate([self._held, change_m], axis=1) if self._held.size else change_m
+        self._held = held[:, -self._least :]
+        signs = self._rule.signs(self._rad_per_m * held) if held.shape[1] >= self._least else FallSigns(())
+        # wires are not exchanged while it runs
+        self._rule.is_decisive = signs is not None
+        return () if signs is None else tuple(np.flatnonzero(signs.backwards).tolist())
 
 
 def _alike(values: FloatArray) -> BoolArray:
     """Return where the receivers' values, (n_receivers, n), have about one size."""
     sizes = np.abs(values)
     return np.asarray(sizes.max(axis=0) < MOST_APART * sizes.min(axis=0))
-
-
-def _longest(where: BoolArray) -> int:
-    return int(np.diff(runs_of(where)).max(initial=0))

@@ -94,7 +94,7 @@ def without_interference(
         return volts, (), slice(None)
     out, n_samples = volts.copy(), volts.shape[1]
     for frequency in frequencies:
-        _take_off(out, sample_rate_hz, frequency, SETTINGS.notch_s)
+        _take_off(out, sample_rate_hz, frequency)
     end = min(round(SETTINGS.notch_s * sample_rate_hz), n_samples // 4)
     return out, frequencies, slice(end, n_samples - end)
 
@@ -221,12 +221,12 @@ def _refined(volts: FloatArray, rate_hz: float, near_hz: float, width_hz: float)
     return frequency
 
 
-def _take_off(volts: FloatArray, rate_hz: float, frequency_hz: float, window_s: float) -> None:
-    """Subtract from each channel, in place, the part that keeps to a frequency over the window's length."""
+def _take_off(volts: FloatArray, rate_hz: float, frequency_hz: float) -> None:
+    """Subtract from each channel, in place, the part that keeps to a frequency over `SETTINGS.notch_s`."""
     # half a second to load, for the few records that hold a line
     from scipy.signal import oaconvolve
 
-    size = min(2 * round(0.5 * window_s * rate_hz) + 1, volts.shape[1])
+    size = min(2 * round(0.5 * SETTINGS.notch_s * rate_hz) + 1, volts.shape[1])
     weight = np.hanning(size + 2)[1:-1]
     time = np.arange(volts.shape[1]) / rate_hz
     turn = np.exp(-2j * np.pi * frequency_hz * time)

@@ -235,11 +235,11 @@ def _is_hum(means_v: FloatArray, rate_hz: float, noise_v: FloatArray) -> bool:
     for frequency in MAINS_HZ:
         rest = without_mains(means_v, rate_hz, frequency)
         if float(np.percentile(activity(rest, rate_hz, noise_v), 99.0)) < SETTINGS.threshold:
-            return _stands(means_v, rate_hz, frequency, SETTINGS.hum_purity)
+            return _stands(means_v, rate_hz, frequency)
     return False
 
 
-def _stands(means: FloatArray, rate: float, frequency: float, purity: float) -> bool:
+def _stands(means: FloatArray, rate: float, frequency: float) -> bool:
     """Whether the strongest line at a multiple of the mains stands (hum) rather than turns one way (steady motion)."""
     z = means[0::2] + 1j * means[1::2]
     z = z - z.mean(axis=1, keepdims=True)
@@ -249,4 +249,4 @@ def _stands(means: FloatArray, rate: float, frequency: float, purity: float) -> 
     strongest = int(np.argmax((ahead + back).sum(axis=0)))
     ahead, back = ahead[:, strongest], back[:, strongest]
     one_way = np.abs(ahead - back) / np.maximum(ahead + back, 1e-30)
-    return bool(median(one_way) < purity)
+    return bool(median(one_way) < SETTINGS.hum_purity)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.conditioning.band import BandSignals, band_signals, band_times_s
-from radargui.conditioning.followed import steady_motion
+from radargui.conditioning.followed import pairs_of, steady_motion
 from radargui.conditioning.hum import SETTINGS as HUM, Hum, find_hum
 from radargui.conditioning.interference import without_interference
 from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
@@ -114,7 +114,7 @@ def find_stretch(recording: Recording, samples: slice, first_index: int, setup: 
     toned = (False,) * recording.n_receivers
     if tones_hz:
         found = motion_in(volts)
-        toned = tuple(motion_in(volts[:, sure], slice(2 * k, 2 * k + 2)) is None for k in range(len(toned)))
+        toned = tuple(motion_in(volts[:, sure], pair) is None for pair in pairs_of(volts))
         if found is None or all(toned):
             found, toned = below(volts, tones_hz), (False,) * len(toned)
         if found is None:

@@ -21,7 +21,7 @@ from radargui.estimation.readout.unexplained import (
     unexplained_of,
     unexplained_stretches,
 )
-from radargui.estimation.select.budget import NoSingleBodyError
+from radargui.estimation.select.budget import LooseMapsError, NoSingleBodyError
 from radargui.geometry.path_length import place_antennas
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError
@@ -30,7 +30,7 @@ from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import CorrectedIQ, PathLengths, Track
 from radargui.model.setup import Setup
 from radargui.processing.continuity import checked
-from radargui.processing.doubts import doubt, hardly_known, is_fringe_sure, is_unknown, turned_polarisation
+from radargui.processing.doubts import LOOSE_MAPS, doubt, hardly_known, is_fringe_sure, is_unknown, turned_polarisation
 from radargui.processing.in_band import measure_in_band
 from radargui.processing.locate import LEAST_RECEIVERS, locate, locate_body
 from radargui.processing.measured_motion import MeasuredMotion
@@ -114,6 +114,8 @@ def measure_by_estimate(
         if isinstance(error, UnexplainedError) and not left_out:
             again = measure_by_estimate(conditioned, setup, progress, on_preliminary, prior, error.stretches)
             return _with_left_out(again, error.stretches)
+        if isinstance(error, LooseMapsError):
+            return _without(adaptive, error.misfit < np.inf, LOOSE_MAPS.format(what="offsets change"))
         wrong = _misfits(error.misfit, estimate)
         if wrong.any():
             return _without(adaptive, wrong)

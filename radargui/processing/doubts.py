@@ -8,8 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from radargui.estimation.forward.parameters import polarisation_places
-from radargui.estimation.forward.signal_model import bias_of, complex_of
+from radargui.estimation.forward.signal_model import complex_of
 from radargui.estimation.motion_estimate import MotionEstimate
+from radargui.estimation.select.loose_maps import bias_deviations, goes_beyond_wave
 from radargui.estimation.solve.minimise import Solution
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.result import Track
@@ -32,7 +33,6 @@ within their u have up to 0.33, one that lost a fringe 0.5 (pendulum 1265520 of 
 _MOST_REFLECTION = 0.5
 """Share of the wave that no floor or wall sends back: 0.1 to 0.35 was found in 34 sound scenes of floors of 0.1 to 0.3,
 0.8 in a level circle that is 2.2 mm off (physical seed 5328935)."""
-
 _MOST_TURNED = 5.0
 """Deviations that a polarisation may be found off what the setup says: right setups had up to 3.3, azimuths mirrored or
 counted clockwise 8.3 and 5.1, wires of two antennas exchanged 12 (laboratory 4410196, 4410188, 4410113)."""
@@ -40,6 +40,11 @@ _LEAST_U_DEG = 0.1
 """A polarisation that is known better is held by what the setup says."""
 _LEAST_SHOWN = 0.1
 """Share of a polarisation's variance that the signals have to take away: else nothing is known of it."""
+
+LOOSE_MAPS = (
+    "the {what} with the place as much as the signal: likely reflectors that were not found, or a lost fringe, and the "
+    "position may be off by more than its uncertainty: cover what reflects within a metre, or let it go farther"
+)
 
 
 def is_unknown(track: Track, onset_s: float, wavelength_m: float) -> bool:
@@ -64,25 +69,14 @@ def doubt(solution: Solution, onset_s: float, setup: Setup) -> str:
 
 def missing_mirrors(solution: Solution, onset_s: float, setup: Setup) -> str:
     """Return a sentence where the maps of the offsets take what only mirrors or another count make, else nothing."""
-    problem, theta = solution.problem, solution.state.theta
-    own_maps = list(zip(problem.layout.receivers, solution.at.signals, strict=True))
+    problem = solution.problem
     # of a metal sphere that counts as a point they take what it scatters; the budget has that
-    is_polarised = setup.transmitter.polarization_deg is not None
-    grown = is_polarised and max(float(problem.prior.sd[own.bias_i.start]) for own, _ in own_maps) > _MOST_BIAS
-    moving = problem.bins.time_s > onset_s
-    # an offset beyond the wave: the phasor may have gone round it on the other side
-    beyond = any(
-        (np.abs(bias_of(theta, own, problem.inputs)) > np.abs(signal.field))[moving].any() for own, signal in own_maps
-    )
-    wavers = max(float(problem.prior.sd[own.amplitude_map.start]) for own, _ in own_maps) > _MOST_WAVERING
+    grown = setup.transmitter.polarization_deg is not None and bias_deviations(solution).max() > _MOST_BIAS
+    beyond = goes_beyond_wave(solution, onset_s)
+    wavers = max(float(problem.prior.sd[own.amplitude_map.start]) for own in problem.layout.receivers) > _MOST_WAVERING
     if not (grown or beyond or (wavers and not problem.in_flight.any())):
         return ""
-    what = "offsets change" if grown or beyond else "amplitude changes"
-    return (
-        f"the {what} with the place as much as the signal: likely reflectors that were not found, or a lost "
-        "fringe, and the position may be off by more than its uncertainty: cover what reflects within a metre, or let "
-        "it go farther"
-    )
+    return LOOSE_MAPS.format(what="offsets change" if grown or beyond else "amplitude changes")
 
 
 def unlikely_mirrors(solution: Solution) -> str:

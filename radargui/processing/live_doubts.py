@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from radargui.conditioning.fall_signs import FallWatch
 from radargui.conditioning.receiver_check import same_channels
 from radargui.model.arrays import FloatArray
 from radargui.model.setup import Setup
-from radargui.processing.live_swapped import FallsUpwards
 
 WORST_MISFIT = 0.35
 """In amplitudes, over the last fringes: in 150 motions of the laboratory paths below were wrong by a sixth of a fringe
@@ -34,14 +34,14 @@ class Doubts:
 
     def __init__(self, setup: Setup, rate_hz: float) -> None:
         self._n, self._wavelength_m = setup.n_receivers, setup.radar.wavelength_m
-        self._upwards = FallsUpwards(setup, rate_hz)
+        self._falls = FallWatch(setup, rate_hz)
         self.begin()
 
     def begin(self) -> None:
         """Forget the motion before: another one begins."""
         self._compared = 0
         self._forget_ends()
-        self._upwards.begin()
+        self._falls.begin()
 
     def _forget_ends(self) -> None:
         self._ends = np.array([[np.inf], [-np.inf]]).repeat(self._n, axis=1)
@@ -79,8 +79,8 @@ class Doubts:
             self._forget_ends()
             if span.min() < SHORT_M:
                 return f"receiver {int(np.argmin(span)) + 1} shows no motion"
-        if (turned := self._upwards.push(change_m)) is not None:
-            return f"receiver {turned + 1} falls upwards: are I and Q swapped?"
+        if backwards := self._falls.push(change_m):
+            return f"receiver {backwards[0] + 1} falls upwards: are I and Q swapped?"
         if self._compared < BLOCKS_COMPARED and (high - low).max() > self._wavelength_m:
             self._compared += 1
             for one, other in same_channels(volts, noise_v, rest_v):

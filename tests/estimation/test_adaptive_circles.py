@@ -315,7 +315,7 @@ def test_what_is_left_along_the_radius_and_in_maps_bends_the_phase() -> None:
     )
     # a cosine of 0.1 has a mean square of 0.005, that of the noise taken off
     along = CIRCLE_SAMPLES.along * np.sqrt(0.5 * left**2 - 0.05**2)
-    assert _bent_rad(fit, own, found, 0, CIRCLE_SAMPLES) == pytest.approx(along, rel=0.01)
+    assert _bent_rad(fit, own, found, 0) == pytest.approx(along, rel=0.01)
     # nothing falls: the map of ln A is all that is known of other waves
     found.impact_s = np.zeros(0)
-    assert _bent_rad(fit, own, found, 0, CIRCLE_SAMPLES) == pytest.approx(np.hypot(along, 0.2 / np.sqrt(2.0)), rel=0.01)
+    assert _bent_rad(fit, own, found, 0) == pytest.approx(np.hypot(along, 0.2 / np.sqrt(2.0)), rel=0.01)

@@ -15,7 +15,7 @@ from benchmarks.scenes.scene import make_record
 from support.changed import changed
 from support.small_problem import FLOOR_PLANE, START_S, SmallProblem, small_problem
 
-from radargui.estimation.select.budget import NoSingleBodyError
+from radargui.estimation.select.budget import LooseMapsError, NoSingleBodyError
 from radargui.estimation.solve.problem import State, linearise
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.recording import Recording, Truth
@@ -325,6 +325,18 @@ def test_where_no_motion_of_one_body_describes_round_circles_only_a_fall_makes_t
     record = make_record(draw_scene(9, "generic", motion, **fixed))
     result = process(record.recording, record.setup)
     assert result.status == status
+
+
+def test_where_maps_stand_for_the_signal_of_all_receivers_all_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    def lost(*_: object, **__: object) -> None:
+        raise LooseMapsError(np.array([1.0, 1.0, 5.0]))
+
+    monkeypatch.setattr("radargui.processing.by_estimate._try_joint_with", lost)
+    fixed = {"rate_hz": 2000.0, "snr_db": 35.0, "moving_s": 0.4, "n_receivers": 3}
+    record = make_record(draw_scene(9, "generic", "circle", **fixed))
+    result = process(record.recording, record.setup)
+    assert result.status == "rejected"
+    assert result.reason.startswith("receivers 1, 2 and 3: the offsets change with the place as much as the signal")
 
 
 def test_a_sphere_that_lies_on_a_shaken_plate_after_its_fall_is_measured() -> None:

@@ -87,11 +87,11 @@ class RoughPhases:
         return replace(self, phase_rad=phase, ellipses=tuple(ellipses))
 
 
-def rough_phases(signals: ScaledSignals, onset_s: float, settings: RoughSettings = ROUGH) -> RoughPhases:
+def rough_phases(signals: ScaledSignals, onset_s: float) -> RoughPhases:
     """Fit a still ellipse to each receiver's moving part and unwrap its phase."""
-    pooled = pool(signals, settings.pool_s)
+    pooled = pool(signals, ROUGH.pool_s)
     spacing = float(np.median(np.diff(pooled.time_s)))
-    width = max(1, round(settings.smooth_s / spacing))
+    width = max(1, round(ROUGH.smooth_s / spacing))
     smooth = uniform_filter1d(pooled.value, width, axis=1, mode="nearest")
     moving = pooled.time_s >= onset_s
     fitted = []
@@ -100,17 +100,17 @@ def rough_phases(signals: ScaledSignals, onset_s: float, settings: RoughSettings
     ):
         # weighed by the arc: else the slow beginning and the apexes, with most samples, would be the ellipse
         arc = np.hypot(np.gradient(smooth_i), np.gradient(smooth_q))
-        noise = float(np.median(arc[~moving])) if (~moving).sum() > settings.at_rest else 0.0
+        noise = float(np.median(arc[~moving])) if (~moving).sum() > ROUGH.at_rest else 0.0
         # noise makes a path of its own, longer than that of a slow target
         arc = np.sqrt(np.maximum(arc**2 - noise**2, 0.05 * noise**2 + 1e-12))
-        weight = np.minimum(arc, np.quantile(arc[moving], settings.arc_quantile))[moving]
-        part = np.flatnonzero(moving)[:: max(1, weight.size // settings.enough)]
-        i, q, weight = i[part], q[part], weight[:: max(1, weight.size // settings.enough)]
+        weight = np.minimum(arc, np.quantile(arc[moving], ROUGH.arc_quantile))[moving]
+        part = np.flatnonzero(moving)[:: max(1, weight.size // ROUGH.enough)]
+        i, q, weight = i[part], q[part], weight[:: max(1, weight.size // ROUGH.enough)]
         ellipse = fit_still_ellipse(i, q, weight)
         for _ in range(2):
-            ellipse = _drop_outliers(i, q, weight, ellipse, settings)
+            ellipse = _drop_outliers(i, q, weight, ellipse)
         fitted.append(ellipse)
-    ellipses = _arcs_completed(smooth, moving, fitted, signals.scale_v, settings)
+    ellipses = _arcs_completed(smooth, moving, fitted, signals.scale_v)
     pairs = pooled.value.reshape(-1, 2, pooled.time_s.size)
     phase = np.array([_phase_of(pair, pooled.time_s, own) for pair, own in zip(pairs, ellipses, strict=True)])
     changed = [k for k, ellipse in enumerate(ellipses) if ellipse is not fitted[k]]
@@ -128,7 +128,7 @@ def _phase_of(pair: FloatArray, time_s: FloatArray, ellipse: StillEllipse) -> Fl
 
 
 def _arcs_completed(
-    smooth: FloatArray, moving: BoolArray, ellipses: list[StillEllipse], scale_v: FloatArray, settings: RoughSettings
+    smooth: FloatArray, moving: BoolArray, ellipses: list[StillEllipse], scale_v: FloatArray
 ) -> list[StillEllipse]:
     """Return the ellipses; a receiver that saw less than a fifth of a turn gets a circle as large as the others'.
 
@@ -147,9 +147,9 @@ def _arcs_completed(
         along.append(axes[:, 1])
     size = np.array(chord) * scale_v
     # who went all the way round has seen a chord as long as the diameter
-    radius_v = 0.5 * float(np.median(size[size > settings.half_as_wide * size.max()]))
+    radius_v = 0.5 * float(np.median(size[size > ROUGH.half_as_wide * size.max()]))
     out = list(ellipses)
-    for k in np.flatnonzero(size < settings.short_chord * radius_v):
+    for k in np.flatnonzero(size < ROUGH.short_chord * radius_v):
         radius = radius_v / float(scale_v[k])
         across = np.array([-along[k][1], along[k][0]]) * np.sqrt(max(radius**2 - (0.5 * chord[k]) ** 2, 0.0))
         # offsets are small against an echo that is tuned for it; the mirror image of a short arc fits as well
@@ -158,12 +158,10 @@ def _arcs_completed(
     return out
 
 
-def _drop_outliers(
-    i: FloatArray, q: FloatArray, weight: FloatArray, ellipse: StillEllipse, settings: RoughSettings
-) -> StillEllipse:
+def _drop_outliers(i: FloatArray, q: FloatArray, weight: FloatArray, ellipse: StillEllipse) -> StillEllipse:
     """Fit again without points nearer to the centre than a fifth of the amplitude or farther than three."""
     radius = np.hypot(*ellipse.point(i, q)) / ellipse.amplitude
-    keep = (radius > settings.nearest) & (radius < settings.farthest)
-    if keep.mean() < settings.least_kept:
+    keep = (radius > ROUGH.nearest) & (radius < ROUGH.farthest)
+    if keep.mean() < ROUGH.least_kept:
         return ellipse
     return fit_still_ellipse(i[keep], q[keep], weight[keep])

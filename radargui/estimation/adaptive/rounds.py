@@ -167,33 +167,33 @@ def first_round(binned: BinnedData, still: Round, stride: int = 1) -> Round:
     return _fit(binned, data, still, [fit.theta for fit in still.fits], stride)
 
 
-def stride_of(binned: BinnedData, settings: MapRoundSettings = MAP_ROUNDS) -> int:
+def stride_of(binned: BinnedData) -> int:
     """Return of how many bins one is enough to choose by."""
-    return max(stride for stride in settings.strides if stride == 1 or stride * settings.few_bins <= binned.bins.n_bins)
+    return max(
+        stride for stride in MAP_ROUNDS.strides if stride == 1 or stride * MAP_ROUNDS.few_bins <= binned.bins.n_bins
+    )
 
 
-def timed_round(binned: BinnedData, still: Round, stride: int = 1, settings: MapRoundSettings = MAP_ROUNDS) -> Round:
+def timed_round(binned: BinnedData, still: Round, stride: int = 1) -> Round:
     """Fit circles whose amplitude is a smooth function of time: where it varies much, this is what finds the centre."""
-    functions = _time_functions(binned, settings.time_functions)
+    functions = _time_functions(binned)
     data = circle_data(binned, still.value, still.phase_rad, still.place, None, None)
     start = [np.concatenate([fit.theta, np.zeros(functions.shape[1])]) for fit in still.fits]
     return _fit(binned, [replace(own, amplitude_map=functions) for own in data], still, start, stride)
 
 
-def _time_functions(binned: BinnedData, count: int) -> FloatArray:
+def _time_functions(binned: BinnedData) -> FloatArray:
     """Return bumps over the time of the motion, constant at rest, shape (n_bins, count)."""
     time = binned.bins.time_s
     moving = time[~binned.rest]
-    centre, width = np.linspace(moving[0], moving[-1], count, retstep=True)
+    centre, width = np.linspace(moving[0], moving[-1], MAP_ROUNDS.time_functions, retstep=True)
     return np.asarray(np.exp(-0.5 * ((np.maximum(time, moving[0])[:, None] - centre) / width) ** 2))
 
 
-def next_round(
-    binned: BinnedData, before: Round, length_m: float, stride: int = 1, settings: MapRoundSettings = MAP_ROUNDS
-) -> Round:
+def next_round(binned: BinnedData, before: Round, length_m: float, stride: int = 1) -> Round:
     """Fit circles with maps of correlation length l over the places of the round before, to every so manieth bin."""
     before = _at_one_time(binned, before)
-    return _round_of_maps(binned, before, _maps(binned, before, length_m, stride, settings), stride)
+    return _round_of_maps(binned, before, _maps(binned, before, length_m, stride), stride)
 
 
 def refined(binned: BinnedData, one: Round) -> Round:
@@ -227,21 +227,22 @@ def moved_round(binned: BinnedData, one: Round, was_s: FloatArray) -> Round:
     return replace(one, phase_rad=phase, amplitude=amplitude, place=place, value=binned.bins.value, made_from=None)
 
 
-def quick_round(binned: BinnedData, before: Round, stride: int, settings: MapRoundSettings = MAP_ROUNDS) -> Round:
+def quick_round(binned: BinnedData, before: Round, stride: int) -> Round:
     """Fit with one length, good enough to see where the impacts are."""
-    return next_round(binned, before, max(settings.quick_length_m, _shortest_m(before, settings)), stride, settings)
+    return next_round(binned, before, max(MAP_ROUNDS.quick_length_m, _shortest_m(before)), stride)
 
 
-def best_round(binned: BinnedData, before: Round, stride: int = 1, settings: MapRoundSettings = MAP_ROUNDS) -> Round:
+def best_round(binned: BinnedData, before: Round, stride: int = 1) -> Round:
     """Fit with several lengths and keep the one with the largest evidence, common to the receivers."""
     # shorter ones could follow the wave itself, and leave nothing to the motion
-    shortest = _shortest_m(before, settings)
-    tried = [length for length in settings.lengths_m if length >= shortest] or [max(settings.lengths_m[-1], shortest)]
+    shortest = _shortest_m(before)
+    lengths = MAP_ROUNDS.lengths_m
+    tried = [length for length in lengths if length >= shortest] or [max(lengths[-1], shortest)]
     before = _at_one_time(binned, before)
-    best = _maps(binned, before, tried[-1], stride, settings)
+    best = _maps(binned, before, tried[-1], stride)
     # the longest have the fewest functions: where the evidence has begun to fall the others cannot be asked for less
     for length in reversed(tried[:-1]):
-        maps = _maps(binned, before, length, stride, settings)
+        maps = _maps(binned, before, length, stride)
         if maps.log_evidence < best.log_evidence:
             break
         best = maps
@@ -260,10 +261,10 @@ def located(binned: BinnedData, one: Round) -> Round:
     return replace(one, place=_places(binned, one.phase_rad))
 
 
-def _shortest_m(before: Round, settings: MapRoundSettings) -> float:
+def _shortest_m(before: Round) -> float:
     extent = float(np.linalg.norm(np.ptp(before.place, axis=1)))
     fringes = float(np.ptp(before.phase_rad, axis=1).max()) / (2.0 * np.pi)
-    return settings.shortest_extents_a_fringe * extent / max(fringes, 1.0)
+    return MAP_ROUNDS.shortest_extents_a_fringe * extent / max(fringes, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -284,13 +285,13 @@ def _at_one_time(binned: BinnedData, before: Round) -> Round:
     return replace(before, value=at_one_time(binned, phase, before.amplitude, [fit.ellipse for fit in before.fits]))
 
 
-def _maps(binned: BinnedData, before: Round, length_m: float, stride: int, settings: MapRoundSettings) -> _Maps:
+def _maps(binned: BinnedData, before: Round, length_m: float, stride: int) -> _Maps:
     # the rest would put all functions where the sphere hangs
     visited = before.place[:, ~binned.rest]
-    bias, amplitude_map = make_basis(visited, length_m), make_basis(visited, settings.amplitude_longer * length_m)
+    bias, amplitude_map = make_basis(visited, length_m), make_basis(visited, MAP_ROUNDS.amplitude_longer * length_m)
     data = circle_data(binned, before.value, before.phase_rad, before.place, bias, amplitude_map, stride)
     fitted_m = before.place if before.fitted_m is None else before.fitted_m
-    starts = _carried(before, data, fitted_m[:, ::stride], settings.least_normal)
+    starts = _carried(before, data, fitted_m[:, ::stride])
     if before.bias is None:
         fits = tuple(fit_circle(*own) for own in zip(data, starts, before.prior_mean, strict=True))
     else:
@@ -306,7 +307,7 @@ def _round_of_maps(binned: BinnedData, before: Round, maps: _Maps, stride: int) 
     return _round(binned, data, before, maps, stride)
 
 
-def _carried(before: Round, data: list[CircleData], place: FloatArray, least_normal: float) -> list[FloatArray]:
+def _carried(before: Round, data: list[CircleData], place: FloatArray) -> list[FloatArray]:
     """Return where earlier fits start with new functions, those of data at places: their maps projected on them."""
     layout = data[0].layout
     starts = [np.zeros(layout.size) for _ in before.fits]
@@ -323,15 +324,11 @@ def _carried(before: Round, data: list[CircleData], place: FloatArray, least_nor
         (layout.amplitude_map, old.amplitude_map, data[0].amplitude_map, old_amplitude),
     ):
         # values go over, not coefficients: functions of another length are other functions
-        projected = _projected(functions, values @ thetas[:, was].T, least_normal)
+        normal = functions.T @ functions + MAP_ROUNDS.least_normal * np.eye(functions.shape[1])
+        projected = np.linalg.solve(normal, functions.T @ (values @ thetas[:, was].T))
         for out, own in zip(starts, projected.T, strict=True):
             out[new] = own
     return starts
-
-
-def _projected(functions: FloatArray, values: FloatArray, least_normal: float) -> FloatArray:
-    normal = functions.T @ functions + least_normal * np.eye(functions.shape[1])
-    return np.asarray(np.linalg.solve(normal, functions.T @ values))
 
 
 def _fit(binned: BinnedData, data: list[CircleData], before: Round, start: list[FloatArray], stride: int = 1) -> Round:

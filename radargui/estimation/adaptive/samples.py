@@ -49,9 +49,7 @@ class CircleSamples:
     q: FloatArray
 
 
-def circles_at_samples(
-    found: AdaptiveRounds, signals: ScaledSignals, settings: CircleSampleSettings = CIRCLE_SAMPLES
-) -> CircleSamples:
+def circles_at_samples(found: AdaptiveRounds, signals: ScaledSignals) -> CircleSamples:
     """Apply each receiver's circle to its samples at the time of channel 0; the phase is smoothed to 2 kHz.
 
     Between the bins' phases the sample's own phase is taken against the interpolated one, so that it cannot slip.
@@ -60,7 +58,7 @@ def circles_at_samples(
     at = binned.bins.time_s
     n = binned.antennas.n_receivers
     # odd: a mean over an even number stands half a sample late
-    length = 2 * int(signals.rate_hz / (4.0 * settings.bandwidth_hz)) + 1
+    length = 2 * int(signals.rate_hz / (4.0 * CIRCLE_SAMPLES.bandwidth_hz)) + 1
     phase, u_phase, out_i, out_q = (np.empty((n, time.size)) for _ in range(4))
     wide = few_fringes_factor(last.phase_rad)
     data = circle_data(binned, last.value, last.phase_rad, last.place, last.bias, last.amplitude_map)
@@ -69,22 +67,20 @@ def circles_at_samples(
         # the noise of a bin is not that of a sample, and is added for the band of the latter
         fitted = np.maximum(fit.phase_variance(own) - of_noise, 0.0)
         noise = signals.sigma[2 * k : 2 * k + 2].mean() ** 2 / length
-        circle, bent = _CircleBetweenBins(found, signals, k, own), _bent_rad(fit, own, found, k, settings)
+        circle, bent = _CircleBetweenBins(found, signals, k, own), _bent_rad(fit, own, found, k)
         for part in pieces(time.size):
             phase[k, part], amplitude, z = circle.at(part)
             out_i[k, part], out_q[k, part] = z.real, z.imag
             square = noise / amplitude**2 + np.interp(time[part], at, fitted)
             # at rest the phase is zero by what it means, and nothing can have bent it yet
             turned = np.sin(0.5 * np.minimum(np.abs(phase[k, part]), np.pi))
-            fitted_rad = settings.widened * np.sqrt(square * max(1.0, fit.chi_square))
+            fitted_rad = CIRCLE_SAMPLES.widened * np.sqrt(square * max(1.0, fit.chi_square))
             u_phase[k, part] = wide[k] * np.hypot(fitted_rad, bent * turned)
         phase[k] = uniform_filter1d(phase[k], length, mode="nearest")
     return CircleSamples(phase, u_phase, out_i, out_q)
 
 
-def _bent_rad(
-    fit: CircleFit, data: CircleData, found: AdaptiveRounds, receiver: int, settings: CircleSampleSettings
-) -> float:
+def _bent_rad(fit: CircleFit, data: CircleData, found: AdaptiveRounds, receiver: int) -> float:
     """Return by how much reflectors may bend the phase of a moving tracer, standard deviation.
 
     A wave beside the direct one shows along the radius, and turns the phase unseen by as much. Of one that keeps pace
@@ -97,9 +93,9 @@ def _bent_rad(
     left = max(float((off**2 - noise)[moving].mean()), 0.0)
     # a fall would tell what the maps have taken: its acceleration is known
     if found.impact_s.size:
-        return settings.along * float(np.sqrt(left))
+        return CIRCLE_SAMPLES.along * float(np.sqrt(left))
     maps = [data.amplitude_map @ fit.theta[fit.layout.amplitude_map], *(fit.centre(data.bias) / amplitude)]
-    return float(np.sqrt(settings.along**2 * left + sum(float(one[moving].var()) for one in maps)))
+    return float(np.sqrt(CIRCLE_SAMPLES.along**2 * left + sum(float(one[moving].var()) for one in maps)))
 
 
 class _CircleBetweenBins:

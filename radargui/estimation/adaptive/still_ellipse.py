@@ -65,9 +65,7 @@ class StillEllipse:
         return point_of(i - self.offset_i, q - self.offset_q, self.gain_ratio, self.quadrature_error_rad)
 
 
-def fit_still_ellipse(
-    i: FloatArray, q: FloatArray, weight: FloatArray, settings: EllipseSettings = ELLIPSES
-) -> StillEllipse:
+def fit_still_ellipse(i: FloatArray, q: FloatArray, weight: FloatArray) -> StillEllipse:
     """Fit I^2 + a Q^2 + b I Q + d I + e Q + f = 0 by weighted least squares; a circle where that fails.
 
     From the conic: g = a^-1/2, sin eps = -b g / 2, then the centre is where the gradient vanishes.
@@ -78,8 +76,6 @@ def fit_still_ellipse(
         Shape (n,), about one amplitude.
     weight
         Shape (n,), proportional to the arc that each point stands for.
-    settings
-        Which conics count.
     """
     root = np.sqrt(weight / weight.mean())
     ones = np.ones_like(i)
@@ -87,13 +83,13 @@ def fit_still_ellipse(
     a, b, d, e, f = np.linalg.lstsq(columns, -(i**2) * root, rcond=None)[0]
     sine = -b / (2.0 * np.sqrt(a)) if a > 0 else np.inf
     # no front end is like this: a short arc has led the conic astray, and a circle has two unknowns fewer
-    if not (settings.least_g2_inverse < a < settings.most_g2_inverse and abs(sine) < settings.most_sine):
+    if not (ELLIPSES.least_g2_inverse < a < ELLIPSES.most_g2_inverse and abs(sine) < ELLIPSES.most_sine):
         d, e, f = np.linalg.lstsq(columns[:, 2:], -(i**2 + q**2) * root, rcond=None)[0]
         a, b, sine = 1.0, 0.0, 0.0
     centre = np.linalg.solve(np.array([[2.0, b], [b, 2.0 * a]]), -np.array([d, e]))
     level = centre @ np.array([[1.0, b / 2.0], [b / 2.0, a]]) @ centre - f
     # with I = A cos(phi) and Q = g A sin(phi + eps) the conic's level about its centre is A^2 cos^2 eps
-    amplitude = np.sqrt(max(level, settings.least_square)) / np.sqrt(1.0 - sine**2)
+    amplitude = np.sqrt(max(level, ELLIPSES.least_square)) / np.sqrt(1.0 - sine**2)
     return StillEllipse(
         float(centre[0]), float(centre[1]), float(-0.5 * np.log(a)), float(np.arcsin(sine)), float(amplitude)
     )

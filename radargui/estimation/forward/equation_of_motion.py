@@ -132,7 +132,7 @@ class EquationDeviation:
         return EquationDeviation(rows, value, drag, by_breaks)
 
 
-def spans_in_flight(motion: SplineMotion, released_s: float, settings: FreeFlightSettings = FREE_FLIGHT) -> BoolArray:
+def spans_in_flight(motion: SplineMotion, released_s: float) -> BoolArray:
     """Return which spans belong to segments that fly, the release before `released_s` left out, shape (n_spans,)."""
     spline = motion.spline
     # before, a hand or a magnet acted
@@ -143,8 +143,8 @@ def spans_in_flight(motion: SplineMotion, released_s: float, settings: FreeFligh
     segment = spline.polynomials.segment
     for number in range(len(spline.spans)):
         here = rows.segment[rows.n_jerk :] == number
-        if here.sum() > settings.least_spans:
+        if here.sum() > FREE_FLIGHT.least_spans:
             # the mean: at single knots the spline rings by more
             off = acceleration[here].mean(axis=0) + np.array([0.0, 0.0, NOMINAL_GRAVITY_M_S2])
-            out[after & (segment == number)] = np.linalg.norm(off) < settings.off_gravity_m_s2
+            out[after & (segment == number)] = np.linalg.norm(off) < FREE_FLIGHT.off_gravity_m_s2
     return out

@@ -301,7 +301,6 @@ def make_spline(
     end_s: float,
     break_s: FloatArray,
     sharp_s: FloatArray | None = None,
-    settings: SplineSettings = SPLINE,
 ) -> MotionSpline:
     """Return a spline with knots about every 10 ms between start, breaks (n_breaks,), end; 2.5 ms around `sharp_s`."""
     edge = np.concatenate([[start_s], break_s, [end_s]])
@@ -309,12 +308,12 @@ def make_spline(
     fractions = []
     for first, last in pairwise(edge):
         # evenly in each flight: knots as shares move with the breaks, and impact times have exact derivatives
-        count = max(1, int(np.ceil((last - first) / settings.knot_s - 1e-9)))
+        count = max(1, int(np.ceil((last - first) / SPLINE.knot_s - 1e-9)))
         coarse = np.linspace(0.0, 1.0, count + 1)
         middle = first + (last - first) * (coarse[:-1] + coarse[1:]) / 2.0
         # neighbours too: a push begins before its largest residual
-        close = (np.abs(middle[:, None] - sharp[None]) < settings.knot_s).any(axis=1)
-        parts = np.where(close, settings.parts_where_sharp, 1)
+        close = (np.abs(middle[:, None] - sharp[None]) < SPLINE.knot_s).any(axis=1)
+        parts = np.where(close, SPLINE.parts_where_sharp, 1)
         within = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
         finer = np.repeat(coarse[:-1], parts) + within * np.repeat(np.diff(coarse) / parts, parts)
         fractions.append(np.append(finer, 1.0))

@@ -88,7 +88,7 @@ class Drift:
         angle = turn[:, None] * order
         return np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
 
-    def uncorrelated(self, bins: Bins, settings: SlowNoiseSettings = SLOW_NOISE) -> FloatArray:
+    def uncorrelated(self, bins: Bins) -> FloatArray:
         """Return each channel's functions at the bins with coefficients N(0, 1), shape (n_channels, n_bins, n).
 
         The same Gaussian process as `functions` with `sd`, by its uncorrelated parts (Karhunen-Loeve); those that no
@@ -100,10 +100,10 @@ class Drift:
             # in variances of the bins: what a coefficient of one deviation makes of all of them together
             felt, turned = np.linalg.eigh((prior / sigma[:, None] ** 2).T @ prior)
             out.append(prior @ turned[:, ::-1])
-            n = max(n, int((felt > settings.least_variance).sum()))
+            n = max(n, int((felt > SLOW_NOISE.least_variance).sum()))
         return np.array(out)[:, :, :n]
 
-    def widen(self, bins: Bins, settings: SlowNoiseSettings = SLOW_NOISE) -> Bins:
+    def widen(self, bins: Bins) -> Bins:
         """Return the bins with the part of 1/f noise that the functions cannot follow added to their variance.
 
         A bin is 1/24 fringe: noise of density a / f at the Doppler frequency f counts like white noise of variance
@@ -112,7 +112,7 @@ class Drift:
         if self.count == 0:
             return bins
         level = self.level[:, None]
-        variance = bins.sigma**2 + settings.variance_a_bin * level
+        variance = bins.sigma**2 + SLOW_NOISE.variance_a_bin * level
         # a bin's mean keeps what is slower than itself, and the functions have taken what is slower than they
         highest = self.count / 4.0 / self.length_s
         seen = bins.sigma**2 + level * np.log(np.maximum(1.0 / (2.0 * _ROOT_12 * bins.node_s * highest + 1e-12), 1.5))

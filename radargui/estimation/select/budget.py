@@ -33,6 +33,10 @@ class NoSingleBodyError(SolveError):
         self.misfit = misfit
 
 
+class LooseMapsError(NoSingleBodyError):
+    """The offsets of all receivers change with the place as much as the signal, and do not explain it either."""
+
+
 class SearchBudget:
     """Rounds of convergence that the search for a model has left.
 

@@ -12,10 +12,11 @@ from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane, has_floor, w
 from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
-from radargui.estimation.select.budget import BudgetSpentError, NoSingleBodyError, SearchBudget
+from radargui.estimation.select.budget import BudgetSpentError, LooseMapsError, NoSingleBodyError, SearchBudget
 from radargui.estimation.select.chosen_model import Alternative, ChosenModel
 from radargui.estimation.select.converge import COARSE, LAST, RoundSettings, converge, race, settle_breaks
 from radargui.estimation.select.fewer_bins import fewer_bins, in_full, misfit_on, with_bins_of
+from radargui.estimation.select.loose_maps import bias_deviations, is_lost
 from radargui.estimation.select.unseen_mirrors import unseen_mirrors
 from radargui.estimation.select.wall_grid import WALLS
 from radargui.estimation.select.wall_walk import walked
@@ -117,7 +118,7 @@ def choose_model(
     SolveError
         No model can be solved, or none within the budget of the search.
     NoSingleBodyError
-        None describes the signals.
+        None describes the signals; `LooseMapsError` where maps stand for them.
     """
     budget = SearchBudget(found.data.bins.n_bins, round_done)
     selection = _Selection(found, drift, normal, budget.spend, known_front_ends, settings)
@@ -128,6 +129,8 @@ def choose_model(
     if typical.max() > settings.hopeless_misfit:
         # walls would only be fitted to what no echo of one body is
         raise NoSingleBodyError(typical)
+    if is_lost(solution, found.data.onset_s):
+        raise LooseMapsError(typical)
     choices = [_decided("A floor that reflects", gain)]
     if drift.count and not drift.level.any():
         choices.append("The offsets drift on the rest: slow functions of time are fitted.")
@@ -205,7 +208,7 @@ class _Selection:
     def raced(self, starts: Sequence[Start]) -> list[Solution | None]:
         """Return the solutions of models with and without a floor, None for one that cannot be right."""
         first, later = (share * self.whole.bins.value.size for share in self.settings.most_behind)
-        return race(starts, self.settings.first_rounds, self.round_done, (first, later), COARSE)
+        return race(starts, self.settings.first_rounds, self.round_done, (first, later))
 
     def from_rounds(self, found: AdaptiveRounds, length_m: float, planes: tuple[MirrorPlane, ...]) -> Start:
         """Return the model of the last adaptive round with bias maps of a length, and with a floor or without."""
@@ -354,11 +357,9 @@ class _Selection:
 
     def _asks_for_walls(self, solution: Solution) -> bool:
         """Return whether residuals, or bias maps that grow although a floor is there, ask for another reflector."""
-        problem, settings = solution.problem, self.settings
         # beside a floor in the model, bias maps have nothing to do but to stand for a mirror that is missing
-        bias = max(float(problem.prior.sd[own.bias_i.start]) for own in problem.layout.receivers)
-        grown = len(problem.inputs.planes) > 0 and bias > settings.grown_bias
-        return grown or bool(self.misfit(solution).max() > settings.good_misfit)
+        grown = solution.problem.inputs.planes and bias_deviations(solution).max() > self.settings.grown_bias
+        return bool(grown or self.misfit(solution).max() > self.settings.good_misfit)
 
     def _weight(self, gain: float) -> float:
         """Return the tempered weight of an alternative against the best, exp(gain in ln E / 5), at most one."""

@@ -71,8 +71,7 @@ class RoundSettings:
     same_scale: float = 0.01
 
 
-ROUNDS = RoundSettings()
-LAST = replace(ROUNDS, noise_from_round=0, settled_ln_evidence=0.1, least_rounds=2)
+LAST = RoundSettings(noise_from_round=0, settled_ln_evidence=0.1, least_rounds=2)
 """For the chosen model, which has been converged on fewer bins: its maps have grown. Ended at 0.5, the flights of
 physical seed 13 were one fewer than two rounds later; 0.1 costs one per cent of the time."""
 COARSE = RoundSettings(
@@ -84,7 +83,7 @@ COARSE = RoundSettings(
 """While models are compared: evidences are told apart by units, and what one round leaves the next one takes."""
 
 
-def converge(start: Start, rounds: int, round_done: Callable[[], None], settings: RoundSettings = ROUNDS) -> Solution:
+def converge(start: Start, rounds: int, round_done: Callable[[], None], settings: RoundSettings = COARSE) -> Solution:
     """Alternate Gauss-Newton with updates of maps and priors until the evidence settles.
 
     Parameters
@@ -112,7 +111,6 @@ def race(
     rounds: int,
     round_done: Callable[[], None],
     most_behind: tuple[float, ...],
-    settings: RoundSettings = ROUNDS,
     met: Callable[[Solution, Solution], bool] = lambda one, other: False,
 ) -> list[Solution | None]:
     """Return the solutions of some starts as `converge` would, None for those that fell hopelessly behind, or met.
@@ -121,14 +119,14 @@ def race(
     ----------
     starts
         Their evidences are comparable.
-    rounds, round_done, settings
+    rounds, round_done
         As of `converge`.
     most_behind
         By how much in ln E one may stay behind the best, after the first minimum and after each round; the last stays.
     met
         Whether two have come to the same maximum: the later in the list is given up.
     """
-    running = [_rounds(start, rounds, round_done, settings) for start in starts]
+    running = [_rounds(start, rounds, round_done, COARSE) for start in starts]
     now = [next(one) for one in running]
     alive = list(range(len(starts)))
     for number in range(rounds):
@@ -176,7 +174,6 @@ def settle_breaks(
     solution: Solution,
     normal: FloatArray,
     round_done: Callable[[], None],
-    settings: RoundSettings = COARSE,
 ) -> Solution:
     """Add breaks where the motion turns sharply, drop those without a jump, until neither changes.
 
@@ -194,7 +191,7 @@ def settle_breaks(
         Converged.
     normal
         Upward normal of the floor, shape (3,).
-    round_done, settings
+    round_done
         As of `converge`.
 
     Raises
@@ -203,9 +200,9 @@ def settle_breaks(
         The normal matrix cannot be factored.
     """
     sharp, refused, beside = np.zeros(0), np.zeros(0), np.zeros(0)
-    solution = _bounced_on(data, solution, normal, round_done, settings)
+    solution = _bounced_on(data, solution, normal, round_done)
     seen = [solution]
-    for number in range(settings.break_rounds):
+    for number in range(COARSE.break_rounds):
         speeds = break_speeds(solution, normal)
         inserted = solution.problem.prior.mean[solution.problem.layout.breaks]
         # so near to an impact a break bends anything: it is a wall, or none
@@ -216,15 +213,15 @@ def settle_breaks(
             seen = [solution] if good[is_beside].all() else seen[:-1]
         # or the same ripple would be tried for ever
         refused = np.concatenate([refused, inserted[~good]])
-        last = number == settings.break_rounds - 1
+        last = number == COARSE.break_rounds - 1
         turns = sharp_turns(solution, normal)
         # a kick beside a turn is that impact's own
         sought = np.concatenate([turns, _away(side_kicks(solution, normal), turns, BREAKS.apart_s)])
-        new = np.zeros(0) if last else _away(sought, refused, settings.same_s)
+        new = np.zeros(0) if last else _away(sought, refused, COARSE.same_s)
         beside = np.zeros(0)
         if new.size == 0 and good.all() and not last:
             # once all that is far from impacts is known: no line goes through a wall
-            best = _best(seen, normal, settings)
+            best = _best(seen, normal)
             motion = SplineMotion(best.at.spline, best.state.coefficients)
             new = beside = _away(kicks_beside(motion, normal)[0], refused, BREAKS.least_beside_s)
             if new.size:
@@ -237,15 +234,15 @@ def settle_breaks(
         # the old motion on new knots, not a new start: the mismatch found so far fits it
         fine = np.concatenate([release_times(data.onset_s), sharp])
         motion = respline(solution.at.spline, solution.state.coefficients, breaks, fine)
-        solution = converge(_with_breaks(data, solution, motion), settings.after_breaks, round_done, settings)
+        solution = converge(_with_breaks(data, solution, motion), COARSE.after_breaks, round_done)
         seen.append(solution)
-    return _best(seen, normal, settings)
+    return _best(seen, normal)
 
 
-def _best(seen: Sequence[Solution], normal: FloatArray, settings: RoundSettings) -> Solution:
+def _best(seen: Sequence[Solution], normal: FloatArray) -> Solution:
     """Return the one with most impacts, best known, of those whose misfit is about the smallest."""
     # more impacts at the same misfit: one too few is a missed bounce, one too many is judged by its jump later
-    enough = settings.no_worse * min(_misfit(one) for one in seen)
+    enough = COARSE.no_worse * min(_misfit(one) for one in seen)
     return max((one for one in seen if _misfit(one) <= enough), key=lambda one: _impacts(one, normal))
 
 
@@ -261,10 +258,9 @@ def _bounced_on(
     solution: Solution,
     normal: FloatArray,
     round_done: Callable[[], None],
-    settings: RoundSettings,
 ) -> Solution:
     """Return the solution with breaks where the body should land next, as long as that finds more impacts."""
-    for _ in range(settings.cascades):
+    for _ in range(COARSE.cascades):
         speeds = break_speeds(solution, normal)
         impacts = speeds.are_impacts()
         expected = speeds.expected_impacts(float(solution.at.spline.edge_s[-1]))
@@ -274,9 +270,9 @@ def _bounced_on(
         before = speeds.time_s[speeds.time_s <= speeds.time_s[impacts][-1]]
         breaks = np.concatenate([before, expected])
         motion = respline(solution.at.spline, solution.state.coefficients, breaks, release_times(data.onset_s))
-        trial = converge(_with_breaks(data, solution, motion), settings.after_breaks, round_done, settings)
+        trial = converge(_with_breaks(data, solution, motion), COARSE.after_breaks, round_done)
         more = _impacts(trial, normal)[0] > int(impacts.sum())
-        if not more or _misfit(trial) > settings.no_worse * _misfit(solution):
+        if not more or _misfit(trial) > COARSE.no_worse * _misfit(solution):
             break
         solution = trial
     return solution

@@ -105,6 +105,13 @@ def tangents(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
     return first, np.cross(normal, first)
 
 
+def wall_towards(image_m: FloatArray, normal: FloatArray) -> tuple[float, float]:
+    """Return azimuth (rad) and distance (m) of an upright wall from a point, by that point's image against it, (3,)."""
+    first, second = tangents(normal)
+    # an image is as far behind the wall as the point is before it
+    return float(np.arctan2(image_m @ second, image_m @ first)), 0.5 * float(np.linalg.norm(image_m))
+
+
 def upright_planes(
     middle_m: FloatArray,
     normal: FloatArray,

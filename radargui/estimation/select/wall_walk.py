@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.estimation.select.converge import COARSE, converge, race
+from radargui.estimation.select.converge import converge, race
 from radargui.estimation.select.wall_grid import WALLS, linearised_gains, upright_planes, wall_grid
 from radargui.estimation.select.walls import (
     bent_by_maps,
@@ -104,7 +104,7 @@ def walked(
         starts = [problem_with_mirrors(best, (*here[:-1], one)) for one in planes]
         if step == 0:
             starts += _elsewhere(best, normal, round_done, settings)
-        more = filter(None, race(starts, WALLS.rounds, round_done, settings.most_behind, COARSE, same_place))
+        more = filter(None, race(starts, WALLS.rounds, round_done, settings.most_behind, same_place))
         found = sorted([*found, *more], key=log_evidence, reverse=True)
         # where it stays it only converges, which needs no turns
         moved = last_image(found[0], middle) - last_image(best, middle)
@@ -116,9 +116,7 @@ def walked(
     if bent_by_maps(found[0]):
         # the wall stands, the maps that stood for it have not gone
         stiff = with_stiff_maps(found[0])
-        again = converge(
-            problem_with_mirrors(stiff, found[0].problem.inputs.planes), settings.rounds_again, round_done, COARSE
-        )
+        again = converge(problem_with_mirrors(stiff, found[0].problem.inputs.planes), settings.rounds_again, round_done)
         if log_evidence(again) > log_evidence(found[0]) + WALLS.worthwhile:
             found = [again, *found]
     return found

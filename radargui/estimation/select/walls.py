@@ -6,16 +6,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
-from radargui.estimation.select.converge import COARSE, converge, race
+from radargui.estimation.select.converge import converge, race
+from radargui.estimation.select.loose_maps import bias_deviations
 from radargui.estimation.select.wall_grid import (
     WALLS,
     WallSettings,
     linearised_gains,
     stiffened,
-    tangents,
     upright_planes,
     wall_grid,
+    wall_towards,
 )
 from radargui.estimation.solve.changed_problem import carried_places, positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import MinimiseSettings, Solution, log_evidence, minimise, solved_at
@@ -93,16 +95,14 @@ def search_wall(
     return search.with_more([one.solution for one in again.tried], without)
 
 
-def bent_by_maps(solution: Solution, settings: WallSettings = WALLS) -> bool:
+def bent_by_maps(solution: Solution) -> bool:
     """Return whether bias maps are looser than with nothing left to explain, and no flight holds the motion."""
-    problem = solution.problem
-    loose = max(float(problem.prior.sd[own.bias_i.start]) for own in problem.layout.receivers) > settings.stiff_bias
-    return loose and not problem.in_flight.any()
+    return bool(bias_deviations(solution).max() > WALLS.stiff_bias) and not solution.problem.in_flight.any()
 
 
-def with_stiff_maps(solution: Solution, settings: WallSettings = WALLS) -> Solution:
+def with_stiff_maps(solution: Solution) -> Solution:
     """Return the minimum with maps as stiff as if nothing were left to explain: of a motion that they do not bend."""
-    return minimise(Start(stiffened(solution.problem, settings), solution.state), settings.stiff_steps)
+    return minimise(Start(stiffened(solution.problem), solution.state), WALLS.stiff_steps)
 
 
 def _search_from(
@@ -123,11 +123,11 @@ def _search_from(
         # maxima, not the best places: neighbours of one maximum converge to the same wall
         numbers = peaks(gains.reshape(azimuth.size, -1), around=True)[: settings.tried]
         starts = best_started([problem_with_mirrors(base, (*mirrors, planes[k])) for k in numbers], most, round_done)
-        trials = race(starts, settings.rounds, round_done, settings.most_behind, COARSE, same_place)
+        trials = race(starts, settings.rounds, round_done, settings.most_behind, same_place)
         if number == 0:
             # evidence moves while priors are re-estimated: the model without the wall goes through the same rounds, and
             # not in the race, in which its bias maps would lead at first
-            bare = converge(problem_with_mirrors(solution, mirrors), settings.rounds, round_done, COARSE)
+            bare = converge(problem_with_mirrors(solution, mirrors), settings.rounds, round_done)
             without = log_evidence(bare)
         search = search.with_more(trials, without)
         promising = -settings.convincing if thorough else settings.promising
@@ -162,7 +162,7 @@ def _run_off(search: WallSearch, round_done: Callable[[], None], settings: WallS
         return search
     without = log_evidence(level[0].solution) - level[0].gain
     starts = [Start(one.solution.problem, one.solution.state) for one in level]
-    trials = race(starts, settings.last_rounds, round_done, settings.most_behind, COARSE, same_place)
+    trials = race(starts, settings.last_rounds, round_done, settings.most_behind, same_place)
     return replace(search, tried=search.tried[len(level) :]).with_more(trials, without)
 
 
@@ -178,10 +178,7 @@ def without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:
 
 def place_of_last(solution: Solution, middle_m: FloatArray, normal: FloatArray) -> tuple[float, float]:
     """Return azimuth (rad) and distance (m) of a solution's last mirror from a point, (3,), for the floor's normal."""
-    # an image is as far behind the wall as the point is before it
-    outward = last_image(solution, middle_m) - middle_m
-    first, second = tangents(normal)
-    return float(np.arctan2(outward @ second, outward @ first)), 0.5 * float(np.linalg.norm(outward))
+    return wall_towards(last_image(solution, middle_m) - middle_m, normal)
 
 
 def same_place(one: Solution, other: Solution) -> bool:
@@ -210,12 +207,7 @@ def peaks(table: FloatArray, *, around: bool) -> list[int]:
     around
         Whether the azimuths go round.
     """
-    wide = (
-        np.pad(table, ((1, 1), (0, 0)), mode="wrap")
-        if around
-        else np.pad(table, ((1, 1), (0, 0)), constant_values=-np.inf)
-    )
-    high = np.pad(table, ((0, 0), (1, 1)), constant_values=-np.inf)
-    beside = np.maximum(np.maximum(wide[:-2], wide[2:]), np.maximum(high[:, :-2], high[:, 2:]))
-    top, gain = ((table >= beside) & np.isfinite(table)).ravel(), table.ravel()
+    across = maximum_filter1d(table, 3, axis=0, mode="wrap" if around else "nearest")
+    highest = np.maximum(across, maximum_filter1d(table, 3, axis=1, mode="nearest"))
+    top, gain = ((table == highest) & np.isfinite(table)).ravel(), table.ravel()
     return [int(k) for k in np.argsort(np.where(top, gain, -np.inf))[::-1] if top[k]]

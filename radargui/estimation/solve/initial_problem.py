@@ -56,18 +56,16 @@ class InitialSettings:
 INITIAL = InitialSettings()
 
 
-def release_times(onset_s: float, settings: InitialSettings = INITIAL) -> FloatArray:
+def release_times(onset_s: float) -> FloatArray:
     """Return where the release wants finer knots, (2,): gravity sets in within no time, between two knots.
 
     With 10 ms between them the acceleration rang for 60 ms after it (1.6, -0.8, 0.4 m/s^2), and the deviation from the
     equation of flight, re-estimated from that, let the whole first fall bend by 0.03 mm.
     """
-    return onset_s - np.array([settings.onset_late_s, 0.0])
+    return onset_s - np.array([INITIAL.onset_late_s, 0.0])
 
 
-def first_motion(
-    data: BinnedData, place: FloatArray, start_s: float, break_s: FloatArray, settings: InitialSettings = INITIAL
-) -> SplineMotion:
+def first_motion(data: BinnedData, place: FloatArray, start_s: float, break_s: FloatArray) -> SplineMotion:
     """Fit the motion's spline to the places of the adaptive rounds.
 
     Parameters
@@ -78,8 +76,6 @@ def first_motion(
         Positions at the bins, shape (3, n_bins).
     start_s, break_s
         Where the spline begins, and its breaks.
-    settings
-        Weights.
     """
     # a microsecond more, so that the last sample is inside
     spline = make_spline(start_s, float(data.bins.last_s[-1]) + 1e-6, break_s, release_times(data.onset_s))
@@ -87,9 +83,9 @@ def first_motion(
     design = spline.design(data.bins.time_s[moving])
     jerk, _, _ = spline.jerk()
     # long bins know their place better
-    weight = data.bins.count[moving] / data.bins.count[moving].mean() / settings.u_place_m**2
+    weight = data.bins.count[moving] / data.bins.count[moving].mean() / INITIAL.u_place_m**2
     # three times looser than the problem's own prior: the places shall decide, the prior fills what no bin sees
-    normal = design.T @ diagonal(weight) @ design + jerk.matrix.T @ jerk.matrix / (3.0 * settings.jerk_m_s3) ** 2
+    normal = design.T @ diagonal(weight) @ design + jerk.matrix.T @ jerk.matrix / (3.0 * INITIAL.jerk_m_s3) ** 2
     offset = (place[:, moving] - data.release_m[:, None]).T
     return SplineMotion(spline, solve_sparse(normal, design.T @ (weight[:, None] * offset)))
 
@@ -101,7 +97,6 @@ def initial_problem(
     planes: tuple[MirrorPlane, ...],
     bias_length_m: float,
     known_front_ends: Sequence[LogFrontEnd] | None = None,
-    settings: InitialSettings = INITIAL,
 ) -> Start:
     """Return the joint problem with maps, mirrors and drift at zero.
 
@@ -119,15 +114,13 @@ def initial_problem(
         Correlation length of the bias maps.
     known_front_ends
         What earlier runs say about ln g and eps, one a receiver.
-    settings
-        Deviations and lengths.
     """
     bins, spline = data.bins, motion.spline
     place = (spline.design(bins.time_s) @ motion.coefficients + data.release_m).T
     # the rest is one place, seen many times: it would claim a function of its own
     visited = place[:, ~data.rest]
     # one basis for all receivers: they look at the same places
-    bias, amplitude = make_basis(visited, bias_length_m), make_basis(visited, settings.amplitude_map_length_m)
+    bias, amplitude = make_basis(visited, bias_length_m), make_basis(visited, INITIAL.amplitude_map_length_m)
     n_receivers, drift = data.antennas.n_receivers, data.drift
     layout = make_layout(
         Sizes(
@@ -174,12 +167,12 @@ def initial_problem(
         ),
         prior=prior,
         in_flight=np.zeros(sum(spline.spans), dtype=bool),
-        equation_sd=np.full(sum(spline.spans), settings.jerk_m_s3),
+        equation_sd=np.full(sum(spline.spans), INITIAL.jerk_m_s3),
         noise_scale=np.ones(n_receivers),
         use=usable_bins(bins, spline.break_s),
         bias_basis=bias,
         amplitude_basis=amplitude,
-        released_s=data.onset_s + settings.release_s,
+        released_s=data.onset_s + INITIAL.release_s,
         sphere=data.sphere,
         multiplexer=data.multiplexer,
     )

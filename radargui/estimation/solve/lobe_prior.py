@@ -51,7 +51,6 @@ def with_lobes_of_walls(
     planes: tuple[MirrorPlane, ...],
     antennas: Antennas,
     middle_m: FloatArray,
-    settings: LobePriorSettings = LOBE_PRIOR,
 ) -> Prior:
     """Return a prior whose walls have the lobes that theta's main lobes let expect.
 
@@ -66,12 +65,10 @@ def with_lobes_of_walls(
         Mirrors, antennas.
     middle_m
         Middle of the motion, shape (3,).
-    settings
-        Deviations.
     """
     mean, sd = prior.mean.copy(), prior.sd.copy()
     main = -LOBE_UNITS[1] * main_lobes(layout, theta)
-    shares = [settings.u_transmitter, *[settings.u_skirt_share] * len(layout.receivers)]
+    shares = [LOBE_PRIOR.u_transmitter, *[LOBE_PRIOR.u_skirt_share] * len(layout.receivers)]
     places = [layout.transmitter_lobe, *(own.receiver_lobe for own in layout.receivers)]
     points = (antennas.transmitter_m, *antennas.receivers_m)
     for place, point, a, share in zip(places, points, main, shares, strict=True):
@@ -83,5 +80,5 @@ def with_lobes_of_walls(
             # the slope where the wall's image looks: far off the axis side lobes have taken over, and it is flat
             mean[of_angle] = LOBE_UNITS[1] * float(main_lobe(np.array(-a / LOBE_UNITS[1]), np.array(q)))
             # known to a share of the main lobe's (method 4, Mirrors), no better than the least
-            sd[of_angle] = settings.u_skirt + share * abs(a)
+            sd[of_angle] = LOBE_PRIOR.u_skirt + share * abs(a)
     return replace(prior, mean=mean, sd=sd)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -68,7 +68,7 @@ class NormalBlocks:
         # a share, not a sum: metres, radians and seconds stand on one diagonal (Marquardt 1963)
         band[0] *= 1.0 + share
         m[np.diag_indices(len(m))] *= 1.0 + share
-        return NormalBlocks(band, self.beside, self.c, m, self.segments)
+        return replace(self, band=band, m=m)
 
 
 @dataclass(frozen=True, slots=True)

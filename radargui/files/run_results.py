@@ -180,7 +180,7 @@ def put_bounces(group: Any, bounces: Bounces) -> None:
     table = group.create_dataset(_NAME, data=rows, **options)
     found = asdict(bounces.free_fall) if bounces.free_fall else {}
     found |= {key: getattr(bounces, key) for key in _BESIDE}
-    numbers = {key: np.asarray(value) for key, value in found.items() if value not in (None, ())}
+    numbers = {key: np.asarray(value) for key, value in found.items() if value is not None and np.size(value)}
     hdf5.put_all(table.attrs, {"units": _BOUNCE_UNITS, **numbers})
     hdf5.seal(table.attrs)
 

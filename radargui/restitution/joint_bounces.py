@@ -6,25 +6,24 @@ Method 5, Flights.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from radargui.estimation.joint import JointEstimate
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
-from radargui.estimation.readout.unfollowed import unfollowed_m_s
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounce, Bounces, FreeFall
 from radargui.model.setup import Setup
 from radargui.restitution.cross_check import cross_check, without_checks_by_walls
-from radargui.restitution.flight_fit import FlightFit, break_velocities, fit_flights
+from radargui.restitution.flight_fit import FlightFit, fit_flights
 from radargui.restitution.flight_unknowns import FlightPlan
 from radargui.restitution.floor_normal import FloorNormal, normal_of_impacts
 from radargui.restitution.input_changes import SetupResponses
+from radargui.restitution.joint_impacts import JointImpacts
 from radargui.restitution.settings import FLIGHTS
-from radargui.restitution.wall_at_impact import walls_at_impacts
 
 
 def fit_with_alternatives(
@@ -252,7 +251,7 @@ def joint_bounces(
     given = "normal" in setup.floor.model_fields_set
     if not given:
         reflecting = _reflecting_floor(estimate, None if responses is None else responses.floor_covariance())
-        at = _Impacts.of(posterior, fit, floor.normal, responses)
+        at = JointImpacts.of(posterior, fit, floor.normal, responses)
         # what a wall has done says nothing of the floor
         alone = ~at.with_wall
         floor = normal_of_impacts(
@@ -261,7 +260,7 @@ def joint_bounces(
         # then other breaks may be impacts, and the flights between them other ones
         if floor.tilt_deg > FLIGHTS.near_vertical_deg:
             fit = fit_with_alternatives(posterior, estimate.alternatives, floor.normal)
-    at = _Impacts.of(posterior, fit, floor.normal, responses)
+    at = JointImpacts.of(posterior, fit, floor.normal, responses)
     bounces = tuple(at.bounce(number, floor) for number in range(at.time_s.size))
     fall = None if fit is None else _free_fall(posterior, fit, floor.normal, bounces)
     x, y, z = (float(part) for part in floor.normal)
@@ -285,85 +284,6 @@ def _reflecting_floor(estimate: JointEstimate, setup_covariance: FloatArray | No
         covariance = covariance + setup_covariance
     normal = np.array([*found.slope, 1.0])
     return FloorNormal(normal / np.linalg.norm(normal), float(np.trace(covariance) / 2.0))
-
-
-@dataclass(frozen=True, slots=True)
-class _Impacts:
-    """What is known of the velocities at the impacts.
-
-    Attributes
-    ----------
-    time_s
-        Shape (n_impacts,).
-    before_m_s, after_m_s
-        Shape (n_impacts, 3).
-    covariance
-        Of (before x, y, z, after x, y, z), shape (n_impacts, 6, 6).
-    by_flights
-        Whether fitted flights say so, shape (n_impacts,); else the one-sided slopes of the motion.
-    with_wall
-        Whether a wall was met at the impact, too, or so near that neither is known by itself, shape (n_impacts,).
-    walls_s
-        Instants at which a wall threw the body back along the floor, from one flight into the next.
-    """
-
-    time_s: FloatArray
-    before_m_s: FloatArray
-    after_m_s: FloatArray
-    covariance: FloatArray
-    by_flights: BoolArray
-    with_wall: BoolArray
-    walls_s: tuple[float, ...]
-
-    @staticmethod
-    def of(
-        posterior: MotionPosterior, fit: FlightFit | None, normal: FloatArray, responses: SetupResponses | None
-    ) -> _Impacts:
-        """Return the impacts along a normal."""
-        known = None if responses is None else responses.uncertain
-        inputs = None if fit is None or known is None else fit.inputs(known.each, known.weights)
-        breaks, n_fitted = posterior.breaks, 0
-        time, covariance = breaks.time_s.copy(), breaks.covariance.copy()
-        before, after = break_velocities(posterior, fit)
-        if fit is not None:
-            n_fitted = fit.impact_s.size
-            time[:n_fitted], covariance[:n_fitted] = fit.impact_s, fit.velocity_covariances
-        speeds = breaks.along(normal)
-        impacts = speeds.are_impacts()
-        by_flights = np.arange(time.size) < n_fitted
-        walls = tuple(time[speeds.are_kicks() & ~impacts & by_flights].tolist())
-        with_wall = walls_at_impacts(posterior, fit, normal, inputs)[impacts]
-        time, before, after, by_flights = time[impacts], before[impacts], after[impacts], by_flights[impacts]
-        g = (NOMINAL_GRAVITY_M_S2 if fit is None else fit.g_m_s2) * float(normal[2])
-        end_s = float(posterior.free.edge_s[-1])
-        left_open = unfollowed_m_s(time, -before @ normal, after @ normal, by_flights, g, end_s)
-        covariance, along = covariance[impacts], np.outer(normal, normal)
-        for side, u_m_s in zip((slice(0, 3), slice(3, 6)), left_open, strict=True):
-            covariance[:, side, side] += u_m_s[:, None, None] ** 2 * along
-        return _Impacts(time, before, after, covariance, by_flights, with_wall, walls)
-
-    @property
-    def u_side_m_s(self) -> FloatArray:
-        """Uncertainty of a horizontal component of the velocity's change at each impact, shape (n_impacts,)."""
-        # after less before, x and y: their covariance with each other is a part of it
-        change = np.concatenate([-np.eye(2, 3), np.eye(2, 3)], axis=1)
-        variance = change @ self.covariance @ change.T
-        return np.asarray(np.sqrt(np.maximum(np.trace(variance, axis1=1, axis2=2) / 2.0, 0.0)))
-
-    def bounce(self, number: int, floor: FloorNormal) -> Bounce:
-        """Return e = after / before along the normal, u_e with that of the normal."""
-        before_m_s, after_m_s = self.before_m_s[number], self.after_m_s[number]
-        before, after = -float(before_m_s @ floor.normal), float(after_m_s @ floor.normal)
-        # signs so that both are positive: before points into the floor
-        e = after / before
-        slope = np.concatenate([e / before * floor.normal, floor.normal / before])
-        # rounding of a covariance that the alternatives widened
-        variance = max(float(slope @ self.covariance[number] @ slope), 0.0)
-        u_e = float(np.sqrt(variance + floor.e_variance(before_m_s, after_m_s)))
-        method = "flights" if self.by_flights[number] else "slopes"
-        # a rebound faster than the arrival is no passive one; a wide u_e says nothing
-        valid = bool(0.0 < e < FLIGHTS.most_e and u_e < FLIGHTS.usable_u_e and not self.with_wall[number])
-        return Bounce(float(self.time_s[number]), before, after, e, u_e, method, valid)
 
 
 def _checked(bounces: Bounces, posterior: MotionPosterior, fit: FlightFit | None, normal: FloatArray) -> Bounces:

@@ -181,7 +181,7 @@ def test_an_impact_on_which_floor_and_wall_share_gives_no_e(
     alone, _ = joint_bounces(estimate, setup)
     assert alone.with_walls_s == ()
     shared = np.arange(estimate.posterior.breaks.time_s.size) == 1
-    monkeypatch.setattr("radargui.restitution.joint_bounces.walls_at_impacts", lambda *_: shared)
+    monkeypatch.setattr("radargui.restitution.joint_impacts.walls_at_impacts", lambda *_: shared)
     bounces, _ = joint_bounces(estimate, setup)
     assert [one.valid for one in bounces.impacts[:2]] == [True, False]
     assert bounces.with_walls_s == (bounces.impacts[1].time_s,)

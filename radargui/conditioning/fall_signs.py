@@ -108,9 +108,11 @@ class FallRule:
         found = phase_parabolas(phase, self._rate_hz, self._window)
         speed = found.speed_rad_s / self._rad_per_m
         share = found.bend_rad_s2 / (NOMINAL_GRAVITY_M_S2 * self._rad_per_m)
-        smooth = (found.misfit_rad < LARGEST_MISFIT_RAD).all(axis=0)
+        together = (found.misfit_rad < LARGEST_MISFIT_RAD).all(axis=0) & (np.abs(speed) > LEAST_SPEED).all(axis=0)
         # one acceleration and one speed, whatever their signs: what moves sideways shows each receiver another
-        return share, smooth & (np.abs(speed) > LEAST_SPEED).all(axis=0) & _alike(speed) & _alike(share)
+        for sizes in (np.abs(speed), np.abs(share)):
+            together &= sizes.max(axis=0) < MOST_APART * sizes.min(axis=0)
+        return share, np.asarray(together)
 
 
 def fall_signs(conditioned: Conditioned, setup: Setup) -> FallSigns:
@@ -134,8 +136,8 @@ def fall_signs(conditioned: Conditioned, setup: Setup) -> FallSigns:
     begin = max(0, min(conditioned.segment.first // size - window, n_means - 2 * window))
     found = None
     for part in (slice(begin, begin + max(2 * window, round(FIRST_S * rate_hz))), slice(0, n_means)):
-        means = block_means(conditioned.volts[:, part.start * size : part.stop * size], size)
-        found = rule.signs(turning_phases(means, rate_hz))
+        phase = turning_phases(block_means(conditioned.volts[:, part.start * size : part.stop * size], size), rate_hz)
+        found = rule.signs(phase)
         if found is None:
             break
     return nothing if found is None else found
@@ -172,9 +174,3 @@ class FallWatch:
         # wires are not exchanged while it runs
         self._rule.is_decisive = signs is not None
         return () if signs is None else tuple(np.flatnonzero(signs.backwards).tolist())
-
-
-def _alike(values: FloatArray) -> BoolArray:
-    """Return where the receivers' values, (n_receivers, n), have about one size."""
-    sizes = np.abs(values)
-    return np.asarray(sizes.max(axis=0) < MOST_APART * sizes.min(axis=0))

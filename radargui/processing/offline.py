@@ -102,12 +102,13 @@ def process(
         # an answer, not a failure: a plate that hangs still is measured too
         if isinstance(conditioned, NoMotion):
             return RunResult(recording, setup, "no_motion", conditioned.reason, warnings=tuple(warnings))
-        warnings += without_room(conditioned, recording.digitisation)
+        no_room = without_room(conditioned, recording.digitisation)
+        warnings += no_room
         report(0.1)
         # a dead, doubled or exchanged channel is no receiver: its neighbours must not be corrected together with it
         faults, clock = wired_wrongly(conditioned, setup)
         warnings += [clock] if clock else []
-        part = Part(setup, conditioned, faults)
+        part = Part(setup, conditioned, faults, has_room=not no_room)
         motion = _measure(recording, part, report, on_preliminary, front_ends, warnings)
         # one at a time may reject another: without a bad receiver its neighbours are judged anew
         while failed := _left_out(part, motion):
@@ -193,7 +194,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         # a cause that is named takes the place of the guess
         if misplaced(setup):
             warnings = without_places(warnings)
-        if elsewhere or misplaced(setup) or without_room(conditioned, recording.digitisation):
+        if elsewhere or misplaced(setup) or not part.has_room:
             warnings = without_guess(warnings)
         warnings += elsewhere
         warnings += disagreements(bounces) + floor_and_wall(bounces) + floor + braked_without_impact(bounces, track)

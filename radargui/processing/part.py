@@ -22,11 +22,14 @@ class Part:
         Signals of all receivers.
     faults
         Why a receiver is left out, one a receiver; empty where it is not.
+    has_room
+        Whether the delays between channels fit into a sample.
     """
 
     whole_setup: Setup
     whole: Conditioned
     faults: tuple[str, ...]
+    has_room: bool = True
 
     @property
     def receivers(self) -> tuple[int, ...]:

@@ -33,16 +33,6 @@ by 0.4 rad is 0.2 of it, 0.04 in chi-square. Wrong places left 0.0 to 0.03, wall
 _RELEASE = "tracer.release_position_m"
 _SLIPS = 0.01
 """Share of places that people misstate: chosen by hand."""
-_OUTSIDE_M = 1.0
-"""A release that would have to be farther off is in no field of view of some 0.3 m: nothing but the form has it there
-(a sample rate of twice the true one: 46 m)."""
-_MOST_LEFT = 0.1
-"""Share of the flights' excess of chi-square that a wrong place leaves: what the linear answer misses of an angle off
-by 0.4 rad is 0.2 of it, 0.04 in chi-square. Wrong places left 0.0 to 0.03, walls of a box 0.24 to 0.63 (laboratory
-7047241, 770535)."""
-_RELEASE = "tracer.release_position_m"
-_SLIPS = 0.01
-"""Share of places that people misstate: chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True)

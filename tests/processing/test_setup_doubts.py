@@ -89,6 +89,11 @@ def test_a_g_of_some_place_on_earth_within_its_u_says_nothing(g_m_s2: float, u_m
     assert doubts(plain(), *measured(g_m_s2, u_m_s2)) == []
 
 
+def test_what_is_thrown_upwards_falls_at_no_place_that_could_be_named() -> None:
+    # a plate that lifts the sphere while it lies on it
+    assert doubts(plain(), *measured(-0.33, 0.01)) == []
+
+
 def test_a_g_of_no_place_on_earth_is_told_with_what_would_explain_it() -> None:
     (sentence,) = doubts(plain(), *measured(9.81 * 1.02**2, 0.02))
     assert "on Earth it is 9.76 to 9.84" in sentence

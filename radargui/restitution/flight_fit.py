@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.linalg.lapack import dpotrf, dpotrs
 
 from radargui.estimation.readout.flight_information import MotionInformation
 from radargui.estimation.readout.input_response import InputResponse
@@ -17,6 +18,9 @@ from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
 from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns, UnknownLayout, impact_rows
 from radargui.restitution.settings import FLIGHTS
+
+_LEAST_PIVOT = 1e-6
+"""Of the Cholesky factor of a system of unit diagonal: below it rounding may decide what a direction gets."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -343,8 +347,11 @@ def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
     scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
     scaled = matrix * scale[:, None] * scale[None]
     tail = (slice(None),) + (None,) * (right.ndim - 1)
+    factor, bad = dpotrf(scaled, lower=1)
+    if not bad and float(np.diag(factor).min()) > _LEAST_PIVOT:
+        return np.asarray(scale[tail] * dpotrs(factor, scale[tail] * right, lower=1)[0])
     try:
-        # not a Cholesky factor: what was lifted may leave a direction that no sample determines
+        # what was lifted may leave a direction that no sample determines
         solved = np.linalg.lstsq(scaled, scale[tail] * right, rcond=1e-15)[0]
     except np.linalg.LinAlgError as error:
         raise SolveError("The equations of the flights have no solution.") from error

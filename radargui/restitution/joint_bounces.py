@@ -56,7 +56,7 @@ def fit_with_alternatives(
         return None
     others = []
     for alternative in sorted(alternatives, key=lambda one: -one.weight)[: FLIGHTS.most_alternatives]:
-        other = fit_free_flights(alternative.posterior, normal)
+        other = fit_free_flights(alternative.posterior, normal, fit)
         if other is not None:
             others.append((alternative.weight, *_shared(fit, other)))
     return replace(fit, covariance=mixed_in(fit.covariance, others))
@@ -89,12 +89,13 @@ def mixed_in(covariance: FloatArray, others: Iterable[tuple[float, FloatArray, F
     return np.asarray(FLIGHTS.widened**2 * mixed / total)
 
 
-def fit_free_flights(posterior: MotionPosterior, normal: FloatArray) -> FlightFit | None:
+def fit_free_flights(posterior: MotionPosterior, normal: FloatArray, like: FlightFit | None = None) -> FlightFit | None:
     """Fit the longest run of flights from the release on that obeys the equation of free flight.
 
     Where no two neighbours do, the first fall alone, up to where it ends or something stops it. A misfit that stays
     widens the covariance. The first 10 ms after the onset are left out, and where that fits none, all until a hand that
-    throws it has let go. Parameters, result and errors as for `fit_with_alternatives`.
+    throws it has let go. Of an alternative to a fit, `like`, as many flights or one fewer: of others it says nothing.
+    Other parameters, result and errors as for `fit_with_alternatives`.
     """
     free = posterior.free
     speeds = posterior.breaks.along(normal)
@@ -106,11 +107,15 @@ def fit_free_flights(posterior: MotionPosterior, normal: FloatArray) -> FlightFi
     first = _released(posterior)
     if first >= free.segments[0].n_spans or _never_falls(free, first):
         return None
-    count = _likely(free, min(n_flights, _affordable(free)))
-    best = _fit_run(posterior, count, first)
+    count, least = _likely(free, min(n_flights, _affordable(free))), 2
+    if like is not None:
+        count = min(count, like.apex_s.size)
+        least = max(least, min(count, like.apex_s.size - 1))
+    counts = range(count, least - 1, -1)
+    best = _fit_run(posterior, counts, first)
     # a fall alone that begins later may be any motion that bends like one for a while
     if count > 1 and (best is None or not best.is_good) and (let_go := _let_go(free, first)) is not None:
-        later = _fit_run(posterior, count, let_go)
+        later = _fit_run(posterior, counts, let_go)
         best = best if later is None else _better(best, later)
     if best is None:
         best = _fit_first_fall(posterior, first)
@@ -122,11 +127,11 @@ def _released(posterior: MotionPosterior) -> int:
     return posterior.free.first_coefficient_from(posterior.onset_s + FLIGHTS.after_onset_s)
 
 
-def _fit_run(posterior: MotionPosterior, most: int, first: int) -> FlightFit | None:
-    """Fit the longest run of two or more flights that is good, the first from a span on; else that of least misfit."""
+def _fit_run(posterior: MotionPosterior, counts: Sequence[int], first: int) -> FlightFit | None:
+    """Fit the first run of so many flights that is good, beginning with a span; else that of least misfit."""
     best: FlightFit | None = None
     # from the most on: more flights share g, and the first run that is good is the best one
-    for count in range(most, 1, -1):
+    for count in counts:
         fit = _fitted(posterior, FlightPlan(count, first))
         best = _better(best, fit)
         if fit.is_good:

@@ -10,9 +10,9 @@ from support.small_problem import BOUNCE_S, END_S, FLOOR_PLANE, SmallProblem, sm
 
 from radargui.estimation.forward.bins import BinnedData, weighted_means
 from radargui.estimation.forward.parameters import Layout
-from radargui.estimation.forward.slow_noise import Drift
+from radargui.estimation.forward.slow_noise import Drift, strongest
 from radargui.estimation.select.fewer_bins import NEAR_BREAK_S, fewer_bins, in_full, with_bins_of
-from radargui.estimation.solve.changed_problem import positions_at_bins
+from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_slow_noise
 from radargui.estimation.solve.minimise import Solution, log_evidence, solved_at
 from radargui.estimation.solve.problem import Start
 
@@ -147,3 +147,45 @@ def test_the_functions_of_the_chosen_model_leave_less_than_two_parts_in_a_thousa
 
     coarse, fine = left(Start(whole.problem, whole.state)), left(in_full(whole, made.data))
     assert fine < 2e-3 < coarse
+
+
+def test_of_slow_noise_the_strongest_functions_stay_and_the_variance_of_the_others_goes_to_the_bins() -> None:
+    sd = np.geomspace(0.1, 1e-4, 8) * np.ones((6, 1))
+    data = small_problem(drift=Drift(0.0, END_S, 8, sd, np.zeros(6))).data
+    rough = strongest(data, 5.0)
+    kept = rough.drift.shape[2]
+    assert 0 < kept < data.drift.shape[2]
+    felt = ((data.drift / data.bins.sigma[:, :, None]) ** 2).sum(axis=1)
+    assert (felt[:, :kept].max(axis=0) > 5.0).all()
+    assert (felt[:, kept:] <= 5.0).all()
+    variance = [one.bins.sigma**2 + (one.drift**2).sum(axis=2) for one in (rough, data)]
+    assert variance[0] == pytest.approx(variance[1], rel=1e-12)
+    # white noise below, and what is there in full above it
+    white = data.bins.sigma**2 * data.bins.expected
+    assert rough.bins.sigma**2 * rough.bins.expected == pytest.approx(white + rough.bins.sigma**2 - data.bins.sigma**2)
+    assert strongest(data, 0.0) is data
+
+
+def test_with_fewer_functions_of_slow_noise_all_else_stays_and_back_again_the_others_are_nothing(
+    made: SmallProblem, whole: Solution
+) -> None:
+    few = problem_with_slow_noise(Start(whole.problem, whole.state), made.data.drift[:, :, :2])
+    old, new = whole.problem.layout, few.problem.layout
+    assert new.sizes.drift == 2
+    assert new.size == old.size - 6 * 2
+    back = problem_with_slow_noise(few, made.data.drift)
+    assert back.problem.layout == old
+    expected = whole.state.theta.copy()
+    for was, now in zip(old.receivers, new.receivers, strict=True):
+        for all_of_it, rest in ((was.drift_i, now.drift_i), (was.drift_q, now.drift_q)):
+            expected[all_of_it.start + 2 : all_of_it.stop] = 0.0
+            assert few.state.theta[rest].tolist() == whole.state.theta[all_of_it][:2].tolist()
+    assert back.state.theta == pytest.approx(expected, abs=0.0)
+    assert back.problem.prior.sd == pytest.approx(whole.problem.prior.sd, abs=0.0)
+    assert back.problem.prior.mean == pytest.approx(whole.problem.prior.mean, abs=0.0)
+    # what belongs to one deviation still does
+    for before, between, after in zip(
+        whole.problem.prior.groups, few.problem.prior.groups, back.problem.prior.groups, strict=True
+    ):
+        assert few.problem.prior.sd[between.index] == pytest.approx(whole.problem.prior.sd[before.index])
+        assert after.index.tolist() == before.index.tolist()

@@ -114,7 +114,7 @@ def test_motions_of_other_evidence_widen_what_the_flights_say_and_do_not_move_it
     moved = replace(best, values=best.values + 0.01, covariance=2.0 * best.covariance)
     others = [AlternativeMotion(replace(posterior), weight) for weight in (0.5, 0.9)]
     fits = {id(posterior): best, id(others[0].posterior): moved, id(others[1].posterior): None}
-    monkeypatch.setattr("radargui.restitution.joint_bounces.fit_free_flights", lambda one, _: fits[id(one)])
+    monkeypatch.setattr("radargui.restitution.joint_bounces.fit_free_flights", lambda one, *_: fits[id(one)])
     fit = fit_with_alternatives(posterior, others, normal)
     assert fit is not None
     assert fit.values is best.values
@@ -135,7 +135,7 @@ def test_an_alternative_with_more_or_fewer_flights_counts_for_what_it_shares(
     best, other = (longer, shorter) if fewer else (shorter, longer)
     alternative = AlternativeMotion(replace(posterior), 0.5)
     fits = {id(posterior): best, id(alternative.posterior): other}
-    monkeypatch.setattr("radargui.restitution.joint_bounces.fit_free_flights", lambda one, _: fits[id(one)])
+    monkeypatch.setattr("radargui.restitution.joint_bounces.fit_free_flights", lambda one, *_: fits[id(one)])
     fit = fit_with_alternatives(posterior, [alternative], normal)
     assert fit is not None
     assert fit.values is best.values

@@ -56,7 +56,8 @@ class WallSettings:
     level, last_rounds
         Trials less than this behind the best in ln E go on for so many rounds more before one is taken.
     beyond_doubt, same_m
-        A wall that gains so much is not sought again before it walks; walls whose images are this close are one.
+        A wall that gains so much is not sought again before it walks; walls whose images are this close are one: at
+        1 cm eleven physical drops had the same tracks, u within 0.6 %, and took up to 14 % longer.
     convincing
         A wall is kept at this gain in ln E, since many are tried; what the prior of its reflection costs is in it.
     """
@@ -84,7 +85,7 @@ class WallSettings:
     level: float = 15.0
     last_rounds: int = 4
     beyond_doubt: float = 50.0
-    same_m: float = 0.01
+    same_m: float = 0.02
     convincing: float = 10.0
 
 

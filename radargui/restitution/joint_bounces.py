@@ -13,7 +13,7 @@ import numpy as np
 from radargui.estimation.joint import JointEstimate
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, runs_of
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounce, Bounces, FreeFall
 from radargui.model.setup import Setup
@@ -185,10 +185,10 @@ def _never_falls(free: FreeMotion, first: int) -> bool:
 
 def _let_go(free: FreeMotion, first: int) -> int | None:
     """Return the span of the first segment from which on it falls, after a hand that throws; None where none does."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], _falls(free, first), [False]])))
-    if edges.size == 0 or edges[0] == 0:
+    runs = runs_of(_falls(free, first))
+    if runs.size == 0 or runs[0, 0] == 0:
         return None
-    begin, end = max(edges.reshape(-1, 2), key=lambda run: run[1] - run[0])
+    begin, end = max(runs, key=lambda run: run[1] - run[0])
     # the spline spreads the hand's push over a knot
     begin, knot = first + int(begin) + 1, free.segments[0].knot_s
     return begin if knot[first + end] - knot[begin] > FLIGHTS.shortest_fall_s else None

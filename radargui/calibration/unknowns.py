@@ -136,10 +136,9 @@ def fall_unknowns(setup: Setup) -> list[Unknown]:
 
 def site_gravity(setup: Setup) -> tuple[float, float]:
     """Return the acceleration of the falling sphere that the site says, buoyancy counted, and its uncertainty."""
-    density = setup.tracer.density_kg_m3
     g, u, _ = gravity_of_site(setup.site) or (NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2, False)
     # a site that calls its g exact: the unknown stays one, with a prior that hardly lets it move
-    return g * (1.0 if density is None else share_in_air(density)), max(u, 1e-6)
+    return g * share_in_air(setup.tracer.density_kg_m3), max(u, 1e-6)
 
 
 def _given(u: float | None, group: str) -> float:

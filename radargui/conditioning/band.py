@@ -149,17 +149,13 @@ def _pooled(recording: Recording, samples: slice, first_index: int, size: int) -
     means, share = np.empty((raw.shape[0], count)), np.full(size, 1.0 / size)
     for part in pieces(count, max(1, (1 << 16) // size)):
         own = raw[:, part.start * size : part.stop * size].reshape(raw.shape[0], -1, size)
-        means[:, part] = code_means(own) if own.dtype == np.int16 else own[..., 0] if size == 1 else own @ share
+        means[:, part] = code_means(own) if own.dtype == np.int16 else own @ share
     # a device's scaling is a line but for parts in a million: codes are averaged before it
     volts = digitisation.volts(means)
-    bad = np.zeros(volts.shape, dtype=np.bool_) if raw.dtype == np.int16 else ~np.isfinite(volts)
-    if size > 1 and bad.any():
-        whole = held(digitisation.volts(raw))
-        volts = block_means(whole, size)
-    elif bad.any():
-        volts = held(volts)
-    if raw.dtype == np.int16 and (raw.max() >= 32767 or raw.min() <= -32768):
-        bad |= blocks_with(at_rail(raw), size)
+    bad = ~np.isfinite(volts)
+    if bad.any():
+        volts = block_means(held(digitisation.volts(raw)), size)
+    bad |= blocks_with(at_rail(raw), size)
     time_s = _times_s(recording, samples, first_index, size)
     return BandSignals(volts, ~bad, time_s, digitisation.sample_rate_hz / size, size)
 

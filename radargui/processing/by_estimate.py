@@ -22,7 +22,6 @@ from radargui.estimation.readout.unexplained import (
     unexplained_stretches,
 )
 from radargui.estimation.select.budget import LooseMapsError, NoSingleBodyError
-from radargui.geometry.path_length import place_antennas
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.front_end import FrontEnd, FrontEndPrior
@@ -284,8 +283,7 @@ def _located(estimate: MotionEstimate, paths: PathLengths, setup: Setup) -> tupl
         return locate_body(paths, setup)
     if setup.processing.geometry == "plane":
         # the joint estimate's paths are those to the centre already
-        release = np.array(setup.tracer.release_position_m)
-        return paths, locate(paths, place_antennas(setup), release, "plane")
+        return paths, locate(paths, setup)
     valid = np.asarray(estimate.valid.all(axis=0) & np.isfinite(estimate.position_m).all(axis=0))
     return paths, Track(estimate.time_s, estimate.position_m, estimate.u_position_m, valid, "exact")
 

@@ -9,7 +9,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from radargui.geometry.bistatic import solve_gradient
-from radargui.geometry.path_length import distance, locate_plane, path_gradient, place_antennas, t_matrix
+from radargui.geometry.path_length import distance, path_gradient, place_antennas, t_matrix
 from radargui.geometry.scattering import scattering_delay_m, supposed_delays_m
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import (
@@ -124,15 +124,14 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     spacing_s = float(paths.time_s[1] - paths.time_s[0])
     size = max(1, min((segment.last - segment.first) // POINTS, round(LONGEST_S / spacing_s)))
     # before and after the motion all shifts stand
-    part, antennas = slice(segment.first, segment.last), place_antennas(setup)
-    if antennas.n_receivers < LEAST_RECEIVERS:
+    part = slice(segment.first, segment.last)
+    if setup.n_receivers < LEAST_RECEIVERS:
         return ()
     # with a sample that is not known the mean is not
     change_m = _thinned(np.where(paths.valid, paths.change_m, np.nan), part, size)
-    geometry, release = setup.processing.geometry, np.array(setup.tracer.release_position_m)
-    position = place_at(change_m, antennas, release, geometry)
+    position, time_s = place_at(change_m, setup), _thinned(paths.time_s, part, size)
     known = np.asarray(np.isfinite(position).all(axis=0))
-    base = Track(_thinned(paths.time_s, part, size), position, np.full_like(position, np.nan), known, geometry)
+    base = Track(time_s, position, np.full_like(position, np.nan), known, setup.processing.geometry)
     inner = Segment(0, base.time_s.size, 0, 0)
     shifts = _Shifts(base.position_m, change_m, setup)
     found: list[tuple[str, Share, FloatArray]] = []
@@ -215,8 +214,7 @@ class _Shifts:
         """Return the moves where the same phases are located with another setup."""
         ratio = other.radar.wavelength_m / self._setup.radar.wavelength_m
         if self._setup.processing.geometry == "plane":
-            release = np.array(other.tracer.release_position_m)
-            return locate_plane(ratio * self._change_m, place_antennas(other), release) - self._position_m
+            return place_at(ratio * self._change_m, other) - self._position_m
         # what was measured less what the other setup gives there
         longer = self._since_release_m - self._ways(other)
         if ratio != 1.0:

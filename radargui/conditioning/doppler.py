@@ -222,20 +222,12 @@ class _Frames:
         rows, window = np.arange(self.starts.size), _window(self.size).square
         spectrum = self.spectrum[pair]
         i, q = spectrum[:, rows, place].astype(np.complex128)
-        return Doppler(
-            self.starts + self.size // 2,
-            self.size,
-            sample_rate_hz,
-            _interpolated(power, place) * sample_rate_hz / self.size,
-            # over what white noise of I and Q together leaves in one bin under this window
-            power[rows, place] / float(window * (noise_v**2).sum()),
-            self.share[number],
-            self.clear[number],
-            self.mixed[number],
-            i,
-            q,
-            _moments(spectrum, self.squares[pair], place, window * noise_v**2),
-        )
+        centre, hz = self.starts + self.size // 2, _interpolated(power, place) * sample_rate_hz / self.size
+        # over what white noise of I and Q together leaves in one bin under this window
+        over_noise = power[rows, place] / float(window * (noise_v**2).sum())
+        share, clear, mixed = self.share[number], self.clear[number], self.mixed[number]
+        moments = _moments(spectrum, self.squares[pair], place, window * noise_v**2)
+        return Doppler(centre, self.size, sample_rate_hz, hz, over_noise, share, clear, mixed, i, q, moments)
 
 
 def _longest(tried: list[_Frames], number: int, steady: list[float], settings: DopplerSettings) -> _Frames:

@@ -182,15 +182,9 @@ def follow_echo(pair_v: FloatArray, usable: BoolArray, noise_v: FloatArray, dopp
     other |= missed_frames(phase, strong, doppler, ROUGHLY)[0] & doppler.steady
     other |= missed_frames(phase, strong, doppler, STANDS)[0] & doppler.mixed & fast
     leads = np.asarray(strong & known & held & ~deep & ~doppler.around(other, wave.size))
-    return Echo(
-        wave,
-        offset,
-        amplitude,
-        np.asarray(np.sqrt(0.5 * noise_power) / amplitude),
-        phase,
-        _of_one_target(leads, amplitude, phase, usual, round(SETTINGS.joined_s * rate_hz)),
-        front_end,
-    )
+    leads = _of_one_target(leads, amplitude, phase, usual, round(SETTINGS.joined_s * rate_hz))
+    u_phase = np.asarray(np.sqrt(0.5 * noise_power) / amplitude)
+    return Echo(wave, offset, amplitude, u_phase, phase, leads, front_end)
 
 
 def _of_one_target(leads: BoolArray, amplitude: FloatArray, phase: FloatArray, usual: float, near: int) -> BoolArray:

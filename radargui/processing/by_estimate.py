@@ -249,16 +249,8 @@ def _motion_of(
     rad_per_m = 2.0 * np.pi / setup.radar.wavelength_m
     phase, u_phase = estimate.change_m * rad_per_m, estimate.u_change_m * rad_per_m
     paths = PathLengths(estimate.time_s, phase, estimate.change_m, estimate.u_change_m, estimate.valid)
-    corrected = CorrectedIQ(
-        estimate.time_s,
-        estimate.i,
-        estimate.q,
-        estimate.valid,
-        u_phase,
-        estimate.method,
-        estimate.channels,
-        decisions=estimate.choices,
-    )
+    samples = estimate.time_s, estimate.i, estimate.q, estimate.valid, u_phase
+    corrected = CorrectedIQ(*samples, estimate.method, estimate.channels, decisions=estimate.choices)
     if isinstance(estimate, JointEstimate) and not any(one.startswith(NAMED) for one in warnings):
         turned = turned_polarisation(estimate.chosen.solution)
         warnings = (turned, *warnings) if turned else warnings

@@ -307,19 +307,11 @@ def _free_fall(posterior: MotionPosterior, fit: FlightFit, normal: FloatArray, b
     release = float(free.release_m @ normal)
     height = normal @ free.position_m(time)
     # what is drawn is a parabola; g is that of all flights, with drag
-    bend, slope, level = np.polyfit(time - first, height, 2)
-    residual = height - np.polyval([bend, slope, level], time - first)
+    bend, slope, level = np.polyfit(time - first, height, 2).tolist()
+    residual_rms = float(np.sqrt(((height - np.polyval([bend, slope, level], time - first)) ** 2).mean()))
     drop_height = float("nan")
     if bounces and fit.impact_s.size:
         # not where the first flight ends: a wall beside the fall may have been met before the floor
         drop_height = release - float(normal @ free.position_m(np.array([bounces[0].time_s]))[:, 0])
-    return FreeFall(
-        fit.g_m_s2,
-        fit.u_g_m_s2,
-        first,
-        last,
-        release,
-        drop_height,
-        (float(level), float(slope), float(bend)),
-        float(np.sqrt((residual**2).mean())),
-    )
+    parabola = (level, slope, bend)
+    return FreeFall(fit.g_m_s2, fit.u_g_m_s2, first, last, release, drop_height, parabola, residual_rms)

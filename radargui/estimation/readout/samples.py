@@ -83,16 +83,9 @@ def at_samples(solution: Solution, signals: ScaledSignals, alternatives: tuple[A
     # a slow release moves less than the noise of a bin for tens of milliseconds
     slow = time < solution.at.spline.edge_s[0] + SAMPLES.slow_start_s
     unseen = np.where(slow, _unseen_m(solution, signals), SAMPLES.smallest_u_m)
+    u_position, u_change = (np.hypot(spread(u), unseen) for u in (u_position, u_change))
     i, q = _corrected(solution, signals, change, at_rest)
-    return AtSamples(
-        np.ascontiguousarray(position),
-        np.hypot(spread(u_position), unseen),
-        change,
-        np.hypot(spread(u_change), unseen),
-        i,
-        q,
-        spread(misfit),
-    )
+    return AtSamples(np.ascontiguousarray(position), u_position, change, u_change, i, q, spread(misfit))
 
 
 def _hidden_m(solution: Solution, place: FloatArray) -> FloatArray:

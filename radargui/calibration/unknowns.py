@@ -101,11 +101,9 @@ def with_polarisations(setup: Setup) -> Setup:
             "the polarisation cannot be free where the setup gives no transmitter.polarization_deg: there the sphere "
             "counts as a point"
         )
-    receivers = (
-        one.model_copy(update={POLARISATION: field.angle_deg})
-        for one, field in zip(setup.receiver, setup.received_fields(), strict=True)
-    )
-    return setup.model_copy(update={"receiver": tuple(receivers)})
+    pairs = zip(setup.receiver, setup.received_fields(), strict=True)
+    receivers = tuple(one.model_copy(update={POLARISATION: field.angle_deg}) for one, field in pairs)
+    return setup.model_copy(update={"receiver": receivers})
 
 
 def place_unknowns(setup: Setup, place_m: Sequence[float], name: str) -> list[Unknown]:

@@ -194,12 +194,11 @@ def measure_dopplers(
         most = np.max(steady, axis=0)
         too_long = (most > max(settings.few, settings.fewer)) & (steady[-1] < settings.fewer * most)
         last = np.where(too_long, np.minimum(last, len(tried)), last)
-    return tuple(
-        _longest(tried[: last[k]], k, [float(one[k]) for one in steady[: last[k]]], settings).doppler(
-            k, sample_rate_hz, noise_v[2 * k : 2 * k + 2]
-        )
-        for k in range(last.size)
-    )
+    out = []
+    for k, count in enumerate(last.tolist()):
+        frames = _longest(tried[:count], k, [float(one[k]) for one in steady[:count]], settings)
+        out.append(frames.doppler(k, sample_rate_hz, noise_v[2 * k : 2 * k + 2]))
+    return tuple(out)
 
 
 @dataclass(frozen=True, slots=True)

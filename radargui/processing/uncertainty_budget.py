@@ -76,15 +76,11 @@ def with_budget(
         return float(np.sqrt(known.mean())) if known.size else float("nan")
 
     fall = bounces.free_fall
-    budget = UncertaintyBudget(
-        _line(motion(track.u_position_m**2), {name: motion(value) for name, value in squares.items()}),
-        _line(
-            bounces.impacts[0].u_e if bounces.impacts else float("nan"),
-            {name: float(np.sqrt(value[0])) for name, value in e_squares.items() if value.size},
-        ),
-        _line(float("nan") if fall is None else fall.u_g_m_s2, {k: float(np.sqrt(v)) for k, v in g_squares.items()}),
-        assumed_uncertainties(setup),
-    )
+    u_first, u_g = bounces.impacts[0].u_e if bounces.impacts else np.nan, np.nan if fall is None else fall.u_g_m_s2
+    position = _line(motion(track.u_position_m**2), {share: motion(value) for share, value in squares.items()})
+    e = _line(u_first, {share: float(np.sqrt(value[0])) for share, value in e_squares.items() if value.size})
+    g = _line(u_g, {share: float(np.sqrt(value)) for share, value in g_squares.items()})
+    budget = UncertaintyBudget(position, e, g, assumed_uncertainties(setup))
     return replace(track, u_combined_m=combined), replace(bounces, impacts=impacts), budget
 
 
@@ -157,10 +153,8 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     moved = np.stack([shift_m for _, _, shift_m in found])
     e, g = respond(base, inner, bounces, moved, given, setup.floor.u_tilt_deg)
     moved = moved if known.all() else np.nan_to_num(moved)
-    changes = [
-        InputChange(key, share, base.time_s, *own)
-        for (key, share, _), *own in zip(found, moved, e, g.tolist(), strict=True)
-    ]
+    rows = zip(found, moved, e, g.tolist(), strict=True)
+    changes = [InputChange(key, share, base.time_s, *own) for (key, share, _), *own in rows]
     return (*changes, *floor_and_clock(base, inner, bounces, setup))
 
 

@@ -276,10 +276,8 @@ def _reflecting_floor(estimate: JointEstimate, setup_covariance: FloatArray | No
     if found is None:
         return None
     others = ((one.weight, one.posterior.floor_slope) for one in estimate.alternatives)
-    covariance = mixed_in(
-        found.covariance,
-        ((weight, own.slope - found.slope, own.covariance) for weight, own in others if own is not None),
-    )
+    apart = ((weight, own.slope - found.slope, own.covariance) for weight, own in others if own is not None)
+    covariance = mixed_in(found.covariance, apart)
     if setup_covariance is not None:
         covariance = covariance + setup_covariance
     normal = np.array([*found.slope, 1.0])

@@ -165,10 +165,8 @@ def _without(adaptive: MeasuredMotion, wrong: BoolArray, reason: str = NO_SINGLE
 
     Such a circle may look round: the phases of receivers that see nearly one path agree for a while.
     """
-    channels = tuple(
-        replace(channel, verdict="rejected", reason=reason) if alone else channel
-        for channel, alone in zip(adaptive.corrected.channels, wrong, strict=True)
-    )
+    rows = zip(adaptive.corrected.channels, wrong, strict=True)
+    channels = tuple(replace(one, verdict="rejected", reason=reason) if alone else one for one, alone in rows)
     return replace(adaptive, corrected=replace(adaptive.corrected, channels=channels))
 
 

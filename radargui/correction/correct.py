@@ -84,13 +84,13 @@ def correct(
             relative = np.sqrt(0.5 * ((noise[0] / scale[0]) ** 2 + (noise[1] / scale[1]) ** 2))
             some = good[::SOME]
             # a receiver of which nothing is valid still has a noise to be reported
-            told = np.broadcast_to(relative, some.shape)[some | ~some.any()]
+            noises = np.broadcast_to(relative, some.shape)[some | ~some.any()]
             quality = assess(
                 name,
                 iq=iq,
                 phase_rad=turned,
                 valid=good,
-                noise=float(median(told)),
+                noise=float(median(noises)),
                 fraction_clipped=float((~conditioned.usable[pair, moving]).any(axis=0).mean()),
                 rescaled=isinstance(step, PublishedSteps),
                 **_mixer(step, scale),

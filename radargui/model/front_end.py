@@ -9,7 +9,7 @@ import numpy as np
 
 from radargui.model.arrays import ComplexArray, FloatArray
 
-Signals = TypeVar("Signals", FloatArray, ComplexArray)
+Channel = TypeVar("Channel", FloatArray, ComplexArray)
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +107,7 @@ def channels_of(
     return np.stack([z_of_i.real, gain_ratio * (sine * z_of_q.real + cosine * z_of_q.imag)])
 
 
-def point_of(i: Signals, q: Signals, gain_ratio: float, quadrature_error_rad: float) -> Signals:
+def point_of(i: Channel, q: Channel, gain_ratio: float, quadrature_error_rad: float) -> Channel:
     """Return X = Re Z and Y = Im Z of channels without offsets, the inverse of `channels_of`, shape (2, ...).
 
     X = I, Y = (Q / g - X sin eps) / cos eps.
@@ -119,7 +119,7 @@ def point_of(i: Signals, q: Signals, gain_ratio: float, quadrature_error_rad: fl
     gain_ratio, quadrature_error_rad
         As in `channels_of`.
     """
-    out: Signals = np.empty((2, *i.shape), dtype=i.dtype)
+    out: Channel = np.empty((2, *i.shape), dtype=i.dtype)
     # Q leans towards I by eps: its share of X is taken off before it is stretched back
     out[0], out[1] = i, (q / gain_ratio - i * np.sin(quadrature_error_rad)) / np.cos(quadrature_error_rad)
     return out

@@ -339,10 +339,8 @@ def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own:
     used = motion.known(bins.time_s)
     k = 2.0 * np.pi / wavelength_m
     turned = k * (path_lengths(here, antennas) - path_lengths(here[:, :1], antennas))
-    constants = [
-        _constants(_circle(row[used], pair[:, used])[0])
-        for row, pair in zip(turned, bins.value.reshape(signals.n_receivers, 2, -1), strict=True)
-    ]
+    pairs = zip(turned, bins.value.reshape(signals.n_receivers, 2, -1), strict=True)
+    constants = [_constants(_circle(row[used], pair[:, used])[0]) for row, pair in pairs]
     normal = np.asarray(setup.floor.normal)
     lowest = here[:, int(np.argmin(np.where(used, normal @ here, np.inf)))]
     if setup.floor.height_m is not None:

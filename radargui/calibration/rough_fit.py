@@ -144,10 +144,8 @@ def rough_fit(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequen
     # known motions once more against this fit: the nearer the foretold path, the fewer fringes are lost
     values = world.values(rough.z)
     better = setup_with(setup, world.unknowns, values)
-    prepared = [
-        measured_again(ready, better, values, own_values(ready.motion, state))
-        for ready, state in zip(prepared, rough.own, strict=True)
-    ]
+    pairs = zip(prepared, rough.own, strict=True)
+    prepared = [measured_again(ready, better, values, own_values(ready.motion, state)) for ready, state in pairs]
     by_paths = [replace(one, measured=ready.measured) for one, ready in zip(by_paths, prepared, strict=True)]
     rough, by_paths, slips = _put_right(start, by_paths)
     _refuse_misfit(rough, recordings)

@@ -101,11 +101,9 @@ def with_polarisations(setup: Setup) -> Setup:
             "the polarisation cannot be free where the setup gives no transmitter.polarization_deg: there the sphere "
             "counts as a point"
         )
-    receivers = (
-        one.model_copy(update={POLARISATION: field.angle_deg})
-        for one, field in zip(setup.receiver, setup.received_fields(), strict=True)
-    )
-    return setup.model_copy(update={"receiver": tuple(receivers)})
+    pairs = zip(setup.receiver, setup.received_fields(), strict=True)
+    receivers = tuple(one.model_copy(update={POLARISATION: field.angle_deg}) for one, field in pairs)
+    return setup.model_copy(update={"receiver": receivers})
 
 
 def place_unknowns(setup: Setup, place_m: Sequence[float], name: str) -> list[Unknown]:
@@ -136,10 +134,9 @@ def fall_unknowns(setup: Setup) -> list[Unknown]:
 
 def site_gravity(setup: Setup) -> tuple[float, float]:
     """Return the acceleration of the falling sphere that the site says, buoyancy counted, and its uncertainty."""
-    density = setup.tracer.density_kg_m3
     g, u, _ = gravity_of_site(setup.site) or (NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2, False)
     # a site that calls its g exact: the unknown stays one, with a prior that hardly lets it move
-    return g * (1.0 if density is None else share_in_air(density)), max(u, 1e-6)
+    return g * share_in_air(setup.tracer.density_kg_m3), max(u, 1e-6)
 
 
 def _given(u: float | None, group: str) -> float:

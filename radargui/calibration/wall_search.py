@@ -176,11 +176,8 @@ def _trials(base: Settled, walls: Sequence[tuple[MirrorPlane, ...]]) -> list[Set
 
 
 def _sampled(base: Settled) -> list[tuple[SignalLikelihood, FloatArray, int]]:
-    return [
-        (one, own, n)
-        for n, (one, own) in enumerate(zip(base.likelihoods, base.found.own, strict=True))
-        if isinstance(one, SignalLikelihood)
-    ]
+    rows = enumerate(zip(base.likelihoods, base.found.own, strict=True))
+    return [(one, own, n) for n, (one, own) in rows if isinstance(one, SignalLikelihood)]
 
 
 def _places(base: Settled) -> list[FloatArray]:

@@ -82,11 +82,12 @@ def held(volts: FloatArray) -> FloatArray:
     return out
 
 
-def block_means(volts: FloatArray, size: int) -> FloatArray:
-    """Return the means of consecutive blocks of `size` samples, shape (n_channels, n_samples // size)."""
-    count = volts.shape[1] // size
+def block_means(values: FloatArray, size: int) -> FloatArray:
+    """Return the means of consecutive blocks of `size` samples, (..., n_samples), shape (..., n_samples // size)."""
+    *rows, n_samples = values.shape
+    blocks = values[..., : n_samples // size * size].reshape(*rows, n_samples // size, size)
     # a product is several times as fast as `mean` over so few
-    return np.asarray(volts[:, : count * size].reshape(volts.shape[0], count, size) @ np.full(size, 1.0 / size))
+    return np.asarray(blocks @ np.full(size, 1.0 / size))
 
 
 def blocks_with(flags: BoolArray, size: int) -> BoolArray:

@@ -67,6 +67,10 @@ class BandSignals:
         Finite, shape (n_channels, n).
     usable
         False where any sample of the mean is clipped or was not a number, same shape.
+    time_s
+        Mean times of the samples, shape (n,).
+    rate_hz
+        Means a second.
     size
         Samples of the recording in one mean; 1 where all are kept. What is left over at the end is in none.
     highest_hz
@@ -75,6 +79,8 @@ class BandSignals:
 
     volts: FloatArray
     usable: BoolArray
+    time_s: FloatArray
+    rate_hz: float
     size: int
     highest_hz: float = np.inf
 
@@ -84,7 +90,7 @@ class BandSignals:
         return self.highest_hz + 0.5 / SETTINGS.frame_s if self.highest_hz > 0.0 else np.inf
 
 
-def band_signals(recording: Recording, samples: slice, setup: Setup) -> BandSignals:
+def band_signals(recording: Recording, samples: slice, first_index: int, setup: Setup) -> BandSignals:
     """Return the volts of a stretch as means short enough for its fastest motion.
 
     White noise stays white in means, so that nothing after them needs to know of it. One or two receivers keep all
@@ -97,33 +103,38 @@ def band_signals(recording: Recording, samples: slice, setup: Setup) -> BandSign
         Two channels a receiver.
     samples
         Stored samples without a gap.
+    first_index
+        Place of the first of them among all samples, lost ones too.
     setup
         Its correction; release and floor, where it gives both.
     """
     rate_hz = recording.digitisation.sample_rate_hz
     if recording.n_receivers < 3 or setup.processing.correction == "none":
-        return _pooled(recording, samples, 1)
+        return _pooled(recording, samples, first_index, 1)
     # a mean blurs the turn at an impact, and only the joint estimate could have told it
     settings = JOINT if setup.processing.correction == "joint" else SETTINGS
     # no body in a laboratory moves faster: a spectrum of all samples would cost more than all that follows
     for looked_hz, sure in ((settings.looked_hz, settings.sure), (settings.pooled_hz, 1.0)):
-        pooled = _pooled(recording, samples, max(1, int(rate_hz / max(looked_hz, settings.least_hz))))
-        line_hz = _fastest_line_hz(pooled.volts, rate_hz / pooled.size, settings)
-        if line_hz < sure * rate_hz / pooled.size:
+        size = max(1, int(rate_hz / max(looked_hz, settings.least_hz)))
+        pooled = _pooled(recording, samples, first_index, size)
+        line_hz = _fastest_line_hz(pooled.volts, pooled.rate_hz, settings)
+        if line_hz < sure * pooled.rate_hz:
             break
     # the line of the last frame of a fall is that of its middle
     highest_hz = max(_fall_hz(setup), line_hz)
     size = max(1, int(rate_hz / max(settings.least_hz, settings.per_fringe * highest_hz)))
     further = size // pooled.size
     if further * pooled.size < LEAST_OF_SIZE * size:
-        return replace(_pooled(recording, samples, size), highest_hz=highest_hz)
+        return replace(_pooled(recording, samples, first_index, size), highest_hz=highest_hz)
     if further < 2:
         return replace(pooled, highest_hz=highest_hz)
-    volts = block_means(pooled.volts, further)
-    return BandSignals(volts, ~blocks_with(~pooled.usable, further), pooled.size * further, highest_hz)
+    size = pooled.size * further
+    time_s = _times_s(recording, samples, first_index, size)
+    volts, bad = block_means(pooled.volts, further), blocks_with(~pooled.usable, further)
+    return BandSignals(volts, ~bad, time_s, rate_hz / size, size, highest_hz)
 
 
-def band_times_s(recording: Recording, samples: slice, first_index: int, size: int) -> FloatArray:
+def _times_s(recording: Recording, samples: slice, first_index: int, size: int) -> FloatArray:
     """Return the mean times of the blocks of a stretch without a gap that begins at an index, shape (n,)."""
     count = (samples.stop - samples.start) // size
     if recording.file_time_s is not None:
@@ -132,24 +143,21 @@ def band_times_s(recording: Recording, samples: slice, first_index: int, size: i
     return np.asarray((first + 0.5 * (size - 1) + size * np.arange(count)) / recording.digitisation.sample_rate_hz)
 
 
-def _pooled(recording: Recording, samples: slice, size: int) -> BandSignals:
+def _pooled(recording: Recording, samples: slice, first_index: int, size: int) -> BandSignals:
     raw, digitisation = recording.raw[:, samples], recording.digitisation
     count = raw.shape[1] // size
     means, share = np.empty((raw.shape[0], count)), np.full(size, 1.0 / size)
     for part in pieces(count, max(1, (1 << 16) // size)):
         own = raw[:, part.start * size : part.stop * size].reshape(raw.shape[0], -1, size)
-        means[:, part] = code_means(own) if own.dtype == np.int16 else own[..., 0] if size == 1 else own @ share
+        means[:, part] = code_means(own) if own.dtype == np.int16 else own @ share
     # a device's scaling is a line but for parts in a million: codes are averaged before it
     volts = digitisation.volts(means)
-    bad = np.zeros(volts.shape, dtype=np.bool_) if raw.dtype == np.int16 else ~np.isfinite(volts)
-    if size > 1 and bad.any():
-        whole = held(digitisation.volts(raw))
-        volts = block_means(whole, size)
-    elif bad.any():
-        volts = held(volts)
-    if raw.dtype == np.int16 and (raw.max() >= 32767 or raw.min() <= -32768):
-        bad |= blocks_with(at_rail(raw), size)
-    return BandSignals(volts, ~bad, size)
+    bad = ~np.isfinite(volts)
+    if bad.any():
+        volts = block_means(held(digitisation.volts(raw)), size)
+    bad |= blocks_with(at_rail(raw), size)
+    time_s = _times_s(recording, samples, first_index, size)
+    return BandSignals(volts, ~bad, time_s, digitisation.sample_rate_hz / size, size)
 
 
 def _fall_hz(setup: Setup) -> float:

@@ -13,12 +13,12 @@ from radargui.conditioning.averager import block_means, blocks_with
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.doppler import SETTINGS as DOPPLER, Doppler, measure_dopplers
 from radargui.conditioning.faults import faults_of, open_channels, plateaus, with_open
-from radargui.conditioning.followed import follow_receiver, pairs_of
+from radargui.conditioning.followed import follow_receiver
 from radargui.conditioning.onset import REST, rest_before
 from radargui.conditioning.segment import Motion
 from radargui.conditioning.skew import remove_skew
 from radargui.conditioning.stretch import NO_MOTION, NoMotion, Stretch, find_stretch, only_tones
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, pairs_of
 from radargui.model.recording import Recording, channel_skew
 from radargui.model.result import Segment
 from radargui.model.setup import Setup
@@ -57,21 +57,22 @@ def condition(recording: Recording, setup: Setup) -> Conditioned | NoMotion:
 
     def worth(one: Stretch) -> tuple[bool, int]:
         motion = one.motion
-        return motion.first > REST.before_onset_s * one.rate_hz, (motion.last - motion.first) * one.signals.size
+        return motion.first > REST.before_onset_s * one.signals.rate_hz, (motion.last - motion.first) * one.signals.size
 
     delay_s = skew.delay_s * np.arange(recording.digitisation.n_channels, dtype=np.float64)
     return _conditioned(recording, max(moving, key=worth), delay_s, setup.radar.phase_sign)
 
 
 def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, phase_sign: int) -> Conditioned:
-    size, volts, noise_v, rate_hz = stretch.signals.size, stretch.volts, stretch.noise_v, stretch.rate_hz
-    motion, pairs, as_wired = stretch.motion, pairs_of(volts), volts
+    signals, motion, noise_v = stretch.signals, stretch.motion, stretch.noise_v
+    volts, time_s, rate_hz, size = signals.volts, signals.time_s, signals.rate_hz, signals.size
+    pairs, as_wired = pairs_of(volts), volts
     if phase_sign < 0:
         volts = volts.copy()
         volts[1::2] *= -1.0
     moving = slice(motion.first, motion.last)
     # after the hum: its slow swing would hide that a channel stands at its end
-    usable = stretch.signals.usable & ~plateaus(volts, moving)
+    usable = signals.usable & ~plateaus(volts, moving)
     if size > 1:
         # a mean that reaches beyond a plateau does not stand at its height
         raw = recording.raw[:, stretch.samples]
@@ -87,12 +88,12 @@ def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, ph
         doppler, echoes = tuple(one for one, _ in alone), tuple(echo for _, echo in alone)
     else:
         # what holds a path has more samples than its spectra need
-        look = max(1, int(rate_hz / max(LOOKED_HZ, LOOKED_PER_FRINGE * stretch.signals.highest_hz)))
+        look = max(1, int(rate_hz / max(LOOKED_HZ, LOOKED_PER_FRINGE * signals.highest_hz)))
         means, noise = block_means(volts[:, moving], look), noise_v / np.sqrt(look)
-        found_in = measure_dopplers(means, rate_hz / look, noise, DOPPLER.holding(stretch.signals.fastest_hz))
+        found_in = measure_dopplers(means, rate_hz / look, noise, DOPPLER.holding(signals.fastest_hz))
         doppler = tuple(one.of_samples(look, moving.start) for one in found_in)
     motion = _widened(motion, doppler, echoes)
-    (onset_s, rest_end_s), moving = rest_before(volts, stretch.time_s, motion), slice(motion.first, motion.last)
+    (onset_s, rest_end_s), moving = rest_before(volts, time_s, motion), slice(motion.first, motion.last)
     faults = with_open(faults_of(as_wired, noise_v, usable, doppler, moving), opened[:, moving])
     usable &= ~opened
     if stretch.tones_hz:
@@ -101,11 +102,11 @@ def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, ph
     return Conditioned(
         stretch.samples,
         size,
-        stretch.time_s,
+        time_s,
         volts,
         usable,
         noise_v,
-        Segment(motion.first, motion.last, 0, int(np.searchsorted(stretch.time_s, rest_end_s))),
+        Segment(motion.first, motion.last, 0, int(np.searchsorted(time_s, rest_end_s))),
         onset_s,
         rest_end_s,
         doppler,

@@ -194,12 +194,11 @@ def measure_dopplers(
         most = np.max(steady, axis=0)
         too_long = (most > max(settings.few, settings.fewer)) & (steady[-1] < settings.fewer * most)
         last = np.where(too_long, np.minimum(last, len(tried)), last)
-    return tuple(
-        _longest(tried[: last[k]], k, [float(one[k]) for one in steady[: last[k]]], settings).doppler(
-            k, sample_rate_hz, noise_v[2 * k : 2 * k + 2]
-        )
-        for k in range(last.size)
-    )
+    out = []
+    for k, count in enumerate(last.tolist()):
+        frames = _longest(tried[:count], k, [float(one[k]) for one in steady[:count]], settings)
+        out.append(frames.doppler(k, sample_rate_hz, noise_v[2 * k : 2 * k + 2]))
+    return tuple(out)
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,20 +221,12 @@ class _Frames:
         rows, window = np.arange(self.starts.size), _window(self.size).square
         spectrum = self.spectrum[pair]
         i, q = spectrum[:, rows, place].astype(np.complex128)
-        return Doppler(
-            self.starts + self.size // 2,
-            self.size,
-            sample_rate_hz,
-            _interpolated(power, place) * sample_rate_hz / self.size,
-            # over what white noise of I and Q together leaves in one bin under this window
-            power[rows, place] / float(window * (noise_v**2).sum()),
-            self.share[number],
-            self.clear[number],
-            self.mixed[number],
-            i,
-            q,
-            _moments(spectrum, self.squares[pair], place, window * noise_v**2),
-        )
+        centre, hz = self.starts + self.size // 2, _interpolated(power, place) * sample_rate_hz / self.size
+        # over what white noise of I and Q together leaves in one bin under this window
+        over_noise = power[rows, place] / float(window * (noise_v**2).sum())
+        share, clear, mixed = self.share[number], self.clear[number], self.mixed[number]
+        moments = _moments(spectrum, self.squares[pair], place, window * noise_v**2)
+        return Doppler(centre, self.size, sample_rate_hz, hz, over_noise, share, clear, mixed, i, q, moments)
 
 
 def _longest(tried: list[_Frames], number: int, steady: list[float], settings: DopplerSettings) -> _Frames:

@@ -128,8 +128,7 @@ class Echo:
     def shown_v(self) -> FloatArray:
         """I and Q in volts that echo and offset show, shape (2, n_samples)."""
         shown = self.wave + self.offset
-        eps = float(np.radians(self.front_end.quadrature_error_deg))
-        return channels_of(shown, shown, self.front_end.gain_ratio, eps)
+        return channels_of(shown, shown, self.front_end.gain_ratio, self.front_end.quadrature_error_rad)
 
 
 def follow_echo(pair_v: FloatArray, usable: BoolArray, noise_v: FloatArray, doppler: Doppler) -> Echo | None:
@@ -149,7 +148,7 @@ def follow_echo(pair_v: FloatArray, usable: BoolArray, noise_v: FloatArray, dopp
     if front_end is None:
         return None
     rate_hz = doppler.sample_rate_hz
-    x, y = point_of(pair_v[0], pair_v[1], front_end.gain_ratio, float(np.radians(front_end.quadrature_error_deg)))
+    x, y = point_of(pair_v[0], pair_v[1], front_end.gain_ratio, front_end.quadrature_error_rad)
     offset, drift = offset_curve(x + 1j * y, doppler)
     slowest_hz, fastest_hz = _range(doppler, x.size)
     wave, too_slow, slow = _without_slow(x + 1j * y - offset, slowest_hz, doppler)
@@ -183,15 +182,9 @@ def follow_echo(pair_v: FloatArray, usable: BoolArray, noise_v: FloatArray, dopp
     other |= missed_frames(phase, strong, doppler, ROUGHLY)[0] & doppler.steady
     other |= missed_frames(phase, strong, doppler, STANDS)[0] & doppler.mixed & fast
     leads = np.asarray(strong & known & held & ~deep & ~doppler.around(other, wave.size))
-    return Echo(
-        wave,
-        offset,
-        amplitude,
-        np.asarray(np.sqrt(0.5 * noise_power) / amplitude),
-        phase,
-        _of_one_target(leads, amplitude, phase, usual, round(SETTINGS.joined_s * rate_hz)),
-        front_end,
-    )
+    leads = _of_one_target(leads, amplitude, phase, usual, round(SETTINGS.joined_s * rate_hz))
+    u_phase = np.asarray(np.sqrt(0.5 * noise_power) / amplitude)
+    return Echo(wave, offset, amplitude, u_phase, phase, leads, front_end)
 
 
 def _of_one_target(leads: BoolArray, amplitude: FloatArray, phase: FloatArray, usual: float, near: int) -> BoolArray:
@@ -283,9 +276,8 @@ def _images(doppler: Doppler, front_end: FrontEnd, wave: ComplexArray) -> BoolAr
 
     A target that turns round has it on one side after the other.
     """
-    angle = np.radians(front_end.quadrature_error_deg)
-    q = (doppler.q / front_end.gain_ratio - doppler.i * np.sin(angle)) / np.cos(angle)
-    sides = np.abs(np.stack([doppler.i + 1j * q, doppler.i - 1j * q])) ** 2
+    x, y = point_of(doppler.i, doppler.q, front_end.gain_ratio, front_end.quadrature_error_rad)
+    sides = np.abs(np.stack([x + 1j * y, x - 1j * y])) ** 2
     allowed = SETTINGS.most_image + 3.0 / np.maximum(doppler.power, 1e-300)
     both = np.asarray(doppler.clear & (sides.min(axis=0) > allowed * sides.max(axis=0)))
     # one frame may hold both ways of a turn round: only parts of it tell an image from that

@@ -83,13 +83,8 @@ def fit_ellipse(pair_v: FloatArray) -> Ellipse:
     amplitude = np.sqrt(level / (a * (1.0 - sine**2)))
     if not np.isfinite(amplitude) or amplitude <= 0.0:
         raise no_ellipse()
-    return Ellipse(
-        float(x0 * spread + centre[0]),
-        float(y0 * spread + centre[1]),
-        float(amplitude * spread),
-        float(np.sqrt(a / c)),
-        float(np.arcsin(sine)),
-    )
+    i0_v, q0_v = float(x0 * spread + centre[0]), float(y0 * spread + centre[1])
+    return Ellipse(i0_v, q0_v, float(amplitude * spread), float(np.sqrt(a / c)), float(np.arcsin(sine)))
 
 
 def _conic(x: FloatArray, y: FloatArray) -> FloatArray:

@@ -28,20 +28,20 @@ LARGEST_MISFIT_RAD = 0.4
 
 
 @dataclass(frozen=True, slots=True)
-class PhaseParabolas:
-    """How phases turn in windows that each begin a sample later, shapes (n_receivers, n - window + 1).
+class VerticalMotion:
+    """What phases say of a motion along the vertical, one value a receiver and window, each a sample later.
 
     Attributes
     ----------
-    speed_rad_s, bend_rad_s2
-        First and second derivative in the middle of each.
-    misfit_rad
-        Root mean square about the parabola.
+    speed_m_s, times_g
+        Downwards, in the middle of the window: speed, and acceleration over g.
+    fits
+        Whether the phase turns evenly: along a parabola.
     """
 
-    speed_rad_s: FloatArray
-    bend_rad_s2: FloatArray
-    misfit_rad: FloatArray
+    speed_m_s: FloatArray
+    times_g: FloatArray
+    fits: BoolArray
 
 
 def window_of(rate_hz: float, window_s: float = WINDOW_S) -> int:
@@ -59,8 +59,20 @@ def turning_phases(volts: FloatArray, rate_hz: float) -> FloatArray:
     return np.unwrap(np.arctan2(slope[1::2], slope[::2]))
 
 
-def phase_parabolas(phase: FloatArray, rate_hz: float, window: int) -> PhaseParabolas:
-    """Return the parabolas through phases, shape (n_receivers, n), at least a window of them."""
+def vertical_motion(phase: FloatArray, rate_hz: float, window: int, rad_per_m: FloatArray) -> VerticalMotion:
+    """Return what parabolas through the phases of receivers say of the vertical, shapes (n_receivers, n - window + 1).
+
+    Parameters
+    ----------
+    phase
+        Shape (n_receivers, n), at least a window of them.
+    rate_hz
+        Of the phases.
+    window
+        How many of them a parabola goes through.
+    rad_per_m
+        By how much each grows for a metre of fall, shape (n_receivers, 1).
+    """
     time = (np.arange(window) - 0.5 * (window - 1)) / rate_hz
     basis = np.stack([np.ones(window), time, time**2 - np.mean(time**2)])
     found = []
@@ -69,14 +81,16 @@ def phase_parabolas(phase: FloatArray, rate_hz: float, window: int) -> PhasePara
         weights = windows @ basis.T / (basis**2).sum(axis=1)
         power = np.mean(windows**2, axis=1) - weights**2 @ np.mean(basis**2, axis=1)
         found.append((weights[:, 1], 2.0 * weights[:, 2], np.sqrt(np.maximum(power, 0.0))))
-    return PhaseParabolas(*np.stack(found, axis=1))
+    speed, bend, misfit = np.stack(found, axis=1)
+    fits = np.asarray(misfit < LARGEST_MISFIT_RAD)
+    return VerticalMotion(speed / rad_per_m, bend / (rad_per_m * NOMINAL_GRAVITY_M_S2), fits)
 
 
 def radians_fallen(setup: Setup) -> FloatArray:
-    """Return by how much the phase of each receiver, signs aside, grows for a metre of fall from the release."""
+    """Return by how much each phase, signs aside, grows for a metre of fall from the release, (n_receivers, 1)."""
     release = np.array(setup.tracer.release_position_m)[:, None]
     along = -path_gradient(release, place_antennas(setup))[:, 2, 0]
-    return np.asarray(2.0 * np.pi / setup.radar.wavelength_m * along)
+    return np.asarray(2.0 * np.pi / setup.radar.wavelength_m * along)[:, None]
 
 
 class FallTest:
@@ -99,7 +113,7 @@ class FallTest:
         self._averager = Averager(digitisation, max(1, round(rate / RATE_HZ)))
         self._rate_hz = rate / self._averager.size
         self._means: list[FloatArray] = []
-        self._rad_per_m = setup.radar.phase_sign * radians_fallen(setup)[:, None]
+        self._rad_per_m = setup.radar.phase_sign * radians_fallen(setup)
 
     def push(self, samples: RawArray) -> None:
         """Take the next samples of the run, shape (n_channels, n)."""
@@ -115,11 +129,10 @@ class FallTest:
         window = window_of(self._rate_hz)
         if means.shape[1] < 2 * window:
             return False
-        one = phase_parabolas(turning_phases(means, self._rate_hz), self._rate_hz, window)
+        one = vertical_motion(turning_phases(means, self._rate_hz), self._rate_hz, window, self._rad_per_m)
         # the sign tells a fall from a throw, the size from a hand
-        share = one.bend_rad_s2 / (self._rad_per_m * NOMINAL_GRAVITY_M_S2)
-        fits = (share > ACCELERATION[0]) & (share < ACCELERATION[1]) & (one.misfit_rad < LARGEST_MISFIT_RAD)
-        falling = fits & (np.abs(one.speed_rad_s / self._rad_per_m) > LEAST_SPEED)
+        falling = one.fits & (one.times_g > ACCELERATION[0]) & (one.times_g < ACCELERATION[1])
+        falling &= np.abs(one.speed_m_s) > LEAST_SPEED
         wanted = len(falling) if len(falling) < 3 else len(falling) - 1
         # all receivers fall at one time; a cable that is moved does not
         longest = longest_run(falling.sum(axis=0) >= wanted)

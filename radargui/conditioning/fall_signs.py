@@ -13,18 +13,17 @@ from radargui.conditioning.averager import block_means
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.fall import (
     ACCELERATION,
-    LARGEST_MISFIT_RAD,
     LEAST_SPEED,
     RATE_HZ,
     WINDOW_S,
+    VerticalMotion,
     longest_run,
-    phase_parabolas,
     radians_fallen,
     turning_phases,
+    vertical_motion,
     window_of,
 )
 from radargui.model.arrays import BoolArray, FloatArray, median, runs_of
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.setup import Setup
 
 LEAST_S = 0.06
@@ -72,19 +71,27 @@ class FallRule:
         Of the phases.
     window_s, least_s
         Of a parabola; of the stretch that all together take.
+
+    Attributes
+    ----------
+    window
+        Samples of a parabola.
+    rad_per_m
+        By how much each phase grows for a metre of fall, shape (n_receivers, 1).
+    is_decisive
+        Whether the receivers stand so that their phases tell a fall; there is nothing to ask for otherwise.
     """
 
     def __init__(self, setup: Setup, rate_hz: float, window_s: float = WINDOW_S, least_s: float = LEAST_S) -> None:
-        self._rate_hz, self._window = rate_hz, window_of(rate_hz, window_s)
-        self._least = least_s * rate_hz - self._window
-        self._rad_per_m = radians_fallen(setup)[:, None]
+        self.window, self.rad_per_m = window_of(rate_hz, window_s), radians_fallen(setup)
+        self._least = least_s * rate_hz - self.window
         self._nothing = FallSigns((False,) * setup.n_receivers)
         least = 2.0 * np.pi / setup.radar.wavelength_m * LEAST_ALONG
-        self.is_decisive = setup.n_receivers >= LEAST_RECEIVERS and bool(self._rad_per_m.min() >= least)
+        self.is_decisive = setup.n_receivers >= LEAST_RECEIVERS and bool(self.rad_per_m.min() >= least)
 
-    def signs(self, phase: FloatArray) -> FallSigns | None:
-        """Return what phases say, shape (n_receivers, n), signs as the setup has them; None where all fall rightly."""
-        share, together = self._accelerations(phase)
+    def signs(self, found: VerticalMotion) -> FallSigns | None:
+        """Return what phases say, in windows of the rule, signs as the setup has them; None where all fall rightly."""
+        share, together = found.times_g, _together(found)
         falls = together & ((np.abs(share) > ACCELERATION[0]) & (np.abs(share) < ACCELERATION[1])).all(axis=0)
         turned = share < 0.0
         if (falls & ~turned.any(axis=0)).any():
@@ -100,19 +107,15 @@ class FallRule:
         begin, end = max(runs_of(even), key=lambda run: run[1] - run[0])
         return FallSigns(self._nothing.backwards, float(median(share[:, begin:end])))
 
-    def _accelerations(self, phase: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """Return each receiver's acceleration along the vertical over g, and where all have about one, and one speed.
 
-        Windows as of `phase_parabolas`, shapes (n_receivers, n) and (n,).
-        """
-        found = phase_parabolas(phase, self._rate_hz, self._window)
-        speed = found.speed_rad_s / self._rad_per_m
-        share = found.bend_rad_s2 / (NOMINAL_GRAVITY_M_S2 * self._rad_per_m)
-        together = (found.misfit_rad < LARGEST_MISFIT_RAD).all(axis=0) & (np.abs(speed) > LEAST_SPEED).all(axis=0)
-        # one acceleration and one speed, whatever their signs: what moves sideways shows each receiver another
-        for sizes in (np.abs(speed), np.abs(share)):
-            together &= sizes.max(axis=0) < MOST_APART * sizes.min(axis=0)
-        return share, np.asarray(together)
+def _together(found: VerticalMotion) -> BoolArray:
+    """Return where all receivers have about one acceleration and one speed along the vertical, shape (n,)."""
+    speed = np.abs(found.speed_m_s)
+    together = (found.fits & (speed > LEAST_SPEED)).all(axis=0)
+    # whatever their signs: what moves sideways shows each receiver another
+    for sizes in (speed, np.abs(found.times_g)):
+        together &= sizes.max(axis=0) < MOST_APART * sizes.min(axis=0)
+    return np.asarray(together)
 
 
 def fall_signs(conditioned: Conditioned, setup: Setup) -> FallSigns:
@@ -128,16 +131,17 @@ def fall_signs(conditioned: Conditioned, setup: Setup) -> FallSigns:
     nothing = FallSigns((False,) * conditioned.n_receivers)
     size = max(1, round(conditioned.sample_rate_hz / RATE_HZ))
     rate_hz = conditioned.sample_rate_hz / size
-    n_means, window = conditioned.n_samples // size, window_of(rate_hz)
     rule = FallRule(setup, rate_hz)
+    n_means, window = conditioned.n_samples // size, rule.window
     if not rule.is_decisive or n_means < 2 * window:
         return nothing
     # nearly every drop shows at its beginning that nothing is wrong: the rest need not be looked at
     begin = max(0, min(conditioned.segment.first // size - window, n_means - 2 * window))
     found = None
     for part in (slice(begin, begin + max(2 * window, round(FIRST_S * rate_hz))), slice(0, n_means)):
-        phase = turning_phases(block_means(conditioned.volts[:, part.start * size : part.stop * size], size), rate_hz)
-        found = rule.signs(phase)
+        means = block_means(conditioned.volts[:, part.start * size : part.stop * size], size)
+        motion = vertical_motion(turning_phases(means, rate_hz), rate_hz, window, rule.rad_per_m)
+        found = rule.signs(motion)
         if found is None:
             break
     return nothing if found is None else found
@@ -156,7 +160,7 @@ class FallWatch:
 
     def __init__(self, setup: Setup, rate_hz: float) -> None:
         self._rule = FallRule(setup, rate_hz, PATH_WINDOW_S, PATH_LEAST_S)
-        self._rad_per_m = 2.0 * np.pi / setup.radar.wavelength_m
+        self._rate_hz, self._rad_per_m = rate_hz, 2.0 * np.pi / setup.radar.wavelength_m
         self._least = round(PATH_LEAST_S * rate_hz) + 1
         self.begin()
 
@@ -170,7 +174,10 @@ class FallWatch:
             return ()
         held = np.concatenate([self._held, change_m], axis=1) if self._held.size else change_m
         self._held = held[:, -self._least :]
-        signs = self._rule.signs(self._rad_per_m * held) if held.shape[1] >= self._least else FallSigns(())
+        if held.shape[1] < self._least:
+            return ()
+        rule = self._rule
+        signs = rule.signs(vertical_motion(self._rad_per_m * held, self._rate_hz, rule.window, rule.rad_per_m))
         # wires are not exchanged while it runs
-        self._rule.is_decisive = signs is not None
+        rule.is_decisive = signs is not None
         return () if signs is None else tuple(np.flatnonzero(signs.backwards).tolist())

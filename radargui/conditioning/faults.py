@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.conditioning.doppler import Doppler
-from radargui.conditioning.followed import pairs_of
 from radargui.conditioning.receiver_check import SETTINGS as PAIR, check_receiver, is_worse_pair, same_channels
-from radargui.model.arrays import BoolArray, FloatArray, RawArray, runs_of
+from radargui.model.arrays import BoolArray, FloatArray, RawArray, pairs_of, runs_of
 from radargui.model.recording import iq_names
 
 CLIPPED_SHARE = 0.03

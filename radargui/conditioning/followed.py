@@ -9,7 +9,7 @@ import numpy as np
 
 from radargui.conditioning.doppler import ALONE, Doppler, measure_doppler
 from radargui.conditioning.segment import Motion
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, pairs_of
 
 if TYPE_CHECKING:
     from radargui.conditioning.echo import Echo
@@ -55,8 +55,3 @@ def steady_motion(
         if echo is not None and echo.leads.mean() > LEAST_LED:
             return Motion(0, volts.shape[1], 0.0)
     return None
-
-
-def pairs_of(volts: FloatArray) -> list[slice]:
-    """Return the channels of each receiver."""
-    return [slice(first, first + 2) for first in range(0, volts.shape[0], 2)]

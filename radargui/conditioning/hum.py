@@ -158,12 +158,8 @@ def find_hum(volts: FloatArray, sample_rate_hz: float, rests: Sequence[slice], n
     # a quarter of a second to load, for the few records that hum
     from scipy.optimize import minimize_scalar
 
-    refined = minimize_scalar(
-        lambda f: misfit_with_prior(f, orders),
-        bounds=(frequency - step, frequency + step),
-        method="bounded",
-        options={"xatol": 1e-6},
-    )
+    bounds = (frequency - step, frequency + step)
+    refined = minimize_scalar(lambda f: misfit_with_prior(f, orders), bounds=bounds, options={"xatol": 1e-6})
     frequency = float(refined.x)
     amplitudes = _solve(pooled.rests, frequency, orders)[0][: 2 * len(orders)]
     # a mean over `size` samples makes an oscillation smaller by its Dirichlet kernel

@@ -13,7 +13,7 @@ import numpy as np
 from radargui.conditioning.averager import block_means, held
 from radargui.conditioning.noise import white_noise_v
 from radargui.conditioning.segment import SETTINGS as MOTION, activity, block_size, without_blips
-from radargui.model.arrays import BoolArray, FloatArray, runs_of
+from radargui.model.arrays import FloatArray, runs_of
 
 PAUSE_S = 2.0
 """Two motions with at least so much rest between them are two."""
@@ -84,9 +84,11 @@ def find_long_motion(pieces: Iterable[FloatArray], sample_rate_hz: float, most_s
     moving = without_blips(
         level > MOTION.threshold * quiet, max(1, round(MOTION.least_motion_s * sample_rate_hz / size))
     )
-    motions = _motions(moving, round(PAUSE_S * sample_rate_hz / size))
-    if not motions:
+    runs = runs_of(moving)
+    if not runs.size:
         return None
+    apart = np.flatnonzero(runs[1:, 0] - runs[:-1, 1] >= round(PAUSE_S * sample_rate_hz / size)) + 1
+    motions = [(int(one[0, 0]), int(one[-1, 1])) for one in np.split(runs, apart)]
     # of a motion that the record begins with nobody knows where the sphere was
     begin, end = max(motions, key=lambda motion: (motion[0] > 0, motion[1] - motion[0]))
     earlier = max((last for _, last in motions if last <= begin), default=0)
@@ -130,10 +132,3 @@ def _regular(pieces: Iterable[FloatArray], length: int) -> Iterator[FloatArray]:
         left, held_back = [volts[:, whole:].copy()], held_back - whole
     if held_back:
         yield np.concatenate(left, axis=1)
-
-
-def _motions(moving: BoolArray, pause: int) -> list[tuple[int, int]]:
-    """Return begin and end, in blocks, of the motions between pauses."""
-    runs = runs_of(moving)
-    apart = np.flatnonzero(runs[1:, 0] - runs[:-1, 1] >= pause) + 1
-    return [(int(one[0, 0]), int(one[-1, 1])) for one in np.split(runs, apart) if one.size]

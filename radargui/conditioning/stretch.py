@@ -5,18 +5,18 @@ Method 2, Before every correction.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.conditioning.band import BandSignals, band_signals, band_times_s
-from radargui.conditioning.followed import pairs_of, steady_motion
+from radargui.conditioning.band import BandSignals, band_signals
+from radargui.conditioning.followed import steady_motion
 from radargui.conditioning.hum import SETTINGS as HUM, Hum, find_hum
 from radargui.conditioning.interference import without_interference
 from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
 from radargui.conditioning.onset import REST, rest_before
 from radargui.conditioning.segment import Motion, find_motion
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, pairs_of
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 
@@ -37,17 +37,11 @@ class Stretch:
     samples
         Of the recording.
     signals
-        As they were recorded, in means.
-    time_s
-        Of the means, shape (n,).
-    rate_hz
-        Means a second.
+        Less the hum and the tones.
     noise_v
         White noise of a mean of each channel.
     motion
         Seen without the hum and the tones.
-    volts
-        Less the hum and the tones.
     hum
         Pick-up of the mains, measured at rest and taken off.
     tones_hz
@@ -58,11 +52,8 @@ class Stretch:
 
     samples: slice
     signals: BandSignals
-    time_s: FloatArray
-    rate_hz: float
     noise_v: FloatArray
     motion: Motion
-    volts: FloatArray
     hum: Hum | None
     tones_hz: tuple[float, ...]
     toned: tuple[bool, ...]
@@ -73,18 +64,13 @@ def find_stretch(recording: Recording, samples: slice, first_index: int, setup: 
 
     Parameters
     ----------
-    recording, setup
+    recording, samples, first_index, setup
         As in `band_signals`.
-    samples
-        Stored samples without a gap.
-    first_index
-        Place of the first of them among all samples, lost ones too.
     """
     if samples.stop - samples.start < LEAST_SAMPLES:
         return NO_MOTION
-    signals = band_signals(recording, samples, setup)
-    time_s = band_times_s(recording, samples, first_index, signals.size)
-    volts, usable, rate_hz = signals.volts, signals.usable, recording.digitisation.sample_rate_hz / signals.size
+    signals = band_signals(recording, samples, first_index, setup)
+    volts, rate_hz = signals.volts, signals.rate_hz
     noise_v = white_noise_v(volts)
 
     def motion_in(volts: FloatArray, channels: slice = slice(None)) -> Motion | None:
@@ -95,7 +81,7 @@ def find_stretch(recording: Recording, samples: slice, first_index: int, setup: 
 
     def below(clean: FloatArray, tones_hz: tuple[float, ...]) -> Motion | None:
         # below what was taken off a target may still go its way
-        return steady_motion(clean, usable, rate_hz, noise_v, tones_hz)
+        return steady_motion(clean, signals.usable, rate_hz, noise_v, tones_hz)
 
     motion = motion_in(volts)
     if motion is None:
@@ -104,7 +90,7 @@ def find_stretch(recording: Recording, samples: slice, first_index: int, setup: 
     if motion is None:
         return NO_MOTION
     # on the rest alone: in the motion a target at 50 Hz is a target
-    hum = _hum_at_rest(volts, time_s, rate_hz, motion, noise_v)
+    hum = _hum_at_rest(signals, motion, noise_v)
     if hum is not None:
         volts = volts - hum.at(np.arange(volts.shape[1]) / rate_hz)
         # without the hum the motion is seen where it begins
@@ -120,7 +106,7 @@ def find_stretch(recording: Recording, samples: slice, first_index: int, setup: 
         if found is None:
             return NoMotion(f"{only_tones(tones_hz)} moves the voltages")
         motion = found
-    return Stretch(samples, signals, time_s, rate_hz, noise_v, motion, volts, hum, tones_hz, toned)
+    return Stretch(samples, replace(signals, volts=volts), noise_v, motion, hum, tones_hz, toned)
 
 
 NO_MOTION = NoMotion("the voltages do not move more than their noise")
@@ -131,10 +117,9 @@ def only_tones(lines_hz: tuple[float, ...]) -> str:
     return f"nothing but a hum or tones ({', '.join(f'{frequency:.0f}' for frequency in lines_hz[:4])} Hz)"
 
 
-def _hum_at_rest(
-    volts: FloatArray, time_s: FloatArray, rate_hz: float, motion: Motion, noise_v: FloatArray
-) -> Hum | None:
+def _hum_at_rest(signals: BandSignals, motion: Motion, noise_v: FloatArray) -> Hum | None:
     """Return the hum of the rests before and after the motion."""
+    volts, rate_hz = signals.volts, signals.rate_hz
 
     def measured(rest_end: int) -> Hum | None:
         after = slice(motion.last + round(REST.after_motion_s * rate_hz), volts.shape[1])
@@ -147,6 +132,6 @@ def _hum_at_rest(
     if hum is None:
         return None
     # a slow beginning of the motion, still counted as rest, can look like a weak hum: once more without it
-    onset, _ = rest_before(volts - hum.at(np.arange(volts.shape[1]) / rate_hz), time_s, motion)
-    earlier = int(np.searchsorted(time_s, onset - REST.hum_margin_s))
+    onset, _ = rest_before(volts - hum.at(np.arange(volts.shape[1]) / rate_hz), signals.time_s, motion)
+    earlier = int(np.searchsorted(signals.time_s, onset - REST.hum_margin_s))
     return measured(earlier) if 0 < earlier < quiet_end else hum

@@ -82,10 +82,22 @@ def correct(
             scale, noise = _scale(volts[pair, moving], iq, segment, step), conditioned.noise_v[pair]
             # I and Q may be scaled otherwise: the phase takes the mean of both
             relative = np.sqrt(0.5 * ((noise[0] / scale[0]) ** 2 + (noise[1] / scale[1]) ** 2))
-            clipped = float((~conditioned.usable[pair, moving]).any(axis=0).mean())
-            channels.append(_quality(name, iq, turned, scale, relative, good, clipped, step))
+            some = good[::SOME]
+            # a receiver of which nothing is valid still has a noise to be reported
+            noises = np.broadcast_to(relative, some.shape)[some | ~some.any()]
+            quality = assess(
+                name,
+                iq=iq,
+                phase_rad=turned,
+                valid=good,
+                noise=float(median(noises)),
+                fraction_clipped=float((~conditioned.usable[pair, moving]).any(axis=0).mean()),
+                rescaled=isinstance(step, PublishedSteps),
+                **_mixer(step, scale),
+            )
+            channels.append(quality)
             if isinstance(step, PublishedSteps):
-                over, whole = PUBLISHED_OVER_ROUNDNESS, channels[-1].circularity
+                over, whole = PUBLISHED_OVER_ROUNDNESS, quality.circularity
             else:
                 # over the whole way, too: an echo that grows leaves an offset that the ellipse does not follow
                 known = good & np.isfinite(iq).all(axis=0)
@@ -126,32 +138,8 @@ def _scale(moving_v: FloatArray, iq: FloatArray, segment: Segment, step: Steps) 
     return np.asarray(moving_v.std(axis=1, keepdims=True) / np.maximum(iq.std(axis=1, keepdims=True), 1e-300))
 
 
-def _quality(
-    name: str,
-    iq: FloatArray,
-    phase_rad: FloatArray,
-    scale: FloatArray,
-    noise: FloatArray,
-    valid: BoolArray,
-    clipped: float,
-    step: Steps,
-) -> ChannelQuality:
-    gain, quadrature_deg = None, None
+def _mixer(step: Steps, scale: FloatArray) -> dict[str, float]:
+    """Return what a correction says of the front end, by the names in `ChannelQuality`; scale as of `_scale`."""
     if isinstance(step, Ellipse):
-        gain, quadrature_deg = step.gain_ratio, float(np.degrees(step.quadrature_error_rad))
-    elif isinstance(step, PublishedSteps):
-        gain = float(median(scale[1]) / median(scale[0]))
-    some = valid[::SOME]
-    # a receiver of which nothing is valid still has a noise to be reported
-    used = some if some.any() else np.ones_like(some)
-    return assess(
-        name,
-        iq=iq,
-        phase_rad=phase_rad,
-        valid=valid,
-        noise=float(median(np.broadcast_to(noise, some.shape)[used])),
-        fraction_clipped=clipped,
-        gain_ratio=gain,
-        quadrature_error_deg=quadrature_deg,
-        rescaled=isinstance(step, PublishedSteps),
-    )
+        return {"gain_ratio": step.gain_ratio, "quadrature_error_deg": float(np.degrees(step.quadrature_error_rad))}
+    return {"gain_ratio": float(median(scale[1]) / median(scale[0]))} if isinstance(step, PublishedSteps) else {}

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from radargui.conditioning.averager import block_means
 from radargui.model.arrays import BoolArray, FloatArray, median
 from radargui.model.result import ChannelQuality
 from radargui.model.weighed_sums import savitzky_golay
@@ -240,5 +241,4 @@ def _coarse(phase_rad: FloatArray, count: int) -> tuple[FloatArray, int]:
     """Return about so many means of a phase, and of how many samples: noise, added up, would be hundreds of fringes."""
     # means: noise from sample to sample would add up to turns that were none
     size = max(1, phase_rad.size // count)
-    whole = phase_rad.size // size * size
-    return phase_rad[:whole].reshape(-1, size).mean(axis=1), size
+    return block_means(phase_rad, size), size

@@ -127,8 +127,6 @@ def _estimate(setup: Setup, signals: ScaledSignals, chosen: ChosenModel, values:
     impacts = speeds.are_impacts()
     # a body comes to rest by bounces that are too short to be followed
     unseen_m = 0.0 if solution.problem.in_flight[-1] else speeds.bouncing_on_m(signals.time_s)
-    breaks = solution.problem.layout.breaks
-    u_breaks = np.sqrt(solution.normal.global_variances()[breaks])
     constants = composed(_constants(chosen), signals)
     misfit = chi_square(solution)
     # where the model does not fit a sample is no evidence of a place
@@ -170,7 +168,6 @@ def _estimate(setup: Setup, signals: ScaledSignals, chosen: ChosenModel, values:
         np.hypot(values.u_position_m, np.abs(normal)[:, None] * unseen_m),
         signals.onset_s,
         speeds.time_s[impacts],
-        u_breaks[impacts],
         constants,
         channels,
         misfit,

@@ -37,8 +37,8 @@ class MotionEstimate:
         Shape (3, n_samples); None with fewer than three receivers.
     onset_s
         End of the rest.
-    impact_s, u_impact_s
-        Shape (n_impacts,).
+    impact_s
+        Instants of the impacts, shape (n_impacts,).
     constants, channels
         One a receiver.
     chi_square
@@ -58,7 +58,6 @@ class MotionEstimate:
     u_position_m: FloatArray | None = field(repr=False)
     onset_s: float
     impact_s: FloatArray
-    u_impact_s: FloatArray
     constants: tuple[FrontEnd, ...]
     channels: tuple[ChannelQuality, ...]
     chi_square: FloatArray

@@ -23,10 +23,7 @@ _MOST_CONDITION = 1e4
 
 
 def locate_exact(
-    change_m: FloatArray,
-    antennas: Antennas,
-    release_position_m: FloatArray,
-    start_m: FloatArray | None = None,
+    change_m: FloatArray, antennas: Antennas, release_position_m: FloatArray, start_m: FloatArray | None = None
 ) -> FloatArray:
     """Solve |p - tx| + |p - rx_i| = L_i(release) + dL_i for p, all samples at once.
 

@@ -26,6 +26,11 @@ def pieces(count: int, size: int = _PIECE) -> Iterator[slice]:
         yield slice(first, min(first + size, count))
 
 
+def pairs_of(volts: FloatArray) -> list[slice]:
+    """Return the channels of each receiver, of rows I1, Q1, I2, ..."""
+    return [slice(first, first + 2) for first in range(0, volts.shape[0], 2)]
+
+
 def runs_of(flags: BoolArray) -> IntArray:
     """Return where runs of True begin and end, one past the last, shape (n_runs, 2)."""
     return np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))).reshape(-1, 2)

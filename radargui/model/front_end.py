@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
 from radargui.model.arrays import ComplexArray, FloatArray
+
+Channel = TypeVar("Channel", FloatArray, ComplexArray)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,12 +29,17 @@ class FrontEnd:
     quadrature_error_deg: float
     u_quadrature_error_deg: float
 
+    @property
+    def quadrature_error_rad(self) -> float:
+        """Quadrature error in rad."""
+        return float(np.radians(self.quadrature_error_deg))
+
     def after(self, first: FrontEnd) -> FrontEnd:
         """Return the constants of what was taken off first and of these, which were found in what was left.
 
         Q / g0 = sin e0 X + cos e0 Y', Y' = g1 (sin e1 X + cos e1 Y): together Q = a X + b Y.
         """
-        e0, e1 = np.radians(first.quadrature_error_deg), np.radians(self.quadrature_error_deg)
+        e0, e1 = first.quadrature_error_rad, self.quadrature_error_rad
         # quadrature errors do not simply add: the second one is seen through the first
         along = first.gain_ratio * (np.sin(e0) + np.cos(e0) * self.gain_ratio * np.sin(e1))
         across = first.gain_ratio * np.cos(e0) * self.gain_ratio * np.cos(e1)
@@ -49,7 +57,7 @@ class FrontEnd:
 
     def less(self, first: FrontEnd) -> FrontEnd:
         """Return what is left of these constants where others are taken off first: the inverse of `after`."""
-        e0, e = np.radians(first.quadrature_error_deg), np.radians(self.quadrature_error_deg)
+        e0, e = first.quadrature_error_rad, self.quadrature_error_rad
         # Q of the first is taken off before: what is left is a shear and a stretch of the same kind
         share = self.gain_ratio / first.gain_ratio
         along, across = (share * np.sin(e) - np.sin(e0)) / np.cos(e0), share * np.cos(e) / np.cos(e0)
@@ -99,7 +107,7 @@ def channels_of(
     return np.stack([z_of_i.real, gain_ratio * (sine * z_of_q.real + cosine * z_of_q.imag)])
 
 
-def point_of(i: FloatArray, q: FloatArray, gain_ratio: float, quadrature_error_rad: float) -> FloatArray:
+def point_of(i: Channel, q: Channel, gain_ratio: float, quadrature_error_rad: float) -> Channel:
     """Return X = Re Z and Y = Im Z of channels without offsets, the inverse of `channels_of`, shape (2, ...).
 
     X = I, Y = (Q / g - X sin eps) / cos eps.
@@ -107,11 +115,11 @@ def point_of(i: FloatArray, q: FloatArray, gain_ratio: float, quadrature_error_r
     Parameters
     ----------
     i, q
-        Offsets taken off, at the same instant, shape (...).
+        Offsets taken off, at the same instant, or their spectra, shape (...).
     gain_ratio, quadrature_error_rad
         As in `channels_of`.
     """
-    out = np.empty((2, *i.shape))
+    out: Channel = np.empty((2, *i.shape), dtype=i.dtype)
     # Q leans towards I by eps: its share of X is taken off before it is stretched back
     out[0], out[1] = i, (q / gain_ratio - i * np.sin(quadrature_error_rad)) / np.cos(quadrature_error_rad)
     return out

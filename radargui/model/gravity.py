@@ -54,12 +54,14 @@ def gravity_of_site(site: Site) -> tuple[float, float, bool] | None:
     return None
 
 
-def share_in_air(density_kg_m3: float) -> float:
-    """Return the acceleration of a sphere that falls in air over g, drag apart, for a sphere of this density.
+def share_in_air(density_kg_m3: float | None) -> float:
+    """Return the acceleration of a sphere that falls in air over g, drag apart; 1 where its density is not given.
 
     (1 - r) / (1 + r / 2), r = density of air over that of the sphere: buoyancy, and the air that must move along, half
     the sphere's volume (Landau & Lifshitz, Fluid Mechanics, 11): 0.023 % less for steel.
     """
+    if density_kg_m3 is None:
+        return 1.0
     # the air that moves along is not weighed but must be accelerated too
     r = AIR_DENSITY_KG_M3 / density_kg_m3
     return (1.0 - r) / (1.0 + 0.5 * r)

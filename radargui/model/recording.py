@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from operator import attrgetter
 from typing import Literal
 
 import numpy as np
@@ -75,7 +76,7 @@ def absolute_index(first: int, count: int, gaps: Sequence[Gap]) -> IntArray:
     """Return the index, lost samples counted, of the stored samples `first` to `first + count`."""
     index = np.arange(first, first + count, dtype=np.int64)
     # in order: where a gap begins counts what earlier ones lost
-    for gap in sorted(gaps, key=lambda gap: gap.first_index):
+    for gap in sorted(gaps, key=attrgetter("first_index")):
         index[index >= gap.first_index] += gap.count
     return index
 
@@ -95,7 +96,7 @@ def are_possible(gaps: Sequence[Gap]) -> bool:
 def stored_starts(gaps: Sequence[Gap], n_samples: int) -> list[tuple[int, int]]:
     """Return for each gapless stretch the stored number and the absolute index of its first sample."""
     starts, lost = [(0, 0)], 0
-    for gap in sorted(gaps, key=lambda gap: gap.first_index):
+    for gap in sorted(gaps, key=attrgetter("first_index")):
         # gaps of a damaged file may overlap: the samples stay in order
         stored = max(gap.first_index - lost, starts[-1][0])
         lost += gap.count
@@ -110,10 +111,10 @@ def stored_starts(gaps: Sequence[Gap], n_samples: int) -> list[tuple[int, int]]:
 
 def at_rail(samples: RawArray) -> BoolArray:
     """Return which samples sat at the end of the converter's range; none of those that are volts."""
-    # volts do not tell where the range of the device ended
-    if samples.dtype == np.int16:
-        return np.asarray((samples <= -32768) | (samples >= 32767))
-    return np.zeros(samples.shape, dtype=np.bool_)
+    # volts do not tell where the range of the device ended, and most recordings never reach it
+    if samples.dtype != np.int16 or not samples.size or (samples.max() < 32767 and samples.min() > -32768):
+        return np.zeros(samples.shape, dtype=np.bool_)
+    return np.asarray((samples <= -32768) | (samples >= 32767))
 
 
 SkewFrom = Literal["file", "setup", "assumed 0"]
@@ -344,3 +345,25 @@ class Recording:
     def clipped(self) -> BoolArray:
         """Return where a channel sits at the end of its range, shape (n_channels, n_samples)."""
         return at_rail(self.raw)
+
+
+def as_excerpt(part: Recording, gaps: Sequence[Gap], first: int, of_samples: int, reason: str) -> Recording:
+    """Return samples that begin at stored sample `first` of a recording with its gaps there and their place in it.
+
+    Parameters
+    ----------
+    part
+        The samples, gaps left out.
+    gaps
+        Of the whole recording.
+    first, of_samples, reason
+        As in `Excerpt`.
+    """
+    # gaps count lost samples as well, the file stores none of them
+    first_index, last_index = (int(absolute_index(n, 1, gaps)[0]) for n in (first, first + part.n_samples - 1))
+    inside = sorted((gap for gap in gaps if first_index < gap.first_index < last_index), key=attrgetter("first_index"))
+    return replace(
+        part,
+        gaps=tuple(replace(gap, first_index=gap.first_index - first_index) for gap in inside),
+        excerpt=Excerpt(first, first + part.n_samples, first_index, of_samples, reason),
+    )

@@ -146,11 +146,7 @@ def scattered_field(
 
 
 def scattered_signals(
-    sphere: ConductingSphere,
-    incident: FloatArray,
-    transmitted: FloatArray,
-    leaving: FloatArray,
-    received: FloatArray,
+    sphere: ConductingSphere, incident: FloatArray, transmitted: FloatArray, leaving: FloatArray, received: FloatArray
 ) -> ComplexArray:
     """Return what antennas get of the fields of `scattered_field`, for every pair of directions at once.
 

@@ -14,12 +14,7 @@ import tomlkit
 from pydantic import ConfigDict, Field, ValidationError, model_validator
 from tomlkit.exceptions import TOMLKitError
 
-from radargui.model.calibration_file import (
-    CalibrationContent,
-    CalibrationReference,
-    content_of,
-    read_calibration,
-)
+from radargui.model.calibration_file import CalibrationContent, CalibrationReference, content_of, read_calibration
 from radargui.model.daq import Daq, RecordingLimits
 from radargui.model.errors import FileError, SetupError
 from radargui.model.processing import Processing

@@ -22,7 +22,6 @@ from radargui.estimation.readout.unexplained import (
     unexplained_stretches,
 )
 from radargui.estimation.select.budget import LooseMapsError, NoSingleBodyError
-from radargui.geometry.path_length import place_antennas
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.front_end import FrontEnd, FrontEndPrior
@@ -166,10 +165,8 @@ def _without(adaptive: MeasuredMotion, wrong: BoolArray, reason: str = NO_SINGLE
 
     Such a circle may look round: the phases of receivers that see nearly one path agree for a while.
     """
-    channels = tuple(
-        replace(channel, verdict="rejected", reason=reason) if alone else channel
-        for channel, alone in zip(adaptive.corrected.channels, wrong, strict=True)
-    )
+    rows = zip(adaptive.corrected.channels, wrong, strict=True)
+    channels = tuple(replace(one, verdict="rejected", reason=reason) if alone else one for one, alone in rows)
     return replace(adaptive, corrected=replace(adaptive.corrected, channels=channels))
 
 
@@ -250,16 +247,8 @@ def _motion_of(
     rad_per_m = 2.0 * np.pi / setup.radar.wavelength_m
     phase, u_phase = estimate.change_m * rad_per_m, estimate.u_change_m * rad_per_m
     paths = PathLengths(estimate.time_s, phase, estimate.change_m, estimate.u_change_m, estimate.valid)
-    corrected = CorrectedIQ(
-        estimate.time_s,
-        estimate.i,
-        estimate.q,
-        estimate.valid,
-        u_phase,
-        estimate.method,
-        estimate.channels,
-        decisions=estimate.choices,
-    )
+    samples = estimate.time_s, estimate.i, estimate.q, estimate.valid, u_phase
+    corrected = CorrectedIQ(*samples, estimate.method, estimate.channels, decisions=estimate.choices)
     if isinstance(estimate, JointEstimate) and not any(one.startswith(NAMED) for one in warnings):
         turned = turned_polarisation(estimate.chosen.solution)
         warnings = (turned, *warnings) if turned else warnings
@@ -284,8 +273,7 @@ def _located(estimate: MotionEstimate, paths: PathLengths, setup: Setup) -> tupl
         return locate_body(paths, setup)
     if setup.processing.geometry == "plane":
         # the joint estimate's paths are those to the centre already
-        release = np.array(setup.tracer.release_position_m)
-        return paths, locate(paths, place_antennas(setup), release, "plane")
+        return paths, locate(paths, setup)
     valid = np.asarray(estimate.valid.all(axis=0) & np.isfinite(estimate.position_m).all(axis=0))
     return paths, Track(estimate.time_s, estimate.position_m, estimate.u_position_m, valid, "exact")
 

@@ -269,12 +269,9 @@ def _divided(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: flo
     warnings = [LOST.format(times="once" if lost == 1 else f"{lost} times") + place] if lost else []
     if segment.has_rest and known.any() and not known[segment.rest_first : segment.rest_last].any():
         warnings.insert(0, LATE.format(begin_s=float(paths.time_s[np.argmax(known)])))
-    return replace(
-        motion,
-        paths=replace(paths, phase_rad=phase, change_m=phase * per_rad, piece=piece),
-        track=None if motion.track is None else known_where(motion.track, piece == 0),
-        warnings=(*motion.warnings, *warnings),
-    )
+    paths = replace(paths, phase_rad=phase, change_m=phase * per_rad, piece=piece)
+    track = None if motion.track is None else known_where(motion.track, piece == 0)
+    return replace(motion, paths=paths, track=track, warnings=(*motion.warnings, *warnings))
 
 
 def known_where(track: Track, known: BoolArray) -> Track:

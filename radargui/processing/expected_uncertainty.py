@@ -46,7 +46,7 @@ def expected_uncertainty(
     paths = PathLengths(
         np.arange(n, dtype=np.float64), change_m / per_rad, change_m, per_rad * u_rad, np.isfinite(change_m)
     )
-    track, whole = locate(paths, antennas, release, setup.processing.geometry), Segment(0, n, 0, 0)
+    track, whole = locate(paths, setup), Segment(0, n, 0, 0)
     if track is None:
         return None
     changes = changes_of_track(paths, Bounces(), setup, whole)

@@ -63,10 +63,8 @@ def measure_in_band(
     # below the noise a circle is fitted to noise, and finds one
     spread = np.sqrt(conditioned.volts.var(axis=1).reshape(-1, 2).max(axis=1))
     noise = conditioned.noise_v.reshape(-1, 2).max(axis=1)
-    if not partly and all(
-        echo is not None or own < ABOVE_NOISE * n
-        for echo, own, n in zip(conditioned.echoes, spread, noise, strict=True)
-    ):
+    rows = zip(conditioned.echoes, spread, noise, strict=True)
+    if not partly and all(echo is not None or own < ABOVE_NOISE * n for echo, own, n in rows):
         return in_band
     try:
         circles = by_circles(conditioned)

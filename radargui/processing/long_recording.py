@@ -1,8 +1,7 @@
 """Long recordings: only the stretch around a motion is processed; an hour needs no more memory than a minute."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
-from operator import attrgetter
 from pathlib import Path
 
 from radargui.conditioning.long_motion import find_long_motion
@@ -11,7 +10,7 @@ from radargui.files.run_file import RunStream, read_run, run_stream
 from radargui.files.run_layout import SUFFIX
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import FileError
-from radargui.model.recording import Excerpt, Gap, Recording, absolute_index
+from radargui.model.recording import Excerpt, Recording, as_excerpt
 
 LONG_SAMPLES = 1 << 22
 """A recording with more samples a channel (126 s at 33.3 kS/s) is long."""
@@ -64,11 +63,11 @@ def shortened(recording: Recording) -> Recording:
     first, last, reason = _stretch(pieces, count, digitisation.sample_rate_hz)
     time_s = None if time_s is None else time_s[first:last]
     part = replace(recording, raw=recording.raw[:, first:last], file_time_s=time_s)
-    return _placed(part, recording.gaps, first, count, reason)
+    return as_excerpt(part, recording.gaps, first, count, reason)
 
 
 def _part(stream: RunStream, first: int, last: int, reason: str) -> Recording:
-    return _placed(stream.recording(first, last), stream.facts.gaps, first, stream.facts.n_samples, reason)
+    return as_excerpt(stream.recording(first, last), stream.facts.gaps, first, stream.facts.n_samples, reason)
 
 
 def _stretch(pieces: Iterable[FloatArray], count: int, rate_hz: float) -> tuple[int, int, str]:
@@ -80,15 +79,3 @@ def _stretch(pieces: Iterable[FloatArray], count: int, rate_hz: float) -> tuple[
         return first, last, f"{said}at the beginning are shown: nothing moves"
     which = "the motion" if motion.n_motions == 1 else f"the longest of {motion.n_motions} motions"
     return first, last, f"{said}around {which} are processed{', which goes on after them' if motion.cut else ''}"
-
-
-def _placed(part: Recording, gaps: Sequence[Gap], first: int, count: int, reason: str) -> Recording:
-    """Return a part that begins at stored sample `first` with its gaps and its place in the whole."""
-    # gaps count lost samples as well, the file stores none of them
-    first_index, last_index = (int(absolute_index(n, 1, gaps)[0]) for n in (first, first + part.n_samples - 1))
-    inside = sorted((gap for gap in gaps if first_index < gap.first_index < last_index), key=attrgetter("first_index"))
-    return replace(
-        part,
-        gaps=tuple(replace(gap, first_index=gap.first_index - first_index) for gap in inside),
-        excerpt=Excerpt(first, first + part.n_samples, first_index, count, reason),
-    )

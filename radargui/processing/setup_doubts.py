@@ -122,17 +122,14 @@ def wired_wrongly(conditioned: Conditioned, setup: Setup) -> tuple[tuple[str, ..
         "its phase turns as if the sphere fell upwards, the others' as it falls: its I and Q are exchanged, or one of "
         "them is inverted: exchange the two cables, or their names"
     )
+    clock = ""
+    if signs.times_g is not None:
+        clock = (
+            f"all phases turn with {signs.times_g:.2g} times the acceleration of a fall: likely the sample rate is "
+            f"wrong by a factor of {math.sqrt(signs.times_g):.1g}, or radar.frequency_hz is"
+        )
     found = zip(conditioned.faults, signs.backwards, strict=True)
-    return tuple(fault or (turned if is_turned else "") for fault, is_turned in found), _clock(signs.times_g)
-
-
-def _clock(times_g: float | None) -> str:
-    if times_g is None:
-        return ""
-    return (
-        f"all phases turn with {times_g:.2g} times the acceleration of a fall: likely the sample rate is wrong by a "
-        f"factor of {math.sqrt(times_g):.1g}, or radar.frequency_hz is"
-    )
+    return tuple(fault or (turned if is_turned else "") for fault, is_turned in found), clock
 
 
 def contradicted(

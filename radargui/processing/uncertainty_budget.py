@@ -9,7 +9,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from radargui.geometry.bistatic import solve_gradient
-from radargui.geometry.path_length import distance, locate_plane, path_gradient, place_antennas, t_matrix
+from radargui.geometry.path_length import distance, path_gradient, place_antennas, t_matrix
 from radargui.geometry.scattering import scattering_delay_m, supposed_delays_m
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import (
@@ -76,15 +76,11 @@ def with_budget(
         return float(np.sqrt(known.mean())) if known.size else float("nan")
 
     fall = bounces.free_fall
-    budget = UncertaintyBudget(
-        _line(motion(track.u_position_m**2), {name: motion(value) for name, value in squares.items()}),
-        _line(
-            bounces.impacts[0].u_e if bounces.impacts else float("nan"),
-            {name: float(np.sqrt(value[0])) for name, value in e_squares.items() if value.size},
-        ),
-        _line(float("nan") if fall is None else fall.u_g_m_s2, {k: float(np.sqrt(v)) for k, v in g_squares.items()}),
-        assumed_uncertainties(setup),
-    )
+    u_first, u_g = bounces.impacts[0].u_e if bounces.impacts else np.nan, np.nan if fall is None else fall.u_g_m_s2
+    position = _line(motion(track.u_position_m**2), {share: motion(value) for share, value in squares.items()})
+    e = _line(u_first, {share: float(np.sqrt(value[0])) for share, value in e_squares.items() if value.size})
+    g = _line(u_g, {share: float(np.sqrt(value)) for share, value in g_squares.items()})
+    budget = UncertaintyBudget(position, e, g, assumed_uncertainties(setup))
     return replace(track, u_combined_m=combined), replace(bounces, impacts=impacts), budget
 
 
@@ -124,15 +120,14 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     spacing_s = float(paths.time_s[1] - paths.time_s[0])
     size = max(1, min((segment.last - segment.first) // POINTS, round(LONGEST_S / spacing_s)))
     # before and after the motion all shifts stand
-    part, antennas = slice(segment.first, segment.last), place_antennas(setup)
-    if antennas.n_receivers < LEAST_RECEIVERS:
+    part = slice(segment.first, segment.last)
+    if setup.n_receivers < LEAST_RECEIVERS:
         return ()
     # with a sample that is not known the mean is not
     change_m = _thinned(np.where(paths.valid, paths.change_m, np.nan), part, size)
-    geometry, release = setup.processing.geometry, np.array(setup.tracer.release_position_m)
-    position = place_at(change_m, antennas, release, geometry)
+    position, time_s = place_at(change_m, setup), _thinned(paths.time_s, part, size)
     known = np.asarray(np.isfinite(position).all(axis=0))
-    base = Track(_thinned(paths.time_s, part, size), position, np.full_like(position, np.nan), known, geometry)
+    base = Track(time_s, position, np.full_like(position, np.nan), known, setup.processing.geometry)
     inner = Segment(0, base.time_s.size, 0, 0)
     shifts = _Shifts(base.position_m, change_m, setup)
     found: list[tuple[str, Share, FloatArray]] = []
@@ -158,10 +153,8 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     moved = np.stack([shift_m for _, _, shift_m in found])
     e, g = respond(base, inner, bounces, moved, given, setup.floor.u_tilt_deg)
     moved = moved if known.all() else np.nan_to_num(moved)
-    changes = [
-        InputChange(key, share, base.time_s, *own)
-        for (key, share, _), *own in zip(found, moved, e, g.tolist(), strict=True)
-    ]
+    rows = zip(found, moved, e, g.tolist(), strict=True)
+    changes = [InputChange(key, share, base.time_s, *own) for (key, share, _), *own in rows]
     return (*changes, *floor_and_clock(base, inner, bounces, setup))
 
 
@@ -215,8 +208,7 @@ class _Shifts:
         """Return the moves where the same phases are located with another setup."""
         ratio = other.radar.wavelength_m / self._setup.radar.wavelength_m
         if self._setup.processing.geometry == "plane":
-            release = np.array(other.tracer.release_position_m)
-            return locate_plane(ratio * self._change_m, place_antennas(other), release) - self._position_m
+            return place_at(ratio * self._change_m, other) - self._position_m
         # what was measured less what the other setup gives there
         longer = self._since_release_m - self._ways(other)
         if ratio != 1.0:

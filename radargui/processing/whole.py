@@ -111,17 +111,8 @@ class Whole:
         # an inverted Q exchanges peaks and valleys
         if sign < 0:
             peaks, valleys, upper, lower = valleys, peaks, -lower, -upper
-        return replace(
-            steps,
-            segment=self.segment(steps.segment),
-            peaks=peaks,
-            valleys=valleys,
-            upper=upper,
-            lower=lower,
-            zero_crossings=crossings,
-            bias=sign * self._spread(steps.bias),
-            scale=self._spread(steps.scale),
-        )
+        segment, bias, scale = self.segment(steps.segment), sign * self._spread(steps.bias), self._spread(steps.scale)
+        return ChannelSteps(segment, peaks, valleys, upper, lower, bias, crossings, scale)
 
     def _all(self, rows: _Values) -> _Values:
         """Return rows of some receivers in some samples as rows of all in all."""

@@ -178,10 +178,6 @@ def _free_fall(track: Track, segment: Segment, found: _Along) -> FreeFall | None
         last_time_s=end,
         release_height_m=release,
         drop_height_m=release - float(flights.parabolas.height_at(flights.place[0], found.impacts.time_s[0])),
-        parabola=(
-            float(own.parabolas.height_at(0, begin)),
-            float(own.parabolas.speed_at(0, begin)),
-            -0.5 * own.g_m_s2,
-        ),
+        parabola=(float(own.parabolas.height_at(0, begin)), float(own.parabolas.speed_at(0, begin)), -0.5 * own.g_m_s2),
         residual_rms_m=own.residual_rms_m,
     )

@@ -59,12 +59,12 @@ def compare(groups: Mapping[str, Sequence[float]]) -> Comparison | None:
 
     It compares scatters: what the groups share (the calibration, on one setup) is in no group's scatter.
     """
-    # a second of loading that nobody else needs
-    from scipy.stats import f_oneway, levene, ttest_ind
-
     known = {name: np.asarray(values, dtype=np.float64) for name, values in groups.items() if len(values) > 1}
     if len(known) < 2 or any(np.ptp(values) == 0.0 for values in known.values()):
         return None
+    # a second of loading that nobody else needs
+    from scipy.stats import f_oneway, levene, ttest_ind
+
     # both values of a pair are as far from its median
     with np.errstate(invalid="ignore", divide="ignore"):
         levenes = float(levene(*known.values()).pvalue)
@@ -132,17 +132,6 @@ def repeatability_of(groups: Sequence[Sequence[float]]) -> Repeatability | None:
     f = between / within if within else math.inf
     # of the sessions' means: drops of one day share what differs from day to day
     u = float(means.std(ddof=1)) / math.sqrt(k)
-    mean, half = float(means.mean()), student(k - 1) * u
-    return Repeatability(
-        k,
-        n,
-        math.sqrt(within),
-        math.sqrt(own),
-        math.sqrt(within + own),
-        f,
-        float(fdtrc(k - 1, n - k, f)),
-        mean,
-        u,
-        mean - half,
-        mean + half,
-    )
+    mean, half, p = float(means.mean()), student(k - 1) * u, float(fdtrc(k - 1, n - k, f))
+    repeated, apart, reproduced = (math.sqrt(variance) for variance in (within, own, within + own))
+    return Repeatability(k, n, repeated, apart, reproduced, f, p, mean, u, mean - half, mean + half)

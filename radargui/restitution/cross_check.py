@@ -8,7 +8,7 @@ import numpy as np
 
 from radargui.model.arrays import FloatArray
 from radargui.model.result import Bounces
-from radargui.restitution.parabola import solve_each
+from radargui.restitution.parabola import solve_parabolas
 from radargui.restitution.settings import CHECKS
 from radargui.restitution.stretches import Stretches
 
@@ -73,9 +73,9 @@ def _rises_m(impact_s: FloatArray, time_s: FloatArray, height_m: FloatArray) -> 
     out = np.full(span.size, np.nan)
     if known.size:
         flights = Stretches.between(time_s, begin[known], end[known])
-        _, speed, g = solve_each(flights, flights.of(height_m)).T
+        own = solve_parabolas(flights, flights.of(height_m), shared=False)
         # at the impact: v^2 / 2g above it
-        speed = speed + g * (flights.origin_s - impact_s[known])
+        g, speed = own.g_m_s2, own.speed_m_s + own.g_m_s2 * (flights.origin_s - impact_s[known])
         falls = g > 0.0
         out[known[falls]] = speed[falls] ** 2 / (2.0 * g[falls])
     return out.tolist()

@@ -243,14 +243,7 @@ def findings_of(sessions: Sequence[SeriesSession], model: ModelName | None = Non
         label: [sum(group) / len(group) for group in groups] if means else [e for group in groups for e in group]
         for label, groups in of_samples.items()
     }
-    return Findings(
-        model,
-        found,
-        tuple(samples),
-        compare(values) if len(values) > 1 else None,
-        compare(grouped) if len(grouped) > 1 else None,
-        tuple(_cautions(sessions, found)),
-    )
+    return Findings(model, found, tuple(samples), compare(values), compare(grouped), tuple(_cautions(sessions, found)))
 
 
 def sample_label(sample: str, target: str) -> str:

@@ -325,20 +325,13 @@ def _result(unknowns: FlightUnknowns, q: FloatArray, normal: FloatArray) -> Flig
     # results by their slopes, not by inverting all unknowns: the coefficients left free are many
     inverse = _solve(normal, slopes.results.T)
     # against the minimum of the same form: the difference is chi-square of the constraint (method 5, Flights)
-    away = motion.x - information.x0 - information.minimum()
-    return FlightFit(
-        motion.results,
-        slopes.results @ inverse,
-        (float(away @ information.form.times(away)), information.x0.size - q.size),
-        unknowns.apexes(q),
-        unknowns.first_s,
-        unknowns.last_s(0) if motion.results.size == 2 else float(motion.results[2]),
-        information,
-        -(slopes.x @ inverse).T,
-        slopes.x,
-        normal,
-        motion.x - information.x0,
-    )
+    off = motion.x - information.x0
+    away = off - information.minimum()
+    misfit = (float(away @ information.form.times(away)), information.x0.size - q.size)
+    end_s = unknowns.last_s(0) if motion.results.size == 2 else float(motion.results[2])
+    covariance, response, apex_s = slopes.results @ inverse, -(slopes.x @ inverse).T, unknowns.apexes(q)
+    values, begin_s, jacobian = motion.results, unknowns.first_s, slopes.x
+    return FlightFit(values, covariance, misfit, apex_s, begin_s, end_s, information, response, jacobian, normal, off)
 
 
 def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:

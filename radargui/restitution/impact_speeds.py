@@ -93,14 +93,36 @@ def _u_e(
     height_one = np.stack([unit, d_one, zero, zero, -0.5 * d_one**2])
     height_other = np.stack([zero, zero, unit, d_other, -0.5 * d_other**2])
     speed_one, speed_other = np.stack([zero, unit, zero, zero, -d_one]), np.stack([zero, zero, zero, unit, -d_other])
-    # the meeting of two parabolas moves with both, by the implicit function theorem
-    instant = (height_other - height_one) / -(before_m_s + after_m_s)
-    before = -speed_one + fitted.g_m_s2 * instant
-    after = speed_other - fitted.g_m_s2 * instant
-    slope = (after - after_m_s / before_m_s * before) / before_m_s
+    arriving, leaving = (height_one, speed_one), (height_other, speed_other)
+    slope = changes_of_e(arriving, leaving, before_m_s, after_m_s, fitted.g_m_s2)
     places = np.stack([2 * one, 2 * one + 1, 2 * other, 2 * other + 1, np.full(one.size, -1)])
     covariance = fitted.covariance[places[:, None], places]
     return np.asarray(np.sqrt(np.einsum("ak,abk,bk->k", slope, covariance, slope)))
+
+
+def changes_of_e(
+    arriving: tuple[FloatArray, FloatArray],
+    leaving: tuple[FloatArray, FloatArray],
+    before_m_s: FloatArray,
+    after_m_s: FloatArray,
+    g_m_s2: float,
+) -> FloatArray:
+    """Return what small changes of the flights on both sides make of e = after / before, (..., n_impacts).
+
+    Parameters
+    ----------
+    arriving, leaving
+        Changes of height and upward speed of the flights before and after each impact, at its instant, shapes
+        (..., n_impacts).
+    before_m_s, after_m_s
+        Speeds at the impacts, both positive, shape (n_impacts,).
+    g_m_s2
+        Along the normal.
+    """
+    (height_in, speed_in), (height_out, speed_out) = arriving, leaving
+    # they meet elsewhere, by the implicit function theorem, and both speeds change by g until then
+    gained = g_m_s2 * (height_in - height_out) / (before_m_s + after_m_s)
+    return np.asarray((speed_out - gained - after_m_s / before_m_s * (gained - speed_in)) / before_m_s)
 
 
 def _bend(after_apex_s: FloatArray, g_m_s2: float, drag_1_m: float) -> FloatArray:
@@ -116,8 +138,7 @@ def drag_of_flights(flights: FittedFlights, least_1_m: float = -math.inf) -> tup
     """
     own, samples = flights.parabolas, flights.samples
     small_1_m = 1e-3
-    after_apex = samples.away_s - samples.spread(own.speed_m_s / own.g_m_s2)
-    bend = _bend(after_apex, float(own.g_m_s2), small_1_m)
+    bend = _bends(own, small_1_m, samples)
     shape = residuals(samples, bend, solve_parabolas(samples, bend)) / small_1_m
     left = residuals(samples, flights.height_m, own)
     squares = samples.sums(shape**2)
@@ -128,11 +149,11 @@ def drag_of_flights(flights: FittedFlights, least_1_m: float = -math.inf) -> tup
     return drag_1_m, float(np.sqrt((variance * squares).sum()) / squares.sum())
 
 
-def _fitted_to_bends(parabolas: Parabolas, drag_1_m: float, samples: Stretches) -> Parabolas:
-    """Return what parabolas make of the bends of flights: a fit is linear in heights, so that this is its error."""
+def _bends(parabolas: Parabolas, drag_1_m: float, samples: Stretches) -> FloatArray:
+    """Return the bends of flights at their samples; what parabolas make of them is the error that drag leaves."""
     # about its apex: v0 / g after the middle of the flight
     after_apex = samples.away_s - samples.spread(parabolas.speed_m_s / parabolas.g_m_s2)
-    return solve_parabolas(samples, _bend(after_apex, float(parabolas.g_m_s2), drag_1_m))
+    return _bend(after_apex, float(parabolas.g_m_s2), drag_1_m)
 
 
 def error_of_e(impacts: ImpactSpeeds, flights: FittedFlights, drag_1_m: float) -> FloatArray:
@@ -150,12 +171,11 @@ def error_of_e(impacts: ImpactSpeeds, flights: FittedFlights, drag_1_m: float) -
         k of the sphere.
     """
     own, g = flights.parabolas, float(flights.parabolas.g_m_s2)
-    fitted = _fitted_to_bends(own, drag_1_m, flights.samples)
+    # a fit is linear in heights: what it makes of the bends is its error
+    fitted = solve_parabolas(flights.samples, _bends(own, drag_1_m, flights.samples))
     sides = np.stack(flights.sides(impacts.e.size))
     known, before, after = sides[:, np.isfinite(impacts.e[sides[0]])]
-    instant, arriving, leaving, e = (
-        values[known] for values in (impacts.time_s, impacts.before_m_s, impacts.after_m_s, impacts.e)
-    )
+    instant, arriving, leaving = (values[known] for values in (impacts.time_s, impacts.before_m_s, impacts.after_m_s))
 
     def missed(place: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return true less fitted height and upward speed of flights at the instants."""
@@ -164,17 +184,14 @@ def error_of_e(impacts: ImpactSpeeds, flights: FittedFlights, drag_1_m: float) -
         # of the flight with drag: what its own parabola has not followed
         return _bend(d, g, drag_1_m) - fitted.height_at(place, instant), faster - fitted.speed_at(place, instant)
 
-    (height_in, speed_in), (height_out, speed_out) = missed(before), missed(after)
-    # the flights meet elsewhere too, and both speeds change by g until then
-    gained = -g * (height_out - height_in) / (arriving + leaving)
-    faster_in, faster_out = gained - speed_in, speed_out - gained
     out = np.zeros(impacts.e.size)
-    out[known] = (faster_out - e * faster_in) / arriving
+    out[known] = changes_of_e(missed(before), missed(after), arriving, leaving, g)
     return out
 
 
 def with_drag(fall: FreeFall, flights: FittedFlights, drag_1_m: float, normal: tuple[float, float, float]) -> FreeFall:
     """Return the first fall with what drag does in the uncertainty of its g; parameters as above."""
     first = np.arange(flights.samples.size) == flights.place[0]
-    g = _fitted_to_bends(flights.parabolas.chosen(first), drag_1_m, flights.samples.chosen(first)).g_m_s2
+    samples = flights.samples.chosen(first)
+    g = solve_parabolas(samples, _bends(flights.parabolas.chosen(first), drag_1_m, samples)).g_m_s2
     return replace(fall, u_g_m_s2=math.hypot(fall.u_g_m_s2, float(g) / max(abs(normal[2]), 1e-9)))

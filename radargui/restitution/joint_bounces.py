@@ -13,7 +13,7 @@ import numpy as np
 from radargui.estimation.joint import JointEstimate
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, runs_of
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounce, Bounces, FreeFall
 from radargui.model.setup import Setup
@@ -190,10 +190,10 @@ def _never_falls(free: FreeMotion, first: int) -> bool:
 
 def _let_go(free: FreeMotion, first: int) -> int | None:
     """Return the span of the first segment from which on it falls, after a hand that throws; None where none does."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], _falls(free, first), [False]])))
-    if edges.size == 0 or edges[0] == 0:
+    runs = runs_of(_falls(free, first))
+    if runs.size == 0 or runs[0, 0] == 0:
         return None
-    begin, end = max(edges.reshape(-1, 2), key=lambda run: run[1] - run[0])
+    begin, end = max(runs, key=lambda run: run[1] - run[0])
     # the spline spreads the hand's push over a knot
     begin, knot = first + int(begin) + 1, free.segments[0].knot_s
     return begin if knot[first + end] - knot[begin] > FLIGHTS.shortest_fall_s else None
@@ -281,10 +281,8 @@ def _reflecting_floor(estimate: JointEstimate, setup_covariance: FloatArray | No
     if found is None:
         return None
     others = ((one.weight, one.posterior.floor_slope) for one in estimate.alternatives)
-    covariance = mixed_in(
-        found.covariance,
-        ((weight, own.slope - found.slope, own.covariance) for weight, own in others if own is not None),
-    )
+    apart = ((weight, own.slope - found.slope, own.covariance) for weight, own in others if own is not None)
+    covariance = mixed_in(found.covariance, apart)
     if setup_covariance is not None:
         covariance = covariance + setup_covariance
     normal = np.array([*found.slope, 1.0])
@@ -312,19 +310,11 @@ def _free_fall(posterior: MotionPosterior, fit: FlightFit, normal: FloatArray, b
     release = float(free.release_m @ normal)
     height = normal @ free.position_m(time)
     # what is drawn is a parabola; g is that of all flights, with drag
-    bend, slope, level = np.polyfit(time - first, height, 2)
-    residual = height - np.polyval([bend, slope, level], time - first)
+    bend, slope, level = np.polyfit(time - first, height, 2).tolist()
+    residual_rms = float(np.sqrt(((height - np.polyval([bend, slope, level], time - first)) ** 2).mean()))
     drop_height = float("nan")
     if bounces and fit.impact_s.size:
         # not where the first flight ends: a wall beside the fall may have been met before the floor
         drop_height = release - float(normal @ free.position_m(np.array([bounces[0].time_s]))[:, 0])
-    return FreeFall(
-        fit.g_m_s2,
-        fit.u_g_m_s2,
-        first,
-        last,
-        release,
-        drop_height,
-        (float(level), float(slope), float(bend)),
-        float(np.sqrt((residual**2).mean())),
-    )
+    parabola = (level, slope, bend)
+    return FreeFall(fit.g_m_s2, fit.u_g_m_s2, first, last, release, drop_height, parabola, residual_rms)

@@ -133,12 +133,6 @@ def residual_variances(flights: Stretches, own: FloatArray) -> FloatArray:
     return np.asarray(variance * flights.misfit_widenings(own, TRACKS.hidden_waves))
 
 
-def solve_each(flights: Stretches, height_m: FloatArray) -> FloatArray:
-    """Return (h0, v0, g) of parabolas of which each has a g of its own, shape (n_flights, 3); arguments as above."""
-    own = solve_parabolas(flights, height_m, shared=False)
-    return np.stack([own.height_m, own.speed_m_s, own.g_m_s2], axis=-1)
-
-
 def residuals(flights: Stretches, height_m: FloatArray, parabolas: Parabolas) -> FloatArray:
     """Return heights (n_samples,) less parabolas with one g or each its own, same shape."""
     own = np.broadcast_arrays(parabolas.height_m, parabolas.speed_m_s, parabolas.g_m_s2)

@@ -64,9 +64,9 @@ class SetupChiSquare:
             Which inputs are called exact, shape (n,).
         """
         cost, pull = fit.against(responses)
-        site, density = gravity_of_site(setup.site), setup.tracer.density_kg_m3
+        site = gravity_of_site(setup.site)
         g, u = (_EARTH_M_S2, _U_EARTH_M_S2) if site is None else site[:2]
-        off = fit.g_m_s2 - (g if density is None else share_in_air(density) * g)
+        off = fit.g_m_s2 - share_in_air(setup.tracer.density_kg_m3) * g
         by_input = np.array([fit.follow(one)[0] for one in responses])
         weight = 1.0 / (u**2 + fit.u_g_m_s2**2)
         own = np.where(exact, _HELD, [float(keys.count(key)) for key in keys])

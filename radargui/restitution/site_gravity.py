@@ -86,9 +86,8 @@ def with_missed_gravity(bounces: Bounces, setup: Setup, u_setup_m_s2: float) -> 
     fall = bounces.free_fall
     if fall is None:
         return bounces
-    density = setup.tracer.density_kg_m3
     g, u_g, _ = gravity_of_site(setup.site) or (NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2, False)
-    missed = fall.g_m_s2 - g * (1.0 if density is None else share_in_air(density))
+    missed = fall.g_m_s2 - g * share_in_air(setup.tracer.density_kg_m3)
     share = math.sqrt(max(0.0, missed**2 - u_g**2 - u_setup_m_s2**2)) / g
     first, later = SHARES_OF_MISSED
     widened = []
@@ -119,7 +118,7 @@ def check_against_site(
     g, u_g, is_stated = found
     origin = "the site's" if is_stated else f"normal gravity at {site.latitude_deg:g}°, {site.height_m:g} m"
     # buoyancy, and half the displaced air that moves with a sphere (Landau & Lifshitz, Fluid Mechanics, 11)
-    share = 1.0 if density is None else share_in_air(density)
+    share = share_in_air(density)
     expected, u_expected = g * share, math.hypot(u_g, U_AIR * g * (1.0 - share))
     difference = g_m_s2 - expected
     u = None if u_combined_m_s2 is None else math.hypot(u_combined_m_s2, u_expected)

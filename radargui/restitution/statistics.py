@@ -125,9 +125,7 @@ NO_VALUE = Statistics(0)  # of no values
 
 
 def statistics_of(
-    values: Iterable[float | None],
-    uncertainties: Iterable[float | None] = (),
-    combined: Iterable[float | None] = (),
+    values: Iterable[float | None], uncertainties: Iterable[float | None] = (), combined: Iterable[float | None] = ()
 ) -> Statistics:
     """Return the statistics of the values that are known and finite.
 

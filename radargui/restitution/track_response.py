@@ -7,14 +7,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray, IntArray
+from radargui.model.arrays import FloatArray
 from radargui.model.assumed import CLOCK, CONTACT, CONTACT_S, TILT, uncertain_inputs
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounces, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
 from radargui.restitution.floor_normal import e_by_tilt, normal_changes
-from radargui.restitution.parabola import Parabolas
+from radargui.restitution.impact_speeds import changes_of_e
 from radargui.restitution.track_flights import (
     FittedFlights,
     find_flights,
@@ -77,9 +77,10 @@ def respond(
     if (change := _changed(time, height, flights)) is not None:
         sides = np.stack(change.sides(impact_s.size))
         known, one, other = sides[:, np.isfinite([bounces.impacts[k].e for k in sides[0]])]
-        speeds = np.array([(at.speed_before_m_s, at.speed_after_m_s) for at in bounces.impacts])[known].T
-        along_m_s2 = NOMINAL_GRAVITY_M_S2 * float(normal[2])
-        e[:, known] = _e_changes(change.parabolas, (one, other), impact_s[known], speeds, along_m_s2)
+        before, after = np.array([(at.speed_before_m_s, at.speed_after_m_s) for at in bounces.impacts])[known].T
+        own, at_s = change.parabolas, impact_s[known]
+        arriving, leaving = ((own.height_at(place, at_s), own.speed_at(place, at_s)) for place in (one, other))
+        e[:, known] = changes_of_e(arriving, leaving, before, after, NOMINAL_GRAVITY_M_S2 * float(normal[2]))
     if bounces.free_fall is not None and (fall := _changed(time, height, flights[:1])) is not None:
         # heights are along the normal: only g cos(tilt) acts there
         g = fall.parabolas.g_m_s2 / max(abs(normal[2]), 1e-9)
@@ -161,14 +162,3 @@ def _changed(time_s: FloatArray, height_m: FloatArray, flights_s: FloatArray) ->
     """
     number, samples = samples_of_flights(time_s, flights_s, LEAST_SHIFTS)
     return FittedFlights.of(number, samples, samples.of(height_m)) if number.size else None
-
-
-def _e_changes(
-    change: Parabolas, sides: tuple[IntArray, IntArray], at_s: FloatArray, speeds_m_s: FloatArray, g_m_s2: float
-) -> FloatArray:
-    """Return de of impacts between flights, (n_changes, n); the instants move to where the changed parabolas meet."""
-    (one, other), (before, after) = sides, speeds_m_s
-    later_s = (change.height_at(one, at_s) - change.height_at(other, at_s)) / (before + after)
-    faster_out = change.speed_at(other, at_s) - g_m_s2 * later_s
-    faster_in = g_m_s2 * later_s - change.speed_at(one, at_s)
-    return np.asarray(faster_out / before - after / before**2 * faster_in)

@@ -105,10 +105,7 @@ def _missed(fit: FlightFit, normal: FloatArray, inputs: FlightInputs | None) -> 
         gained /= max(1.0, (misfit - gained) / freedom)
         jump = along @ kick[number]
         strength, late = float(np.linalg.norm(jump)), abs(float(away @ jump))
-        beside = (
-            IMPACT_WALLS.least_along * float(np.linalg.norm(away)) * strength
-            < late
-            < IMPACT_WALLS.latest_s * strength**2
-        )
+        least = IMPACT_WALLS.least_along * float(np.linalg.norm(away)) * strength
+        beside = least < late < IMPACT_WALLS.latest_s * strength**2
         out[number] = gained > IMPACT_WALLS.missed and strength > IMPACT_WALLS.least_kick_m_s and beside
     return out

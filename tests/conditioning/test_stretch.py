@@ -52,7 +52,7 @@ def test_a_hum_measured_at_rest_is_taken_off_the_whole_stretch() -> None:
     assert found.hum.frequency_hz == pytest.approx(50.0, abs=0.01)
     rest = slice(0, round(0.9 * RATE))
     # the hum had 28 times the noise
-    assert found.volts[0, rest].std() == pytest.approx(NOISE_V, rel=0.1)
+    assert found.signals.volts[0, rest].std() == pytest.approx(NOISE_V, rel=0.1)
     assert found.motion.first == pytest.approx(RATE, abs=0.06 * RATE)
 
 
@@ -60,7 +60,7 @@ def test_times_count_from_the_first_sample_of_all() -> None:
     volts = drop_of(0.0)
     found = find_stretch(recording_of(volts), slice(100, volts.shape[1]), 350, SETUP)
     assert isinstance(found, Stretch)
-    np.testing.assert_allclose(found.time_s[:2], [350 / RATE, 351 / RATE])
+    np.testing.assert_allclose(found.signals.time_s[:2], [350 / RATE, 351 / RATE])
 
 
 def test_nothing_but_noise_and_too_few_samples_are_no_motion() -> None:

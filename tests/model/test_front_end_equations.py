@@ -19,6 +19,13 @@ def test_the_point_of_the_channels_of_a_signal_is_the_signal(gain: float, eps: f
     np.testing.assert_allclose(x + 1j * y, z, atol=1e-12)
 
 
+def test_spectra_of_the_channels_give_the_spectra_of_the_point() -> None:
+    z = np.exp(1j * np.linspace(0.0, 7.0, 50))
+    channels = channels_of(z, z, 1.3, 0.2)
+    x, y = point_of(*np.fft.rfft(channels), 1.3, 0.2)
+    np.testing.assert_allclose([x, y], np.fft.rfft([z.real, z.imag]), atol=1e-12)
+
+
 def test_q_lags_by_the_quadrature_error_and_is_larger_by_the_gain() -> None:
     phase = np.linspace(0.0, 6.0, 30)
     i, q = channels_of(np.exp(1j * phase), np.exp(1j * phase), 1.3, 0.2)

@@ -167,3 +167,5 @@ def test_normal_gravity_is_the_ellipsoids() -> None:
 def test_steel_loses_one_and_a_half_times_the_ratio_of_densities_and_water_in_water_floats() -> None:
     assert 1.0 - share_in_air(7800.0) == pytest.approx(1.5 * 1.2 / 7800.0, rel=1e-3)
     assert share_in_air(1.2) == 0.0
+    # of a sphere whose density is not given nothing is taken off
+    assert share_in_air(None) == 1.0

@@ -53,7 +53,7 @@ def fallen(setup: Setup) -> tuple[PathLengths, Track, Segment]:
     lengths = path_lengths(place, place_antennas(setup))
     nothing = np.zeros_like(lengths)
     paths = PathLengths(time_s, nothing, lengths - lengths[:, :1], nothing, np.ones(time_s.size, dtype=bool))
-    track = locate(paths, place_antennas(setup), place[:, 0], "exact")
+    track = locate(paths, setup)
     assert track is not None
     return paths, track, Segment(0, time_s.size, 0, 0)
 
@@ -79,7 +79,7 @@ def by_draws(setup: Setup, covariance: FloatArray) -> float:
         other = setup
         for key, by in zip([*keys, "transmitter.distance_m"], x, strict=True):
             other = moved(other, key, float(by))
-        there = locate(thin, place_antennas(other), np.array(setup.tracer.release_position_m), "exact")
+        there = locate(thin, other)
         assert there is not None
         total += float(np.mean((there.position_m - track.position_m[:, few]) ** 2))
     return float(np.sqrt(total / DRAWS))

@@ -44,7 +44,7 @@ def test_a_drop_taken_fast_gives_what_it_gives_taken_slowly(correction: str) -> 
         simulation={"drop_height_m": 0.2, "snr_db": 35.0},
     )
     recording, truth = simulate_recording(setup)
-    size = band_signals(recording, slice(0, recording.n_samples), setup).size
+    size = band_signals(recording, slice(0, recording.n_samples), 0, setup).size
     assert size >= 16
     result = process(recording, setup)
     assert result.status == "ok"

@@ -11,9 +11,6 @@ from radargui.estimation.signals import composed
 from radargui.geometry.bistatic import locate_exact, position_uncertainty
 from radargui.model.front_end import FrontEnd
 
-# Of an impact that the places show: a quarter of a sample of their 2 kHz. Chosen by hand.
-_U_IMPACT_S = 1e-4
-
 
 def estimate_adaptive(found: AdaptiveRounds) -> MotionEstimate:
     """Correct each receiver by a circle whose centre and radius are functions of position.
@@ -61,7 +58,6 @@ def estimate_adaptive(found: AdaptiveRounds) -> MotionEstimate:
         u_position,
         found.signals.onset_s,
         found.impact_s,
-        np.full(found.impact_s.size, _U_IMPACT_S),
         constants,
         channels,
         chi_square,

@@ -10,6 +10,7 @@ from radargui.estimation.forward.signal_model import FrontEndState
 from radargui.estimation.motion_estimate import few_fringes_factor
 from radargui.estimation.select.chosen_model import Alternative
 from radargui.estimation.signals import ScaledSignals
+from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.estimation.solve.minimise import Solution, local_chi_square
 from radargui.estimation.solve.motion_covariance import MotionCovariance
 from radargui.geometry.bistatic import position_uncertainty
@@ -71,7 +72,7 @@ def at_samples(solution: Solution, signals: ScaledSignals, alternatives: tuple[A
     # a place needs all receivers: the one that saw least decides
     u_position, u_change = wide.max() * u_position, wide[:, None] * u_change
     if not problem.in_flight.any():
-        place = (solution.at.design @ solution.state.coefficients + release).T
+        place = positions_at_bins(solution)
         hidden = _hidden_m(solution, place)
         u_position = np.hypot(u_position, position_uncertainty(place, hidden, inputs.antennas))
         u_change = np.hypot(u_change, hidden)
@@ -82,16 +83,9 @@ def at_samples(solution: Solution, signals: ScaledSignals, alternatives: tuple[A
     # a slow release moves less than the noise of a bin for tens of milliseconds
     slow = time < solution.at.spline.edge_s[0] + SAMPLES.slow_start_s
     unseen = np.where(slow, _unseen_m(solution, signals), SAMPLES.smallest_u_m)
+    u_position, u_change = (np.hypot(spread(u), unseen) for u in (u_position, u_change))
     i, q = _corrected(solution, signals, change, at_rest)
-    return AtSamples(
-        np.ascontiguousarray(position),
-        np.hypot(spread(u_position), unseen),
-        change,
-        np.hypot(spread(u_change), unseen),
-        i,
-        q,
-        spread(misfit),
-    )
+    return AtSamples(np.ascontiguousarray(position), u_position, change, u_change, i, q, spread(misfit))
 
 
 def _hidden_m(solution: Solution, place: FloatArray) -> FloatArray:
@@ -126,11 +120,7 @@ def _with_alternatives(
     solution k from the best; its own u is widened by the misfit.
     """
     problem = solution.problem
-
-    def places(own: Solution) -> FloatArray:
-        return np.asarray((own.at.design @ own.state.coefficients + problem.inputs.release_m).T)
-
-    here = places(solution)
+    here = positions_at_bins(solution)
     path = path_lengths(here, problem.inputs.antennas)
     total = 1.0
     own = _uncertainties(solution)
@@ -138,7 +128,7 @@ def _with_alternatives(
     # the best stays the answer: a mean of two motions obeys no equation of motion
     for alternative in alternatives:
         other, weight = alternative.solution, alternative.weight
-        there = places(other)
+        there = positions_at_bins(other)
         # what unseen mirrors move has the curvature of the best
         u_position, u_change = own if other.normal is solution.normal else _uncertainties(other)
         square += weight * (u_position**2 + (there - here) ** 2)
@@ -150,8 +140,7 @@ def _with_alternatives(
 def _uncertainties(solution: Solution) -> tuple[FloatArray, FloatArray]:
     """Return standard uncertainties at the bins: positions (3, n_bins), changes of path (n_receivers, n_bins)."""
     problem = solution.problem
-    place = (solution.at.design @ solution.state.coefficients + problem.inputs.release_m).T
-    gradient = path_gradient(place, problem.inputs.antennas)
+    gradient = path_gradient(positions_at_bins(solution), problem.inputs.antennas)
     by_breaks = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients)
     covariance = MotionCovariance(solution.normal).of(
         solution.at.series.rows(), by_breaks=by_breaks.data.reshape(-1, 3, 2) if by_breaks.nnz else None

@@ -181,11 +181,8 @@ def _inputs(setup: Setup, dead: BoolArray, clipped: FloatArray) -> Iterator[_Sai
     for channel, (name, physical) in enumerate(zip(setup.channel_names, setup.physical_channels, strict=True)):
         place = f"{name} ({physical})"
         if clipped[channel] > _CLIPPED:
-            yield (
-                "clipped",
-                f"{place} is at the end of its range {percent(clipped[channel])} of the time.",
-                channel // 2,
-            )
+            said = f"{place} is at the end of its range {percent(clipped[channel])} of the time."
+            yield "clipped", said, channel // 2
         if dead[channel]:
             yield "dead", f"{place} does not answer to anything.", channel // 2
 

@@ -193,16 +193,48 @@ def test_the_circle_of_a_small_plane_lies_beneath_its_words(theme: Theme, size: 
     assert top >= plane.height_inside > 0
 
 
+def numbers_of(axis: pg.AxisItem, least: float, most: float, size: float) -> list[tuple[float, str]]:
+    """Return the places that get numbers between two values, on so many pixels, and the numbers."""
+    levels = axis.tickValues(least, most, size)
+    return [
+        (value, words)
+        for spacing, values in levels[: axis.style["maxTextLevel"] + 1]
+        for value, words in zip(values, axis.tickStrings(values, axis.scale, spacing), strict=True)
+    ]
+
+
 @pytest.mark.parametrize("width", [26, 34, 44, 60, 90, 300])
 def test_numbers_beneath_a_narrow_plot_stand_apart(theme: Theme, width: int) -> None:
     axis = Plot(theme, "I [V]", "Q [V]").getPlotItem().getAxis("bottom")
     metrics = QFontMetricsF(axis.font())
     for least, most in ((-2.2, 2.2), (0.0, 2.5), (-3.0, 4.0), (0.0, 1.5e-3), (5.0, 6e4)):
-        spacing = axis.tickSpacing(least, most, width)[0][0]
-        shown = np.arange(np.ceil(least / spacing), np.floor(most / spacing) + 1) * spacing
-        widths = [metrics.horizontalAdvance(words) for words in axis.tickStrings(shown, 1.0, spacing)]
+        shown = dict(numbers_of(axis, least, most, width))
+        places = [(value - least) / (most - least) * width for value in sorted(shown)]
+        widths = [metrics.horizontalAdvance(shown[value]) for value in sorted(shown)]
         apart = [0.5 * (one + other) for one, other in itertools.pairwise(widths)]
-        assert all(spacing * width / (most - least) > room for room in apart), (least, most, widths)
+        assert all(b - a > room for (a, b), room in zip(itertools.pairwise(places), apart, strict=True)), shown
+
+
+@pytest.mark.parametrize("name", ["left", "bottom"])
+@pytest.mark.parametrize("size", [44, 90, 150, 220, 300, 460, 700])
+def test_numbers_of_an_axis_have_all_as_many_decimals(theme: Theme, name: str, size: int) -> None:
+    axis = Plot(theme, "time [s]", "I [V]").getPlotItem().getAxis(name)
+    finest = 0
+    for least, most in ((-1.2, 1.2), (-3.0, 0.0), (0.0, 2.3), (0.78, 0.82), (-4e-4, 9e-4), (0.0, 16666.0), (9.7, 12.4)):
+        shown = numbers_of(axis, least, most, size)
+        decimals = {len(words.partition(".")[2]) for _, words in shown}
+        assert len(decimals) == 1, shown
+        finest += max(decimals)
+        # rounded nowhere, and nothing is -0
+        assert all(float(words) == pytest.approx(value, abs=1e-9 * (most - least)) for value, words in shown)
+        assert not any(words.startswith("-") and float(words) == 0.0 for _, words in shown)
+    assert finest
+
+
+def test_finer_ticks_get_numbers_where_there_is_room(theme: Theme) -> None:
+    axis = Plot(theme, "time [s]", "I [V]").getPlotItem().getAxis("left")
+    assert [words for _, words in numbers_of(axis, -1.2, 1.2, 120)] == ["-1.0", "0.0", "1.0", "-0.5", "0.5"]
+    assert [words for _, words in numbers_of(axis, -1.2, 1.2, 40)] == ["-1", "0", "1"]
 
 
 @pytest.mark.parametrize("height", [26, 34, 44, 60, 90, 300])

@@ -24,7 +24,7 @@ from radargui.model.calibrated_setup import KNOWN_TOGETHER, Change, change, chan
 from radargui.model.calibration import Calibration, Residual
 from radargui.model.radar import MOST_RECEIVERS
 from radargui.model.resources import resources_folder
-from radargui.model.rounding import UNKNOWN, plain
+from radargui.model.rounding import UNKNOWN, plain, with_sign
 from radargui.model.setup import Setup
 from radargui.model.words import sentence
 
@@ -210,7 +210,7 @@ class ResultView(QWidget):
         self.compared.setText(against)
         rows = []
         for one in changes:
-            in_u = f"{one.in_u:+z.1f}" if math.isfinite(one.in_u) else UNKNOWN
+            in_u = with_sign(one.in_u, 1) if math.isfinite(one.in_u) else UNKNOWN
             rows.append((f"{called(setup_key(one.name))}, {one.unit}", one.old, one.new, one.difference, in_u))
         self.parameters.show_rows(rows)
 

@@ -21,6 +21,7 @@ from radargui.gui.theme import Theme, draw_line, write
 from radargui.model.assumed import ASSUMED
 from radargui.model.calibrated_setup import calibration_words, edited_since, too_old
 from radargui.model.radar import MOST_RECEIVERS
+from radargui.model.rounding import with_sign
 from radargui.model.scattering import LEAST_SHARE, received_fields
 from radargui.model.words import percent
 
@@ -256,7 +257,7 @@ class TMatrixView(ModelGroup):
             return
         antennas = place_antennas(self._model.setup)
         matrix = t_matrix(antennas)
-        self.matrix.setText("\n".join("  ".join(f"{value:+8.4f}" for value in row) for row in matrix))
+        self.matrix.setText("\n".join("  ".join(f"{with_sign(value, 4):>8}" for value in row) for row in matrix))
         if antennas.n_receivers < 3:
             self.condition.setText("No 3D track: it needs three receivers. Path lengths are measured all the same.")
             return

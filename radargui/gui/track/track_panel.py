@@ -22,6 +22,7 @@ from radargui.gui.track.speed_colours import SpeedColours, SpeedTrail
 from radargui.gui.track.track_curves import TrackCurves
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
+from radargui.model.rounding import UNKNOWN, with_sign
 from radargui.model.setup import Setup
 from radargui.processing.locate import LEAST_RECEIVERS
 
@@ -275,7 +276,10 @@ class TrackPanel(QWidget):
     def _show_where(self, place_mm: FloatArray) -> None:
         # short enough for the narrowest dock
         known = bool(np.isfinite(place_mm).all())
-        words = (f"{axis} {f'{value:+z.1f}' if known else '–':>7}" for axis, value in zip(_AXES, place_mm, strict=True))
+        words = (
+            f"{axis} {with_sign(value, 1) if known else UNKNOWN:>7}"
+            for axis, value in zip(_AXES, place_mm, strict=True)
+        )
         self.where.setText("  ".join((*words, "mm")))
 
 

@@ -338,7 +338,10 @@ class Strip(QtWidgets.QFrame):
         self.words = PlainLabel()
         # as high as its words need at the width there is, not at the one that a label would like
         self.words.setSizePolicy(QtWidgets.QSizePolicy.Policy.Expanding, QtWidgets.QSizePolicy.Policy.Preferred)
-        fill(QtWidgets.QHBoxLayout(self), (self.words, 1), *buttons, margins=(8, 2, 4, 2), spacing=6)
+        row = fill(QtWidgets.QHBoxLayout(self), (self.words, 1), *buttons, margins=(8, 2, 4, 2), spacing=6)
+        for one in buttons:
+            # beside the first line: of many lines the last ones may be scrolled away
+            row.setAlignment(one, Qt.AlignmentFlag.AlignTop)
         self.hide()
 
 

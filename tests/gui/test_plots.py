@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from pyqtgraph.opengl import GLLinePlotItem, GLTextItem
 from PySide6.QtCore import QPointF, QRectF, QSize
-from PySide6.QtGui import QFontMetrics, QFontMetricsF, QResizeEvent, QVector3D
+from PySide6.QtGui import QFontMetrics, QFontMetricsF, QPainter, QPicture, QResizeEvent, QVector3D
 from PySide6.QtWidgets import QApplication
 from support.small_setups import quick_setup
 
@@ -282,3 +282,22 @@ def test_the_name_of_a_plane_is_never_cut(theme: Theme, corrected: bool) -> None
         assert plane._inside.text == words
         assert plane._inside.item.boundingRect().width() <= plane.view.width()
     plane.close()
+
+
+@pytest.mark.parametrize("figures_below", [True, False])
+def test_numbers_at_both_ends_of_the_left_axis_are_whole(theme: Theme, figures_below: bool) -> None:
+    plot = Plot(theme, "time [s]" if figures_below else "", "z [mm]", figures_below=figures_below)
+    plot.resize(300, 140)
+    plot.show()
+    QApplication.processEvents()
+    plot.setYRange(0.0, 1.0, padding=0.0)
+    axis, picture = plot.getPlotItem().getAxis("left"), QPicture()
+    painter = QPainter(picture)
+    _, _, texts = axis.generateDrawSpecs(painter)
+    painter.end()
+    plot.close()
+    assert {words for _, _, words in texts} >= {"0.0", "1.0"}
+    capital = QFontMetricsF(axis.font()).capHeight()
+    for rect, _, _ in texts:
+        middle = axis.mapToScene(rect.center()).y()
+        assert 0.5 * capital < middle < plot.height() - 0.5 * capital - 1.0

@@ -27,6 +27,7 @@ from radargui.model.resources import resources_folder
 from radargui.model.rounding import UNKNOWN, plain, with_sign
 from radargui.model.setup import Setup
 from radargui.model.words import sentence
+from radargui.report.document import with_powers
 
 _RECORDINGS = f"Recordings ({' '.join('*' + suffix for suffix in SUFFIXES)});;All files (*)"
 _PATHS = "Known motions (*.toml *.csv);;All files (*)"
@@ -251,7 +252,7 @@ def found_words(found: Calibration) -> list[str]:
         more = len(pairs) - _MOST_NAMED
         lines.append(f"known only together: {'; '.join(named)}{f'; {more} more pairs' if more > 0 else ''}")
     lines = [_KEY.sub(lambda key: called(setup_key(key[0])), line) for line in (*lines, *found.notes)]
-    return [sentence(line) for line in lines]
+    return [sentence(with_powers(line)) for line in lines]
 
 
 def _together(values: list[float]) -> float:

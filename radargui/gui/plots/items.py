@@ -146,23 +146,26 @@ class Axis(pg.AxisItem):  # type: ignore[misc] # pyqtgraph has no types
         # of a logarithmic axis pyqtgraph tells which have room
         self.style["textFillLimits"] = list(_FILLED) if self.logMode else []
         if levels and not self.logMode:
-            self._choose_numbers(levels, size)
+            self._choose_numbers(levels, minVal, maxVal, size)
         return levels
 
-    def _choose_numbers(self, levels: list[tuple[float, list[float]]], size: float) -> None:
-        """Find how far down ticks get numbers on so many pixels, and the decimals that the finest of these need."""
+    def _choose_numbers(self, levels: list[tuple[float, list[float]]], low: float, high: float, size: float) -> None:
+        """Find how far down ticks get numbers on `size` pixels, and the decimals that the finest of these need."""
         metrics = QFontMetricsF(self.style["tickFont"] or self.font())
         upright = self.orientation in ("left", "right")
-        known: list[float] = []
+        known, n_shown = list[float](), 0
         for depth, (spacing, own) in enumerate(levels):
             if not own:
                 continue
             words = _written([*known, *own], self.scale, places := _decimals(spacing * self.scale))
-            lengths = (_HEIGHT * metrics.height() if upright else metrics.horizontalAdvance(one) for one in words)
-            share = sum(lengths) / size
-            if depth and any(len(known) >= count and share >= most for count, most in _FILLED):
+            lengths = [_HEIGHT * metrics.height() if upright else metrics.horizontalAdvance(one) for one in words]
+            places_px = [abs(value - low) / abs(high - low) * size for value in (*known, *own)]
+            # what would be cut at an end of the axis is not written
+            shown = [one for one, at in zip(lengths, places_px, strict=True) if 0.5 * one <= at <= size - 0.5 * one]
+            full = any(n_shown >= count and sum(shown) / size >= most for count, most in _FILLED)
+            if depth and (full or spacing / abs(high - low) * size < max(lengths) + _BESIDE_PX):
                 break
-            known += own
+            known, n_shown = [*known, *own], len(shown)
             self._decimals, self.style["maxTextLevel"] = places, depth
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:  # noqa: N802 - pyqtgraph's name

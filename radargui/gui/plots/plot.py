@@ -103,9 +103,9 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         item.hideButtons()
         for name in ("right", "top"):
             item.hideAxis(name)
-        # room for the outermost tick words, which are cut otherwise
         item.getAxis("bottom").setStyle(showValues=figures_below)
-        item.layout.setContentsMargins(2, 7, 14, 2)
+        # room for the outermost tick words, which are cut otherwise
+        item.layout.setContentsMargins(2, 7, 14, 2 if figures_below else 7)
         self.setAspectLocked(equal)
         for name in ("bottom", "left"):
             axis = item.getAxis(name)

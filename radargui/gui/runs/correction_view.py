@@ -30,7 +30,7 @@ _PUBLISHED = (
 _MADE = {"model": "the model that was fitted", "circle": "offset and circle at the phase found"}
 _BELOW = {
     "scale": ("scale [V]", 1.0, "What the signal less its bias is divided by, piece by piece between its extremes"),
-    "rest": ("rest [mV]", 1e3, "What the samples have and the fit has not: noise, and what is not described"),
+    "rest": ("residual [mV]", 1e3, "What the samples have and the fit has not: noise, and what is not described"),
 }
 """What is drawn below I and Q, by its name in what was found: words of the axis, scale, tip."""
 _LEFT = 58
@@ -184,7 +184,7 @@ _COLUMNS: dict[str, Callable[[OverlaidMethod], str]] = {
     "e": lambda one: restitution_words(one.summary),
     "g [m/s²]": lambda one: gravity_words(one.summary),
     "Largest Δz [mm]": lambda one: UNKNOWN if one.largest_m is None else plain(one.largest_m, 3, scale=1e3),
-    "Said": lambda one: one.problem or str(one.summary.get("verdict") or ""),
+    "Verdict": lambda one: one.problem or str(one.summary.get("verdict") or ""),
 }
 
 

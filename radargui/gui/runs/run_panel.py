@@ -159,9 +159,9 @@ class SamplesView(QWidget):
         count = len(overview.channel_names) // 2
         if len(self.plots) != count:
             self.clear()
+            bottom = [""] * (count - 1) + ["time after the first sample [s]"]
             self.plots = [
-                Plot(self._theme, "time [s]" if number == count - 1 else "", f"Rx {number + 1} [V]", left_px=_LEFT)
-                for number in range(count)
+                Plot(self._theme, words, f"Rx {number} [V]", left_px=_LEFT) for number, words in enumerate(bottom, 1)
             ]
             for plot in self.plots:
                 self._column.addWidget(plot, 1)

@@ -284,6 +284,29 @@ def test_the_name_of_a_plane_is_never_cut(theme: Theme, corrected: bool) -> None
     plane.close()
 
 
+def written_beside(plot: Plot) -> tuple[pg.AxisItem, list[tuple[QRectF, int, str]]]:
+    """Return the left axis and the numbers that it writes, with their places."""
+    axis, picture = plot.getPlotItem().getAxis("left"), QPicture()
+    painter = QPainter(picture)
+    try:
+        return axis, axis.generateDrawSpecs(painter)[2]
+    finally:
+        painter.end()
+
+
+def test_an_input_that_is_dead_has_an_axis_with_numbers(theme: Theme) -> None:
+    plot = Plot(theme, "time [s]", "Rx 1 [V]", left_px=50, live=True)
+    plot.resize(300, 140)
+    plot.show()
+    QApplication.processEvents()
+    plot.fit_y(0.0, 0.0)
+    _, texts = written_beside(plot)
+    plot.close()
+    numbers = [float(words) for _, _, words in texts]
+    assert len(numbers) >= 3
+    assert 0.0 in numbers
+
+
 @pytest.mark.parametrize("figures_below", [True, False])
 def test_numbers_at_both_ends_of_the_left_axis_are_whole(theme: Theme, figures_below: bool) -> None:
     plot = Plot(theme, "time [s]" if figures_below else "", "z [mm]", figures_below=figures_below)
@@ -291,10 +314,7 @@ def test_numbers_at_both_ends_of_the_left_axis_are_whole(theme: Theme, figures_b
     plot.show()
     QApplication.processEvents()
     plot.setYRange(0.0, 1.0, padding=0.0)
-    axis, picture = plot.getPlotItem().getAxis("left"), QPicture()
-    painter = QPainter(picture)
-    _, _, texts = axis.generateDrawSpecs(painter)
-    painter.end()
+    axis, texts = written_beside(plot)
     plot.close()
     assert {words for _, _, words in texts} >= {"0.0", "1.0"}
     capital = QFontMetricsF(axis.font()).capHeight()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 
 import numpy as np
 import pyqtgraph as pg
@@ -10,16 +11,17 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from pyqtgraph.opengl import GLLinePlotItem, GLTextItem
 from PySide6.QtCore import QPointF, QRectF, QSize
-from PySide6.QtGui import QFontMetrics, QFontMetricsF, QPainter, QPicture, QResizeEvent, QVector3D
+from PySide6.QtGui import QFont, QFontMetrics, QFontMetricsF, QPainter, QPicture, QResizeEvent, QVector3D
 from PySide6.QtWidgets import QApplication
 from support.small_setups import quick_setup
 
+from radargui.gui.layout import having
 from radargui.gui.plots.envelope import Envelope, thin
 from radargui.gui.plots.items import Band
 from radargui.gui.plots.plot import Plot
 from radargui.gui.plots.ranges import SteadyRange, round_up
 from radargui.gui.scopes.iq_plane_panel import IQPlane
-from radargui.gui.theme import Theme
+from radargui.gui.theme import Theme, even_font, inside_pt
 from radargui.gui.track.shown_track import space_of
 from radargui.gui.track.space_view import SpaceView, _spaced
 from radargui.gui.track.speed_colours import SpeedColours, segments
@@ -321,3 +323,28 @@ def test_numbers_at_both_ends_of_the_left_axis_are_whole(theme: Theme, figures_b
     for rect, _, _ in texts:
         middle = axis.mapToScene(rect.center()).y()
         assert 0.5 * capital < middle < plot.height() - 0.5 * capital - 1.0
+
+
+@pytest.fixture(params=[9.0, 15.0])
+def letters(qapp: QApplication, request: pytest.FixtureRequest) -> Iterator[QFont]:
+    """Let the system's letters be as large meanwhile."""
+    before = qapp.font()
+    qapp.setFont(having(QFont(before), pointSizeF=request.param))
+    yield qapp.font()
+    qapp.setFont(before)
+
+
+def test_the_words_of_an_axis_lie_beside_its_numbers_in_letters_of_any_size(theme: Theme, letters: QFont) -> None:
+    plot = Plot(theme, "time [s]", "z [mm]", left_px=58)
+    plot.resize(plot.minimumSize())
+    plot.show()
+    QApplication.processEvents()
+    plot.setYRange(-150.0, 150.0, padding=0.0)
+    axis, texts = written_beside(plot)
+    words, margin = axis.label.mapRectToParent(axis.label.boundingRect()), axis.label.document().documentMargin()
+    plot.close()
+    assert {"-100", "0", "100"} <= {number for _, _, number in texts}
+    assert words.right() - margin <= min(rect.left() for rect, _, _ in texts)
+    assert words.height() <= plot.height()
+    assert inside_pt() >= 0.8 * letters.pointSizeF()
+    assert even_font(letters).pointSizeF() == letters.pointSizeF()

@@ -5,7 +5,7 @@ import math
 _STEPS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
 """Round numbers in a decade, none above 5/3 of the one before: a range is never much larger than what it holds."""
 
-LEAST = 1e-3
+LEAST = 1e-2
 """Half of a range at the least, in the unit that is shown (chosen by hand): around a speed of 0, or a dead input, finer
 figures would be noise of the arithmetic, and have no room beside the axis."""
 

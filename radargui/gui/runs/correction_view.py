@@ -30,7 +30,7 @@ _PUBLISHED = (
 _MADE = {"model": "the model that was fitted", "circle": "offset and circle at the phase found"}
 _BELOW = {
     "scale": ("scale [V]", 1.0, "What the signal less its bias is divided by, piece by piece between its extremes"),
-    "rest": ("residual [mV]", 1e3, "What the samples have and the fit has not: noise, and what is not described"),
+    "rest": ("Δ [mV]", 1e3, "Residual: what the samples have and the fit has not: noise, and what is not described"),
 }
 """What is drawn below I and Q, by its name in what was found: words of the axis, scale, tip."""
 _LEFT = 58

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -197,3 +199,37 @@ def test_the_result_of_an_earlier_run_is_called_so_beside_a_failure(
     wait_for(lambda: across.situation.state is AppState.FAILED)
     assert across.situation.run == "e of drop 1"
     assert "missing.csv" in across.situation.next
+
+
+def test_the_result_of_an_earlier_run_is_called_so_while_another_one_is_computed(
+    across: AcrossView, window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    QTest.keyClick(across, Qt.Key.Key_R)
+    wait_for(lambda: across.situation.state is AppState.DONE and across.situation.result)
+    one, keeping = window.runs.model.entries[0], across._keeping
+    other = replace(one, path=one.path.with_name("run-0002.h5"), label="2")
+    entries = {one.path: one, other.path: other}
+    control: Any = SimpleNamespace(
+        state=AppState.PROCESSING,
+        backlog=SimpleNamespace(computed=other.path),
+        reached=SimpleNamespace(progress=0.4),
+        waits_for="",
+    )
+    model = SimpleNamespace(entry_of=entries.get)
+    now = SimpleNamespace(
+        control=control,
+        runs=SimpleNamespace(model=model),
+        of_result=one.path,
+        coming="",
+        role="busy",
+        services=keeping.services,
+    )
+    monkeypatch.setattr(across, "_keeping", now)
+    across.look()
+    assert across.situation.run == "drop 2; e of drop 1"
+    assert across.situation.next == "The result is being computed: 40 %"
+    # its preliminary result is its own
+    now.of_result = other.path
+    across.look()
+    assert across.situation.run == "drop 2"
+    monkeypatch.setattr(across, "_keeping", keeping)

@@ -158,6 +158,9 @@ class AcrossView(QWidget):
         state = self._keeping.control.state
         entry = self._keeping.runs.model.entry_of(self._keeping.of_result)
         coming = self._keeping.coming if state in (AppState.ARMED, AppState.RECORDING, AppState.SETTLING) else ""
+        computed = self._keeping.runs.model.entry_of(self._keeping.control.backlog.computed)
+        if state is AppState.PROCESSING and computed is not None and (entry is None or computed.path != entry.path):
+            coming = computed.called
         if entry is None:
             return Situation(state, "", coming, self._next(state, ""))
         run = entry.called

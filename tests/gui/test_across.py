@@ -198,7 +198,8 @@ def test_the_result_of_an_earlier_run_is_called_so_beside_a_failure(
     QTest.keyClick(across, Qt.Key.Key_R)
     wait_for(lambda: across.situation.state is AppState.FAILED)
     assert across.situation.run == "e of drop 1"
-    assert "missing.csv" in across.situation.next
+    # the reason comes a moment later
+    wait_for(lambda: "missing.csv" in across.situation.next)
 
 
 def test_the_result_of_an_earlier_run_is_called_so_while_another_one_is_computed(

@@ -162,7 +162,7 @@ def test_methods_are_computed_in_the_background_and_laid_over_the_result(
     assert not view.compute.isEnabled()
     assert view.quantity.isHidden(), "there is nothing to choose from"
     window.empty.refresh()
-    assert window.empty.labels["run"].text() == "Tick what is to be laid over published."
+    assert window.empty.labels["run"].text() == "Tick what is to be laid over “published”."
     view.boxes["ellipse"].click()
     view.boxes["none"].click()
     view.compute.click()

@@ -222,6 +222,8 @@ def test_nothing_of_an_earlier_run_stands_beneath_the_name_of_another(
     table.choose(lambda one: one.path.name == "run-0001.h5")
     wait_for(lambda: "e of the first impact" in panel.figures.toPlainText())
     samples = panel.samples.plots
+    panel.tabs.setCurrentWidget(panel.tabs.page("methods"))
+    assert any(box.isChecked() for box in panel.tabs.page("methods").boxes.values())
     # a damaged one
     table.choose(lambda one: one.path.name == "run-0002.h5")
     wait_for(lambda: "cannot be shown" in panel._title.text())
@@ -233,6 +235,10 @@ def test_nothing_of_an_earlier_run_stands_beneath_the_name_of_another(
     QApplication.processEvents()
     own_window.empty.refresh()
     assert own_window.empty.labels["run"].text() == "This run cannot be shown."
+    methods = panel.tabs.page("methods")
+    panel.tabs.setCurrentWidget(methods)
+    assert not methods.compute.isEnabled()
+    assert not any(box.isChecked() or box.isEnabled() for box in methods.boxes.values())
     panel.tabs.setCurrentWidget(panel.figures)
     # one that takes its time
     table.choose(lambda one: one.path.name == "run-0001.h5")

@@ -26,8 +26,8 @@ _WIDEST = {
 _SHARES = {"state": 0.26, "result": 0.26, "run": 0.14, "next": 0.22, "keys": 0.06}
 """Of the height of the screen; what is left holds the keys."""
 _KEYS = "Space  start      R  record      F5  stop      Del  reject      F11 or Esc  back to the window"
-_WITHOUT_RESULT = (AppState.IDLE, AppState.STARTING, AppState.LIVE, AppState.FAILED)
-"""States that made no result: what is shown is that of an earlier run, and said to be."""
+_WITHOUT_RESULT = (AppState.IDLE, AppState.STARTING, AppState.LIVE, AppState.STOPPING, AppState.FAILED)
+"""States in which none is made: what is shown is that of an earlier run, and said to be."""
 _MARGIN = 0.03
 """Of the width of the screen, left free at either side (chosen by hand)."""
 

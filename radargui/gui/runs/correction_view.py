@@ -233,13 +233,15 @@ class MethodsView(QtWidgets.QWidget):
         for method, box in self.boxes.items():
             having(box, checked=method == self._own, enabled=bool(self._own) and method != self._own)
         self._since = f"time after {result.zero[1]} [s]"
-        said = f"Tick what is to be laid over {self._own}." if self._own else "Nothing was corrected."
+        said = f"Tick what is to be laid over “{self._own}”." if self._own else "Nothing was corrected."
         self.words.setText(said)
         self.curves.when_empty = said
 
     def clear(self) -> None:
         """Forget the run."""
         self._all, self._own = [], ""
+        for box in self.boxes.values():
+            having(box, checked=False, enabled=False)
         self.show_busy(busy=False)
         self.words.setText("")
         self.curves.when_empty = ""

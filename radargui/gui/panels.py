@@ -136,7 +136,8 @@ class Panels(QtWidgets.QMainWindow):
             docks[name].raise_()
         width, height = self.width(), self.height()
         # wider only where large letters need it
-        side = min(max(400, width // 3), max(28 * width // 100, self.held["antennas"].minimumSizeHint().width() + 6))
+        most = max(400, min(scaled_px(400), width // 3))
+        side = min(most, max(28 * width // 100, self.held["antennas"].minimumSizeHint().width() + 6))
         rest = width - side
         self.resizeDocks([docks["hardware"], docks["scopes"], docks["track"]], [side, rest // 2, rest // 2], across)
         if not narrow:

@@ -67,6 +67,8 @@ class CorrectionView(QtWidgets.QWidget):
         self._curves = tuple(self.corrected.still_line(part.lower(), part) for part in "IQ")
         self.decided = having(QtWidgets.QPlainTextEdit(readOnly=True), accessibleName="What was found and decided")
         having(self.decided, frameShape=QtWidgets.QFrame.Shape.NoFrame, focusPolicy=Qt.FocusPolicy.NoFocus)
+        # words are wrapped; at every fourth width Qt showed a bar all the same, which took the last line
+        self.decided.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         # as many lines, and nothing of the next one
         self.decided.document().setDocumentMargin(0.0)
         self.decided.setViewportMargins(6, 0, 0, 0)

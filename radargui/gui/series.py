@@ -199,7 +199,7 @@ class FallsView(QWidget):
         # of one session no place on its curves is marked
         key = session_key(facts.findings.sessions)
         named = [("▬" if len(groups) == 1 else sign, role, words) for sign, role, words in key]
-        self.key.show_entries(("╌", "fit", f"g t²/2, g = {g:.5g} m/s²"), *named)
+        self.key.show_entries(("╌", "fit", f"g t²/2, g = {g:.4f} m/s²"), *named)
         self.key.setToolTip(_plain(session_key(facts.findings.sessions)))
         for plot in (self.fallen, self.left):
             plot.enableAutoRange()

@@ -45,7 +45,7 @@ class Ending(Enum):
     STOPPED = "stopped by the operator"
     FAILED = "recording failed"
     DISK = "the disk was almost full"
-    NO_MOTION = "the source ended before anything moved"
+    NO_MOTION = "nothing moved as much as the trigger asks for until the end"
     WAITED = "nothing moved in the time allowed for waiting"
 
 

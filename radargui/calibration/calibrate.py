@@ -26,6 +26,7 @@ from radargui.calibration.verdict import (
     fit_paths,
     leaned,
     left_out,
+    orders_words,
     rms_m,
     undecidable,
     untold,
@@ -154,9 +155,8 @@ def _calibrated(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequ
         f"{recordings[number].name}: receiver {receiver + 1} lost a fringe near {time_s:.3f} s, put right"
         for number, receiver, time_s in found_roughly.slips
     )
-    alike = "; ".join(undecidable(rough, by_paths))
-    untold = (f"these motions cannot tell whether {alike}",) if alike else ()
-    calibration = replace(calibration, notes=calibration.notes + lost + untold)
+    untold = orders_words(undecidable(rough, by_paths))
+    calibration = replace(calibration, notes=(*calibration.notes, *lost, *filter(None, (untold,))))
     return Calibrated(calibration, calibrated_setup(setup, found, calibration), found)
 
 

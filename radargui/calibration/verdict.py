@@ -37,8 +37,8 @@ LEFT_OUT_STEPS = 6
 """At the most, in which the motion of a recording that is left out follows; to the end it took 20 s a drop."""
 MOST_COMPARED = 3
 """Recordings that other orders are tried on."""
-
-
+_MOST_NAMED = 3
+"""Wrong orders of the receivers named in a line (chosen by hand): there are up to 47 of four."""
 STEP_POINTS, RISE_POINTS = 5, 3
 """Values of a path whose medians are compared where a step is looked for: 25 ms of a drop; and how long it may take."""
 
@@ -193,6 +193,14 @@ def undecidable(found: Fit, recordings: Sequence[PathLikelihood]) -> list[str]:
         return max(float(np.std(change, axis=1).max(initial=0.0)) for change in changes)
 
     return [words for words, other in other_orders(setup) if apart_m(other) < ALIKE_M]
+
+
+def orders_words(orders: Sequence[str]) -> str:
+    """Return in one line what `undecidable` found; of many some are named and the others counted; "" where none is."""
+    named = orders if len(orders) <= _MOST_NAMED + 1 else orders[:_MOST_NAMED]
+    more = len(orders) - len(named)
+    counted = f", or the receivers come in any of {more} other orders" if more else ""
+    return f"these motions cannot tell whether {', or '.join(named)}{counted}" if orders else ""
 
 
 def _order_in_words(order: tuple[int, ...], *, mirrored: bool) -> str:

@@ -7,15 +7,19 @@ from PySide6.QtWidgets import QDialog, QVBoxLayout, QWidget
 from radargui.gui.layout import Margins, Part, Scroll, fill, having
 from radargui.gui.mnemonics import letter_parts
 from radargui.gui.settings import Settings
+from radargui.gui.theme import scaled_px
 
 _FRAME = QSize(16, 40)
 """What the system draws around a window: edges and title (chosen by hand, the largest of usual systems)."""
 
 
 def fit_screen(window: QWidget, width: int, height: int) -> None:
-    """Give a window a size, no larger than the screen has room for; one that is seen stays on the screen with it."""
+    """Give a window a size in pixels at the usual font, no larger than the screen has room for.
+
+    One that is seen stays on the screen with it.
+    """
     room = window.screen().availableGeometry()
-    window.resize(QSize(width, height).boundedTo(room.size() - _FRAME))
+    window.resize(QSize(scaled_px(width), scaled_px(height)).boundedTo(room.size() - _FRAME))
     if window.isVisible():
         taken, most = window.frameGeometry(), room.bottomRight() - room.topLeft()
         last = room.topLeft() + most - QPoint(taken.width(), taken.height()) + QPoint(1, 1)
@@ -28,7 +32,7 @@ class Dialog(QDialog):
     Parameters
     ----------
     size
-        At first, in pixels.
+        At first, in pixels at the usual font.
     name, settings
         By which and where its size, columns and parts are remembered; without them they are not.
     """

@@ -92,6 +92,17 @@ class Pages(QtWidgets.QTabWidget):
         self._names, self._later, self.made = tuple(titles), later, made
         for name, title in titles.items():
             self.addTab(made.get(name) or QtWidgets.QWidget(), title)
+        self.currentChanged.connect(self._ask_for_room)
+        self._ask_for_room()
+
+    def _ask_for_room(self, _index: int = 0) -> None:
+        """Need as much room as the page in front: a low one is not scrolled because another one is high."""
+        for place in range(self.count()):
+            in_front = place == self.currentIndex()
+            needs = QtWidgets.QSizePolicy.Policy.Preferred if in_front else QtWidgets.QSizePolicy.Policy.Ignored
+            if (page := self.widget(place)) is not None:
+                page.setSizePolicy(needs, needs)
+        self.updateGeometry()
 
     @property
     def shown(self) -> str:
@@ -108,6 +119,7 @@ class Pages(QtWidgets.QTabWidget):
                 self.removeTab(place)
                 self.insertTab(place, self.made[name], title)
                 self.setCurrentIndex(shown)
+            self._ask_for_room()
         return self.made[name]
 
 
@@ -338,7 +350,10 @@ class Strip(QtWidgets.QFrame):
         self.words = PlainLabel()
         # as high as its words need at the width there is, not at the one that a label would like
         self.words.setSizePolicy(QtWidgets.QSizePolicy.Policy.Expanding, QtWidgets.QSizePolicy.Policy.Preferred)
-        fill(QtWidgets.QHBoxLayout(self), (self.words, 1), *buttons, margins=(8, 2, 4, 2), spacing=6)
+        row = fill(QtWidgets.QHBoxLayout(self), (self.words, 1), *buttons, margins=(8, 2, 4, 2), spacing=6)
+        for one in buttons:
+            # beside the first line: of many lines the last ones may be scrolled away
+            row.setAlignment(one, Qt.AlignmentFlag.AlignTop)
         self.hide()
 
 

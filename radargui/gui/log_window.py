@@ -7,13 +7,14 @@ from functools import partial
 from itertools import count
 from pathlib import Path
 
-from PySide6.QtGui import QFontDatabase, QGuiApplication, QTextCursor
+from PySide6.QtGui import QGuiApplication, QTextCursor
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLineEdit, QPlainTextEdit
 
 from radargui.gui.dialog import Dialog
 from radargui.gui.layout import Choice, PlainLabel, button, fill, having, labelled, ticking
 from radargui.gui.services import Services
 from radargui.gui.setup.setup_model import SetupModel
+from radargui.gui.theme import even_font
 from radargui.model.resources import LOG_FORMAT, log_path
 from radargui.model.setup import dump_setup
 from radargui.session.about import about_lines
@@ -74,7 +75,7 @@ class LogWindow(Dialog):
         mode = QPlainTextEdit.LineWrapMode.NoWrap
         self.view = QPlainTextEdit(readOnly=True, maximumBlockCount=MOST_ENTRIES, lineWrapMode=mode)
         self.view.setAccessibleName("Log")
-        self.view.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
+        self.view.setFont(even_font(self.font()))
         self.view.setToolTip(f"What the log file gets since the program was started; older entries: {log_path()}")
         nexts = button("Next", self.find_next, "Go to the next place that has these words")
         above = (labelled("Show", self.level), self.level, (self.words, 1), nexts, self.follows)

@@ -30,7 +30,8 @@ from radargui.gui.scopes.iq_plane_panel import IQPlanePanel
 from radargui.gui.scopes.scope_panel import WINDOWS_S, ScopePanel
 from radargui.gui.series import SeriesPanel
 from radargui.gui.services import Services
-from radargui.gui.sessions.session_controller import LaterOffer, RecoveryOffer, SessionController
+from radargui.gui.sessions.offers import LaterOffer, RecoveryOffer
+from radargui.gui.sessions.session_controller import SessionController
 from radargui.gui.sessions.transfer_controller import TransferController
 from radargui.gui.settings import LAYOUT_VERSION, Settings
 from radargui.gui.setup.antenna_panel import AntennaPanel

@@ -211,7 +211,8 @@ class NoticeStrip(QWidget):
         copy = button("Copy", lambda: QGuiApplication.clipboard().setText(whole))
         row = Strip(_EDGES[notice.level], copy, button("Dismiss", lambda: self._board.dismiss(notice)))
         times = f" ({notice.count} times)" if notice.count > 1 else ""
-        row.words.setText(f"{_WORDS[notice.level]}{times}: {notice.text}")
+        # a driver tells an error in many lines, some of them empty; the whole as it came is copied
+        row.words.setText(f"{_WORDS[notice.level]}{times}: {' '.join(notice.text.split())}")
         row.words.setTextInteractionFlags(
             Qt.TextInteractionFlag.TextSelectableByMouse | Qt.TextInteractionFlag.TextSelectableByKeyboard
         )

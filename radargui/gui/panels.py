@@ -17,7 +17,7 @@ from radargui.gui.layout import Scroll, button, fill, having, takes_tab
 from radargui.gui.mnemonics import letter_menu
 from radargui.gui.plots.plot import Plot
 from radargui.gui.settings import LAYOUT_VERSION, Settings
-from radargui.gui.theme import CHOICES, Theme
+from radargui.gui.theme import CHOICES, Theme, scaled_px
 from radargui.model.resources import help_page, resource_table
 
 TITLES = {
@@ -36,7 +36,7 @@ TITLES = {
 
 _FORMS = ("hardware", "antennas", "session")
 _WIDEST_FORM = 520
-"""Lines of numbers do not get better by being wider; what is left belongs to the plots."""
+"""In pixels at the usual font. Lines of numbers do not get better by being wider; what is left belongs to the plots."""
 _LEAST_ROOM = QSize(230, 116)
 """Of a panel: three beside each other and two above each other fit 960 x 540 (1920 x 1080 at scale 2)."""
 _TITLE_PX = 24
@@ -108,7 +108,7 @@ class Panels(QtWidgets.QMainWindow):
             dock = having(QtWidgets.QDockWidget(title), objectName=name, widget=Room(self.held[name]))
             dock.visibilityChanged.connect(partial(self._show_content, dock))
             if name in _FORMS:
-                dock.setMaximumWidth(_WIDEST_FORM)
+                dock.setMaximumWidth(scaled_px(_WIDEST_FORM))
             self.docks[name] = dock
             self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, dock)
 
@@ -123,7 +123,7 @@ class Panels(QtWidgets.QMainWindow):
         self.splitDockWidget(docks["hardware"], docks["scopes"], across)
         self.splitDockWidget(docks["scopes"], docks["runs"], down)
         self.splitDockWidget(docks["scopes"], docks["track"], across)
-        narrow = self.width() < _NARROW
+        narrow = self.width() < scaled_px(_NARROW)
         if narrow:
             self.tabifyDockWidget(docks["scopes"], docks["planes"])
         else:
@@ -135,14 +135,16 @@ class Panels(QtWidgets.QMainWindow):
         for name in ("hardware", "scopes"):
             docks[name].raise_()
         width, height = self.width(), self.height()
-        side = min(400, max(28 * width // 100, self.held["antennas"].minimumSizeHint().width() + 6))
+        # wider only where large letters need it
+        most = max(400, min(scaled_px(400), width // 3))
+        side = min(most, max(28 * width // 100, self.held["antennas"].minimumSizeHint().width() + 6))
         rest = width - side
         self.resizeDocks([docks["hardware"], docks["scopes"], docks["track"]], [side, rest // 2, rest // 2], across)
         if not narrow:
             self.resizeDocks([docks["runs"], docks["planes"]], [68 * rest // 100, 32 * rest // 100], across)
         # what the track needs is left for it, so that it need not scroll, while the runs keep three rows
         least = self.held["track"].minimumSizeHint().height() + _TITLE_PX
-        low = min(280, 3 * height // 8, max(3 * height // 10, height - least))
+        low = min(scaled_px(280), 3 * height // 8, max(scaled_px(3 * height // 10), height - least))
         self.resizeDocks([docks["scopes"], docks["runs"]], [height - low, low], down)
 
     def fill(self, menu: QtWidgets.QMenu) -> None:

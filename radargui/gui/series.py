@@ -42,6 +42,8 @@ _LONGEST_NAME, _DATE = 24, len("2026-01-31T")
 _BEST = "best"
 _SIGNS = (("●", "o"), ("■", "s"), ("▲", "t1"), ("◆", "d"), ("▼", "t"))
 """In the order of `canvas.MARKS`."""
+_DIGITS = 2
+"""Of an uncertainty (GUM, 7.2.6)."""
 _PAGES = {"table": "Statistics", "speeds": "e against speed", "falls": "Falls", "words": "In words"}
 
 
@@ -55,15 +57,19 @@ class SeriesRow:
     scale: float = 1.0
 
 
-# title of a column, and what stands in it; 2: digits of an uncertainty (GUM, 7.2.6)
+def _uncertainty(value: float | None, scale: float) -> str:
+    return with_powers(plain(value, _DIGITS, scale=scale))
+
+
+# title of a column, and what stands in it
 COLUMNS: dict[str, Callable[[SeriesRow], str]] = {
     "Session": lambda row: row.session,
     "Quantity": lambda row: row.quantity,
     "n": lambda row: str(row.found.n),
     "Mean": lambda row: alone(row.found.mean, row.found.u, row.scale),
-    "Standard\ndeviation": lambda row: plain(row.found.standard_deviation, 2, scale=row.scale),
-    "Standard\nerror": lambda row: plain(row.found.standard_error, 2, scale=row.scale),
-    "Combined\nu": lambda row: plain(row.found.combined, 2, scale=row.scale),
+    "Standard\ndeviation": lambda row: _uncertainty(row.found.standard_deviation, row.scale),
+    "Standard\nerror": lambda row: _uncertainty(row.found.standard_error, row.scale),
+    "Combined\nu": lambda row: _uncertainty(row.found.combined, row.scale),
 }
 TIP = (
     "Over the drops that count: standard deviation of one drop, standard error of the mean, and its combined standard "
@@ -193,7 +199,7 @@ class FallsView(QWidget):
         # of one session no place on its curves is marked
         key = session_key(facts.findings.sessions)
         named = [("▬" if len(groups) == 1 else sign, role, words) for sign, role, words in key]
-        self.key.show_entries(("╌", "fit", f"g t²/2, g = {g:.5g} m/s²"), *named)
+        self.key.show_entries(("╌", "fit", f"g t²/2, g = {g:.4f} m/s²"), *named)
         self.key.setToolTip(_plain(session_key(facts.findings.sessions)))
         for plot in (self.fallen, self.left):
             plot.enableAutoRange()

@@ -13,6 +13,8 @@ from radargui.model.rounding import UNKNOWN
 
 Index = QModelIndex | QPersistentModelIndex
 _R = TypeVar("_R")
+_LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+"""From a power of ten as people read it to digits that are read as a number."""
 
 
 class RowModel(QAbstractTableModel, Generic[_R]):
@@ -79,7 +81,7 @@ class _Sorted(QSortFilterProxyModel):
 
 def sort_key(words: str) -> tuple[int, float, str]:
     """Return what words are sorted by: "0.80 ± 0.01" by its number, then words, then dashes and nothing."""
-    first = words.lstrip("(").split(" ")[0]
+    first = words.lstrip("(").replace(" × 10", "e").translate(_LOWERED).split(" ")[0]
     try:
         return 0, float(first), ""
     except ValueError:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from PySide6.QtCore import QObject, QPointF, QRectF, QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPalette, QPen
+from PySide6.QtGui import QColor, QFont, QFontDatabase, QFontMetricsF, QPainter, QPalette, QPen
 from PySide6.QtWidgets import QApplication
 
 from radargui.gui.layout import having
@@ -137,6 +137,29 @@ def edged_palette(colours: Colours) -> QPalette:
 def scaled_font(base: QFont, factor: float, *, bold: bool = False) -> QFont:
     """Return `base` made larger or smaller by a factor."""
     return having(QFont(base), pointSizeF=base.pointSizeF() * factor, bold=bold)
+
+
+_DIGIT_PX = 7.625
+"""Width of a digit in the font at which sizes in pixels were chosen."""
+_INSIDE = 8.0 / 9.0
+"""Words inside a plot against those around it (chosen by hand)."""
+
+
+def scaled_px(size_px: float) -> int:
+    """Return a size in pixels that was chosen at the usual font, as large in letters where they are larger."""
+    digit = QFontMetricsF(QApplication.font()).horizontalAdvance("0")
+    return round(size_px * max(1.0, digit / _DIGIT_PX))
+
+
+def inside_pt() -> int:
+    """Return the size of words inside a plot."""
+    return max(1, round(_INSIDE * QApplication.font().pointSizeF()))
+
+
+def even_font(base: QFont) -> QFont:
+    """Return the font whose letters are all as wide, as large as `base`."""
+    fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
+    return having(fixed, pointSizeF=base.pointSizeF())
 
 
 def fitting_font(base: QFont, longest: str, width: float, height: float, points: tuple[float, float]) -> QFont:

@@ -54,10 +54,16 @@ def alone(value: float | None, u: float | None, scale: float = 1.0, *, signed: b
     value, u, scale
         See `quantity`.
     signed
-        Whether to write a plus, for differences.
+        Whether to write a plus, for differences; what rounds to nothing has no sign.
     """
     text = quantity(value, u, scale=scale).partition(" ± ")[0]
-    return f"+{text}" if signed and value is not None and value > 0.0 else text
+    return f"+{text}" if signed and text != UNKNOWN and float(text) > 0.0 else text
+
+
+def with_sign(value: float, places: int) -> str:
+    """Return a number with so many decimals and its sign; what rounds to nothing has none."""
+    text = f"{value:+z.{places}f}"
+    return text if float(text) else text[1:]
 
 
 def plain(value: float | None, digits: int = 4, unit: str = "", scale: float = 1.0) -> str:

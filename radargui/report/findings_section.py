@@ -96,7 +96,7 @@ def _found(one: SessionFindings, session: SessionFacts) -> Iterator[Content]:
         "Outliers": f"{', '.join(series.outliers) or 'none'} by the {OUTLIER_RULE}; all are in the mean"
         if e.n > 2
         else "",
-        "g of the first fall": f"{series.g_m_s2.words()} m/s²" if series.g_m_s2.n else "",
+        "g of the first fall": quantity(series.g_m_s2.mean, series.g_m_s2.u, "m/s²") if series.g_m_s2.n else "",
         "g of the place": _site(one.site) if one.site else "",
     }
     yield Facts.of(rows)

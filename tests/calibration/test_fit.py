@@ -14,7 +14,17 @@ from radargui.calibration.known_path import KnownMotion, read_known
 from radargui.calibration.likelihood import Measured, MotionModel, PathLikelihood, World
 from radargui.calibration.shares import working
 from radargui.calibration.unknowns import USUAL, antenna_unknowns, fall_unknowns, place_unknowns, setup_with
-from radargui.calibration.verdict import GAIN, fit_paths, leaned, left_out, other_orders, put_right, undecidable, untold
+from radargui.calibration.verdict import (
+    GAIN,
+    fit_paths,
+    leaned,
+    left_out,
+    orders_words,
+    other_orders,
+    put_right,
+    undecidable,
+    untold,
+)
 from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.setup import Setup, read_setup
@@ -171,7 +181,14 @@ def test_what_a_path_does_not_show_of_the_order_is_named() -> None:
     time = np.linspace(0.0, 4.0, 100)
     path = path_lengths(np.stack([0.0 * time, 0.0 * time, 0.05 * np.sin(time - 0.3)]), place_antennas(setup))
     one = PathLikelihood(Measured(time, path, NOISE_M), motion, setup.radar.wavelength_m)
-    assert len(undecidable(found_of(world, [one]), [one])) == 11
+    orders = undecidable(found_of(world, [one]), [one])
+    assert len(orders) == 11
+    # a line that people read
+    begin = "these motions cannot tell whether"
+    named = f"{begin} {', or '.join(orders[:3])}"
+    assert orders_words(orders) == f"{named}, or the receivers come in any of 8 other orders"
+    assert orders_words(orders[:4]) == f"{begin} {', or '.join(orders[:4])}"
+    assert orders_words([]) == ""
 
 
 def test_a_lost_fringe_is_found_and_put_right() -> None:

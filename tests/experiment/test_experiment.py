@@ -154,7 +154,7 @@ def test_a_scene_in_which_nothing_moves_ends_with_a_clear_message_and_no_file(tm
     runs = list(an_experiment.record(3))
     assert len(runs) == 1
     assert runs[0].path is None
-    assert runs[0].message == "No run was recorded: the source ended before anything moved."
+    assert runs[0].message == "No run was recorded: nothing moved as much as the trigger asks for until the end."
     assert an_experiment.state is ExperimentState.IDLE
     assert an_experiment.session.run_paths() == ()
     assert len(listener.of(EventKind.RUN)) == 1

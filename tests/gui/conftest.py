@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
+from PySide6.QtGui import QFont
 from PySide6.QtWidgets import QApplication, QDialog
 from pytestqt.qtbot import QtBot
 from support.changed import changed
@@ -20,6 +21,7 @@ from support.small_setups import quick_setup
 from support.window_clocks import FastClock, SeenClock
 
 from radargui.gui.control.state import AppState, Asked
+from radargui.gui.layout import having
 from radargui.gui.main_window import MainWindow
 from radargui.gui.notices import NoticeBoard
 from radargui.gui.opengl_probe import OpenGLProbe
@@ -84,6 +86,15 @@ def board(qapp: QApplication) -> NoticeBoard:
 @pytest.fixture
 def theme(qapp: QApplication) -> Theme:
     return Theme(qapp, "light")
+
+
+@pytest.fixture
+def large_letters(qapp: QApplication) -> Iterator[None]:
+    """Let the system's letters be five thirds as large meanwhile."""
+    before = qapp.font()
+    qapp.setFont(having(QFont(before), pointSizeF=15.0))
+    yield
+    qapp.setFont(before)
 
 
 @pytest.fixture

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QFontMetricsF
+from PySide6.QtGui import QFontMetrics, QFontMetricsF
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from support.controlled_source import ControlledSource, codes
 
+from radargui.gui.control.control_bar import wrapped
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.across import _WIDEST, AcrossView, Situation
@@ -171,3 +175,62 @@ def test_the_key_for_the_next_plot_goes_round_those_that_are_seen(window: MainWi
     assert len(seen) >= 7
     assert window.scopes.time.scopes[0] in seen
     assert all(plot.isVisible() for plot in seen)
+
+
+def test_an_error_of_many_lines_stays_in_its_place(across: AcrossView) -> None:
+    metrics = QFontMetrics(across.fonts()["next"])
+    height = 2 * metrics.lineSpacing()
+    told = "The device is not there.\n\n    Device Specified: Dev1\n\nStatus Code: -200220\n" * 4
+    words = wrapped(told, metrics, across.width(), height)
+    assert words.startswith("The device is not there. Device Specified: Dev1")
+    assert words.count("\n") == 1
+    assert "·" not in words
+
+
+def test_the_result_of_an_earlier_run_is_called_so_beside_a_failure(
+    across: AcrossView, window: MainWindow, wait_for: Any, tmp_path: Path
+) -> None:
+    QTest.keyClick(across, Qt.Key.Key_R)
+    wait_for(lambda: across.situation.state is AppState.DONE and across.situation.result)
+    assert across.situation.run == "drop 1"
+    window.hardware.choose("replay")
+    window.hardware.replay.file.line.setText(str(tmp_path / "missing.csv"))
+    QTest.keyClick(across, Qt.Key.Key_R)
+    wait_for(lambda: across.situation.state is AppState.FAILED)
+    assert across.situation.run == "e of drop 1"
+    # the reason comes a moment later
+    wait_for(lambda: "missing.csv" in across.situation.next)
+
+
+def test_the_result_of_an_earlier_run_is_called_so_while_another_one_is_computed(
+    across: AcrossView, window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    QTest.keyClick(across, Qt.Key.Key_R)
+    wait_for(lambda: across.situation.state is AppState.DONE and across.situation.result)
+    one, keeping = window.runs.model.entries[0], across._keeping
+    other = replace(one, path=one.path.with_name("run-0002.h5"), label="2")
+    entries = {one.path: one, other.path: other}
+    control: Any = SimpleNamespace(
+        state=AppState.PROCESSING,
+        backlog=SimpleNamespace(computed=other.path),
+        reached=SimpleNamespace(progress=0.4),
+        waits_for="",
+    )
+    model = SimpleNamespace(entry_of=entries.get)
+    now = SimpleNamespace(
+        control=control,
+        runs=SimpleNamespace(model=model),
+        of_result=one.path,
+        coming="",
+        role="busy",
+        services=keeping.services,
+    )
+    monkeypatch.setattr(across, "_keeping", now)
+    across.look()
+    assert across.situation.run == "drop 2; e of drop 1"
+    assert across.situation.next == "The result is being computed: 40 %"
+    # its preliminary result is its own
+    now.of_result = other.path
+    across.look()
+    assert across.situation.run == "drop 2"
+    monkeypatch.setattr(across, "_keeping", keeping)

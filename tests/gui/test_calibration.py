@@ -150,7 +150,13 @@ def test_the_result_is_read_without_words_upon_another_a_minus_nothing_or_anothe
     residuals = tuple(replace(one, file="2025-11-03T10-00-00/run-0001") for one in found.residuals)
     view.show_calibration(replace(found, notes=notes, residuals=residuals))
     assert view.words.text().endswith("\nu widened by 1.20 (Birge ratio).")
-    assert not any("-0.0" in entry for entry in view.parameters.rows.entries)
+    assert {entry[4] for entry in view.parameters.rows.entries} == {"0.0"}
+    assert not any(
+        words[0] in "+-" and float(words) == 0.0 for entry in view.parameters.rows.entries for words in entry[3:]
+    )
+    view.show_calibration(calibration_of(window.setup_model.setup, shift_u=0.001))
+    assert {entry[3:] for entry in view.parameters.rows.entries} == {("0.00", "0.0"), ("0.0", "0.0")}
+    view.show_calibration(replace(found, notes=notes, residuals=residuals))
     view.plot.grab()
     assert all(one.horizontalScrollBar().maximum() == 0 for one in (view.parameters, view.residuals))
     axis, picture = view.plot.getPlotItem().getAxis("left"), QPicture()

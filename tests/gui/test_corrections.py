@@ -162,7 +162,7 @@ def test_methods_are_computed_in_the_background_and_laid_over_the_result(
     assert not view.compute.isEnabled()
     assert view.quantity.isHidden(), "there is nothing to choose from"
     window.empty.refresh()
-    assert window.empty.labels["run"].text() == "Tick what is to be laid over published."
+    assert window.empty.labels["run"].text() == "Tick what is to be laid over “published”."
     view.boxes["ellipse"].click()
     view.boxes["none"].click()
     view.compute.click()
@@ -205,3 +205,17 @@ def test_a_method_that_fails_says_why(qtbot: QtBot, theme: Theme, by: Any) -> No
     model = view.table.model()
     assert model.index(1, model.columnCount() - 1).data() == "the samples lie on no ellipse"
     assert [model.index(1, column).data() for column in range(3)] == ["ellipse", "–", "–"]
+
+
+def test_what_was_decided_is_wrapped_at_any_width(theme: Theme, qtbot: QtBot) -> None:
+    view = CorrectionView(theme)
+    qtbot.addWidget(view)
+    view.show()
+    view.decided.show()
+    view.decided.setPlainText(
+        "A floor that reflects is kept: log evidence beyond +60. The offsets drift on the rest. " * 3
+    )
+    for width in range(500, 600):
+        view.resize(width, 600)
+        QApplication.processEvents()
+        assert not view.decided.horizontalScrollBar().isVisible(), width

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -263,3 +264,31 @@ def test_words_that_are_longer_than_their_line_end_in_an_ellipsis_and_stand_in_t
     assert shown[0] != shown[1]
     assert drawn.text().endswith("…")
     assert line.toolTip() == words
+
+
+def test_in_large_letters_forms_are_whole_and_the_list_shows_a_run(
+    make_window: Any, setup_path: Path, large_letters: None
+) -> None:
+    window = make_window(setup_path)
+    window.resize(1900, 1000)
+    window.panels.reset()
+    window.panels.go_to("antennas")
+    QApplication.processEvents()
+    for name in ("hardware", "antennas", "session"):
+        window.panels.go_to(name)
+        QApplication.processEvents()
+        room = window.panels.docks[name].widget()
+        assert isinstance(room, Room)
+        assert room.horizontalScrollBar().maximum() == 0, name
+    window.sessions.browser.show()
+    QApplication.processEvents()
+    browser = window.sessions.browser.table
+    for column, words in enumerate(("2026-01-31 08:00", "Operator")):
+        assert browser.columnWidth(column) >= browser.fontMetrics().horizontalAdvance(words)
+    # where no room is left for three panels beside each other, one stands behind another as on a small screen
+    window.resize(1366, 768)
+    window.panels.reset()
+    QApplication.processEvents()
+    table = window.runs.table
+    assert table.viewport().height() >= table.verticalHeader().defaultSectionSize()
+    assert window.panels.docks["planes"] in window.panels.tabifiedDockWidgets(window.panels.docks["scopes"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 
 import numpy as np
 import pyqtgraph as pg
@@ -10,16 +11,17 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from pyqtgraph.opengl import GLLinePlotItem, GLTextItem
 from PySide6.QtCore import QPointF, QRectF, QSize
-from PySide6.QtGui import QFontMetrics, QFontMetricsF, QResizeEvent, QVector3D
+from PySide6.QtGui import QFont, QFontMetrics, QFontMetricsF, QPainter, QPicture, QResizeEvent, QVector3D
 from PySide6.QtWidgets import QApplication
 from support.small_setups import quick_setup
 
+from radargui.gui.layout import having
 from radargui.gui.plots.envelope import Envelope, thin
 from radargui.gui.plots.items import Band
 from radargui.gui.plots.plot import Plot
 from radargui.gui.plots.ranges import SteadyRange, round_up
 from radargui.gui.scopes.iq_plane_panel import IQPlane
-from radargui.gui.theme import Theme
+from radargui.gui.theme import Theme, even_font, inside_pt
 from radargui.gui.track.shown_track import space_of
 from radargui.gui.track.space_view import SpaceView, _spaced
 from radargui.gui.track.speed_colours import SpeedColours, segments
@@ -193,16 +195,48 @@ def test_the_circle_of_a_small_plane_lies_beneath_its_words(theme: Theme, size: 
     assert top >= plane.height_inside > 0
 
 
+def numbers_of(axis: pg.AxisItem, least: float, most: float, size: float) -> list[tuple[float, str]]:
+    """Return the places that get numbers between two values, on so many pixels, and the numbers."""
+    levels = axis.tickValues(least, most, size)
+    return [
+        (value, words)
+        for spacing, values in levels[: axis.style["maxTextLevel"] + 1]
+        for value, words in zip(values, axis.tickStrings(values, axis.scale, spacing), strict=True)
+    ]
+
+
 @pytest.mark.parametrize("width", [26, 34, 44, 60, 90, 300])
 def test_numbers_beneath_a_narrow_plot_stand_apart(theme: Theme, width: int) -> None:
     axis = Plot(theme, "I [V]", "Q [V]").getPlotItem().getAxis("bottom")
     metrics = QFontMetricsF(axis.font())
     for least, most in ((-2.2, 2.2), (0.0, 2.5), (-3.0, 4.0), (0.0, 1.5e-3), (5.0, 6e4)):
-        spacing = axis.tickSpacing(least, most, width)[0][0]
-        shown = np.arange(np.ceil(least / spacing), np.floor(most / spacing) + 1) * spacing
-        widths = [metrics.horizontalAdvance(words) for words in axis.tickStrings(shown, 1.0, spacing)]
+        shown = dict(numbers_of(axis, least, most, width))
+        places = [(value - least) / (most - least) * width for value in sorted(shown)]
+        widths = [metrics.horizontalAdvance(shown[value]) for value in sorted(shown)]
         apart = [0.5 * (one + other) for one, other in itertools.pairwise(widths)]
-        assert all(spacing * width / (most - least) > room for room in apart), (least, most, widths)
+        assert all(b - a > room for (a, b), room in zip(itertools.pairwise(places), apart, strict=True)), shown
+
+
+@pytest.mark.parametrize("name", ["left", "bottom"])
+@pytest.mark.parametrize("size", [44, 90, 150, 220, 300, 460, 700])
+def test_numbers_of_an_axis_have_all_as_many_decimals(theme: Theme, name: str, size: int) -> None:
+    axis = Plot(theme, "time [s]", "I [V]").getPlotItem().getAxis(name)
+    finest = 0
+    for least, most in ((-1.2, 1.2), (-3.0, 0.0), (0.0, 2.3), (0.78, 0.82), (-4e-4, 9e-4), (0.0, 16666.0), (9.7, 12.4)):
+        shown = numbers_of(axis, least, most, size)
+        decimals = {len(words.partition(".")[2]) for _, words in shown}
+        assert len(decimals) == 1, shown
+        finest += max(decimals)
+        # rounded nowhere, and nothing is -0
+        assert all(float(words) == pytest.approx(value, abs=1e-9 * (most - least)) for value, words in shown)
+        assert not any(words.startswith("-") and float(words) == 0.0 for _, words in shown)
+    assert finest
+
+
+def test_finer_ticks_get_numbers_where_there_is_room(theme: Theme) -> None:
+    axis = Plot(theme, "time [s]", "I [V]").getPlotItem().getAxis("left")
+    assert [words for _, words in numbers_of(axis, -1.2, 1.2, 120)] == ["-1.0", "0.0", "1.0", "-0.5", "0.5"]
+    assert [words for _, words in numbers_of(axis, -1.2, 1.2, 40)] == ["-1", "0", "1"]
 
 
 @pytest.mark.parametrize("height", [26, 34, 44, 60, 90, 300])
@@ -250,3 +284,67 @@ def test_the_name_of_a_plane_is_never_cut(theme: Theme, corrected: bool) -> None
         assert plane._inside.text == words
         assert plane._inside.item.boundingRect().width() <= plane.view.width()
     plane.close()
+
+
+def written_beside(plot: Plot) -> tuple[pg.AxisItem, list[tuple[QRectF, int, str]]]:
+    """Return the left axis and the numbers that it writes, with their places."""
+    axis, picture = plot.getPlotItem().getAxis("left"), QPicture()
+    painter = QPainter(picture)
+    try:
+        return axis, axis.generateDrawSpecs(painter)[2]
+    finally:
+        painter.end()
+
+
+def test_an_input_that_is_dead_has_an_axis_with_numbers(theme: Theme) -> None:
+    plot = Plot(theme, "time [s]", "Rx 1 [V]", left_px=50, live=True)
+    plot.resize(300, 140)
+    plot.show()
+    QApplication.processEvents()
+    plot.fit_y(0.0, 0.0)
+    _, texts = written_beside(plot)
+    plot.close()
+    numbers = [float(words) for _, _, words in texts]
+    assert len(numbers) >= 3
+    assert 0.0 in numbers
+
+
+@pytest.mark.parametrize("figures_below", [True, False])
+def test_numbers_at_both_ends_of_the_left_axis_are_whole(theme: Theme, figures_below: bool) -> None:
+    plot = Plot(theme, "time [s]" if figures_below else "", "z [mm]", figures_below=figures_below)
+    plot.resize(300, 140)
+    plot.show()
+    QApplication.processEvents()
+    plot.setYRange(0.0, 1.0, padding=0.0)
+    axis, texts = written_beside(plot)
+    plot.close()
+    assert {words for _, _, words in texts} >= {"0.0", "1.0"}
+    capital = QFontMetricsF(axis.font()).capHeight()
+    for rect, _, _ in texts:
+        middle = axis.mapToScene(rect.center()).y()
+        assert 0.5 * capital < middle < plot.height() - 0.5 * capital - 1.0
+
+
+@pytest.fixture(params=[9.0, 15.0])
+def letters(qapp: QApplication, request: pytest.FixtureRequest) -> Iterator[QFont]:
+    """Let the system's letters be as large meanwhile."""
+    before = qapp.font()
+    qapp.setFont(having(QFont(before), pointSizeF=request.param))
+    yield qapp.font()
+    qapp.setFont(before)
+
+
+def test_the_words_of_an_axis_lie_beside_its_numbers_in_letters_of_any_size(theme: Theme, letters: QFont) -> None:
+    plot = Plot(theme, "time [s]", "z [mm]", left_px=58)
+    plot.resize(plot.minimumSize())
+    plot.show()
+    QApplication.processEvents()
+    plot.setYRange(-150.0, 150.0, padding=0.0)
+    axis, texts = written_beside(plot)
+    words, margin = axis.label.mapRectToParent(axis.label.boundingRect()), axis.label.document().documentMargin()
+    plot.close()
+    assert {"-100", "0", "100"} <= {number for _, _, number in texts}
+    assert words.right() - margin <= min(rect.left() for rect, _, _ in texts)
+    assert words.height() <= plot.height()
+    assert inside_pt() >= 0.8 * letters.pointSizeF()
+    assert even_font(letters).pointSizeF() == letters.pointSizeF()

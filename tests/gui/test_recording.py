@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from support.gui_sessions import make_session
 from support.run_contents import read_summary
 
-from radargui.gui.control.state import AppState
+from radargui.acquisition.run_plan import RecorderState
+from radargui.experiment.event import ExperimentState
+from radargui.gui.control.state import AppState, WorkerState
 from radargui.gui.main_window import MainWindow
 from radargui.model.errors import DeviceError
 from radargui.session.session import Session
@@ -228,3 +231,17 @@ def test_the_making_of_a_report_can_be_cancelled(own_window: MainWindow, wait_fo
     assert own_window.runs.report.isEnabled()
     assert not list(session.glob("report/*.html"))
     assert own_window.board.notices == ()
+
+
+def test_a_device_that_is_not_there_leaves_nothing_to_be_processed() -> None:
+    recorder: Any = SimpleNamespace(state=RecorderState.DONE, path=None)
+    experiment: Any = SimpleNamespace(acquisition=SimpleNamespace(recorder=recorder), state=ExperimentState.ARMED)
+    worker = WorkerState(experiment=experiment)
+    assert worker.records is AppState.STOPPING
+    # of an earlier run the result is still computed
+    experiment.state = ExperimentState.PROCESSING
+    assert worker.records is AppState.PROCESSING
+    experiment.state, recorder.path = ExperimentState.ARMED, Path("run-0001.h5")
+    assert worker.records is AppState.PROCESSING
+    recorder.state = RecorderState.RECORDING
+    assert worker.records is AppState.RECORDING

@@ -277,3 +277,15 @@ def test_window_and_report_count_bounces_from_the_trigger_and_the_table_from_the
     write_tables(result, tmp_path)
     first = next(csv.DictReader((tmp_path / "bounces.csv").read_text().splitlines()))
     assert float(first["time_s"]) == pytest.approx(when)
+
+
+def test_a_page_needs_no_more_room_than_its_own(panel: RunPanel) -> None:
+    heights = {}
+    for name in ("figures", "phase", "steps", "methods", "phase"):
+        panel.tabs.setCurrentWidget(panel.tabs.page(name))
+        QApplication.processEvents()
+        heights.setdefault(name, []).append(panel.minimumSizeHint().height())
+        # nothing of the page itself is cut
+        assert panel.minimumSizeHint().height() >= panel.tabs.page(name).minimumSizeHint().height()
+    before, after = heights["phase"]
+    assert before == after < heights["steps"][0]

@@ -326,8 +326,8 @@ def test_a_click_on_a_title_sorts_by_size_and_rows_stay_what_they_are(
 
 
 def test_numbers_come_before_words_and_dashes_last() -> None:
-    given = ["–", "good", "0.801 ± 0.002", "", "0.79999 ± 0.00026", "12", "-3", "(9.81 ± 0.01) m/s²", "bad"]
-    expected = ["-3", "0.79999 ± 0.00026", "0.801 ± 0.002", "(9.81 ± 0.01) m/s²", "12", "bad", "good", "–", ""]
+    given = ["–", "good", "0.801 ± 0.002", "", "0.79999 ± 0.00026", "12", "-3", "(9.81 ± 0.01) m/s²", "4.6 × 10⁻⁶"]
+    expected = ["-3", "4.6 × 10⁻⁶", "0.79999 ± 0.00026", "0.801 ± 0.002", "(9.81 ± 0.01) m/s²", "12", "good", "–", ""]
     assert sorted(given, key=sort_key) == expected
 
 

@@ -10,14 +10,21 @@ from typing import Any
 
 import pytest
 from PySide6.QtCore import QRectF
+from PySide6.QtGui import QPainter
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
 from support.gui_sessions import make_session
 from support.run_contents import read_markers
 
 from radargui.files.run_writer import RunWriter
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
+from radargui.gui.runs import run_controller
+from radargui.gui.runs.run_model import RunEntry
+from radargui.gui.sessions import session_model
 from radargui.gui.sessions.browser import day_of
-from radargui.gui.sessions.session_model import COLUMNS, curves
+from radargui.gui.sessions.session_model import COLUMNS, ThumbnailView, curves
+from radargui.gui.theme import Theme
 from radargui.session.info import JournalEntry, read_info
 from radargui.session.lock import SessionLock, SessionLockedError, owner_of
 from radargui.session.session import Session
@@ -192,3 +199,75 @@ def test_sample_target_and_notes_of_a_moment_are_kept(
     assert entry.run == "run-0001.h5"
     (marker,) = read_markers(session.path / entry.run)
     assert marker.index == entry.index
+
+
+def test_nothing_of_an_earlier_run_stands_beneath_the_name_of_another(
+    tmp_path: Path, own_window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = make_session(tmp_path / "data", 3, n_runs=3)
+    (session / "run-0002.h5").write_bytes(b"no run")
+    goes_on = Event()
+    read = run_controller._result_of
+
+    def slowly(path: Path, *more: Any) -> Any:
+        if path.name == "run-0003.h5":
+            goes_on.wait(60.0)
+        return read(path, *more)
+
+    monkeypatch.setattr(run_controller, "_result_of", slowly)
+    own_window.sessions.open(session)
+    panel, table = own_window.run, own_window.runs.table
+    wait_for(lambda: len(own_window.runs.model.entries) == 3)
+    own_window.panels.go_to("run")
+    table.choose(lambda one: one.path.name == "run-0001.h5")
+    wait_for(lambda: "e of the first impact" in panel.figures.toPlainText())
+    samples = panel.samples.plots
+    panel.tabs.setCurrentWidget(panel.tabs.page("methods"))
+    assert any(box.isChecked() for box in panel.tabs.page("methods").boxes.values())
+    # a damaged one
+    table.choose(lambda one: one.path.name == "run-0002.h5")
+    wait_for(lambda: "cannot be shown" in panel._title.text())
+    wait_for(lambda: not own_window.jobs.running)
+    assert panel.result is None
+    assert panel.figures.toPlainText() == ""
+    assert panel.samples.plots == [] or panel.samples.plots is not samples
+    panel.tabs.setCurrentWidget(panel.tabs.page("steps"))
+    QApplication.processEvents()
+    own_window.empty.refresh()
+    assert own_window.empty.labels["run"].text() == "This run cannot be shown."
+    methods = panel.tabs.page("methods")
+    panel.tabs.setCurrentWidget(methods)
+    assert not methods.compute.isEnabled()
+    assert not any(box.isChecked() or box.isEnabled() for box in methods.boxes.values())
+    panel.tabs.setCurrentWidget(panel.figures)
+    # one that takes its time
+    table.choose(lambda one: one.path.name == "run-0001.h5")
+    wait_for(lambda: panel.figures.toPlainText())
+    table.choose(lambda one: one.path.name == "run-0003.h5")
+    wait_for(lambda: panel.figures.toPlainText() == "")
+    assert "run-0003" in panel._title.text()
+    goes_on.set()
+    wait_for(lambda: "e of the first impact" in panel.figures.toPlainText())
+    assert panel._title.text().startswith("drop 3")
+
+
+def test_a_long_reason_stays_within_its_picture(theme: Theme, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
+    view = ThumbnailView(theme)
+    qtbot.addWidget(view)
+    view.resize(400, 150)
+    view.show_runs(
+        (RunEntry(Path("run-0001.h5"), problem="it cannot be read as a run file, however long one looks. " * 4),)
+    )
+    written: list[tuple[QRectF, str]] = []
+    draw = session_model.write
+
+    def write(painter: QPainter, box: QRectF, words: str, *how: Any) -> None:
+        written.append((box, words))
+        draw(painter, box, words, *how)
+
+    monkeypatch.setattr(session_model, "write", write)
+    view.grab()
+    box, words = written[-1]
+    assert words.startswith("it cannot")
+    assert words.endswith("…")
+    assert (words.count("\n") + 1) * view.fontMetrics().height() <= box.height()

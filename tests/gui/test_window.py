@@ -13,8 +13,9 @@ import pytest
 from nidaqmx.errors import DaqWarning
 from PySide6.QtCore import QProcess, qCritical, qWarning
 from PySide6.QtGui import QPalette
-from PySide6.QtWidgets import QApplication, QMenu
+from PySide6.QtWidgets import QApplication, QMenu, QPushButton
 
+from radargui.gui.layout import Strip
 from radargui.gui.main_window import MainWindow
 from radargui.gui.notices import Hooks
 from radargui.gui.opengl_probe import FORCE_VARIABLE, SOFTWARE, UNUSABLE, USABLE, OpenGLProbe, check_command
@@ -112,6 +113,24 @@ def test_a_setup_named_at_the_start_that_is_bad_is_told_and_replaced(
     wait_for(lambda: window.strip.texts())
     assert "missing.toml" in window.strip.texts()[0]
     assert window.setup_model.valid
+
+
+def test_an_error_of_many_lines_is_read_in_few_and_its_buttons_stand_beside_the_first(
+    window: MainWindow, wait_for: Any
+) -> None:
+    told = "Requested value is not allowed.\n\n    Property: Rate\n\n    Status Code: -200077\n" * 6
+    window.board.post("error", told)
+    wait_for(lambda: window.strip.findChildren(QPushButton))
+    QApplication.processEvents()
+    (row,) = window.strip.findChildren(Strip)
+    assert row.words.text().startswith("Error: Requested value is not allowed. Property: Rate Status Code: -200077 ")
+    assert "\n" not in row.words.text()
+    assert row.height() > 2 * row.fontMetrics().height()
+    for one in row.findChildren(QPushButton):
+        assert one.visibleRegion().boundingRect().size() == one.size(), one.text()
+    # as it came
+    next(one for one in row.findChildren(QPushButton) if one.text() == "Copy").click()
+    assert QApplication.clipboard().text() == told
 
 
 def test_messages_are_whole_selectable_and_not_repeated(window: MainWindow, wait_for: Any) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from radargui.model.rounding import UNKNOWN, alone, concise, plain, quantity
+from radargui.model.rounding import UNKNOWN, alone, concise, plain, quantity, with_sign
 
 
 @pytest.mark.parametrize(
@@ -92,7 +92,25 @@ def test_rounding_moves_a_value_by_at_most_half_of_the_last_digit_of_u(value: fl
 
 @pytest.mark.parametrize(
     ("value", "u", "text"),
-    [(0.81234, 0.0012, "+0.8123"), (-0.00012, 0.0012, "-0.0001"), (0.5, None, "+0.5000"), (None, 0.1, UNKNOWN)],
+    [
+        (0.81234, 0.0012, "+0.8123"),
+        (-0.00012, 0.0012, "-0.0001"),
+        (0.00004, 0.0012, "0.0000"),
+        (-0.00004, 0.0012, "0.0000"),
+        (0.5, None, "+0.5000"),
+        (None, 0.1, UNKNOWN),
+    ],
 )
 def test_a_difference_alone_has_the_digits_of_its_uncertainty(value: float | None, u: float | None, text: str) -> None:
     assert alone(value, u, signed=True) == text
+
+
+def test_what_rounds_to_nothing_has_no_sign() -> None:
+    assert [with_sign(value, 1) for value in (0.26, 0.04, 0.0, -0.0, -0.04, -0.26)] == [
+        "+0.3",
+        "0.0",
+        "0.0",
+        "0.0",
+        "0.0",
+        "-0.3",
+    ]

@@ -138,7 +138,7 @@ def test_the_pdf_holds_the_numbers_of_the_json(made: tuple[Session, WrittenRepor
     document = json.loads(made[1].json.read_text(encoding="utf-8"))
     e, g = (document["series"][key] for key in ("e_first_bounce", "g_m_s2"))
     assert f"{quantity(e['mean'], e['combined'] or e['u_single'])} (" in words
-    assert f"{quantity(g['mean'], g['combined'] or g['u_single'])} m/s²" in words
+    assert quantity(g["mean"], g["combined"] or g["u_single"], "m/s²") in words
     impacts = document["runs"][0]["bounces"]
     assert len(impacts) > 3
     for impact in impacts[:6]:

@@ -24,9 +24,10 @@ from radargui.model.calibrated_setup import KNOWN_TOGETHER, Change, change, chan
 from radargui.model.calibration import Calibration, Residual
 from radargui.model.radar import MOST_RECEIVERS
 from radargui.model.resources import resources_folder
-from radargui.model.rounding import UNKNOWN, plain
+from radargui.model.rounding import UNKNOWN, plain, with_sign
 from radargui.model.setup import Setup
 from radargui.model.words import sentence
+from radargui.report.document import with_powers
 
 _RECORDINGS = f"Recordings ({' '.join('*' + suffix for suffix in SUFFIXES)});;All files (*)"
 _PATHS = "Known motions (*.toml *.csv);;All files (*)"
@@ -210,7 +211,7 @@ class ResultView(QWidget):
         self.compared.setText(against)
         rows = []
         for one in changes:
-            in_u = f"{one.in_u:+z.1f}" if math.isfinite(one.in_u) else UNKNOWN
+            in_u = with_sign(one.in_u, 1) if math.isfinite(one.in_u) else UNKNOWN
             rows.append((f"{called(setup_key(one.name))}, {one.unit}", one.old, one.new, one.difference, in_u))
         self.parameters.show_rows(rows)
 
@@ -251,7 +252,7 @@ def found_words(found: Calibration) -> list[str]:
         more = len(pairs) - _MOST_NAMED
         lines.append(f"known only together: {'; '.join(named)}{f'; {more} more pairs' if more > 0 else ''}")
     lines = [_KEY.sub(lambda key: called(setup_key(key[0])), line) for line in (*lines, *found.notes)]
-    return [sentence(line) for line in lines]
+    return [sentence(with_powers(line)) for line in lines]
 
 
 def _together(values: list[float]) -> float:

@@ -74,6 +74,8 @@ def wrapped(text: str, metrics: QFontMetrics, width: int, height: int) -> str:
     """Return a text in as many lines as there is room for; what does not fit is left out, and told by dots."""
     lines: list[str] = []
     most = max(1, height // metrics.height())
+    # a driver tells an error in many lines, some of them empty
+    text = " ".join(filter(None, map(str.strip, text.splitlines())))
     # a value and its uncertainty stay together
     for part in filter(None, text.replace(" ± ", "\u00a0±\u00a0").replace("   ", " · ").split(" ")):
         longer = f"{lines[-1]} {part}" if lines else part

@@ -202,10 +202,14 @@ class WorkerState:
 
     @property
     def records(self) -> AppState:
-        """What the recorder does; PROCESSING where it has ended."""
+        """What the recorder does; where it has ended PROCESSING, or STOPPING where there is nothing to process."""
         acquisition = self.acquisition
         recorder = acquisition.recorder if acquisition is not None else None
-        return AppState.STARTING if recorder is None else _RECORDING.get(recorder.state, AppState.PROCESSING)
+        if recorder is None:
+            return AppState.STARTING
+        # a device that is not there ends before any run began
+        is_empty = recorder.path is None and not self.only_processes
+        return _RECORDING.get(recorder.state, AppState.STOPPING if is_empty else AppState.PROCESSING)
 
     @property
     def only_processes(self) -> bool:

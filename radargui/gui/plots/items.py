@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -90,12 +92,21 @@ _APART = 1.3
 _BESIDE_PX = 5.0
 """Least room between numbers beside one another (chosen by hand): in less -1 and 0 are read as -10."""
 
+_HEIGHT = 0.8
+"""What a number above others takes of the height of a line (pyqtgraph's)."""
+_FILLED = ((0, 0.8), (2, 0.6), (4, 0.4), (6, 0.2))
+"""With so many numbers already there, finer ones are written too while all fill less than this share (pyqtgraph's)."""
+
 
 class Axis(pg.AxisItem):  # type: ignore[misc] # pyqtgraph has no types
-    """An `AxisItem` that never scales its numbers by a prefix, and lays its words out only where they change."""
+    """An `AxisItem` whose numbers have all as many decimals, and are never scaled by a prefix.
+
+    It lays its words out only where they change.
+    """
 
     def __init__(self, orientation: str) -> None:
         self._laid_out = ""
+        self._decimals = 0
         super().__init__(orientation)
         self.autoSIPrefix = False
 
@@ -124,11 +135,60 @@ class Axis(pg.AxisItem):  # type: ignore[misc] # pyqtgraph has no types
                 levels[0] = (decade * min(one for one in (1.0, 2.0, 5.0, 10.0) if one * decade >= least), 0.0)
         return levels
 
+    def tickValues(  # noqa: N802 - pyqtgraph's name
+        self,
+        minVal: float,
+        maxVal: float,
+        size: float,
+    ) -> list[tuple[float, list[float]]]:
+        """Return spacing and places of each level of ticks; as many levels get numbers as have room."""
+        levels: list[tuple[float, list[float]]] = super().tickValues(minVal, maxVal, size)
+        # of a logarithmic axis pyqtgraph tells which have room
+        self.style["textFillLimits"] = list(_FILLED) if self.logMode else []
+        if levels and not self.logMode:
+            self._choose_numbers(levels, minVal, maxVal, size)
+        return levels
+
+    def _choose_numbers(self, levels: list[tuple[float, list[float]]], low: float, high: float, size: float) -> None:
+        """Find how far down ticks get numbers on `size` pixels, and the decimals that the finest of these need."""
+        metrics = QFontMetricsF(self.style["tickFont"] or self.font())
+        upright = self.orientation in ("left", "right")
+        known, n_shown = list[float](), 0
+        for depth, (spacing, own) in enumerate(levels):
+            if not own:
+                continue
+            words = _written([*known, *own], self.scale, places := _decimals(spacing * self.scale))
+            lengths = [_HEIGHT * metrics.height() if upright else metrics.horizontalAdvance(one) for one in words]
+            places_px = [abs(value - low) / abs(high - low) * size for value in (*known, *own)]
+            # what would be cut at an end of the axis is not written
+            shown = [one for one, at in zip(lengths, places_px, strict=True) if 0.5 * one <= at <= size - 0.5 * one]
+            full = any(n_shown >= count and sum(shown) / size >= most for count, most in _FILLED)
+            if depth and (full or spacing / abs(high - low) * size < max(lengths) + _BESIDE_PX):
+                break
+            known, n_shown = [*known, *own], len(shown)
+            self._decimals, self.style["maxTextLevel"] = places, depth
+
+    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:  # noqa: N802 - pyqtgraph's name
+        """Return the numbers of ticks, all with as many decimals as the finest on the axis."""
+        if self.logMode:
+            return list(self.logTickStrings(values, scale, spacing))
+        return _written(values, scale, self._decimals)
+
     def _room(self, low: float, high: float, spacing: float) -> float:
         """Return the least distance in pixels of numbers between two, of which each is `spacing` from the next."""
         metrics = QFontMetricsF(self.style["tickFont"] or self.font())
         if self.orientation in ("left", "right"):
             return _APART * metrics.capHeight()
         ends = [spacing * np.ceil(low / spacing), spacing * np.floor(high / spacing)]
-        words = self.tickStrings(ends, self.scale, spacing)
+        words = _written(ends, self.scale, _decimals(spacing * self.scale))
         return max(map(metrics.horizontalAdvance, words)) + _BESIDE_PX
+
+
+def _written(values: Iterable[float], scale: float, places: int) -> list[str]:
+    """Return numbers with so many decimals; what rounds to nothing has no sign."""
+    return [f"{value * scale:z.{places}f}" for value in values]
+
+
+def _decimals(spacing: float) -> int:
+    """Return how many decimals tell numbers apart by a spacing of 1, 2 or 5 in a decade."""
+    return max(0, math.ceil(-math.log10(spacing) - 1e-9))

@@ -18,13 +18,11 @@ from radargui.gui.plots.items import Axis, Band, Dot, LiveCurve, Symbols
 from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.plots.tools import Cursors, picture_of, table_of, unit_of
 from radargui.gui.plots.view import View
-from radargui.gui.theme import LIGHT, Colours, Theme
+from radargui.gui.theme import LIGHT, Colours, Theme, inside_pt, scaled_px
 from radargui.model.arrays import FloatArray
 
 pg.setConfigOptions(antialias=False, useNumba=False, useOpenGL=False)
 
-INSIDE_PT = 8
-"""Size of words inside a plot."""
 NOW = "time before now [s]"
 LAST = "time to last sample [s]"
 """While the picture is held, or nothing comes in any more, the right edge is not now."""
@@ -56,7 +54,8 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
     bottom, left
         Axis labels with their units.
     left_px
-        Width of the left axis, the same for plots beneath one another so that one instant stands above the other.
+        Width of the left axis at the usual font, the same for plots beneath one another so that one instant stands
+        above the other.
     equal
         One unit is as long on both axes.
     live
@@ -103,19 +102,20 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         item.hideButtons()
         for name in ("right", "top"):
             item.hideAxis(name)
-        # room for the outermost tick words, which are cut otherwise
         item.getAxis("bottom").setStyle(showValues=figures_below)
-        item.layout.setContentsMargins(2, 7, 14, 2)
+        # room for the outermost tick words, which are cut otherwise
+        item.layout.setContentsMargins(2, 7, 14, 2 if figures_below else 7)
         self.setAspectLocked(equal)
         for name in ("bottom", "left"):
             axis = item.getAxis(name)
             axis.setStyle(tickLength=-4)
             if live:
                 axis.setCacheMode(axis.CacheMode.DeviceCoordinateCache)
-        having(item.getAxis("left"), width=left_px, tickDensity=density)
+        width = None if left_px is None else scaled_px(left_px)
+        having(item.getAxis("left"), width=width, tickDensity=density)
         self.setToolTip(TIPS["plots"].get(left) or " against ".join(filter(None, (left, bottom))))
         # below that the words of the axes lie upon another: the panel scrolls instead
-        self.setMinimumSize(80, 86 if bottom else 62)
+        self.setMinimumSize(scaled_px(80), scaled_px(86 if bottom else 62))
         # Tab goes through fields; a plot gets the keys by a click, or by its own key
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.relabel(bottom, left)
@@ -354,7 +354,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             axis.setPen(pg.mkPen(colours.line))
             axis.setTextPen(pg.mkPen(colours.text))
         self._write_inside()
-        self._hint.setText(_ZOOMED, color=colours.faint, size="8pt")
+        self._hint.setText(_ZOOMED, color=colours.faint, size=f"{inside_pt()}pt")
         for one in self._pens:
             self._paint(one.item, one.role, dashed=one.dashed)
         if self.cursors is not None:
@@ -363,7 +363,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
     def _write_inside(self) -> None:
         colour = self.colour("text")
         if self._inside is not None:
-            self._inside.setText(self._inside_text, color=colour, size=f"{INSIDE_PT}pt")
+            self._inside.setText(self._inside_text, color=colour, size=f"{inside_pt()}pt")
 
     def _add(self, item: _Item, role: str, name: str = "", *, dashed: bool = False, **options: Any) -> _Item:
         self.addItem(item, **options)

@@ -5,6 +5,10 @@ import math
 _STEPS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
 """Round numbers in a decade, none above 5/3 of the one before: a range is never much larger than what it holds."""
 
+LEAST = 1e-2
+"""Half of a range at the least, in the unit that is shown (chosen by hand): around a speed of 0, or a dead input, finer
+figures would be noise of the arithmetic, and have no room beside the axis."""
+
 
 def round_up(value: float) -> float:
     """Return the next round number at or above a positive value."""
@@ -40,7 +44,7 @@ class SteadyRange:
             if self._small < self._patience:
                 return False
         self._small = 0
-        half = round_up(max(needed, 1e-9, 1e-4 * abs(high + low)))
+        half = round_up(max(needed, LEAST, 1e-4 * abs(high + low)))
         grid = half / 5.0
         centre = round(0.5 * (low + high) / grid) * grid
         changed = (centre, half) != (self.centre, self.half)

@@ -17,6 +17,7 @@ from PySide6.QtGui import QColor, QImage, QPageSize, QPaintDevice, QPainter, QPd
 from PySide6.QtSvg import QSvgGenerator
 
 from radargui.gui.layout import having
+from radargui.gui.theme import inside_pt
 from radargui.model.arrays import FloatArray
 from radargui.model.rounding import UNKNOWN
 
@@ -164,7 +165,8 @@ class Cursors:
         colours, behind = self._plot.colour, QColor(self._plot.colour("raised"))
         paper = f"rgba({behind.red()}, {behind.green()}, {behind.blue()}, 75%)"
         lines = "<br>".join(escape(line).replace(" ", "&nbsp;") for line in self._said())
-        self._words.setHtml(f'<div style="background:{paper}; color:{colours("text")}; font-size:8pt">{lines}</div>')
+        look = f"background:{paper}; color:{colours('text')}; font-size:{inside_pt()}pt"
+        self._words.setHtml(f'<div style="{look}">{lines}</div>')
         self._words.setPos(self._view.width() - 2, 2)
 
 

@@ -26,6 +26,8 @@ _WIDEST = {
 _SHARES = {"state": 0.26, "result": 0.26, "run": 0.14, "next": 0.22, "keys": 0.06}
 """Of the height of the screen; what is left holds the keys."""
 _KEYS = "Space  start      R  record      F5  stop      Del  reject      F11 or Esc  back to the window"
+_WITHOUT_RESULT = (AppState.IDLE, AppState.STARTING, AppState.LIVE, AppState.STOPPING, AppState.FAILED)
+"""States in which none is made: what is shown is that of an earlier run, and said to be."""
 _MARGIN = 0.03
 """Of the width of the screen, left free at either side (chosen by hand)."""
 
@@ -156,9 +158,14 @@ class AcrossView(QWidget):
         state = self._keeping.control.state
         entry = self._keeping.runs.model.entry_of(self._keeping.of_result)
         coming = self._keeping.coming if state in (AppState.ARMED, AppState.RECORDING, AppState.SETTLING) else ""
+        computed = self._keeping.runs.model.entry_of(self._keeping.control.backlog.computed)
+        if state is AppState.PROCESSING and computed is not None and (entry is None or computed.path != entry.path):
+            coming = computed.called
         if entry is None:
             return Situation(state, "", coming, self._next(state, ""))
-        run = f"{coming}; e of {entry.called}" if coming else entry.called
+        run = entry.called
+        if coming or state in _WITHOUT_RESULT:
+            run = "; ".join(filter(None, (coming, f"e of {entry.called}")))
         result = f"e = {entry.restitution()}" if entry.has_e else "no e"
         why = entry.reserve if entry.has_e else entry.objection
         if entry.has_e and entry.warnings:

@@ -30,7 +30,7 @@ _PUBLISHED = (
 _MADE = {"model": "the model that was fitted", "circle": "offset and circle at the phase found"}
 _BELOW = {
     "scale": ("scale [V]", 1.0, "What the signal less its bias is divided by, piece by piece between its extremes"),
-    "rest": ("rest [mV]", 1e3, "What the samples have and the fit has not: noise, and what is not described"),
+    "rest": ("Δ [mV]", 1e3, "Residual: what the samples have and the fit has not: noise, and what is not described"),
 }
 """What is drawn below I and Q, by its name in what was found: words of the axis, scale, tip."""
 _LEFT = 58
@@ -67,6 +67,8 @@ class CorrectionView(QtWidgets.QWidget):
         self._curves = tuple(self.corrected.still_line(part.lower(), part) for part in "IQ")
         self.decided = having(QtWidgets.QPlainTextEdit(readOnly=True), accessibleName="What was found and decided")
         having(self.decided, frameShape=QtWidgets.QFrame.Shape.NoFrame, focusPolicy=Qt.FocusPolicy.NoFocus)
+        # words are wrapped; at every fourth width Qt showed a bar all the same, which took the last line
+        self.decided.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         # as many lines, and nothing of the next one
         self.decided.document().setDocumentMargin(0.0)
         self.decided.setViewportMargins(6, 0, 0, 0)
@@ -184,7 +186,7 @@ _COLUMNS: dict[str, Callable[[OverlaidMethod], str]] = {
     "e": lambda one: restitution_words(one.summary),
     "g [m/s²]": lambda one: gravity_words(one.summary),
     "Largest Δz [mm]": lambda one: UNKNOWN if one.largest_m is None else plain(one.largest_m, 3, scale=1e3),
-    "Said": lambda one: one.problem or str(one.summary.get("verdict") or ""),
+    "Verdict": lambda one: one.problem or str(one.summary.get("verdict") or ""),
 }
 
 
@@ -233,13 +235,15 @@ class MethodsView(QtWidgets.QWidget):
         for method, box in self.boxes.items():
             having(box, checked=method == self._own, enabled=bool(self._own) and method != self._own)
         self._since = f"time after {result.zero[1]} [s]"
-        said = f"Tick what is to be laid over {self._own}." if self._own else "Nothing was corrected."
+        said = f"Tick what is to be laid over “{self._own}”." if self._own else "Nothing was corrected."
         self.words.setText(said)
         self.curves.when_empty = said
 
     def clear(self) -> None:
         """Forget the run."""
         self._all, self._own = [], ""
+        for box in self.boxes.values():
+            having(box, checked=False, enabled=False)
         self.show_busy(busy=False)
         self.words.setText("")
         self.curves.when_empty = ""

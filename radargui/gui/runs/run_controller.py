@@ -20,6 +20,7 @@ from radargui.files.overview import read_overview
 from radargui.files.run_card import RunCard, summarise
 from radargui.files.stored_results import read_stored_results
 from radargui.gui.background import Task
+from radargui.gui.layout import ticking
 from radargui.gui.runs.figures_view import ReportPreview
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry, entry_of_recorded, notes_of_file
@@ -40,6 +41,9 @@ if TYPE_CHECKING:
     from radargui.report.report import WrittenReport
 
 COMPUTING = "By the adaptive correction: the joint one is being computed …"
+_LATE_MS = 400
+"""After which what an earlier run gave is taken away while another one is read (chosen by hand): most are there sooner,
+and need not flicker."""
 _KEPT = 3
 """Results held in memory; others are read again when chosen."""
 
@@ -58,6 +62,7 @@ class RunController:
         self.report_preview = ReportPreview(services)
         for changed in (runs.model.rowsInserted, runs.model.dataChanged):
             changed.connect(lambda *_: self.report_preview.refresh())
+        self._late = ticking(self._window, _LATE_MS, run.forget, once=True)
         runs.run_chosen.connect(self._choose)
         run.methods_asked.connect(self._overlay)
 
@@ -68,6 +73,7 @@ class RunController:
             there = []
             self._run.clear()
             self._track.clear()
+        self._late.stop()
         self._session, self._wanted = session, None
         self.report_preview.show_session(session)
         self._kept.clear()
@@ -195,7 +201,7 @@ class RunController:
             f"processing {entry.title} again",
             lambda task: process_run(path, setup, progress=task.report, on_preliminary=self._publisher(path)),
             lambda result: self._reprocessed(path, result),
-            partial(self._not_shown, entry.title),
+            partial(self._not_processed, entry),
             partial(self._cancelled, entry),
         )
 
@@ -232,12 +238,13 @@ class RunController:
             self._show(path, self._kept[path])
             return
         self._run.say(entry.title)
+        self._late.start()
         self._reading = task = self._work.quiet()
         self._jobs.start(
             "reading the run",
             lambda: _result_of(path, task.report, self._publisher(path)),
             lambda result: self._loaded(path, result),
-            lambda error: None if isinstance(error, CancelledError) else self._not_shown(entry.title, error),
+            lambda error: None if isinstance(error, CancelledError) else self._not_shown(entry, error),
         )
 
     def _publisher(self, path: Path) -> Callable[[RunResult], None]:
@@ -254,6 +261,12 @@ class RunController:
         if entry.path == self._wanted:
             self._choose(entry)
 
+    def _not_processed(self, entry: RunEntry, error: BaseException) -> None:
+        self._board.post_error(error)
+        if entry.path == self._wanted:
+            # the results that it had stay
+            self._choose(entry)
+
     def _loaded(self, path: Path, result: RunResult) -> None:
         self._keep(path, result)
         self.runs.put(RunEntry(path, result.recording.started_at, summarise(result)))
@@ -267,7 +280,7 @@ class RunController:
             partial(read_overview, path),
             lambda overview: self._run.show_overview(overview, in_front=path not in self._kept),
             # what is wrong with the file is reported by the reading of the run
-            lambda _error: None,
+            lambda _error: self._run.samples.clear(),
             lambda: path == self._wanted,
         )
 
@@ -277,6 +290,7 @@ class RunController:
 
     def _show(self, path: Path, result: RunResult, *, with_track: bool = True) -> None:
         self._wanted = path
+        self._late.stop()
         entry = self.runs.model.entry_of(path)
         note = COMPUTING if _is_being_computed(result) else sentence(STOPPED) if result.preliminary else ""
         name = entry.title if entry else path.stem
@@ -290,8 +304,11 @@ class RunController:
         for oldest in list(self._kept)[:-_KEPT]:
             del self._kept[oldest]
 
-    def _not_shown(self, name: str, error: BaseException) -> None:
-        self._run.say(name, "cannot be shown")
+    def _not_shown(self, entry: RunEntry, error: BaseException) -> None:
+        if entry.path == self._wanted:
+            self._late.stop()
+            self._run.forget("This run cannot be shown.")
+            self._run.say(entry.title, "cannot be shown")
         self._board.post_error(error)
 
 

@@ -53,6 +53,7 @@ class RunPanel(QWidget):
         self._curves: RunCurves | None = None
         self._curves_of: RunResult | None = None
         self._stale: set[str] = set()
+        self._why = ""
         self._title = QLabel("No run chosen")
         self._title.setContentsMargins(6, 3, 6, 0)
         self._start = start
@@ -65,11 +66,29 @@ class RunPanel(QWidget):
 
     def clear(self) -> None:
         """Forget the run that was shown."""
+        self.forget()
+        self.samples.clear()
+        self._title.setText("No run chosen")
+
+    def forget(self, why: str = "") -> None:
+        """Forget what the run that was shown gave: another one was chosen, whose samples may be there already.
+
+        Parameters
+        ----------
+        why
+            What stands in the empty plots; empty: what to do.
+        """
         self.result = self._curves = self._curves_of = None
         self._stale.clear()
-        self._title.setText("No run chosen")
         for page in self.tabs.made.values():
-            page.clear()
+            if page is not self.samples:
+                page.clear()
+        self._why = why
+        self._say_why()
+
+    def _say_why(self) -> None:
+        for plot in self.findChildren(Plot):
+            plot.when_empty = self._why
 
     def say(self, name: str, words: str = "reading and processing …") -> None:
         """Say what becomes of a run that is not shown yet."""
@@ -87,6 +106,8 @@ class RunPanel(QWidget):
         self.result, self._curves = result, None
         self._title.setText(f"{name}, preliminary" if result.preliminary else name)
         self._stale = {*_PAGES}
+        self._why = ""
+        self._say_why()
         self._draw()
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
@@ -96,6 +117,9 @@ class RunPanel(QWidget):
 
     def _draw(self, _index: int = 0) -> None:
         page, result = self.tabs.shown, self.result
+        if result is None:
+            # a page is made when it is first looked at
+            self._say_why()
         if result is None or page not in self._stale or not self.isVisible():
             return
         view = self.tabs.page(page)
@@ -159,9 +183,9 @@ class SamplesView(QWidget):
         count = len(overview.channel_names) // 2
         if len(self.plots) != count:
             self.clear()
+            bottom = [""] * (count - 1) + ["time after the first sample [s]"]
             self.plots = [
-                Plot(self._theme, "time [s]" if number == count - 1 else "", f"Rx {number + 1} [V]", left_px=_LEFT)
-                for number in range(count)
+                Plot(self._theme, words, f"Rx {number} [V]", left_px=_LEFT) for number, words in enumerate(bottom, 1)
             ]
             for plot in self.plots:
                 self._column.addWidget(plot, 1)

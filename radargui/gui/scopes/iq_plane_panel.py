@@ -9,8 +9,8 @@ from radargui.gui.control.state import Feed
 from radargui.gui.layout import having, take_out
 from radargui.gui.plots.envelope import thin
 from radargui.gui.plots.per_receiver import PerReceiver
-from radargui.gui.plots.plot import INSIDE_PT, Plot
-from radargui.gui.theme import Theme
+from radargui.gui.plots.plot import Plot
+from radargui.gui.theme import Theme, inside_pt, scaled_px
 from radargui.model.arrays import FloatArray
 
 SPAN_S = 1.5
@@ -54,12 +54,12 @@ class IQPlane(Plot):
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:  # noqa: N802 - Qt's name
         """Leave the figures out where there is no room for them."""
-        item, narrow = self.getPlotItem(), self.width() < _NARROW
+        item, narrow = self.getPlotItem(), self.width() < scaled_px(_NARROW)
         # pyqtgraph calls it while it makes the plot, and Qt when that is closed
         if item is not None:
             for name in ("left", "bottom"):
                 item.getAxis(name).setStyle(showValues=not narrow)
-            item.getAxis("left").setWidth(_BARE if narrow else _LEFT)
+            item.getAxis("left").setWidth(_BARE if narrow else scaled_px(_LEFT))
             # half of the outermost figure, and that is one digit
             item.layout.setContentsMargins(2, 7, 2 if narrow else 8, 2)
         super().resizeEvent(event)
@@ -68,7 +68,7 @@ class IQPlane(Plot):
         """Write which receiver it is, and in which unit where there is room for that."""
         short = f"Rx {self._number}"
         long = f"{short} {'/ A' if self._corrected else '[V]'}"
-        metrics = QFontMetricsF(having(QFont(self.font()), pointSize=INSIDE_PT))
+        metrics = QFontMetricsF(having(QFont(self.font()), pointSize=inside_pt()))
         self.write_inside(long if metrics.horizontalAdvance(long) + 8 <= self.view.width() else short)
 
     def _resized(self, _view: object) -> None:

@@ -18,7 +18,7 @@ from radargui.gui.scopes.shown import Follower, Shown
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
 from radargui.model.radar import MOST_RECEIVERS
-from radargui.model.rounding import plain
+from radargui.model.rounding import plain, with_sign
 
 BANDS_HZ = (100.0, 300.0, 1000.0, 3000.0, 10000.0, 100_000.0)
 """Half bands that may be chosen: from hum and slow swings to the converter's own noise."""
@@ -168,7 +168,7 @@ class SpectrumView(_OfFrequencies):
         if line is not None:
             # dL/dt: how fast the path Tx - sphere - Rx gets longer
             speed = shown.feed.setup.radar.wavelength_m * line.frequency_hz
-            said = f"strongest {line.frequency_hz:+.1f} Hz = {speed:+.3f} m/s, {_level(line)}"
+            said = f"strongest {with_sign(line.frequency_hz, 1)} Hz = {with_sign(speed, 3)} m/s, {_level(line)}"
         hum = ", ".join(f"{one.frequency_hz:.1f} Hz {_level(one)}" for one in mains)
         return f"Rx {receiver + 1}: {said}" + (f"; mains ▼ {hum}" if hum else "")
 

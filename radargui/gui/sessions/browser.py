@@ -19,6 +19,7 @@ from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_model import COLUMNS, ThumbnailView, look_at
 from radargui.gui.table import RowModel, RowTable
+from radargui.gui.theme import scaled_px
 from radargui.model.words import counted, percent
 from radargui.session.catalogue import Catalogue, Query, SessionSummary
 
@@ -100,8 +101,8 @@ class SearchForm(QWidget):
         self._wait.start()
 
 
-_WIDTHS = {"Date": 120, "Operator": 80, "Sample": 110, "Target": 100, "Runs": 115, "e": 290, "Setup": 75}
-"""Pixels at first (chosen by hand): 890 of the 1040 of the window; the notes take what is left."""
+_WIDTHS = {"Date": 145, "Operator": 80, "Sample": 110, "Target": 100, "Runs": 115, "e": 290, "Setup": 75}
+"""Pixels at first, at the usual font (chosen by hand): 915 of the 1040 of the window; the notes take what is left."""
 
 _SHARE_MS = 200
 """How often the share of a look that is done is written: seldom enough to be read."""
@@ -128,7 +129,7 @@ class SessionBrowser(Dialog):
         self.model = RowModel(COLUMNS, lambda one: one.problem or one.notes or str(one.path))
         self.table = RowTable(self.model, "sessions.list", many=True)
         for name, width in _WIDTHS.items():
-            self.table.fit(list(COLUMNS).index(name), width)
+            self.table.fit(list(COLUMNS).index(name), scaled_px(width))
         self.words = PlainLabel()
         self.details = PlainLabel()
         self.thumbnails = ThumbnailView(services.theme)

@@ -12,10 +12,11 @@ from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QStyledItemDelegate, QStyleOptionViewItem
 
 from radargui.files.run_card import Thumbnail, read_run_card, read_thumbnail
+from radargui.gui.control.control_bar import wrapped
 from radargui.gui.layout import having
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.table import Index
-from radargui.gui.theme import CENTRED, Theme, write
+from radargui.gui.theme import Theme, scaled_px, write
 from radargui.model.calibrated_setup import calibration_words
 from radargui.model.errors import RadarGuiError
 from radargui.model.rounding import UNKNOWN
@@ -82,7 +83,9 @@ def _thumbnail(path: Path) -> Thumbnail | None:
 
 
 _WIDTH, _HEIGHT, _GAP = 148, 96, 5
-"""Of a picture in pixels: six beside each other in the dialog, high enough to tell bounces apart (chosen by hand)."""
+"""Of a picture in pixels at the usual font: six beside each other in the dialog, high enough to tell bounces apart
+(chosen by hand).
+"""
 
 
 class ThumbnailView(QListWidget):
@@ -94,7 +97,7 @@ class ThumbnailView(QListWidget):
         self.setItemDelegate(_Painter(theme, self))
         having(self, viewMode=self.ViewMode.IconMode, movement=self.Movement.Static, resizeMode=self.ResizeMode.Adjust)
         having(self, uniformItemSizes=True, selectionMode=self.SelectionMode.NoSelection)
-        having(self, minimumHeight=_HEIGHT + 2 * _GAP, accessibleName="Height against time of each run")
+        having(self, minimumHeight=scaled_px(_HEIGHT) + 2 * _GAP, accessibleName="Height against time of each run")
 
     def show_runs(self, runs: tuple[RunEntry, ...]) -> None:
         """Show other runs."""
@@ -115,7 +118,7 @@ class _Painter(QStyledItemDelegate):
 
     def sizeHint(self, _option: QStyleOptionViewItem, _index: Index) -> QSize:  # noqa: N802 - Qt's name
         """Return the size of one picture."""
-        return QSize(_WIDTH, _HEIGHT)
+        return QSize(scaled_px(_WIDTH), scaled_px(_HEIGHT))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         """Draw one picture."""
@@ -132,7 +135,8 @@ class _Painter(QStyledItemDelegate):
         write(painter, head, "" if e == UNKNOWN else f"e = {e}", colours.text, int(Qt.AlignmentFlag.AlignRight))
         body = box.adjusted(4, line + 4, -4, -4)
         if look.thumbnail is None:
-            write(painter, body, look.verdict, colours.faint, CENTRED | int(Qt.TextFlag.TextWordWrap))
+            words = wrapped(look.verdict, painter.fontMetrics(), int(body.width()), int(body.height()))
+            write(painter, body, words, colours.faint)
         else:
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
             painter.setPen(QPen(QColor(colours.track), 1.3))

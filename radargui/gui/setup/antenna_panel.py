@@ -6,7 +6,7 @@ from datetime import datetime
 from functools import partial
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFontDatabase, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLabel, QSizePolicy, QToolButton, QWidget
 
 from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
@@ -17,10 +17,11 @@ from radargui.gui.setup.geometry_sketch import GeometrySketch
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.uncertainty_map import UncertaintyMapView
 from radargui.gui.setup.words import in_words
-from radargui.gui.theme import Theme, draw_line, write
+from radargui.gui.theme import Theme, draw_line, even_font, write
 from radargui.model.assumed import ASSUMED
 from radargui.model.calibrated_setup import calibration_words, edited_since, too_old
 from radargui.model.radar import MOST_RECEIVERS
+from radargui.model.rounding import with_sign
 from radargui.model.scattering import LEAST_SHARE, received_fields
 from radargui.model.words import percent
 
@@ -244,7 +245,7 @@ class TMatrixView(ModelGroup):
 
     def __init__(self, model: SetupModel) -> None:
         self.matrix, self.condition, self.warning = QLabel(), PlainLabel(), FaultText()
-        self.matrix.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
+        self.matrix.setFont(even_font(self.matrix.font()))
         super().__init__("Matrix T", model, self.matrix, self.condition, self.warning)
 
     def refresh(self) -> None:
@@ -256,7 +257,7 @@ class TMatrixView(ModelGroup):
             return
         antennas = place_antennas(self._model.setup)
         matrix = t_matrix(antennas)
-        self.matrix.setText("\n".join("  ".join(f"{value:+8.4f}" for value in row) for row in matrix))
+        self.matrix.setText("\n".join("  ".join(f"{with_sign(value, 4):>8}" for value in row) for row in matrix))
         if antennas.n_receivers < 3:
             self.condition.setText("No 3D track: it needs three receivers. Path lengths are measured all the same.")
             return

@@ -17,7 +17,7 @@ from radargui.gui.services import Services
 from radargui.gui.setup.fields import ModelGroup
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.table import RowModel, RowTable
-from radargui.model.rounding import UNKNOWN
+from radargui.model.rounding import UNKNOWN, with_sign
 from radargui.model.words import percent
 
 MOMENT_S = 1.0
@@ -55,7 +55,7 @@ _COLUMNS: dict[str, Callable[[Channel], str]] = {
     "Channel": lambda one: f"Rx {one.name[1:]} {one.name[0]}",
     "Input": lambda one: one.wired_to,
     "Level [V]": lambda one: one.level,
-    "Offset [V]": lambda one: UNKNOWN if one.shows is None else f"{one.shows.offset_v:+.3f}",
+    "Offset [V]": lambda one: UNKNOWN if one.shows is None else with_sign(one.shows.offset_v, 3),
     "Noise [mV]": lambda one: UNKNOWN if one.shows is None else f"{1e3 * one.shows.noise_v:.2f}",
     "Clips": lambda one: one.clips,
 }

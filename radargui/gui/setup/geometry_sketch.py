@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from radargui.geometry.path_length import place_antennas
 from radargui.gui.layout import follow, having
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.theme import Theme, draw_line, write
+from radargui.gui.theme import Theme, draw_line, scaled_px, write
 from radargui.model.arrays import FloatArray
 from radargui.model.scattering import received_direction, transmitted_direction
 from radargui.model.setup import Setup
@@ -90,14 +90,14 @@ class GeometrySketch(QWidget):
         self.floor_m: float | None = None
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         named = "Drawing of the setup, from the side and from above"
-        having(self, minimumHeight=_LEAST, maximumHeight=_HEIGHT, accessibleName=named)
+        having(self, minimumHeight=_LEAST, maximumHeight=scaled_px(_HEIGHT), accessibleName=named)
         theme.application.focusChanged.connect(self._focus_moved)
         theme.changed.connect(self.update)
         follow(model.changed, self.refresh)
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         """Return room for two views beside each other."""
-        return QSize(300, _HEIGHT)
+        return QSize(300, scaled_px(_HEIGHT))
 
     def refresh(self) -> None:
         """Take over the setup as it was right last."""
@@ -123,7 +123,8 @@ class GeometrySketch(QWidget):
 
     def scale(self) -> float:
         """Return pixels a metre, the same in both views."""
-        width, height = 0.5 * self.width() - 2.0 * _EDGE_PX, self.height() - 3.0 * _EDGE_PX
+        edge = scaled_px(_EDGE_PX)
+        width, height = 0.5 * self.width() - 2.0 * edge, self.height() - 3.0 * edge
         spans = [np.ptp(self._reach(axes), axis=1).tolist() for *_, axes in _VIEWS]
         return float(min(min(width / across, height / up) for across, up in spans))
 
@@ -132,7 +133,8 @@ class GeometrySketch(QWidget):
         axes = _VIEWS[view][3]
         low, high = self._reach(axes).T
         across, up = self.scale() * (place_m[list(axes)] - 0.5 * (low + high))
-        return QPointF((0.25 + 0.5 * view) * self.width() + across, 0.5 * self.height() + 0.5 * _EDGE_PX - up)
+        middle = 0.5 * (self.height() + scaled_px(_EDGE_PX))
+        return QPointF((0.25 + 0.5 * view) * self.width() + across, middle - up)
 
     def _reach(self, axes: tuple[int, int]) -> FloatArray:
         """Return the ends of a view in metres, shape (2, 2)."""

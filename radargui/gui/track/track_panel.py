@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QFontDatabase
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
 from radargui.gui.background import StartWork
@@ -16,12 +15,13 @@ from radargui.gui.layout import boxed, fill, having, holding
 from radargui.gui.plots.envelope import thin
 from radargui.gui.plots.key import ColourBar
 from radargui.gui.plots.plot import Plot
-from radargui.gui.theme import Theme
+from radargui.gui.theme import Theme, even_font
 from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space, live_track, result_track, space_of
 from radargui.gui.track.speed_colours import SpeedColours, SpeedTrail
 from radargui.gui.track.track_curves import TrackCurves
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
+from radargui.model.rounding import UNKNOWN, with_sign
 from radargui.model.setup import Setup
 from radargui.processing.locate import LEAST_RECEIVERS
 
@@ -123,7 +123,7 @@ class TrackPanel(QWidget):
         self._space_view: SpaceView | None = None
         selectable = Qt.TextInteractionFlag.TextSelectableByMouse
         self.where = QLabel(alignment=Qt.AlignmentFlag.AlignHCenter, textInteractionFlags=selectable)
-        self.where.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
+        self.where.setFont(even_font(self.where.font()))
         self.where.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self.curves = TrackCurves(theme, LIVE_S, self.where)
         self._title = QLabel()
@@ -275,7 +275,10 @@ class TrackPanel(QWidget):
     def _show_where(self, place_mm: FloatArray) -> None:
         # short enough for the narrowest dock
         known = bool(np.isfinite(place_mm).all())
-        words = (f"{axis} {f'{value:+z.1f}' if known else '–':>7}" for axis, value in zip(_AXES, place_mm, strict=True))
+        words = (
+            f"{axis} {with_sign(value, 1) if known else UNKNOWN:>7}"
+            for axis, value in zip(_AXES, place_mm, strict=True)
+        )
         self.where.setText("  ".join((*words, "mm")))
 
 

@@ -32,7 +32,7 @@ by 0.4 rad is 0.2 of it, 0.04 in chi-square. Wrong places left 0.0 to 0.03, wall
 7047241, 770535)."""
 _RELEASE = "tracer.release_position_m"
 _SLIPS = 0.01
-"""Share of places that people misstate: chosen by hand."""
+"""Share of places, and of values, that people misstate: chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +87,7 @@ def setup_outlier(chi_square: SetupChiSquare, keys: Sequence[str], setup: Setup)
         by_m = [abs(by) * inputs[key].u for key, by in zip(keys, off, strict=True) if key.startswith(_RELEASE)]
         if place == _RELEASE and max(by_m) > _OUTSIDE_M:
             continue
-        gained.append((gain - bound, _most_by_chance(int(freed.sum())), freed, off))
+        gained.append((gain - bound, chi_square.blur * _most_by_chance(int(freed.sum())), freed, off))
     if not gained:
         return None
     gain, least, freed, off = max(gained, key=lambda one: one[0])
@@ -105,18 +105,20 @@ def misstated(chi_square: SetupChiSquare, keys: Sequence[str], setup: Setup) -> 
     """Return by how many u inputs count as uncertain since one place may be misstated, shape (n,).
 
     Too weakly for `setup_outlier` to name it: a release 17 mm beside the truth bends flights as angles that are off by
-    two of their u do. The setup as it is and each place misstated are mixed by their evidence, as alternatives are
-    (method 6). What the setup calls exact stays so.
+    two of their u do. The setup as it is, each place and each of its values misstated are mixed by their evidence, as
+    alternatives are (method 6). What the setup calls exact stays so.
     """
     stated = {one.key: one.u for one in uncertain_inputs(setup)}
     places = np.array([_place(key) if stated.get(key, 0.0) > 0.0 else "" for key in keys])
+    wholes = [np.asarray(places == place) for place in dict.fromkeys(one for one in places if one)]
+    # one number is misread more easily than three, and the flights have to say less of it
+    alone = [np.arange(len(keys)) == n for whole in wholes if whole.sum() > 1 for n in np.flatnonzero(whole)]
     # the setup as it is first
     logs, squares = [0.0], [np.ones(len(keys))]
-    for place in dict.fromkeys(one for one in places if one):
-        which = np.asarray(places == place)
-        off, evidence = chi_square.misstated(which)
+    for which in (*wholes, *alone):
+        square, evidence = chi_square.misstated(which)
         logs.append(np.log(_SLIPS) + evidence)
-        squares.append(np.where(which, np.maximum(1.0, off**2), 1.0))
+        squares.append(np.where(which, np.maximum(1.0, square), 1.0))
     weights = np.exp(np.array(logs) - max(logs))
     return np.asarray(np.sqrt(weights @ np.array(squares) / weights.sum()))
 

@@ -209,4 +209,41 @@ class CheckSettings:
     plane_sigmas: float = 3.1
 
 
+@dataclass(frozen=True, slots=True)
+class ContactSettings:
+    """When impacts last so long that no instant stands for them. Chosen by hand on floors of 0 to 16 ms (decision 50).
+
+    Attributes
+    ----------
+    least_s, longest_s
+        Three times what the budget holds, so that longer ones are not in u of e; and what a rebound may take.
+    coverage, coverage_of_track
+        So many standard uncertainties above zero; of what a track rounds more, since its u is of a whole motion.
+    most_left
+        Share of the misfit of one height that heights by speed may leave.
+    worst_condition
+        Of their equations: speeds of some percent's difference tell nothing.
+    least_rounded_s, hidden_s
+        Of what a corner's roundness shows: flights that end 1.5 ms before it hide so much.
+    near_s, beside_s, least_samples
+        The corner, and from where to where flights beside it are taken, by so many samples on each side.
+    apart_m
+        By which flights may miss each other at an impact, beside u.
+    """
+
+    least_s: float = 3e-4
+    longest_s: float = 0.03
+    coverage: float = 3.0
+    coverage_of_track: float = 4.0
+    most_left: float = 0.1
+    worst_condition: float = 1e4
+    least_rounded_s: float = 6e-4
+    hidden_s: float = 1.2e-3
+    near_s: float = 5e-4
+    beside_s: tuple[float, float] = (0.0015, 0.006)
+    least_samples: int = 3
+    apart_m: float = 1e-4
+
+
 FLIGHTS, TRACKS, CHECKS = FlightSettings(), TrackSettings(), CheckSettings()
+CONTACTS = ContactSettings()

@@ -233,7 +233,7 @@ def _motion_of(
     estimate: MotionEstimate, conditioned: Conditioned, setup: Setup, *, is_tested: bool = False
 ) -> MeasuredMotion:
     """Return what was measured, its paths held against their signals; `is_tested`: by an estimate that follows."""
-    bounces, changes = None, None
+    bounces, changes, blur = None, None, 1.0
     warnings: tuple[str, ...] = ()
     # the far field bends the path by millimetres: no flight obeys gravity there, and the track gives the bounces
     if isinstance(estimate, JointEstimate) and setup.processing.geometry == "exact":
@@ -241,7 +241,7 @@ def _motion_of(
             responses = setup_responses(estimate, setup)
             bounces, fit = joint_bounces(estimate, setup, responses)
             changes, test = joint_changes(estimate, bounces, fit, setup, responses)
-            warnings = test.warnings
+            warnings, blur = test.warnings, test.blur
             estimate, bounces = estimate.widened(test.widening), bounces.widened(test.widening)
         except SolveError as error:
             why = error.message.rstrip(".")
@@ -261,7 +261,7 @@ def _motion_of(
         decisions=estimate.choices,
     )
     if isinstance(estimate, JointEstimate) and not any(one.startswith(NAMED) for one in warnings):
-        turned = turned_polarisation(estimate.chosen.solution)
+        turned = turned_polarisation(estimate.chosen.solution, blur)
         warnings = (turned, *warnings) if turned else warnings
     if isinstance(estimate, JointEstimate) and estimate.chosen.ended_early:
         warnings += (ENDED_EARLY,)

@@ -211,7 +211,7 @@ class CheckSettings:
 
 @dataclass(frozen=True, slots=True)
 class ContactSettings:
-    """When impacts last so long that no instant stands for them. Chosen by hand on floors of 0 to 16 ms (decision 50).
+    """When impacts last so long that no instant stands for them. Chosen by hand on floors of 0 to 16 ms (decision 51).
 
     Attributes
     ----------
@@ -248,7 +248,7 @@ class ContactSettings:
 
 @dataclass(frozen=True, slots=True)
 class WallSettings:
-    """When a track met a wall beside its fall. Chosen by hand on boxes and on drops without walls (decision 50).
+    """When a track met a wall beside its fall. Chosen by hand on boxes and on drops without walls (decision 51).
 
     Attributes
     ----------

@@ -25,7 +25,7 @@ _NOISE = 2.0
 _NOT_LINEAR = 6e-4
 """What the linear answer misses of the bends that inputs off by their u make, per degree of freedom: 2.5 % squared. In
 45 dB angles known to 0.5 degrees bend flights by hundreds of deviations, and what that misses looked like azimuths tens
-of degrees off (decision 50)."""
+of degrees off (decision 51)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,7 +32,7 @@ by 0.4 rad is 0.2 of it, 0.04 in chi-square. Wrong places left 0.0 to 0.03, wall
 7047241, 770535)."""
 _AGREES = 0.5
 """Deviations of chi-square above its mean up to which flights agree with a place: of six right setups in which one was
-named azimuths 6 to 74 degrees off left 1.3 to 9, wrong distances in as loud drops -1.2 and -0.1 (decision 50)."""
+named azimuths 6 to 74 degrees off left 1.3 to 9, wrong distances in as loud drops -1.2 and -0.1 (decision 51)."""
 _RELEASE = "tracer.release_position_m"
 _SLIPS = 0.01
 """Share of places, and of values, that people misstate: chosen by hand."""

@@ -97,8 +97,9 @@ def setup_outlier(chi_square: SetupChiSquare, keys: Sequence[str], setup: Setup)
     bounds = np.array([_LEAST_OFF_EXACT if key in stated and stated[key].u == 0.0 else _LEAST_OFF for key in keys])
     if gain < least or not (np.abs(off) > bounds)[freed].any():
         return None
-    # what the linear answer misses names any place, but makes the flights agree with none
-    if gain < chi_square.blur * least and chi_square.sigmas_left(bound + gain) > _AGREES:
+    # what the linear answer misses goes into azimuths, which a fall hardly shows, but makes flights agree with none
+    is_antenna = places[freed][0] != _RELEASE
+    if is_antenna and gain < chi_square.blur * least and chi_square.sigmas_left(bound + gain) > _AGREES:
         return None
     found = {key: float(by) for key, by, one in zip(keys, off, freed, strict=True) if one}
     named, alike = str(places[freed][0]), gain - max(_ALIKE, _ALIKE_SHARE * gain)

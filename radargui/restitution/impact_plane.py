@@ -101,7 +101,8 @@ def _off_one_plane(
     n = len(position) - 1
     misfit, spread = float(height @ np.linalg.solve(covariance, height)), 2.0 / (9.0 * n)
     # Wilson & Hilferty 1931: the cube root of chi-square / n is nearly normal, about 1 - 2 / 9n
-    if math.cbrt(misfit / n) < 1.0 - spread + CHECKS.plane_sigmas * math.sqrt(spread):
+    # NaN compares false: places that are not known at all lie in any plane
+    if not math.cbrt(misfit / n) >= 1.0 - spread + CHECKS.plane_sigmas * math.sqrt(spread):
         return None
     by_contact_s = contact_of_places_s(height, covariance, per_s)
     return float(np.abs(height).max()), float(np.sqrt(np.diag(covariance)).max()), by_contact_s

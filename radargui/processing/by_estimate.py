@@ -30,6 +30,7 @@ from radargui.model.result import CorrectedIQ, PathLengths, Track
 from radargui.model.setup import Setup
 from radargui.processing.continuity import checked
 from radargui.processing.doubts import LOOSE_MAPS, doubt, hardly_known, is_fringe_sure, is_unknown, turned_polarisation
+from radargui.processing.drifting_rest import drifting_rest
 from radargui.processing.in_band import measure_in_band
 from radargui.processing.locate import LEAST_RECEIVERS, locate, locate_body
 from radargui.processing.measured_motion import MeasuredMotion
@@ -100,7 +101,7 @@ def measure_by_estimate(
     # always: it starts the joint estimate, and stands where that does not
     estimate = estimate_adaptive(rounds)
     if method != "joint":
-        return _motion_of(estimate, conditioned, setup)
+        return _at_rest(_motion_of(estimate, conditioned, setup), _drifts(estimate, conditioned, setup))
     adaptive = _motion_of(estimate, conditioned, setup, is_tested=True)
     # a long search in a signal without an echo ends in a misfit: said at once instead
     if _is_hopeless(estimate, adaptive):
@@ -123,7 +124,21 @@ def measure_by_estimate(
         # nothing has tested it
         return _with_reason(_motion_of(estimate, conditioned, setup), why)
     motion = _judged(_motion_of(joint, conditioned, setup), joint, adaptive, setup)
-    return _with_prior(motion, tried, why) if motion.corrected.method == "joint" else motion
+    if motion.corrected.method != "joint":
+        return motion
+    return _at_rest(_with_prior(motion, tried, why), _drifts(estimate, conditioned, setup))
+
+
+def _drifts(adaptive: MotionEstimate, conditioned: Conditioned, setup: Setup) -> str:
+    """Return what is said of a rest before a fall in which all paths change alike."""
+    if not (conditioned.segment.has_rest and _falls(adaptive)):
+        return ""
+    i, q, valid = adaptive.i, adaptive.q, adaptive.valid
+    return drifting_rest(adaptive.time_s, i + 1j * q, valid, conditioned.segment, setup.radar.wavelength_m)
+
+
+def _at_rest(motion: MeasuredMotion, drifts: str) -> MeasuredMotion:
+    return replace(motion, warnings=(*motion.warnings, drifts)) if drifts else motion
 
 
 def _misfits(misfit: FloatArray, estimate: MotionEstimate) -> BoolArray:
@@ -230,7 +245,7 @@ def _motion_of(
     estimate: MotionEstimate, conditioned: Conditioned, setup: Setup, *, is_tested: bool = False
 ) -> MeasuredMotion:
     """Return what was measured, its paths held against their signals; `is_tested`: by an estimate that follows."""
-    bounces, changes = None, None
+    bounces, changes, blur = None, None, 1.0
     warnings: tuple[str, ...] = ()
     # the far field bends the path by millimetres: no flight obeys gravity there, and the track gives the bounces
     if isinstance(estimate, JointEstimate) and setup.processing.geometry == "exact":
@@ -238,7 +253,7 @@ def _motion_of(
             responses = setup_responses(estimate, setup)
             bounces, fit = joint_bounces(estimate, setup, responses)
             changes, test = joint_changes(estimate, bounces, fit, setup, responses)
-            warnings = test.warnings
+            warnings, blur = test.warnings, test.blur
             estimate, bounces = estimate.widened(test.widening), bounces.widened(test.widening)
         except SolveError as error:
             why = error.message.rstrip(".")
@@ -250,7 +265,7 @@ def _motion_of(
     samples = estimate.time_s, estimate.i, estimate.q, estimate.valid, u_phase
     corrected = CorrectedIQ(*samples, estimate.method, estimate.channels, decisions=estimate.choices)
     if isinstance(estimate, JointEstimate) and not any(one.startswith(NAMED) for one in warnings):
-        turned = turned_polarisation(estimate.chosen.solution)
+        turned = turned_polarisation(estimate.chosen.solution, blur)
         warnings = (turned, *warnings) if turned else warnings
     if isinstance(estimate, JointEstimate) and estimate.chosen.ended_early:
         warnings += (ENDED_EARLY,)

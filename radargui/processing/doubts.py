@@ -96,12 +96,20 @@ def unlikely_mirrors(solution: Solution) -> str:
     )
 
 
-def turned_polarisation(solution: Solution) -> str:
+def turned_polarisation(solution: Solution, blur: float = 1.0) -> str:
     """Return a sentence where the sphere scatters as it cannot with the polarisations of the setup, else nothing.
 
     Of a Gaussian with the prior deviation s, found by d with the deviation u left: d has the variance s^2 - u^2, where
     the setup is right. Azimuths that are mirrored, or all turned, bend no flight: against the transmitter's field they
     show.
+
+    Parameters
+    ----------
+    solution
+        Converged.
+    blur
+        By what chi-square may be too large since antennas that are off by their u bend loud signals in no linear way:
+        polarisations, known to degrees only, are turned to make up for them (`SetupChiSquare.blur`).
     """
     layout, prior = solution.problem.layout, solution.problem.prior
     if solution.problem.sphere is None:
@@ -113,7 +121,7 @@ def turned_polarisation(solution: Solution) -> str:
     held = (shown < _LEAST_SHOWN) | (square < np.radians(_LEAST_U_DEG) ** 2)
     turned = np.where(held, 0.0, off / np.sqrt(square * np.maximum(shown, _LEAST_SHOWN)))
     worst = int(np.argmax(np.abs(turned)))
-    if abs(turned[worst]) < _MOST_TURNED:
+    if abs(turned[worst]) < _MOST_TURNED * np.sqrt(blur):
         return ""
     antenna = f"receiver[{worst}]" if worst else "transmitter"
     by = np.degrees(off[worst] / shown[worst])

@@ -8,7 +8,7 @@ from radargui.model.arrays import FloatArray, median
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounces, FreeFall, Segment, Track
 from radargui.motion.impacts import THIRD_DIFFERENCE_GAIN, find_track_impacts
-from radargui.restitution.cross_check import cross_check
+from radargui.restitution.cross_check import PARABOLAS, cross_check, without_checks_by_walls
 from radargui.restitution.floor_normal import UP, normal_of_impacts
 from radargui.restitution.impact_speeds import ImpactSpeeds, drag_of_flights, error_of_e, speeds_at_impacts, with_drag
 from radargui.restitution.parabola import fit_parabolas
@@ -20,8 +20,8 @@ from radargui.restitution.track_flights import (
     fit_track_flights,
     velocities_of_track,
 )
+from radargui.restitution.walls_of_track import without_e_by_walls
 
-METHOD = "parabolas with shared g"
 SOME = 16
 """One sample of so many tells u, and one third difference the noise."""
 
@@ -59,8 +59,10 @@ def find_bounces(
     # first along the vertical: the impacts themselves say how the floor leans, and where they are does not need it
     found = _along(track, segment, UP if normal is None else normal, sample_rate_hz)
     u_by_normal, u_found_deg = None, None
-    if normal is None and found is not None:
-        at = velocities_of_track(track, segment, found.impacts.time_s)
+    if found is None:
+        return Bounces()
+    at = velocities_of_track(track, segment, found.impacts.time_s)
+    if normal is None:
         # an impact that gives no e may be no impact: it has no say about the floor
         known = np.isfinite(at.u_side_m_s) & found.impacts.valid
         floor = normal_of_impacts(at.before_m_s[known], at.after_m_s[known], at.u_side_m_s[known], u_tilt_deg)
@@ -90,8 +92,17 @@ def find_bounces(
         # the normal comes from velocities sideways, u_e from heights: independent
         known = np.isfinite(impacts.u_e) & np.isfinite(u_by_normal)
         impacts = impacts.widened(np.where(known, u_by_normal, 0.0), known | impacts.valid)
-    bounces = Bounces(impacts.bounces(METHOD), fall, found.normal, u_found_deg, braked_1_m)
-    return cross_check(bounces, heights.time_s, heights.height_m, g_m_s2)
+    bounces = Bounces(impacts.bounces(PARABOLAS), fall, found.normal, u_found_deg, braked_1_m)
+    span_s = float(track.time_s[segment.first]), _landing_s(bounces, segment, track)
+    bounces = without_e_by_walls(bounces, track, at, span_s)
+    return without_checks_by_walls(cross_check(bounces, heights.time_s, heights.height_m, g_m_s2))
+
+
+def _landing_s(bounces: Bounces, segment: Segment, track: Track) -> float:
+    """Return when the flight after the last impact ends."""
+    last = bounces.impacts[-1]
+    landing_s = last.time_s + 2.0 * last.speed_after_m_s / NOMINAL_GRAVITY_M_S2
+    return min(landing_s, float(track.time_s[segment.last - 1]))
 
 
 @dataclass(frozen=True, slots=True)

@@ -100,21 +100,29 @@ def found_tilt(bounces: Bounces) -> tuple[str, ...]:
     return (sentence,)
 
 
+_TOGETHER = "together with the floor, or within some milliseconds of it"
+_BESIDE = "together with the floor, or in the flight before or after it"
+PARABOLAS = "parabolas with shared g"
+"""Method of impacts whose speeds are those of a track's parabolas."""
+
+
 def walls_met(bounces: Bounces) -> tuple[str, ...]:
     """Return a sentence where the sphere met walls beside its fall, else none."""
     if not bounces.walls_s:
         return ()
     moments = ", ".join(f"{moment:.3f}" for moment in bounces.walls_s)
-    return (f"Walls beside the fall threw the sphere back at {moments} s: its flights end there.",)
+    by_track = any(one.method == PARABOLAS for one in bounces.impacts)
+    then = "the flights beside them give no e" if by_track else "its flights end there"
+    return (f"Walls beside the fall threw the sphere back at {moments} s: {then}.",)
 
 
 def floor_and_wall(bounces: Bounces) -> list[str]:
     """Return a sentence for each impact at which a wall was met, too."""
     return [
-        f"impact {number}: a wall was met together with the floor, or within some milliseconds of it, and what each "
-        "took of the speed is not known: no e is given"
+        f"impact {number}: a wall was met {where}, and what each took of the speed is not known: no e is given"
         for number, impact in enumerate(bounces.impacts, 1)
         if impact.time_s in bounces.with_walls_s
+        for where in [_BESIDE if impact.method == PARABOLAS else _TOGETHER]
     ]
 
 

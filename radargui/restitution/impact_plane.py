@@ -12,16 +12,18 @@ import numpy as np
 from radargui.model.arrays import FloatArray, median
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounces, Track
+from radargui.restitution.contact_time import contact_of_places_s, contact_of_track_s, depth_per_s
 from radargui.restitution.settings import CHECKS
 
 _SAMPLES = 8  # of each flight before an impact: more say the same
 
 
 def judged_by_floor(bounces: Bounces, track: Track, alike_m: float | None = None) -> tuple[Bounces, list[str]]:
-    """Return the bounces, and a sentence where the impacts do not lie in one plane.
+    """Return the bounces, and a sentence where the impacts do not lie in one plane, or take their time.
 
-    Where a rebound is faster than its arrival, too, the floor moves, and no e of the run is one of a floor at rest:
-    none is valid. Off the plane alone may be a step, or grains on the floor.
+    Where impacts last there is no instant that has the speeds, and no e is valid. Where a rebound is faster than its
+    arrival, too, the floor moves, and no e of the run is one of a floor at rest: none is valid. Off the plane alone may
+    be a step, or grains on the floor.
 
     Parameters
     ----------
@@ -39,6 +41,16 @@ def judged_by_floor(bounces: Bounces, track: Track, alike_m: float | None = None
         if impact.e - CHECKS.coverage * impact.u_stated > 1.0 and impact.speed_before_m_s > CHECKS.least_speed_m_s
     ]
     off = _off_one_plane(bounces, track, alike_m, faster)
+    contact_s = None if off is None or faster else off[2]
+    if contact_s is None and not faster and alike_m is None and bounces.normal is not None:
+        contact_s = contact_of_track_s(bounces, track)
+    if contact_s is not None:
+        sentence = (
+            f"the floor gives way: an impact lasts some {1e3 * contact_s:.2g} ms, in which gravity goes on, so that no "
+            "instant of impact has the speeds before and after. A ratio of them depends on what is taken for it, and "
+            "no e is given: drop on something hard, or clamp what moves"
+        )
+        return _without_e(bounces), [sentence]
     if off is None:
         return bounces, []
     lie = (
@@ -54,13 +66,19 @@ def judged_by_floor(bounces: Bounces, track: Track, alike_m: float | None = None
         f"the floor moves: after impact {faster[0]} the sphere is faster than before, and {lie}. A ratio of the "
         "sphere's speeds is then no coefficient of restitution, and none is given"
     )
-    return replace(bounces, impacts=tuple(replace(one, valid=False) for one in bounces.impacts)), [sentence]
+    return _without_e(bounces), [sentence]
+
+
+def _without_e(bounces: Bounces) -> Bounces:
+    return replace(bounces, impacts=tuple(replace(one, valid=False) for one in bounces.impacts))
 
 
 def _off_one_plane(
     bounces: Bounces, track: Track, alike_m: float | None, faster: Sequence[int]
-) -> tuple[float, float] | None:
+) -> tuple[float, float, float | None] | None:
     """Return how far impacts are off one plane, and how far they might be, in m; None where that is no farther.
+
+    And how long they last, in s, where that is why.
 
     h_k = c + s x_k + r_k, heights along the floor's normal; the slope s is within what is known of the normal, and r_k
     of the variance u_k^2 + (a floor's own unevenness)^2. Chi-square of r says whether that is all.
@@ -68,7 +86,7 @@ def _off_one_plane(
     if bounces.normal is None:
         return None
     normal = np.asarray(bounces.normal)
-    position, variance = _places(bounces, track, normal, faster)
+    position, variance, per_s = _places(bounces, track, normal, faster)
     if len(position) < CHECKS.least_in_plane:
         return None
     if alike_m is not None:
@@ -83,13 +101,20 @@ def _off_one_plane(
     n = len(position) - 1
     misfit, spread = float(height @ np.linalg.solve(covariance, height)), 2.0 / (9.0 * n)
     # Wilson & Hilferty 1931: the cube root of chi-square / n is nearly normal, about 1 - 2 / 9n
-    if math.cbrt(misfit / n) < 1.0 - spread + CHECKS.plane_sigmas * math.sqrt(spread):
+    # NaN compares false: places that are not known at all lie in any plane
+    if not math.cbrt(misfit / n) >= 1.0 - spread + CHECKS.plane_sigmas * math.sqrt(spread):
         return None
-    return float(np.abs(height).max()), float(np.sqrt(np.diag(covariance)).max())
+    by_contact_s = contact_of_places_s(height, covariance, per_s)
+    return float(np.abs(height).max()), float(np.sqrt(np.diag(covariance)).max()), by_contact_s
 
 
-def _places(bounces: Bounces, track: Track, normal: FloatArray, faster: Sequence[int]) -> tuple[FloatArray, FloatArray]:
-    """Return where the centre is at the impacts that bounce and are seen, shape (n, 3), and the heights' variances."""
+def _places(
+    bounces: Bounces, track: Track, normal: FloatArray, faster: Sequence[int]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return where the centre is at the impacts that bounce and are seen, shape (n, 3), and the heights' variances.
+
+    And how far below the floor flights meet there over the time that an impact lasts, shape (n,).
+    """
     at_s, before_m_s, after_m_s = (
         np.array([(one.time_s, one.speed_before_m_s, one.speed_after_m_s) for one in bounces.impacts]).reshape(-1, 3).T
     )
@@ -116,4 +141,5 @@ def _places(bounces: Bounces, track: Track, normal: FloatArray, faster: Sequence
     # a sample that is not known may be NaN: its weight is none
     position = np.where(known[seen], track.position_m[:, sample] - normal[:, None, None] * fallen_m, 0.0)
     variance = np.where(known[seen], np.tensordot(normal**2, track.u_position_m[:, sample] ** 2, 1), 0.0)
-    return np.asarray((position * weight).sum(axis=2).T), np.asarray((variance * weight).sum(axis=1))
+    per_s = depth_per_s(before_m_s, after_m_s)[seen]
+    return np.asarray((position * weight).sum(axis=2).T), np.asarray((variance * weight).sum(axis=1)), per_s

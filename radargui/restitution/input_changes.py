@@ -32,13 +32,14 @@ SPHERE = "sphere"
 class FlightTest:
     """What the flights say: a sentence for people where they bend, what u is widened by, what likely makes them bend.
 
-    And whether that explains all of it.
+    And whether that explains all of it; and by what chi-square is blurred (`SetupChiSquare.blur`).
     """
 
     warning: str = ""
     widening: float = 1.0
     cause: str = ""
     explained: bool = True
+    blur: float = 1.0
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -138,14 +139,15 @@ def joint_changes(
     """
     time_s, out = responses.time_s, []
     outlier, slips = None, np.ones(len(responses.keys))
-    unexplained = 0.0 if fit is None else fit.excess(np.zeros(0))
+    unexplained, blur = 0.0 if fit is None else fit.excess(np.zeros(0)), 1.0
     if fit is not None and responses.keys:
         exact = np.array([key in responses.exact for key in responses.keys])
         chi_square = SetupChiSquare.of(fit, responses.keys, responses.each, setup, exact)
         outlier = setup_outlier(chi_square, responses.keys, setup)
         slips = misstated(chi_square, responses.keys, setup)
-        unexplained = chi_square.sigmas_left(chi_square.least()[1])
+        unexplained, blur = chi_square.sigmas_left(chi_square.least()[1]), chi_square.blur
     test = FlightTest() if fit is None else _tested(fit, responses.uncertain, estimate, unexplained)
+    test = replace(test, blur=blur)
     for key, response, slip in zip(responses.keys, responses.each, slips.tolist(), strict=True):
         if key in responses.exact and (outlier is None or key not in outlier.off):
             continue

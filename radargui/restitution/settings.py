@@ -209,4 +209,71 @@ class CheckSettings:
     plane_sigmas: float = 3.1
 
 
+@dataclass(frozen=True, slots=True)
+class ContactSettings:
+    """When impacts last so long that no instant stands for them. Chosen by hand on floors of 0 to 16 ms (decision 51).
+
+    Attributes
+    ----------
+    least_s, longest_s
+        Three times what the budget holds, so that longer ones are not in u of e; and what a rebound may take.
+    coverage, coverage_of_track
+        So many standard uncertainties above zero; of what a track rounds more, since its u is that of a whole motion:
+        waves at the floor rounded corners by 4 u (ellipse, 22 dB, laboratory 7305403).
+    most_left
+        Share of the misfit of one height that heights by speed may leave.
+    worst_condition
+        Of their equations: speeds of some percent's difference tell nothing.
+    least_rounded_s, hidden_s
+        Of what a corner's roundness shows: flights that end 1.5 ms before it hide so much.
+    near_s, beside_s, least_samples
+        The corner, and from where to where flights beside it are taken, by so many samples on each side.
+    apart_m
+        By which flights may miss each other at an impact, beside u.
+    """
+
+    least_s: float = 3e-4
+    longest_s: float = 0.03
+    coverage: float = 3.0
+    coverage_of_track: float = 6.0
+    most_left: float = 0.1
+    worst_condition: float = 1e4
+    least_rounded_s: float = 6e-4
+    hidden_s: float = 1.2e-3
+    near_s: float = 5e-4
+    beside_s: tuple[float, float] = (0.0015, 0.006)
+    least_samples: int = 3
+    apart_m: float = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class WallSettings:
+    """When a track met a wall beside its fall. Chosen by hand on boxes and on drops without walls (decision 51).
+
+    Attributes
+    ----------
+    clearance_s, least_flight_s
+        Left out at both ends of a flight, and the shortest that tells, without them.
+    parts
+        Of a flight, whose means are looked at.
+    least_jump_m_s, sigmas
+        A flight turns aside by more than both.
+    least_of_u
+        And, root mean square, so many u of the track's places: 101 of 152 flights of boxes in which a wall was met, one
+        of 1118 of drops without walls; of 1.0 three.
+    least_back_m_s, sigmas_back
+        Of the speeds along the floor before and after an impact that throws back: both are above this and so many u.
+    """
+
+    clearance_s: float = 0.003
+    least_flight_s: float = 0.03
+    parts: int = 24
+    least_jump_m_s: float = 0.1
+    sigmas: float = 5.0
+    least_of_u: float = 1.5
+    least_back_m_s: float = 0.05
+    sigmas_back: float = 2.0
+
+
 FLIGHTS, TRACKS, CHECKS = FlightSettings(), TrackSettings(), CheckSettings()
+CONTACTS, WALLS = ContactSettings(), WallSettings()

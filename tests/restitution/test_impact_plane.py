@@ -110,3 +110,9 @@ def test_impacts_after_the_last_valid_one_that_throw_the_sphere_lie_on_the_floor
     judged, (sentence,) = judged_by_floor(replace(bounces, impacts=(first, *thrown)), track)
     assert not judged.impacts[0].valid
     assert "the floor moves" in sentence
+
+
+def test_places_that_are_not_known_at_all_lie_in_any_plane() -> None:
+    bounces, track = dropped(1e-3 * np.array([0.0, 0.2, 0.0, 0.0]), TOGETHER)
+    assert off_one_plane(bounces, track)
+    assert off_one_plane(bounces, replace(track, u_position_m=np.full_like(track.u_position_m, np.nan))) == []

@@ -174,6 +174,58 @@ def test_a_place_that_leaves_much_of_what_bends_is_not_the_whole_cause() -> None
     assert int(left[1]) == pytest.approx(70, abs=15)
 
 
+def with_weak_azimuth(strength: float, spurious: float, left: float = 40.0) -> SetupChiSquare:
+    """Flights that inputs bend so strongly, and an azimuth hardly, along which something bends them besides."""
+    rng = np.random.default_rng(4)
+    bends = strength * rng.normal(size=(N_FLIGHTS, len(KEYS)))
+    weak = KEYS.index("receiver[1].azimuth_deg")
+    bends[:, weak] = rng.normal(size=N_FLIGHTS) * 0.7 / np.sqrt(N_FLIGHTS)
+    away = -spurious * bends[:, weak] / np.linalg.norm(bends[:, weak])
+    misfit = (float(away @ away) + N_FLIGHTS + left, N_FLIGHTS)
+    fit: Any = SimpleNamespace(g_m_s2=9.80, u_g_m_s2=1e-3, misfit=misfit)
+    fit.against = lambda _: (bends.T @ bends, bends.T @ away)
+    fit.follow = lambda response: np.array([response])
+    return SetupChiSquare.of(fit, KEYS, np.zeros(len(KEYS)).tolist(), SETUP, np.zeros(len(KEYS), bool))
+
+
+def test_what_the_linear_answer_misses_of_strong_bends_names_no_azimuth() -> None:
+    """Laboratory 6361045, 45 dB, all right: an azimuth 74 degrees off gained 36 where tilts bend by 130 deviations."""
+    quiet, loud = with_weak_azimuth(0.1, 6.5), with_weak_azimuth(3.0, 6.5)
+    assert quiet.blur == 1.0
+    assert loud.blur > 10.0
+    found = setup_outlier(quiet, KEYS, SETUP)
+    assert found is not None
+    assert "receiver[1], adding azimuth_deg" in found.sentence
+    assert setup_outlier(loud, KEYS, SETUP) is None
+    # a mistake bends by far more than that, or makes flights agree
+    assert setup_outlier(with_weak_azimuth(3.0, 40.0), KEYS, SETUP) is not None
+    assert setup_outlier(with_weak_azimuth(3.0, 6.5, left=0.0), KEYS, SETUP) is not None
+
+
+def test_inputs_that_are_exact_leave_the_answer_linear() -> None:
+    tables = SETUP.model_dump(by_alias=True, exclude_unset=True)
+    exact = {f"u_{name}": 0.0 for name in ("tilt_deg", "azimuth_deg", "distance_m")}
+    tables["receiver"] = tuple({**one, **exact} for one in tables["receiver"])
+    known = Setup.model_validate(tables)
+    assert chi_square({}, strength=3.0, setup=known).blur < chi_square({}, strength=3.0).blur
+
+
+def test_one_number_that_is_misread_is_asked_less_of_than_a_whole_place() -> None:
+    """A height of which the flights say little, x and y of which they say much: alone it may be far off (7302103)."""
+    rng = np.random.default_rng(6)
+    bends = rng.normal(size=(N_FLIGHTS, len(KEYS)))
+    bends *= np.array([1.0 if "release" in key and not key.endswith("[3]") else 0.008 for key in KEYS])
+    height = KEYS.index("tracer.release_position_m[3]")
+    away = 20.0 * bends[:, height]
+    fit: Any = SimpleNamespace(g_m_s2=9.80, u_g_m_s2=1e-3, misfit=(float(away @ away) + N_FLIGHTS, N_FLIGHTS))
+    fit.against = lambda _: (bends.T @ bends, bends.T @ away)
+    fit.follow = lambda response: np.array([response])
+    form = SetupChiSquare.of(fit, KEYS, np.zeros(len(KEYS)).tolist(), SETUP, np.zeros(len(KEYS), bool))
+    widened = misstated(form, KEYS, SETUP)
+    assert widened[height] > 1.5
+    assert widened[height - 1] < 1.05
+
+
 def test_a_place_that_may_be_misstated_counts_as_far_off_as_that_is_likely() -> None:
     """Flights that show the release weakly: 12 mm beside the truth is too little to name it."""
     key = "tracer.release_position_m[1]"

@@ -36,14 +36,15 @@ OPTIONS = (
     "gravity_m_s2", "floor", "surface", "walls", "wall", "wall_distance_m", "corners", "crosstalk", "lively",
     "kick_m_s", "tilt_deg", "depth_m", "flicker", "drift", "amplitude_v", "lobes", "coupled", "rest",
     "motion", "mode", "size_m", "speed_m_s", "lean_deg", "stops", "start_m", "gap_m", "tremor_m",
-    "index", "film", "shake_hz", "shake_g", "side", "step_m", "bounces", "nearer",
+    "index", "film", "shake_hz", "shake_g", "side", "step_m", "bounces", "nearer", "contact_s",
 )  # fmt: skip
 """Values to hold:
 `floor`: share of the field that comes back; `wall`: the same at the centre, lobes counted; `walls`: how many;
 `surface`: of the floor, conductor or dielectric; `corners`: whether waves go over wall and floor; `coupled`: whether
 the floor sends back what the sphere sends it; `lively`: whether impacts kick and the floor leans; `depth_m`: caught
 within this depth, no rebound (None: it bounces); `lobes`: whether antennas have any; `rest`: s before it leaves;
-`nearer`: times as far away as drawn all antennas are; others as their units say.
+`nearer`: times as far away as drawn all antennas are; `contact_s`: how long an impact of a drop lasts; others as their
+units say.
 Of motions other than drops alone: `mode` of the motion; `size_m` (`draw_course.SIZES_M`); `speed_m_s`: the greatest, of
 circle, hand, stage, and the push into a box; `lean_deg` of a circle's plane, a board, a stage; `stops`: whether circle
 or board end before the record; `start_m`: three coordinates; `gap_m`: from the lowest place down to the floor, where it
@@ -178,6 +179,7 @@ def _floor(value: _Draws, normal: Array, touch_m: Array) -> Floor:
         value("e", lambda r: r.uniform(0.4, 0.92)),
         value("scatter", lambda _: 0.01),
         value("kick_m_s", lambda _: 0.03 if _lively(value) else 0.0),
+        value("contact_s", lambda _: 0.0),
     )
 
 

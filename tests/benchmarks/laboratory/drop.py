@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,6 +73,8 @@ class Floor:
         Mean coefficient, and its relative standard deviation from impact to impact.
     kick_m_s
         Standard deviation of the speed along x and along y that an impact adds.
+    contact_s
+        How long an impact lasts: rubber, foam; 0 of a hard floor.
     """
 
     normal: Array
@@ -80,6 +82,7 @@ class Floor:
     restitution: float
     scatter: float = 0.01
     kick_m_s: float = 0.0
+    contact_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -153,6 +156,12 @@ def fall(
         if time >= duration_s:
             break
         impact, velocity = _bounce(rng, floor, time, arriving)
+        if floor.contact_s and impact.after_m_s > 0.0:
+            pieces.append((time, _pressed(floor, place, arriving, velocity)))
+            place = pieces[-1][1](np.array([floor.contact_s]))[:, 0]
+            # an instant stands for it: the middle
+            impact = replace(impact, time_s=time + floor.contact_s / 2.0)
+            time += floor.contact_s
         if impact.after_m_s < SLOWEST_REBOUND_M_S:
             velocity = velocity - floor.normal * (floor.normal @ velocity)
             impact = Impact(impact.time_s, impact.before_m_s, 0.0)
@@ -171,6 +180,24 @@ def _bounce(rng: np.random.Generator, floor: Floor, time_s: float, arriving: Arr
     along = along + kick - floor.normal * (floor.normal @ kick)
     after = before * floor.restitution * (1.0 + floor.scatter * rng.standard_normal())
     return Impact(time_s, before, after), along + after * floor.normal
+
+
+def _pressed(floor: Floor, place: Array, arriving: Array, leaving: Array) -> Callable[[Array], Array]:
+    """Go through a contact: along the normal half a swing of a damped spring, along the floor evenly to what is left.
+
+    -(v / w) exp(-c t) sin w t with w = pi / T is back after T with the speed v exp(-c T) = e v.
+    """
+    normal, lasts_s = floor.normal, floor.contact_s
+    before, after = -float(normal @ arriving), float(normal @ leaving)
+    along = [one - normal * (normal @ one) for one in (arriving, leaving)]
+    damping, rate = np.log(before / after) / lasts_s, np.pi / lasts_s
+
+    def position(t: Array) -> Array:
+        depth = before / rate * np.exp(-damping * t) * np.sin(rate * t)
+        level = np.outer(along[0], t) + np.outer(along[1] - along[0], t**2 / (2.0 * lasts_s))
+        return place[:, None] + level - np.outer(normal, depth)
+
+    return position
 
 
 def _rolling(body: Body, floor: Floor, place: Array, velocity: Array) -> Callable[[Array], Array]:

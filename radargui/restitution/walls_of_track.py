@@ -1,0 +1,151 @@
+"""Walls that a track met beside its fall: where a flight turns aside, or an impact throws it back along the floor.
+
+A wall rubs: flights that met one are no parabolas, and their ends tell no speed at the floor (method 5, Impacts).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.result import Bounces, Track
+from radargui.restitution.settings import WALLS
+from radargui.restitution.track_flights import ImpactVelocities
+
+
+def without_e_by_walls(bounces: Bounces, track: Track, at: ImpactVelocities, span_s: tuple[float, float]) -> Bounces:
+    """Return the bounces without e beside walls, and when these were met.
+
+    Parameters
+    ----------
+    bounces, track
+        Of the parabolas of a track.
+    at
+        Velocities at the impacts.
+    span_s
+        When the motion begins, and the flight after the last impact ends.
+    """
+    impact_s = np.array([one.time_s for one in bounces.impacts])
+    if not impact_s.size or bounces.normal is None:
+        return bounces
+    edges = np.concatenate([[span_s[0]], impact_s, [max(span_s[1], float(impact_s[-1]))]])
+    aside = Aside.of(track, edges[:-1], edges[1:])
+    turned, thrown = aside.turned, aside.thrown_back(at, np.asarray(bounces.normal))
+    beside = turned[:-1] | turned[1:] | thrown
+    if not beside.any():
+        return bounces
+    walls_s = tuple(np.sort(np.concatenate([aside.when_s[turned], impact_s[thrown]])).tolist())
+    by_wall = list(zip(bounces.impacts, beside.tolist(), strict=True))
+    return replace(
+        bounces,
+        impacts=tuple(replace(one, valid=one.valid and not met) for one, met in by_wall),
+        walls_s=walls_s,
+        # an impact that gave no e before needs no reason
+        with_walls_s=tuple(one.time_s for one, met in by_wall if met and one.valid),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Aside:
+    """How flights go aside, along x and y.
+
+    Nothing pulls a body aside in the air: over a flight x and y are lines, to which a wall adds a hinge, max(0, t - w).
+    Over means of equal parts each hinge has one shape, whatever the flight's length.
+
+    Attributes
+    ----------
+    when_s
+        Of the hinge that fits best, shape (n_flights,); NaN where a flight is too short to tell.
+    before_m_s, after_m_s
+        Speeds on both sides of it, those of a line where it is none, shape (n_flights, 2).
+    turned
+        Whether the flight turns there by more than waves and noise make, shape (n_flights,).
+    u_m_s
+        Of the speeds, of whole flights, shape (n_flights,).
+    """
+
+    when_s: FloatArray
+    before_m_s: FloatArray
+    after_m_s: FloatArray
+    turned: BoolArray
+    u_m_s: FloatArray
+
+    @classmethod
+    def of(cls, track: Track, begin_s: FloatArray, end_s: FloatArray) -> Aside:
+        """Return that of flights (n_flights,)."""
+        begin, length = begin_s + WALLS.clearance_s, end_s - begin_s - 2.0 * WALLS.clearance_s
+        edges = begin[:, None] + length[:, None] * np.arange(WALLS.parts + 1) / WALLS.parts
+        place = np.searchsorted(track.time_s, edges)
+        when, before = np.full(begin.size, np.nan), np.full((begin.size, 2), np.nan)
+        after, turned, u = before.copy(), np.zeros(begin.size, dtype=np.bool_), when.copy()
+        for k in np.flatnonzero((np.diff(place, axis=1) > 0).all(axis=1) & (length > WALLS.least_flight_s)):
+            known = track.valid[place[k, 0] : place[k, -1]]
+            mean_m, u_m = _means(track, place[k])
+            # over a gap nobody knows whether it turned
+            if known.all() and np.isfinite(mean_m).all():
+                part_s = float(length[k]) / WALLS.parts
+                best, before[k], after[k], turned[k] = _hinge(mean_m, u_m, part_s)
+                when[k] = begin[k] + part_s * (best + 0.5)
+                # errors of a track are waves: as if one were as long as the flight
+                u[k] = np.sqrt(12.0) * u_m / length[k]
+        return cls(when, before, after, turned, u)
+
+    def thrown_back(self, at: ImpactVelocities, normal: FloatArray) -> BoolArray:
+        """Return which impacts turned the motion along the floor back: friction stops it at most, shape (n_impacts,).
+
+        Whole flights say how fast they go aside: what a wall within milliseconds of the floor does is the impact's.
+        """
+        before = np.column_stack([self.after_m_s[:-1], at.before_m_s[:, 2]])
+        after = np.column_stack([self.before_m_s[1:], at.after_m_s[:, 2]])
+        before, after = (one - np.outer(one @ normal, normal) for one in (before, after))
+        slower = np.minimum(np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1))
+        back = (before * after).sum(axis=1) < 0.0
+        least = np.maximum(WALLS.least_back_m_s, WALLS.sigmas_back * np.hypot(self.u_m_s[:-1], self.u_m_s[1:]))
+        return np.asarray(back & (slower > least))
+
+
+def _means(track: Track, place: IntArray) -> tuple[FloatArray, float]:
+    """Return x and y over the parts of a flight, (2, parts), and their u."""
+    part = slice(int(place[0]), int(place[-1]))
+    first = place[:-1] - place[0]
+    sums = np.add.reduceat(track.position_m[:2, part], first, axis=1)
+    u_m = float(np.sqrt((track.u_position_m[:2, place[:-1]] ** 2).mean()))
+    return sums / np.diff(place), u_m
+
+
+def _hinge(mean_m: FloatArray, u_m: float, part_s: float) -> tuple[int, FloatArray, FloatArray, bool]:
+    """Return the part in which a flight turns, its speeds before and after (2,), and whether it does."""
+    bent, across, size = _shapes()
+    # a line of slope 1 a part has this size along the second of the two vectors
+    per_part = across[1] @ np.arange(WALLS.parts)
+    left = mean_m - (mean_m @ across.T) @ across
+    along = left @ bent.T / size
+    gained = (along**2).sum(axis=0)
+    best = int(gained.argmax())
+    sigma_m = float(np.sqrt(max((left**2).sum() - gained[best], 0.0) / (2 * (WALLS.parts - 3))))
+    turn = along[:, best] / size[best]
+    hinge = np.maximum(0.0, np.arange(WALLS.parts) - (best + 1.0))
+    before = (mean_m @ across[1] - turn * (hinge @ across[1])) / per_part
+    shown_m = float(np.sqrt(gained[best]))
+    is_hinge = (
+        float(np.linalg.norm(turn)) / part_s > WALLS.least_jump_m_s
+        and shown_m > WALLS.sigmas * sigma_m
+        and shown_m > WALLS.least_of_u * u_m * np.sqrt(WALLS.parts)
+    )
+    if is_hinge:
+        return best + 1, before / part_s, (before + turn) / part_s, True
+    line = (mean_m @ across[1]) / per_part / part_s
+    return best + 1, line, line, False
+
+
+@cache
+def _shapes() -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return hinges across straight lines, (n_hinges, parts), two unit vectors along these, (2, parts), and sizes."""
+    part = np.arange(WALLS.parts, dtype=np.float64)
+    across = np.linalg.qr(np.stack([np.ones(WALLS.parts), part], axis=1))[0].T
+    bent = np.maximum(0.0, part - part[1:-1, None])
+    bent = bent - bent @ across.T @ across
+    return bent, across, np.linalg.norm(bent, axis=1)

@@ -189,7 +189,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
             # where the sphere was at the start is assumed, not known: no e, and no g
             bounces = Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts))
         alike_m = None if motion.bounces is None else setup.radar.wavelength_m / (4.0 * np.pi)
-        bounces, floor = judged_by_floor(bounces, track, alike_m)
+        bounces, floor = judged_by_floor(bounces, track, alike_m, by_conic=corrected.method in ("ellipse", "none"))
         elsewhere = contradicted(setup, rate_hz, track, bounces, budget)
         # a cause that is named takes the place of the guess
         if misplaced(setup):

@@ -49,10 +49,11 @@ def contact_of_places_s(height_m: FloatArray, covariance: FloatArray, per_s: Flo
     return float(contact_s) if least < contact_s < CONTACTS.longest_s else None
 
 
-def contact_of_track_s(bounces: Bounces, track: Track) -> float | None:
+def contact_of_track_s(bounces: Bounces, track: Track, *, by_conic: bool = False) -> float | None:
     """Return the time that impacts last by how the track rounds the corner between flights; None where that is short.
 
-    For tracks that follow the signal at every moment; a motion with breaks has no round corners.
+    For tracks that follow the signal at every moment; a motion with breaks has no round corners. `by_conic`: of one
+    circle for the whole motion, whose waves are as long as the sphere is fast, and round corners alike.
     """
     found = [_rounded_s(one, bounces, track) for one in bounces.impacts if one.valid]
     known = np.array([one for one in found if one is not None]).reshape(-1, 2)
@@ -61,7 +62,8 @@ def contact_of_track_s(bounces: Bounces, track: Track) -> float | None:
     weight = known[:, 1] ** -2.0
     # errors of a track are those of the place: more impacts do not make them smaller
     rounded_s, u_s = float(known[:, 0] @ weight / weight.sum()), float(known[:, 1].min())
-    if rounded_s < max(CONTACTS.least_rounded_s, CONTACTS.coverage_of_track * u_s):
+    coverage = CONTACTS.coverage_of_conic if by_conic else CONTACTS.coverage_of_track
+    if rounded_s < max(CONTACTS.least_rounded_s, coverage * u_s):
         return None
     return CONTACTS.hidden_s + rounded_s
 

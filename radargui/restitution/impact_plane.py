@@ -18,7 +18,9 @@ from radargui.restitution.settings import CHECKS
 _SAMPLES = 8  # of each flight before an impact: more say the same
 
 
-def judged_by_floor(bounces: Bounces, track: Track, alike_m: float | None = None) -> tuple[Bounces, list[str]]:
+def judged_by_floor(
+    bounces: Bounces, track: Track, alike_m: float | None = None, *, by_conic: bool = False
+) -> tuple[Bounces, list[str]]:
     """Return the bounces, and a sentence where the impacts do not lie in one plane, or take their time.
 
     Where impacts last there is no instant that has the speeds, and no e is valid. Where a rebound is faster than its
@@ -34,6 +36,8 @@ def judged_by_floor(bounces: Bounces, track: Track, alike_m: float | None = None
     alike_m
         Places so close to each other have the same error: that of a joint estimate belongs to the place, and what
         mirrors do turns by one radian within wavelength / 4 pi. None: the errors are each their own.
+    by_conic
+        Whether one circle a receiver, or none, has made the track.
     """
     faster = [
         number
@@ -43,7 +47,7 @@ def judged_by_floor(bounces: Bounces, track: Track, alike_m: float | None = None
     off = _off_one_plane(bounces, track, alike_m, faster)
     contact_s = None if off is None or faster else off[2]
     if contact_s is None and not faster and alike_m is None and bounces.normal is not None:
-        contact_s = contact_of_track_s(bounces, track)
+        contact_s = contact_of_track_s(bounces, track, by_conic=by_conic)
     if contact_s is not None:
         sentence = (
             f"the floor gives way: an impact lasts some {1e3 * contact_s:.2g} ms, in which gravity goes on, so that no "

@@ -217,9 +217,9 @@ class ContactSettings:
     ----------
     least_s, longest_s
         Three times what the budget holds, so that longer ones are not in u of e; and what a rebound may take.
-    coverage, coverage_of_track
-        So many standard uncertainties above zero; of what a track rounds more, since its u is that of a whole motion:
-        waves at the floor rounded corners by 4 u (ellipse, 22 dB, laboratory 7305403).
+    coverage, coverage_of_track, coverage_of_conic
+        So many standard uncertainties above zero; of what a track rounds, by circles that change with the place and by
+        one for the whole motion: on hard floors at most 1.2 and 4.2 (ellipse, 23 dB, laboratory 7305403).
     most_left
         Share of the misfit of one height that heights by speed may leave.
     worst_condition
@@ -235,7 +235,8 @@ class ContactSettings:
     least_s: float = 3e-4
     longest_s: float = 0.03
     coverage: float = 3.0
-    coverage_of_track: float = 6.0
+    coverage_of_track: float = 3.0
+    coverage_of_conic: float = 6.0
     most_left: float = 0.1
     worst_condition: float = 1e4
     least_rounded_s: float = 6e-4
@@ -259,8 +260,8 @@ class WallSettings:
     least_jump_m_s, sigmas
         A flight turns aside by more than both.
     least_of_u
-        And, root mean square, so many u of the track's places: 101 of 152 flights of boxes in which a wall was met, one
-        of 1118 of drops without walls; of 1.0 three.
+        And, root mean square, so many u of the track's places: 92 of 152 flights of boxes in which a wall was met, one
+        of 1118 of drops without walls; of 0.7 it is 126, and 12.
     least_back_m_s, sigmas_back
         Of the speeds along the floor before and after an impact that throws back: both are above this and so many u.
     """
@@ -270,7 +271,7 @@ class WallSettings:
     parts: int = 24
     least_jump_m_s: float = 0.1
     sigmas: float = 5.0
-    least_of_u: float = 1.5
+    least_of_u: float = 2.0
     least_back_m_s: float = 0.05
     sigmas_back: float = 2.0
 

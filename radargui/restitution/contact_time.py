@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
-from radargui.model.result import Bounce, Bounces, Track
+from radargui.model.result import Bounces, Track
 from radargui.restitution.settings import CONTACTS
 
 
@@ -55,38 +55,51 @@ def contact_of_track_s(bounces: Bounces, track: Track, *, by_conic: bool = False
     For tracks that follow the signal at every moment; a motion with breaks has no round corners. `by_conic`: of one
     circle for the whole motion, whose waves are as long as the sphere is fast, and round corners alike.
     """
-    found = [_rounded_s(one, bounces, track) for one in bounces.impacts if one.valid]
-    known = np.array([one for one in found if one is not None]).reshape(-1, 2)
-    if not len(known):
+    impacts = [one for one in bounces.impacts if one.valid]
+    if not impacts:
         return None
-    weight = known[:, 1] ** -2.0
+    time_s, before, after = np.array([(one.time_s, one.speed_before_m_s, one.speed_after_m_s) for one in impacts]).T
+    found, u_found_s = _rounded_s(time_s, before, after, np.asarray(bounces.normal), track)
+    if not found.size:
+        return None
+    weight = u_found_s**-2.0
     # errors of a track are those of the place: more impacts do not make them smaller
-    rounded_s, u_s = float(known[:, 0] @ weight / weight.sum()), float(known[:, 1].min())
+    rounded_s, u_s = float(found @ weight / weight.sum()), float(u_found_s.min())
     coverage = CONTACTS.coverage_of_conic if by_conic else CONTACTS.coverage_of_track
     if rounded_s < max(CONTACTS.least_rounded_s, coverage * u_s):
         return None
     return CONTACTS.hidden_s + rounded_s
 
 
-def _rounded_s(one: Bounce, bounces: Bounces, track: Track) -> tuple[float, float] | None:
-    """Return (time, u) that a corner's roundness stands for: of a half swing D = (1/2 - 1/pi) T (v + v') / 2."""
-    normal = np.asarray(bounces.normal)
+def _rounded_s(
+    time_s: FloatArray, before_m_s: FloatArray, after_m_s: FloatArray, normal: FloatArray, track: Track
+) -> tuple[FloatArray, FloatArray]:
+    """Return times, (n,), that the roundness of corners stands for, and u: of a half swing (1/2 - 1/pi) T (v + v') / 2.
+
+    Of those impacts (n_impacts,) whose flights meet there.
+    """
     near_s, (late_s, early_s) = CONTACTS.near_s, CONTACTS.beside_s
-    part = slice(*np.searchsorted(track.time_s, [one.time_s - early_s, one.time_s + early_s]))
-    since_s, known = track.time_s[part] - one.time_s, track.valid[part]
-    height, u_m = normal @ track.position_m[:, part], np.sqrt(normal**2 @ track.u_position_m[:, part] ** 2)
-    known = known & np.isfinite(height) & np.isfinite(u_m)
-    speed = np.where(since_s < 0.0, -one.speed_before_m_s, one.speed_after_m_s)
+    first, last = np.searchsorted(track.time_s, [time_s - early_s, time_s + early_s])
+    place = first[:, None] + np.arange(int((last - first).max()))
+    inside, place = place < last[:, None], np.minimum(place, track.time_s.size - 1)
+    since_s = track.time_s[place] - time_s[:, None]
+    # one row an impact
+    height = (normal @ track.position_m[:, place.ravel()]).reshape(place.shape)
+    u_m = np.sqrt(normal**2 @ track.u_position_m[:, place.ravel()] ** 2).reshape(place.shape)
+    known = inside & track.valid[place] & np.isfinite(height) & np.isfinite(u_m)
+    speed = np.where(since_s < 0.0, -before_m_s[:, None], after_m_s[:, None])
     off = height - speed * since_s + 0.5 * NOMINAL_GRAVITY_M_S2 * float(normal[2]) * since_s**2
-    away = np.abs(since_s) > late_s
-    sides = [off[known & away & (since_s < 0.0)], off[known & away & (since_s > 0.0)]]
-    here = known & (np.abs(since_s) < near_s)
-    if min(side.size for side in sides) < CONTACTS.least_samples or not here.any():
-        return None
-    before, after = (float(side.mean()) for side in sides)
-    u = float(u_m[here].mean())
-    # these flights do not meet here
-    if abs(after - before) > CONTACTS.coverage * np.hypot(u, CONTACTS.apart_m):
-        return None
-    per_m = 4.0 / ((1.0 - 2.0 / np.pi) * (one.speed_before_m_s + one.speed_after_m_s))
-    return per_m * (float(off[here].mean()) - 0.5 * (before + after)), per_m * u
+    away = known & (np.abs(since_s) > late_s)
+    sides, here = (away & (since_s < 0.0), away & (since_s > 0.0)), known & (np.abs(since_s) < near_s)
+    seen = here.any(axis=1)
+    for side in sides:
+        seen &= side.sum(axis=1) >= CONTACTS.least_samples
+
+    def mean(values: FloatArray, where: BoolArray) -> FloatArray:
+        return np.asarray(np.where(where, values, 0.0)[seen].sum(axis=1) / where[seen].sum(axis=1))
+
+    before, after, corner, u = mean(off, sides[0]), mean(off, sides[1]), mean(off, here), mean(u_m, here)
+    per_m = 4.0 / ((1.0 - 2.0 / np.pi) * (before_m_s + after_m_s)[seen])
+    # where flights do not meet nothing is known
+    meet = np.abs(after - before) <= CONTACTS.coverage * np.hypot(u, CONTACTS.apart_m)
+    return (per_m * (corner - 0.5 * (before + after)))[meet], (per_m * u)[meet]

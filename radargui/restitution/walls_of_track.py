@@ -81,16 +81,16 @@ class Aside:
         place = np.searchsorted(track.time_s, edges)
         when, before = np.full(begin.size, np.nan), np.full((begin.size, 2), np.nan)
         after, turned, u = before.copy(), np.zeros(begin.size, dtype=np.bool_), when.copy()
-        for k in np.flatnonzero((np.diff(place, axis=1) > 0).all(axis=1) & (length > WALLS.least_flight_s)):
-            known = track.valid[place[k, 0] : place[k, -1]]
-            mean_m, u_m = _means(track, place[k])
+        long = np.flatnonzero((np.diff(place, axis=1) > 0).all(axis=1) & (length > WALLS.least_flight_s))
+        if long.size:
+            mean_m, u_m, known = _means(track, place[long])
             # over a gap nobody knows whether it turned
-            if known.all() and np.isfinite(mean_m).all():
-                part_s = float(length[k]) / WALLS.parts
-                best, before[k], after[k], turned[k] = _hinge(mean_m, u_m, part_s)
-                when[k] = begin[k] + part_s * (best + 0.5)
-                # errors of a track are waves: as if one were as long as the flight
-                u[k] = np.sqrt(12.0) * u_m / length[k]
+            seen, mean_m, u_m = long[known], mean_m[known], u_m[known]
+            part_s = length[seen] / WALLS.parts
+            best, before[seen], after[seen], turned[seen] = _hinges(mean_m, u_m, part_s)
+            when[seen] = begin[seen] + part_s * (best + 0.5)
+            # errors of a track are waves: as if one were as long as the flight
+            u[seen] = np.sqrt(12.0) * u_m / length[seen]
         return cls(when, before, after, turned, u)
 
     def thrown_back(self, at: ImpactVelocities, normal: FloatArray) -> BoolArray:
@@ -107,38 +107,47 @@ class Aside:
         return np.asarray(back & (slower > least))
 
 
-def _means(track: Track, place: IntArray) -> tuple[FloatArray, float]:
-    """Return x and y over the parts of a flight, (2, parts), and their u."""
-    part = slice(int(place[0]), int(place[-1]))
-    first = place[:-1] - place[0]
-    sums = np.add.reduceat(track.position_m[:2, part], first, axis=1)
-    u_m = float(np.sqrt((track.u_position_m[:2, place[:-1]] ** 2).mean()))
-    return sums / np.diff(place), u_m
+def _means(track: Track, place: IntArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Return x and y over the parts of flights that begin at places (n, parts + 1), (n, 2, parts), and their u, (n,).
+
+    And whether all of a flight is known, (n,).
+    """
+    part, shape = slice(int(place[0, 0]), int(place[-1, -1])), (-1, *place.shape)
+    # the runs between two flights are added, too, and left out: the last one is empty
+    first = place.ravel()[:-1] - part.start
+    sums = np.append(np.add.reduceat(track.position_m[:2, part], first, axis=1), np.zeros((2, 1)), axis=1)
+    valid = np.append(np.logical_and.reduceat(track.valid[part], first), True)
+    mean_m = sums.reshape(shape)[..., :-1] / np.diff(place)
+    known = valid.reshape(place.shape)[:, :-1].all(axis=1) & np.isfinite(mean_m).all(axis=(0, 2))
+    u_m = np.sqrt((track.u_position_m[:2][:, place[:, :-1]] ** 2).mean(axis=(0, 2)))
+    return mean_m.swapaxes(0, 1), np.asarray(u_m), np.asarray(known)
 
 
-def _hinge(mean_m: FloatArray, u_m: float, part_s: float) -> tuple[int, FloatArray, FloatArray, bool]:
-    """Return the part in which a flight turns, its speeds before and after (2,), and whether it does."""
+def _hinges(
+    mean_m: FloatArray, u_m: FloatArray, part_s: FloatArray
+) -> tuple[IntArray, FloatArray, FloatArray, BoolArray]:
+    """Return the parts in which flights turn, (n,), speeds before and after, (n, 2), and whether they do, (n,)."""
     bent, across, size = _shapes()
     # a line of slope 1 a part has this size along the second of the two vectors
-    per_part = across[1] @ np.arange(WALLS.parts)
+    per_part, flight = across[1] @ np.arange(WALLS.parts), np.arange(len(mean_m))
     left = mean_m - (mean_m @ across.T) @ across
     along = left @ bent.T / size
-    gained = (along**2).sum(axis=0)
-    best = int(gained.argmax())
-    sigma_m = float(np.sqrt(max((left**2).sum() - gained[best], 0.0) / (2 * (WALLS.parts - 3))))
-    turn = along[:, best] / size[best]
-    hinge = np.maximum(0.0, np.arange(WALLS.parts) - (best + 1.0))
-    before = (mean_m @ across[1] - turn * (hinge @ across[1])) / per_part
-    shown_m = float(np.sqrt(gained[best]))
+    gained = (along**2).sum(axis=1)
+    best = gained.argmax(axis=1)
+    most = gained[flight, best]
+    sigma_m = np.sqrt(np.maximum((left**2).sum(axis=(1, 2)) - most, 0.0) / (2 * (WALLS.parts - 3)))
+    turn = along[flight, :, best] / size[best, None]
+    hinge = np.maximum(0.0, np.arange(WALLS.parts) - (best[:, None] + 1.0))
+    before = (mean_m @ across[1] - turn * (hinge @ across[1])[:, None]) / per_part
+    shown_m = np.sqrt(most)
     is_hinge = (
-        float(np.linalg.norm(turn)) / part_s > WALLS.least_jump_m_s
-        and shown_m > WALLS.sigmas * sigma_m
-        and shown_m > WALLS.least_of_u * u_m * np.sqrt(WALLS.parts)
+        (np.linalg.norm(turn, axis=1) / part_s > WALLS.least_jump_m_s)
+        & (shown_m > WALLS.sigmas * sigma_m)
+        & (shown_m > WALLS.least_of_u * u_m * np.sqrt(WALLS.parts))
     )
-    if is_hinge:
-        return best + 1, before / part_s, (before + turn) / part_s, True
-    line = (mean_m @ across[1]) / per_part / part_s
-    return best + 1, line, line, False
+    straight = (mean_m @ across[1]) / per_part
+    before, after = (np.where(is_hinge[:, None], one, straight) for one in (before, before + turn))
+    return best + 1, before / part_s[:, None], after / part_s[:, None], is_hinge
 
 
 @cache

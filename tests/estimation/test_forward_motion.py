@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.receiver_signal import receiver_signal
 
 from radargui.estimation.forward.banded_rows import BandedRows
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.motion_spline import make_spline
 from radargui.estimation.forward.parameters import Sizes, make_layout
-from radargui.estimation.forward.signal_model import ModelInputs, receiver_signal
+from radargui.estimation.forward.signal_model import ModelInputs
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.solve.break_velocities import one_sided_slopes

@@ -13,7 +13,7 @@ from radargui.estimation.forward.parameters import N_LOBE, Layout, ReceiverLayou
 from radargui.estimation.forward.sphere import SphereFactors, SphereFields, point_factors
 from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import ComplexArray, FloatArray
-from radargui.model.front_end import channels_of
+from radargui.model.front_end import channel_factors, channels_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,13 +101,8 @@ class FrontEndState:
 
 
 def turn_of(values: FloatArray, own: ReceiverLayout) -> ComplexArray:
-    """Return h = (1, g (sin eps - j cos eps)): I and Q show Re h Z, their slope by eps is -Im h Z of Q; (..., 2).
-
-    Of a receiver's own unknowns (..., n_own) at their places.
-    """
-    error = values[..., own.quadrature_error]
-    q = np.exp(values[..., own.log_gain]) * (np.sin(error) - 1j * np.cos(error))
-    return np.stack([np.ones_like(q), q], axis=-1)
+    """Return h, see `channel_factors`, of a receiver's own unknowns (..., n_own) at their places, shape (..., 2)."""
+    return channel_factors(np.exp(values[..., own.log_gain]), values[..., own.quadrature_error])
 
 
 @dataclass(frozen=True, slots=True)

@@ -149,3 +149,22 @@ def point_of(i: Channel, q: Channel, gain_ratio: float, quadrature_error_rad: fl
     # Q leans towards I by eps: its share of X is taken off before it is stretched back
     out[0], out[1] = i, (q / gain_ratio - i * np.sin(quadrature_error_rad)) / np.cos(quadrature_error_rad)
     return out
+
+
+def slopes_of_point(
+    x: FloatArray, y: FloatArray, gain_ratio: float, quadrature_error_rad: float
+) -> tuple[float, float, FloatArray, FloatArray]:
+    """Return the derivatives of Y of `point_of` by the offsets of I and of Q, by ln g and by eps.
+
+    Of X there is that by the offset of I alone, -1.
+
+    Parameters
+    ----------
+    x, y
+        The point, shape (n,).
+    gain_ratio, quadrature_error_rad
+        As in `channels_of`.
+    """
+    tangent = float(np.tan(quadrature_error_rad))
+    by_q = -1.0 / (gain_ratio * float(np.cos(quadrature_error_rad)))
+    return tangent, by_q, -(y + x * tangent), y * tangent - x

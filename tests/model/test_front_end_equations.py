@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from radargui.model.front_end import FrontEnd, channel_factors, channels_of, noise_across, point_of
+from radargui.model.front_end import FrontEnd, channel_factors, channels_of, noise_across, point_of, slopes_of_point
 
 angles = st.floats(-1.2, 1.2)
 gains = st.floats(0.3, 3.0)
@@ -71,3 +71,23 @@ def test_the_noise_across_is_that_of_points_of_noise() -> None:
     assert point_of(*noise, 1.4, 0.5)[1].std() == pytest.approx(float(across), rel=0.01)
     # in a perfect mixer each channel has its own
     assert float(noise_across(np.array(0.02), np.array(0.05), 1.0, 0.0)) == pytest.approx(0.05)
+
+
+@given(gains, angles)
+def test_the_slopes_of_a_point_are_finite_differences(gain: float, eps: float) -> None:
+    z = np.exp(1j * np.linspace(0.0, 7.0, 50)) * np.linspace(0.5, 2.0, 50)
+    i, q = channels_of(z, z, gain, eps)
+    found = slopes_of_point(z.real, z.imag, gain, eps)
+    step = 1e-6
+
+    def slope(up: np.ndarray, down: np.ndarray) -> np.ndarray:
+        return (up[1] - down[1]) / (2.0 * step)
+
+    wanted = (
+        slope(point_of(i - step, q, gain, eps), point_of(i + step, q, gain, eps)),
+        slope(point_of(i, q - step, gain, eps), point_of(i, q + step, gain, eps)),
+        slope(point_of(i, q, gain * np.exp(step), eps), point_of(i, q, gain * np.exp(-step), eps)),
+        slope(point_of(i, q, gain, eps + step), point_of(i, q, gain, eps - step)),
+    )
+    for own, by_steps in zip(found, wanted, strict=True):
+        np.testing.assert_allclose(np.broadcast_to(own, 50), by_steps, rtol=1e-6, atol=1e-7)

@@ -229,7 +229,9 @@ class Acquisition:
         if recorder is not None:
             self._guarded(lambda: recorder.finish(self._ending()), "Finishing the run")
         self._guarded(self._source.close, "Closing the source")
-        self.state = AcquisitionState.STOPPED if self.error is None else AcquisitionState.FAILED
+        with self._lock:
+            # who gives up waiting may tell an error meanwhile
+            self.state = AcquisitionState.STOPPED if self.error is None else AcquisitionState.FAILED
         if self._on_end is not None:
             self._guarded(self._on_end, "Telling the end")
         self._done.set()

@@ -18,6 +18,7 @@ from scipy.special import ellipj, ellipk
 from radargui.calibration.unknowns import Unknown
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import SetupError
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.section import Real, Section, Vector
 from radargui.model.setup import load_toml
 
@@ -162,7 +163,7 @@ class PendulumPath(_Path):
     amplitude_deg: Annotated[Real, Field(gt=0.0, lt=180.0)]
     azimuth_deg: Angle = 0.0
     swings: Positive = 1000.0
-    g_m_s2: Annotated[Real, Field(ge=0.1, le=30.0)] = 9.81
+    g_m_s2: Annotated[Real, Field(ge=0.1, le=30.0)] = NOMINAL_GRAVITY_M_S2
 
     def trajectory(self, folder: Path) -> Trajectory:
         """Return its motion."""

@@ -12,7 +12,7 @@ import numpy as np
 from radargui.conditioning.ellipse import Ellipse, fit_ellipse
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.errors import ProcessingError
-from radargui.model.front_end import point_of
+from radargui.model.front_end import point_of, slopes_of_point
 
 START_FRINGES = 1.5
 """Before the first ellipse (decision 11): in less, offset and amplitude are not told apart. Chosen by hand."""
@@ -377,10 +377,9 @@ class MapFilter:
         radius = np.maximum(np.hypot(z[0], z[1]), 1e-6)
         cosine, sine = z[0] / radius, z[1] / radius
         scale = np.exp(-(basis @ self._map.parts(self._state)[2]))
-        by_offset_i = scale * (sine * np.tan(eps) - cosine)
-        by_offset_q = -scale * sine / (gain * np.cos(eps))
-        by_gain = -sine * (z[1] + z[0] * np.tan(eps)) / gain
-        by_eps = sine * (z[1] * np.tan(eps) - z[0])
+        y_by_i, y_by_q, y_by_log_gain, y_by_eps = slopes_of_point(z[0], z[1], float(gain), float(eps))
+        by_offset_i, by_offset_q = scale * (sine * y_by_i - cosine), scale * sine * y_by_q
+        by_gain, by_eps = sine * y_by_log_gain / gain, sine * y_by_eps
         columns = [basis * by_offset_i[:, None], basis * by_offset_q[:, None], -basis * radius[:, None]]
         return np.concatenate([*columns, by_gain[:, None], by_eps[:, None]], axis=1), radius
 

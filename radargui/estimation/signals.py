@@ -11,7 +11,7 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.spectral_front_end import front_end_of
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError
-from radargui.model.front_end import FrontEnd, point_of
+from radargui.model.front_end import FrontEnd, noise_across, point_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,8 +99,7 @@ def scaled_signals(conditioned: Conditioned) -> ScaledSignals:
             # before a channel's first sample there is nothing to interpolate: extrapolated, it was 48 deviations off
             usable &= conditioned.time_s >= conditioned.time_s[0] + delay_s[pair].max()
             volts[pair], delay_s[pair] = point_of(i, q, gain, eps), 0.0
-            # Y is made of Q and of a share of X: their noises add in squares
-            noise_v[2 * k + 1] = np.hypot(noise_v[2 * k + 1] / gain, noise_v[2 * k] * np.sin(eps)) / np.cos(eps)
+            noise_v[2 * k + 1] = noise_across(noise_v[2 * k], noise_v[2 * k + 1], gain, eps)
     pairs = volts.reshape(n_receivers, 2, -1)
     # a sine has the amplitude sqrt(2) of its deviation; I and Q share one scale, or their gain ratio would be lost in
     # it

@@ -16,6 +16,8 @@ IntArray: TypeAlias = NDArray[np.intp]
 RawArray: TypeAlias = NDArray[np.int16] | NDArray[np.float64]
 """Samples as the device gave them: int16 codes or volts, shape (n_channels, n_samples)."""
 
+_MEDIAN_TO_SD = 1.0 / 0.674489750196
+"""Standard deviation of normal noise over the median of its absolute value."""
 _PIECE = 1 << 14
 """Samples: so many stay in the processor's cache, and need little memory beside their result."""
 
@@ -65,6 +67,14 @@ def median(values: FloatArray | IntArray, axis: int | None = None) -> FloatArray
     part = np.partition(rows, (lower, upper, last), axis=-1)
     # what is no number is sorted to the end
     return np.asarray(np.where(np.isnan(part[..., last]), np.nan, 0.5 * (part[..., lower] + part[..., upper])))
+
+
+def robust_sd(values: FloatArray) -> float:
+    """Return the standard deviation of noise of mean zero by the median of its size, NaN of no values.
+
+    1 / 0.6745: the median of |x| of normal noise of deviation one. What stands out of it does not move the median.
+    """
+    return _MEDIAN_TO_SD * float(median(np.abs(values)))
 
 
 @lru_cache(maxsize=64)

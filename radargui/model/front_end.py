@@ -107,6 +107,32 @@ def channels_of(
     return np.stack([z_of_i.real, gain_ratio * (sine * z_of_q.real + cosine * z_of_q.imag)])
 
 
+def channel_factors(gain_ratio: FloatArray, quadrature_error_rad: FloatArray) -> ComplexArray:
+    """Return h = (1, g (sin eps - j cos eps)), shape (..., 2): I and Q show Re h Z, as `channels_of` says.
+
+    The slope of Q by eps is -Im h Z.
+
+    Parameters
+    ----------
+    gain_ratio, quadrature_error_rad
+        As in `channels_of`, shape (...).
+    """
+    q = gain_ratio * (np.sin(quadrature_error_rad) - 1j * np.cos(quadrature_error_rad))
+    return np.stack([np.ones_like(q), q], axis=-1)
+
+
+def noise_across(
+    noise_i: FloatArray, noise_q: FloatArray, gain_ratio: float, quadrature_error_rad: float
+) -> FloatArray:
+    """Return the standard deviation of Y of `point_of` where I and Q have noise of their own, shape as theirs.
+
+    That of X is the noise of I. Parameters as in `point_of`.
+    """
+    # Y is made of Q and of a share of X: their noises add in squares
+    own, shared = noise_q / gain_ratio, noise_i * np.sin(quadrature_error_rad)
+    return np.asarray(np.hypot(own, shared) / np.cos(quadrature_error_rad))
+
+
 def point_of(i: Channel, q: Channel, gain_ratio: float, quadrature_error_rad: float) -> Channel:
     """Return X = Re Z and Y = Im Z of channels without offsets, the inverse of `channels_of`, shape (2, ...).
 
@@ -123,3 +149,22 @@ def point_of(i: Channel, q: Channel, gain_ratio: float, quadrature_error_rad: fl
     # Q leans towards I by eps: its share of X is taken off before it is stretched back
     out[0], out[1] = i, (q / gain_ratio - i * np.sin(quadrature_error_rad)) / np.cos(quadrature_error_rad)
     return out
+
+
+def slopes_of_point(
+    x: FloatArray, y: FloatArray, gain_ratio: float, quadrature_error_rad: float
+) -> tuple[float, float, FloatArray, FloatArray]:
+    """Return the derivatives of Y of `point_of` by the offsets of I and of Q, by ln g and by eps.
+
+    Of X there is that by the offset of I alone, -1.
+
+    Parameters
+    ----------
+    x, y
+        The point, shape (n,).
+    gain_ratio, quadrature_error_rad
+        As in `channels_of`.
+    """
+    tangent = float(np.tan(quadrature_error_rad))
+    by_q = -1.0 / (gain_ratio * float(np.cos(quadrature_error_rad)))
+    return tangent, by_q, -(y + x * tangent), y * tangent - x

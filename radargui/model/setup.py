@@ -25,8 +25,6 @@ from radargui.model.section import ExactWhole, Section
 from radargui.model.setup_error import describe
 from radargui.model.simulation import Simulation
 
-SCHEMA = 1
-"""Of a setup as this version writes it."""
 MEASURING = ("radar", "transmitter", "receiver", "tracer", "floor")
 """Tables that position, e and g are computed with; the others are about acquisition and processing."""
 

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.section import Flag, Real, Section, Whole
 
 Scene = Literal["drop", "circle", "pendulum", "bed", "rest"]
@@ -104,7 +105,7 @@ class Simulation(Section):
     rest_s: Annotated[Real, Field(ge=0.0, le=60.0)] = 0.6
     settle_s: Annotated[Real, Field(ge=0.0, le=60.0)] = 0.6
 
-    gravity_m_s2: Annotated[Real, Field(ge=0.1, le=30.0)] = 9.81
+    gravity_m_s2: Annotated[Real, Field(ge=0.1, le=30.0)] = NOMINAL_GRAVITY_M_S2
     drop_height_m: Annotated[Real, Field(gt=0.0, le=2.0)] | None = None
     restitution: Annotated[Real, Field(ge=0.0, lt=1.0)] = 0.8
     restitution_exponent: Annotated[Real, Field(ge=-0.5, le=0.5)] = 0.0

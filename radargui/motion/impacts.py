@@ -9,11 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.model.arrays import BoolArray, FloatArray, median
+from radargui.model.arrays import BoolArray, FloatArray, median, robust_sd
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
-_MEDIAN_TO_SD = 1.0 / 0.674489750196
-"""Standard deviation of normal noise over the median of its absolute value."""
 THIRD_DIFFERENCE_GAIN = 20.0
 """Variance of the third difference of white noise: 1 + 9 + 9 + 1."""
 
@@ -160,12 +158,12 @@ def find_track_impacts(time_s: FloatArray, height_m: FloatArray, valid: BoolArra
     known = np.where(valid, height_m, np.nan)[:whole]
     share = np.full(size, 1.0 / size)
     time, height = (values.reshape(-1, size) @ share for values in (time_s[:whole], known))
-    third = np.abs(np.diff(height, 3))
+    third = np.diff(height, 3)
     third = third[np.isfinite(third)]
     if third.size == 0:
         return np.zeros(0)
     # third differences: a parabola has none, and the few that an impact makes do not move their median
-    noise = _MEDIAN_TO_SD * float(median(third)) / np.sqrt(THIRD_DIFFERENCE_GAIN)
+    noise = robust_sd(third) / np.sqrt(THIRD_DIFFERENCE_GAIN)
     # a nanometre: simulated tracks without noise keep a scale
     return find_impacts(time, height, np.full(time.size, max(noise, 1e-9)))
 
@@ -263,7 +261,7 @@ class _Height:
         # nearer instants share their samples
         before, after, _ = self.speeds(np.arange(self.time_s[0] + side, self.time_s[-1] - side, side))
         jump = (after - before)[np.isfinite(after - before)]
-        return _MEDIAN_TO_SD * float(median(np.abs(jump - median(jump)))) if jump.size else 0.0
+        return robust_sd(jump - median(jump)) if jump.size else 0.0
 
     def meetings(self, at_s: FloatArray, after_m_s: FloatArray) -> FloatArray:
         """Return where the parabolas before and after each instant meet, near it.

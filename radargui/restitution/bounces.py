@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray, median
+from radargui.model.arrays import FloatArray, robust_sd
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounces, FreeFall, Segment, Track
 from radargui.motion.impacts import THIRD_DIFFERENCE_GAIN, find_track_impacts
@@ -156,8 +156,8 @@ def _u_of_waves_m(track: Track, found: _Along) -> FloatArray:
     # the third difference has none of what is smooth; its median none of gaps and impacts
     height = found.heights.height_m
     height = height[: height.size // SOME * SOME].reshape(-1, SOME)
-    third = np.abs(height[:, 3] - 3.0 * (height[:, 2] - height[:, 1]) - height[:, 0])
-    noise_m = float(median(third)) / 0.6745 / np.sqrt(THIRD_DIFFERENCE_GAIN)
+    third = height[:, 3] - 3.0 * (height[:, 2] - height[:, 1]) - height[:, 0]
+    noise_m = robust_sd(third) / np.sqrt(THIRD_DIFFERENCE_GAIN)
     waves_m = np.sqrt(np.maximum(u_m**2 - noise_m**2, 0.0))
     return np.asarray(np.interp(found.impacts.time_s, track.time_s[some], waves_m))
 

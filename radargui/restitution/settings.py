@@ -248,7 +248,7 @@ class ContactSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class WallSettings:
+class TrackWallSettings:
     """When a track met a wall beside its fall. Chosen by hand on boxes and on drops without walls (decision 51).
 
     Attributes
@@ -277,4 +277,4 @@ class WallSettings:
 
 
 FLIGHTS, TRACKS, CHECKS = FlightSettings(), TrackSettings(), CheckSettings()
-CONTACTS, WALLS = ContactSettings(), WallSettings()
+CONTACTS, WALLS = ContactSettings(), TrackWallSettings()

@@ -125,6 +125,10 @@ def test_adaptive_reaches_the_noise_bound_with_any_number_of_receivers(n_receive
     estimate = estimate_adaptive(rounds_of(record.recording, record.setup))
     error = (estimate.change_m - (record.truth.path_m - record.truth.path_m[:, :1]))[:, moving(record, estimate.time_s)]
     assert np.sqrt((error**2).mean()) < 2.5 * noise_bound_m(record)
+    in_u = error / estimate.u_change_m[:, moving(record, estimate.time_s)]
+    # 0.36, 0.12 (maps of the path alone, lateral motion) and 0.75: neither too small nor of another order
+    assert 0.1 < np.sqrt((in_u**2).mean()) < 1.0
+    assert (np.abs(in_u) < 2.0).mean() > 0.95
     assert (estimate.position_m is None) == (n_receivers < 3)
 
 

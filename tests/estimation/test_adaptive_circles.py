@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -21,7 +21,7 @@ from radargui.estimation.adaptive.circle_fit import (
     fit_circle,
 )
 from radargui.estimation.adaptive.foretold import foretold_round, unwound_round
-from radargui.estimation.adaptive.found import AdaptiveRounds, _recounted
+from radargui.estimation.adaptive.found import AdaptiveRounds, _height, _recounted
 from radargui.estimation.adaptive.rough import RoughPhases
 from radargui.estimation.adaptive.rounds import best_round, first_round, next_round, still_round, timed_round
 from radargui.estimation.adaptive.samples import CIRCLE_SAMPLES, _bent_rad
@@ -63,6 +63,31 @@ def test_a_conic_that_is_no_front_end_gives_way_to_a_circle() -> None:
     phase = np.linspace(0.0, 6.0, 100)
     found = fit_still_ellipse(0.1 + np.cos(phase), 3.0 * np.sin(phase), np.ones(100))
     assert (found.log_gain, found.quadrature_error_rad) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("gain", [1.1, 3.0])
+def test_a_point_of_twice_the_weight_counts_as_two(gain: float) -> None:
+    rng = np.random.default_rng(5)
+    phase, weight = np.linspace(0.0, 6.0, 100), np.where(np.arange(100) < 40, 2, 1)
+    i, q = 0.1 + np.cos(phase), gain * np.sin(phase + 0.1)
+    i, q = np.stack([i, q]) + 0.02 * rng.standard_normal((2, 100))
+    found = fit_still_ellipse(i, q, weight.astype(np.float64))
+    doubled = fit_still_ellipse(np.repeat(i, weight), np.repeat(q, weight), np.ones(140))
+    assert astuple(found) == pytest.approx(astuple(doubled), abs=1e-9)
+    # or the test would say nothing: the first third pulls
+    assert astuple(found) != pytest.approx(astuple(fit_still_ellipse(i, q, np.ones(100))), abs=1e-4)
+
+
+def test_the_noise_of_a_height_is_that_of_its_second_differences() -> None:
+    rng, time = np.random.default_rng(6), np.linspace(0.0, 0.4, 4001)
+    rest = time < 0.1
+    place = np.stack([np.zeros(4001), np.zeros(4001), -4.9 * np.maximum(time - 0.1, 0.0) ** 2])
+    place[2, ~rest] += 2e-5 * rng.standard_normal((~rest).sum())
+    data: Any = SimpleNamespace(rest=rest)
+    last: Any = SimpleNamespace(place=place)
+    height, noise = _height(data, last, np.array([0.0, 0.0, 1.0]))
+    assert height.tolist() == place[2].tolist()
+    assert noise == pytest.approx(2e-5, rel=0.05)
 
 
 def test_every_place_of_a_circles_theta_belongs_to_one_unknown() -> None:

@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.receiver_signal import receiver_signal
 
 from radargui.estimation.forward.banded_rows import BandedRows
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.motion_spline import make_spline
 from radargui.estimation.forward.parameters import Sizes, make_layout
-from radargui.estimation.forward.signal_model import ModelInputs, receiver_signal
+from radargui.estimation.forward.signal_model import EVERY, ModelInputs, signal_of, waves_at
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.solve.break_velocities import one_sided_slopes
@@ -143,6 +144,24 @@ def test_signal_derivatives_equal_numerical_ones(body: PolarisedSphere | None) -
         up, down = (receiver_signal(node, theta + s * step, layout, inputs, 1).value for s in (1, -1))
         slope = (up - down) / 2e-6
         assert at.by_shared[:, :, column - layout.planes.start] == pytest.approx(slope, abs=1e-5)
+
+
+@pytest.mark.parametrize("body", [None, LARGE_SPHERE], ids=["point", "sphere"])
+def test_all_receivers_at_once_show_what_each_shows_by_itself(body: PolarisedSphere | None) -> None:
+    inputs, layout, theta, node = inputs_and_layout(body)
+    nodes = np.stack([node + 1e-4 * n for n in range(3)])
+    together = waves_at(nodes, theta, layout, inputs, EVERY)
+    slopes = receiver_slopes(nodes, theta, layout, inputs, EVERY)
+    for n, signal in enumerate(signal_of(together, theta, layout, inputs, EVERY).each()):
+        alone = waves_at(nodes[n], theta, layout, inputs, n)
+        own = signal_of(together.of(n), theta, layout, inputs, n)
+        by_itself = signal_of(alone, theta, layout, inputs, n)
+        for name in ("value", "direct", "field", "besides"):
+            assert getattr(signal, name) == pytest.approx(getattr(by_itself, name), abs=1e-12)
+            assert getattr(own, name) == pytest.approx(getattr(by_itself, name), abs=1e-12)
+        of_one = receiver_slopes(nodes[n], theta, layout, inputs, n, waves=together.of(n))
+        assert slopes.columns[n] == pytest.approx(of_one.columns, abs=1e-9)
+        assert slopes.at_nodes[n] == pytest.approx(of_one.at_nodes, abs=1e-9)
 
 
 def test_position_derivative_is_right_up_to_the_amplitudes_slope() -> None:

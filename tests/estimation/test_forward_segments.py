@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -43,3 +45,35 @@ def test_what_segments_say_of_breaks_is_the_transpose_of_the_breaks_beside_them(
     assert (segments.breaks_beside(of_breaks) * of_segments).sum() == pytest.approx(
         of_breaks @ segments.of_breaks(of_segments)
     )
+
+
+def test_elements_beside_breaks_are_those_of_the_dense_matrix() -> None:
+    segments, rng = SPLINE.segments, np.random.default_rng(5)
+    n_rows = 3 * segments.size
+    row, column = np.indices((n_rows, n_rows))
+    dense = rng.standard_normal((n_rows, n_rows))
+    dense = np.where(np.abs(row - column) < 12, dense + dense.T, 0.0)
+    band = np.array([np.append(np.diagonal(dense, -away), np.zeros(away)) for away in range(12)])
+    beside, joints = segments.beside_joints, segments.joint_rows
+    between = np.setdiff1d(np.arange(n_rows), joints)
+    found, wanted = np.zeros((n_rows, 8)), np.zeros((n_rows, 8))
+    found[beside.row, beside.side] = band[beside.near[0], beside.near[1]]
+    for one in between:
+        number = int((joints[:, 0] < one).sum())
+        if number:
+            wanted[one, :3] = dense[one, joints[number - 1]]
+        if number < segments.n_breaks:
+            wanted[one, 4:7] = dense[one, joints[number]]
+    assert found.tolist() == wanted.tolist()
+    for number, own in enumerate(joints):
+        assert band[*beside.own[:, number]].tolist() == dense[np.ix_(own, own)].tolist()
+    for number, (one, other) in enumerate(pairwise(joints)):
+        # far from each other: the element that stands for all is zero
+        assert band[*beside.to_next[:, number]].tolist() == dense[np.ix_(other, one)].tolist()
+    band[beside.all[0], beside.all[1]] = 0.0
+    left = dense.copy()
+    left[joints.ravel()], left[:, joints.ravel()] = 0.0, 0.0
+    left[joints.ravel(), joints.ravel()] = np.diagonal(dense)[joints.ravel()]
+    assert [np.diagonal(left, -away).tolist() for away in range(12)] == [
+        band[away, : n_rows - away].tolist() for away in range(12)
+    ]

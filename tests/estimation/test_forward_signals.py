@@ -6,11 +6,12 @@ from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
+from support.receiver_signal import receiver_signal
 from support.small_problem import FLOOR_PLANE, WALL_PLANE, small_problem
 
 from radargui.estimation.forward.bins import BinSettings, bin_by_fringe, pool
 from radargui.estimation.forward.parameters import Sizes, lobe_places, make_layout
-from radargui.estimation.forward.signal_model import FrontEndState, receiver_signal, turn_of
+from radargui.estimation.forward.signal_model import FrontEndState, turn_of
 from radargui.estimation.forward.slow_noise import SlowNoiseSettings, measure_drift
 from radargui.estimation.signals import ScaledSignals
 from radargui.estimation.solve.problem import linearise

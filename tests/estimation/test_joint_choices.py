@@ -152,6 +152,14 @@ def test_a_sample_before_a_channels_own_first_one_is_not_used_where_the_front_en
     assert signals.usable[1:].all()
 
 
+def test_a_signal_that_is_a_mean_tells_how_its_samples_are_spread() -> None:
+    record = make_record(draw_scene(9, "generic", "drop", rate_hz=200000.0, snr_db=35.0, skew_s=0.0))
+    conditioned = conditioned_of(record.recording, record.setup)
+    assert conditioned.size > 1
+    samples_s = np.arange(conditioned.size) / record.recording.digitisation.sample_rate_hz
+    assert scaled_signals(conditioned).spread_s == pytest.approx(np.std(samples_s))
+
+
 def test_the_share_done_rises_through_the_stages_and_stays_inside_them() -> None:
     shares = [_share_done(stage, rounds) for stage in _STAGES for rounds in range(1, 100)]
     assert (np.diff(shares) >= 0.0).all()

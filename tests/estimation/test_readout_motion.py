@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,10 +16,10 @@ from radargui.estimation.motion_estimate import few_fringes_factor
 from radargui.estimation.readout.floor_slope import floor_slope
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.motion_posterior import MotionPosterior
-from radargui.estimation.readout.samples import _hidden_m, _uncertainties
+from radargui.estimation.readout.samples import _hidden_m, _uncertainties, _with_alternatives
 from radargui.estimation.solve.break_velocities import one_sided_slopes
 from radargui.estimation.solve.normal import Reduced
-from radargui.geometry.path_length import Antennas, path_gradient
+from radargui.geometry.path_length import Antennas, path_gradient, path_lengths
 
 RELEASE = np.array([0.01, -0.02, 0.12])
 ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.2, 0.4, 0.55], [-0.25, -0.4, 0.5]]))
@@ -120,6 +121,26 @@ def test_uncertainties_at_the_bins_are_those_of_the_dense_inverse(solved: tuple[
         toward = np.einsum("an,nak->nk", gradient, rows.reshape(-1, 3, rows.shape[1]))
         wanted = np.sqrt(np.einsum("ij,jk,ik->i", toward, inverse, toward))
         assert u_change[receiver] == pytest.approx(wanted, rel=1e-6, abs=1e-9)
+
+
+def test_an_alternative_widens_by_its_own_u_and_by_its_distance(solved: tuple[SimpleNamespace, np.ndarray]) -> None:
+    solution, _ = solved
+    at_once = 0.002 * np.array([1.0, -2.0, 0.5])
+    other = SimpleNamespace(**vars(solution))
+    other.state = SimpleNamespace(coefficients=solution.state.coefficients + at_once)
+    excess = np.full((3, 300), 1.5)
+    excess[1] = 2.0
+    u_position, u_change = _uncertainties(solution)
+    here, there = (one.at.design @ one.state.coefficients + RELEASE for one in (solution, other))
+    away = (path_lengths(there.T, ANTENNAS) - path_lengths(here.T, ANTENNAS)) ** 2
+    alternatives: Any = (SimpleNamespace(solution=other, weight=0.25),)
+    wide, wide_change = _with_alternatives(solution, alternatives, excess)
+    far = (there - here).T ** 2
+    assert np.sqrt(far.max(axis=1)) == pytest.approx(np.abs(at_once))
+    # the misfit of the worst receiver widens the place, that of each its path
+    assert wide**2 == pytest.approx((4.0 * u_position**2 + 0.25 * (u_position**2 + far)) / 1.25)
+    wanted = (excess**2 * u_change**2 + 0.25 * (u_change**2 + away)) / 1.25
+    assert wide_change**2 == pytest.approx(wanted)
 
 
 def test_the_slope_of_the_floor_that_reflects_has_the_covariance_of_the_dense_inverse(

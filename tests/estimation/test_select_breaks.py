@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,7 +28,7 @@ from radargui.estimation.select.breaks import (
     sharp_turns,
     side_kicks,
 )
-from radargui.estimation.select.converge import converge, settle_breaks
+from radargui.estimation.select.converge import COARSE, _rounds, converge, settle_breaks
 from radargui.estimation.solve.break_velocities import BreakSpeeds, break_speeds
 from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.estimation.solve.minimise import Solution, log_evidence, minimise
@@ -52,6 +54,25 @@ def test_a_bounce_without_a_break_is_seen_as_a_sharp_turn_where_it_is(without_br
     solution = converge(without_break.start, 4, nothing)
     assert sharp_turns(solution, UP) == pytest.approx([BOUNCE_S], abs=0.003)
     assert sharp_turns(solution, UP, BreakSettings(sharp_jerk_m_s3=1e6)).size == 0
+
+
+def test_a_ripple_that_is_low_on_one_side_only_is_no_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("radargui.estimation.select.breaks.span_jerk_sd", lambda *_: np.full(2, 1e9))
+
+    def turns(rises_m: float) -> np.ndarray:
+        # falls by 1 mm in 10 ms, rises, then stays
+        spline = SimpleNamespace(
+            edge_s=np.array([0.0, 1.0]),
+            span_middles=lambda: np.array([0.25, 0.75]),
+            offset=lambda time_s, _: np.interp(time_s, [0.49, 0.5, 0.502], [1e-3, 0.0, rises_m]),
+        )
+        solution: Any = SimpleNamespace(
+            at=SimpleNamespace(spline=spline), state=SimpleNamespace(coefficients=np.zeros((1, 3))), problem=None
+        )
+        return sharp_turns(solution, UP)
+
+    assert turns(3e-4) == pytest.approx([0.5], abs=1e-3)
+    assert turns(5e-5).size == 0
 
 
 def test_beside_its_break_a_bounce_is_no_turn_and_needs_no_finer_knots() -> None:
@@ -159,6 +180,18 @@ def test_a_motion_on_other_knots_is_the_same_motion() -> None:
     time = np.linspace(0.06, 0.44, 300)
     assert moved.spline.offset(time, moved.coefficients) == pytest.approx(spline.offset(time, coefficients), abs=2e-6)
     assert moved.spline.offset(np.array([0.0]), moved.coefficients)[0] + RELEASE_M == pytest.approx(RELEASE_M)
+
+
+def test_rounds_end_with_the_first_that_hardly_changes_the_evidence() -> None:
+    settings = replace(COARSE, least_rounds=0, settled_ln_evidence=0.5)
+    evidence = [one for _, one in _rounds(small_problem().away(0.5), 20, nothing, settings)]
+    change = np.abs(np.diff(evidence))
+    assert 3 < len(evidence) < 21
+    assert change[-1] < 0.5
+    # of the first round there is no round before
+    assert (change[1:-1] >= 0.5).all()
+    patient = [one for _, one in _rounds(small_problem().away(0.5), 20, nothing, replace(settings, least_rounds=12))]
+    assert len(patient) >= 14
 
 
 def test_rounds_raise_the_evidence_and_may_be_stopped_by_who_is_told() -> None:

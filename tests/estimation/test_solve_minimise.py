@@ -14,12 +14,15 @@ from radargui.estimation.solve.changed_problem import problem_with_flights
 from radargui.estimation.solve.minimise import (
     MINIMISE,
     MinimiseSettings,
+    _improve,
     _is_possible,
+    _step,
     chi_square,
     local_chi_square,
     log_evidence,
     minimise,
     minimise_on,
+    receiver_misfits,
     solved_at,
 )
 from radargui.estimation.solve.priors import PRIORS
@@ -177,6 +180,36 @@ def test_a_lobe_of_a_mirror_that_hardly_reflects_goes_anywhere_and_overflows_not
         with np.errstate(over="raise", invalid="raise"):
             at = linearise(made.problem, replace(made.truth, theta=theta))
         assert np.abs(at.residual).max() < 100.0
+
+
+def test_a_step_that_raises_the_cost_is_damped_until_one_lowers_it() -> None:
+    made = small_problem((FLOOR_PLANE,), reflection=0.1, sigma=0.003)
+    problem, theta = made.problem, made.truth.theta.copy()
+    theta[problem.layout.breaks] += 0.01
+    state = replace(made.truth, theta=theta)
+    at = linearise(problem, state)
+    assembled = assemble(problem, state, at, sum_data(problem, state, at))
+    undamped, _ = _step(problem, state, assembled, 0, MINIMISE)
+    assert undamped is not None
+    assert linearise(problem, undamped).cost > at.cost
+    step, _ = _improve(problem, state, at, assembled, 0, MINIMISE)
+    assert step is not None
+    assert step.damping > 0
+    assert step.at.cost < at.cost
+    assert step.gained == at.cost - step.at.cost
+
+
+def test_misfits_are_squares_over_what_noise_leaves_against_the_white_noise_alone() -> None:
+    made = small_problem(sigma=0.003, n_bins=60)
+    bins = replace(made.problem.bins, expected=np.full((6, 60), 0.5))
+    problem = replace(made.problem, bins=bins, noise_scale=np.array([1.0, 2.0, 3.0]))
+    at = linearise(problem, made.truth)
+    wanted = at.residual.reshape(3, 2, -1) ** 2 / 0.5
+    wanted = wanted.mean(axis=1) * np.array([[1.0], [4.0], [9.0]])
+    found = receiver_misfits(problem, at)
+    assert found[:, problem.use.all(axis=0)] == pytest.approx(wanted[:, problem.use.all(axis=0)])
+    # a receiver's noise does not depend on what its misfit made of it
+    assert found.mean(axis=1) == pytest.approx(np.full(3, 2.0), rel=0.4)
 
 
 def test_a_minimum_is_left_as_it_is() -> None:

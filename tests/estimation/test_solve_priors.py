@@ -17,6 +17,7 @@ from radargui.estimation.solve.lobe_prior import with_lobes_of_walls
 from radargui.estimation.solve.minimise import minimise
 from radargui.estimation.solve.prior_deviations import (
     DeviationSettings,
+    reestimated,
     rows_together,
     update_priors,
     updated_noise_scale,
@@ -75,7 +76,11 @@ def test_the_main_lobes_let_expect_those_over_a_wall() -> None:
         slope = -(strength(cosine + 1e-6) - strength(cosine - 1e-6)) / 2e-6
         assert prior.mean[place][4] == pytest.approx(0.1 * slope, abs=1e-4)
         assert prior.mean[place][1] == -0.9
-    assert prior.sd[LAYOUT.transmitter_lobe][4] > prior.sd[LAYOUT.receivers[0].receiver_lobe][4]
+    narrow = with_lobes_of_walls(prior_of(), LAYOUT, 2.0 * theta, PLANES, ANTENNAS, np.zeros(3))
+    for lobes, main in ((prior, 1.0), (narrow, 2.0)):
+        # the least, and half or three tenths of the main lobe's slope
+        assert lobes.sd[LAYOUT.transmitter_lobe][4] == pytest.approx(0.1 + 0.5 * main)
+        assert lobes.sd[LAYOUT.receivers[0].receiver_lobe][4] == pytest.approx(0.1 + 0.3 * main)
     # without a floor the direct way tells the same
     alone = with_lobes_of_walls(prior_of(), LAYOUT, theta, (WALL_PLANE,), ANTENNAS, np.zeros(3))
     assert alone.mean.tolist() == prior.mean.tolist()
@@ -97,6 +102,20 @@ def test_known_front_ends_take_the_place_of_the_wide_ones_alone() -> None:
         assert (after.mean[own.log_gain], after.sd[own.log_gain]) == (0.1, 0.002)
         assert (after.mean[own.quadrature_error], after.sd[own.quadrature_error]) == (-0.05, 0.003)
     assert (after.sd != before.sd).sum() == 6
+
+
+def test_a_deviation_is_that_from_the_prior_mean() -> None:
+    prior = prior_of()
+    group = prior.groups[0]
+    mean = prior.mean.copy()
+    mean[group.index] = 0.05
+    off = 0.03 * np.resize([1.0, -1.0], group.index.size)
+    theta = mean.copy()
+    theta[group.index] += off
+    shifted = reestimated(replace(prior, mean=mean), theta, np.zeros(LAYOUT.size))
+    theta[group.index] = off
+    centred = reestimated(prior, theta, np.zeros(LAYOUT.size))
+    assert shifted.sd[group.index] == pytest.approx(centred.sd[group.index], rel=1e-12)
 
 
 @pytest.mark.parametrize("planes", [(), (FLOOR_PLANE,)])

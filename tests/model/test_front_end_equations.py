@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from radargui.model.front_end import FrontEnd, channels_of, point_of
+from radargui.model.front_end import FrontEnd, channel_factors, channels_of, noise_across, point_of, slopes_of_point
 
 angles = st.floats(-1.2, 1.2)
 gains = st.floats(0.3, 3.0)
@@ -52,3 +52,42 @@ def test_channels_whose_front_end_is_taken_off_in_two_steps_are_those_of_the_sig
     x, y = point_of(*channels_of(z, z, 1.3, np.radians(-5.0)), 0.9, np.radians(12.0))
     x, y = point_of(x, y, left.gain_ratio, np.radians(left.quadrature_error_deg))
     np.testing.assert_allclose(x + 1j * y, z, atol=1e-12)
+
+
+@given(gains, angles)
+def test_the_channels_are_the_real_parts_of_their_factors_times_the_signal(gain: float, eps: float) -> None:
+    z = np.exp(1j * np.linspace(0.0, 7.0, 50)) * np.linspace(0.5, 2.0, 50)
+    h = channel_factors(np.array([gain, 1.0]), np.array([eps, 0.0]))
+    assert h.shape == (2, 2)
+    np.testing.assert_allclose((h[0][:, None] * z).real, channels_of(z, z, gain, eps), atol=1e-12)
+    up, down = (channels_of(z, z, gain, eps + step)[1] for step in (1e-6, -1e-6))
+    np.testing.assert_allclose(-(h[0, 1] * z).imag, (up - down) / 2e-6, atol=1e-8)
+    np.testing.assert_allclose(h[1], [1.0, -1j], atol=1e-15)
+
+
+def test_the_noise_across_is_that_of_points_of_noise() -> None:
+    noise = np.random.default_rng(4).standard_normal((2, 100000)) * np.array([[0.02], [0.05]])
+    across = noise_across(np.array(0.02), np.array(0.05), 1.4, 0.5)
+    assert point_of(*noise, 1.4, 0.5)[1].std() == pytest.approx(float(across), rel=0.01)
+    # in a perfect mixer each channel has its own
+    assert float(noise_across(np.array(0.02), np.array(0.05), 1.0, 0.0)) == pytest.approx(0.05)
+
+
+@given(gains, angles)
+def test_the_slopes_of_a_point_are_finite_differences(gain: float, eps: float) -> None:
+    z = np.exp(1j * np.linspace(0.0, 7.0, 50)) * np.linspace(0.5, 2.0, 50)
+    i, q = channels_of(z, z, gain, eps)
+    found = slopes_of_point(z.real, z.imag, gain, eps)
+    step = 1e-6
+
+    def slope(up: np.ndarray, down: np.ndarray) -> np.ndarray:
+        return (up[1] - down[1]) / (2.0 * step)
+
+    wanted = (
+        slope(point_of(i - step, q, gain, eps), point_of(i + step, q, gain, eps)),
+        slope(point_of(i, q - step, gain, eps), point_of(i, q + step, gain, eps)),
+        slope(point_of(i, q, gain * np.exp(step), eps), point_of(i, q, gain * np.exp(-step), eps)),
+        slope(point_of(i, q, gain, eps + step), point_of(i, q, gain, eps - step)),
+    )
+    for own, by_steps in zip(found, wanted, strict=True):
+        np.testing.assert_allclose(np.broadcast_to(own, 50), by_steps, rtol=1e-6, atol=1e-7)

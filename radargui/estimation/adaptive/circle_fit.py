@@ -12,7 +12,7 @@ from radargui.estimation.adaptive.circle_layout import CIRCLE, CircleLayout, Cir
 from radargui.estimation.adaptive.still_ellipse import StillEllipse
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
-from radargui.model.front_end import point_of
+from radargui.model.front_end import point_of, slopes_of_point
 
 
 @dataclass(frozen=True, slots=True)
@@ -307,15 +307,15 @@ def _rows(
         map, the last ones, and that of the amplitude is zero.
     """
     layout, (x, y), (along_x, along_y) = data.layout, point, along
-    gain, error = np.exp(theta[layout.log_gain]), theta[layout.quadrature_error]
-    tangent, cosine = np.tan(error), np.cos(error)
+    gain, error = float(np.exp(theta[layout.log_gain])), float(theta[layout.quadrature_error])
+    y_by_i, y_by_q, y_by_log_gain, y_by_error = slopes_of_point(x, y, gain, error)
     along_y = along_y * weight
-    by_i = along_y * tangent - along_x * weight
-    by_q = along_y * (-1.0 / (gain * cosine))
+    by_i = along_y * y_by_i - along_x * weight
+    by_q = along_y * y_by_q
     out = np.empty((layout.amplitude_map.start if by_amplitude is None else layout.size, x.size))
     out[layout.offset_i], out[layout.offset_q] = by_i, by_q
-    out[layout.log_gain] = -along_y * (y + x * tangent)
-    out[layout.quadrature_error] = along_y * (y * tangent - x)
+    np.multiply(along_y, y_by_log_gain, out=out[layout.log_gain])
+    np.multiply(along_y, y_by_error, out=out[layout.quadrature_error])
     out[layout.log_amplitude] = 0.0 if by_amplitude is None else by_amplitude
     np.multiply(by_i, data.bias.T, out=out[layout.bias_i])
     np.multiply(by_q, data.bias.T, out=out[layout.bias_q])

@@ -26,7 +26,7 @@ from radargui.estimation.forward.bins import BinnedData, Multiplexer, bin_by_fri
 from radargui.estimation.forward.sphere import polarised_sphere
 from radargui.estimation.signals import ScaledSignals, scaled_signals
 from radargui.geometry.path_length import place_antennas
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, robust_sd
 from radargui.model.setup import Setup
 from radargui.motion.impacts import find_impacts, find_stops, find_turns
 
@@ -244,7 +244,7 @@ def _impacts(data: BinnedData, last: Round, normal: FloatArray) -> FloatArray:
 def _height(data: BinnedData, last: Round, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the height of the places and its noise from second differences."""
     height = normal @ last.place
-    # 0.6745: the median of |x| of Gaussian noise of deviation one; a second difference has 1 + 4 + 1 variances
+    # a second difference has 1 + 4 + 1 variances
     second = np.diff(height[~data.rest], 2)
-    noise = float(np.median(np.abs(second))) / 0.6745 / np.sqrt(6.0) if second.size else START.unknown_noise_m
+    noise = robust_sd(second) / np.sqrt(6.0) if second.size else START.unknown_noise_m
     return height, np.full(height.size, max(noise, START.least_noise_m))

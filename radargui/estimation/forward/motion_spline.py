@@ -25,7 +25,7 @@ class SplineSettings:
         Distance of the knots: a cubic between them follows a fall with drag to far below a micrometre, and the jerk's
         prior takes what freedom is left. Chosen by hand.
     parts_where_sharp
-        Into how many parts a span is divided where the residuals ask (2.5 ms).
+        Into how many parts a span is divided where the residuals ask (2.5 ms). Chosen by hand.
     """
 
     knot_s: float = 0.010

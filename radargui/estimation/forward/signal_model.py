@@ -13,7 +13,7 @@ from radargui.estimation.forward.parameters import N_LOBE, Layout, ReceiverLayou
 from radargui.estimation.forward.sphere import SphereFactors, SphereFields, point_factors
 from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import ComplexArray, FloatArray
-from radargui.model.front_end import channels_of
+from radargui.model.front_end import channel_factors, channels_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,13 +101,8 @@ class FrontEndState:
 
 
 def turn_of(values: FloatArray, own: ReceiverLayout) -> ComplexArray:
-    """Return h = (1, g (sin eps - j cos eps)): I and Q show Re h Z, their slope by eps is -Im h Z of Q; (..., 2).
-
-    Of a receiver's own unknowns (..., n_own) at their places.
-    """
-    error = values[..., own.quadrature_error]
-    q = np.exp(values[..., own.log_gain]) * (np.sin(error) - 1j * np.cos(error))
-    return np.stack([np.ones_like(q), q], axis=-1)
+    """Return h, see `channel_factors`, of a receiver's own unknowns (..., n_own) at their places, shape (..., 2)."""
+    return channel_factors(np.exp(values[..., own.log_gain]), values[..., own.quadrature_error])
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,10 +208,10 @@ def nodes_of(node_m: FloatArray) -> FloatArray:
     return np.ascontiguousarray(node_m.reshape(3, -1, 2, *node_m.shape[2:]).swapaxes(0, 1))
 
 
-def receiver_signal(
-    node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int
+def signal_of(
+    waves: Waves, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int | slice
 ) -> ReceiverSignal:
-    """Evaluate I = Re Z + c_I, Q = g (sin eps Re Z + cos eps Im Z) + c_Q as means over the bins' two nodes (method 1).
+    """Return I = Re Z + c_I, Q = g (sin eps Re Z + cos eps Im Z) + c_Q as means over the bins' two nodes (method 1).
 
     Z = A exp(j phi) F + beta with phi = K (L - L at release) + phi_0, A from the range factor and a map, beta a map,
     F = 1 + sum T rho_tx M_m0 + sum R rho_rx M_0m + sum (T R + X) rho_tx rho_rx M_mn over the mirrors; the mirrored
@@ -225,22 +220,11 @@ def receiver_signal(
 
     Parameters
     ----------
-    node_m
-        Positions at the nodes, shape (3, 2 channels, 2 nodes, n_bins).
-    theta
-        Global parameters, shape (layout.size,).
-    layout, inputs
-        What theta means, and the rest.
-    receiver
-        Number.
+    waves
+        As `waves_at` gives them for the other parameters, which are the same.
+    theta, layout, inputs, receiver
+        As for `waves_at`.
     """
-    return signal_of(waves_at(node_m, theta, layout, inputs, receiver), theta, layout, inputs, receiver)
-
-
-def signal_of(
-    waves: Waves, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int | slice
-) -> ReceiverSignal:
-    """Return what the channels show of the waves; the other parameters as for `waves_at`."""
     own, values = layout.own, layout.own_values(theta, receiver)
     z = shown(waves)
     turn, bias = turn_of(values, own)[..., None], bias_of(values, own, inputs)
@@ -267,7 +251,16 @@ def waves_at(
 ) -> Waves:
     """Return the waves of all ways from the transmitter to a receiver, or to `EVERY` one.
 
-    Parameters as for `receiver_signal`; of every receiver nodes as `nodes_of` gives them.
+    Parameters
+    ----------
+    node_m
+        Positions at the nodes, shape (3, 2 channels, 2 nodes, n_bins); of every receiver as `nodes_of` gives them.
+    theta
+        Global parameters, shape (layout.size,).
+    layout, inputs
+        What theta means, and the rest.
+    receiver
+        Number.
     """
     own, values, k = layout.own, layout.own_values(theta, receiver), inputs.wavenumber
     shape = node_m.shape[:-4] + node_m.shape[-3:]

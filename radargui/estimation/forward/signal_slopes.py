@@ -67,7 +67,7 @@ def receiver_slopes(
     excess: FloatArray | None = None,
     waves: Waves | None = None,
 ) -> ReceiverSlopes:
-    """Return the derivatives of `receiver_signal`, or those of `EVERY` receiver; parameters as for `waves_at`.
+    """Return the derivatives of `signal_of`, or those of `EVERY` receiver; parameters as for `waves_at`.
 
     `excess` is what the channels before are more, shape (2, n_bins), the derivative with respect to crosstalk; what
     other channels do to these through it is neglected: parts in a hundred of each slope. `waves` are those at the

@@ -26,7 +26,8 @@ class SlowNoiseSettings:
     drift_half_cycles
         Slowest functions that carry a drift: 6 half cycles follow a bend within the record. Chosen by hand.
     drift_sigmas
-        A slope of the rest counts as drift where it stands out by this many deviations in some channel.
+        A slope of the rest counts as drift where it stands out by this many deviations in some channel. Chosen by
+        hand.
     spectrum_hz
         Rate to which samples are pooled before their periodogram: 1/f noise of interest lies far below.
     gain_a_channel

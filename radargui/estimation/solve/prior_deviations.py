@@ -36,7 +36,7 @@ class DeviationSettings:
         Added to the sum of squares in units of the lowest deviation's, so that a motion that obeys its equation keeps
         one above zero.
     least_determined
-        Of the number of coefficients well determined, which rounding can make zero.
+        Of the number of coefficients well determined, which rounding can make zero. Chosen by hand.
     largest_noise_step
         Of the noise scale in one round, as a factor: a misfit that the next round removes shall not widen it.
     """

@@ -11,7 +11,7 @@ import numpy as np
 
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import ProcessingError
-from radargui.model.front_end import point_of
+from radargui.model.front_end import channels_of, point_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,9 +51,9 @@ class Ellipse:
     def outline_v(self, count: int) -> FloatArray:
         """Return one turn of it in volts, shape (2, count)."""
         phase = np.linspace(0.0, 2.0 * np.pi, count)
-        i = self.i0_v + self.amplitude_v * np.cos(phase)
-        q = self.q0_v + self.gain_ratio * self.amplitude_v * np.sin(phase + self.quadrature_error_rad)
-        return np.stack([i, q])
+        z = self.amplitude_v * np.exp(1j * phase)
+        shown = channels_of(z, z, self.gain_ratio, self.quadrature_error_rad)
+        return np.asarray(np.array([[self.i0_v], [self.q0_v]]) + shown)
 
 
 def fit_ellipse(pair_v: FloatArray) -> Ellipse:

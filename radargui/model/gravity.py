@@ -14,6 +14,8 @@ Limits and starting values use it; where g is a result it is measured. Standard 
 """
 U_NOMINAL_GRAVITY_M_S2 = 0.015
 """Of it where no site is given: from the equator to the poles, evenly spread."""
+EARTH_GRAVITY_M_S2 = (9.76, 9.84)
+"""Of all its places: from Huascaran, 9.764, to the pole, 9.834 (Hirt et al., Geophys. Res. Lett. 40, 4279, 2013)."""
 U_NORMAL_GRAVITY_M_S2 = 5e-4
 """Free-air anomaly, root mean square over land: mountains and rock that the ellipsoid does not know, 50 mGal."""
 AIR_DENSITY_KG_M3 = 1.2

@@ -19,6 +19,7 @@ CONFIRM_S = 0.08
 MEMORY_S = 30.0
 """The quiet level is that of so long; chosen by hand."""
 QUIET_PERCENTILE = 20.0
+"""Of the levels, that counts as quiet: a fifth of the time at rest will do, a lull of a motion is less. By hand."""
 EVERY = 16
 """Levels between two looks at all of them."""
 LEAST_NOISE = 0.01

@@ -7,7 +7,7 @@ import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.fall_signs import fall_signs
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, gravity_of_site, share_in_air
+from radargui.model.gravity import EARTH_GRAVITY_M_S2, NOMINAL_GRAVITY_M_S2, gravity_of_site, share_in_air
 from radargui.model.recording import Digitisation
 from radargui.model.result import Bounces, Track
 from radargui.model.rounding import concise, plain
@@ -22,8 +22,6 @@ _LEAST_TILT_DEG = 2.0
 place."""
 _THINNEST_AIR = 1.0001
 """n of dry air at 5000 m and 40 degrees C is 1.00013 (ITU-R P.453)."""
-_EARTH_M_S2 = (9.76, 9.84)
-"""From Huascaran, 9.764, to the pole, 9.834 (Hirt et al., Geophys. Res. Lett. 40, 4279, 2013)."""
 _LIGHTEST_KG_M3 = 1000.0
 """Of a sphere of which no density is given: air may take 0.18 % off its acceleration, or nothing."""
 _SIGMAS = 3.0
@@ -180,7 +178,7 @@ def _impossible_g(setup: Setup, rate_hz: float, bounces: Bounces, budget: Uncert
 def possible_g_m_s2(setup: Setup) -> tuple[float, float]:
     """Return the least and the most that the sphere may fall with at the setup's site, or anywhere on Earth, m/s^2."""
     density, site = setup.tracer.density_kg_m3, gravity_of_site(setup.site)
-    least, most = _EARTH_M_S2 if site is None else (site[0] - _SIGMAS * site[1], site[0] + _SIGMAS * site[1])
+    least, most = EARTH_GRAVITY_M_S2 if site is None else (site[0] - _SIGMAS * site[1], site[0] + _SIGMAS * site[1])
     lightest = share_in_air(_LIGHTEST_KG_M3 if density is None else density)
     return lightest * least, most if density is None else lightest * most
 

@@ -9,12 +9,12 @@ import numpy as np
 
 from radargui.estimation.readout.input_response import InputResponse
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.gravity import gravity_of_site, share_in_air
+from radargui.model.gravity import EARTH_GRAVITY_M_S2, gravity_of_site, share_in_air
 from radargui.model.setup import Setup
 from radargui.restitution.flight_fit import FlightFit
 
-_EARTH_M_S2, _U_EARTH_M_S2 = 9.80, 0.02
-"""g where the setup names no site: 9.76 to 9.84, evenly."""
+_EARTH_M_S2, _U_EARTH_M_S2 = float(np.mean(EARTH_GRAVITY_M_S2)), float(np.ptp(EARTH_GRAVITY_M_S2)) / np.sqrt(12.0)
+"""g where the setup names no site: that of every place, evenly spread."""
 _FREE, _HELD = 1e-6, 1e6
 """Weights of the square of an input that is freed (what nothing shows stays where it is), and of an exact one."""
 

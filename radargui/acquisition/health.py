@@ -110,7 +110,7 @@ def hardly_seen(why: str) -> str:
     if not why:
         return ""
     return (
-        f"The run may not start by itself: {why}. Look whether the sphere hangs and transmitter and amplifiers are on, "
+        f"A fall may not start the run: {why}. Look whether the sphere hangs and transmitter and amplifiers are on, "
         "find what disturbs, or lower recording.threshold."
     )
 

@@ -122,7 +122,7 @@ class MotionTrigger:
         times = int(seen * self._threshold)
         harder = f"about {times} times as hard as" if times else "less hard than"
         return (
-            f"a fall would shake the voltages {harder} {self.disturbance} does, and the trigger asks for "
+            f"it would shake the voltages {harder} {self.disturbance} does, and the trigger asks for "
             f"{self._threshold:g} times"
         )
 

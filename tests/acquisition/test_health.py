@@ -111,7 +111,7 @@ def test_the_line_names_what_is_wrong_and_only_that() -> None:
 
 def test_the_line_says_last_why_a_fall_may_not_start_the_run() -> None:
     why = hardly_seen("the noise is loud")
-    assert why.startswith("The run may not start by itself: the noise is loud. Look whether ")
+    assert why.startswith("A fall may not start the run: the noise is loud. Look whether ")
     assert why.endswith("or lower recording.threshold.")
     assert hardly_seen("") == ""
     assert Health(AcquisitionState.RUNNING, hardly_seen=why).line() == f"0 samples, none lost. {why[:-1]}"

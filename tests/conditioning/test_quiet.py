@@ -95,13 +95,13 @@ def test_after_a_gap_in_a_motion_the_hum_does_not_keep_it_going() -> None:
 def test_where_a_fall_may_not_be_seen_it_says_why(hum: Hum | None, noise: float, what: str) -> None:
     trigger, _ = watched(volts(time_of(3.0), hum=hum, noise=noise))
     assert trigger.disturbance == what
-    assert trigger.objection.startswith("a fall would shake the voltages about ")
+    assert trigger.objection.startswith("it would shake the voltages about ")
     assert trigger.objection.endswith(f" times as hard as {what} does, and the trigger asks for 8 times")
 
 
 def test_without_an_echo_it_says_so() -> None:
     trigger, _ = watched(np.random.default_rng(1).normal(0.0, 0.01, (4, 60000)))
-    assert trigger.objection.startswith("a fall would shake the voltages less hard than noise does")
+    assert trigger.objection.startswith("it would shake the voltages less hard than noise does")
 
 
 def test_after_it_has_learned_anew_nothing_is_said_before_the_next_look() -> None:

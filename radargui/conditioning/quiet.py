@@ -106,12 +106,12 @@ class Quiet:
         """
         self._unseen = 0
         past = np.concatenate(list(self._past), axis=1)[:, -round(PAST_S * self._rate_hz) :]
-        is_due, had = self._hum is None or end >= self._hum_due, self._hum is not None
-        if is_due:
-            self._find_hum(past, end, noise_v)
-        level = self.levels(past, end, noise_v)
         # I^2 + Q^2 at rest is A^2, and a circle of amplitude A has the variance A^2 / 2 in each of the two
         echo = float(((past.mean(axis=1) / noise_v) ** 2).mean())
+        is_due, had = self._hum is None or end >= self._hum_due, self._hum is not None
+        if is_due:
+            self._find_hum(past, end, noise_v, echo)
+        level = self.levels(past, end, noise_v)
         quiet, self.long_quiet = max(1.0, percentile(level)), None
         seen = echo / self.least(quiet)
         # against a hum longer means help nothing
@@ -123,10 +123,11 @@ class Quiet:
         self.is_weak = self.seen < (SEEN_AGAIN if self.is_weak else 1.0)
         return level if is_due and (had or self._hum is not None) else None
 
-    def _find_hum(self, past: FloatArray, end: int, noise_v: FloatArray) -> None:
+    def _find_hum(self, past: FloatArray, end: int, noise_v: FloatArray, echo: float) -> None:
         self._hum, self.hum_level = None, 0.0
-        shakes = percentile(sliding_variance(past / noise_v[:, None], self._window))
-        if shakes > HUMS:
+        shakes = percentile(whole_windows(past / noise_v[:, None], self._window))
+        # a hum that hides nothing is left in the quiet level: its changes are then small beside the threshold
+        if shakes > HUMS and echo < WEAK * self._start * shakes:
             self._hum = find_hum(past, self._rate_hz, (slice(0, past.shape[1]),), noise_v)
         if self._hum is not None:
             self.hum_level = shakes

@@ -76,13 +76,13 @@ class RunKeeping(QObject):
 
     def look(self) -> None:
         """Say what is being done now."""
-        self._tell_of_trigger()
+        self._warn_if_hardly_seen()
         entry = self.runs.model.entry_of(self.control.backlog.computed)
         computed = entry.called if entry else ""
         self.view.show_state(self.control.state, self._detail(computed), self.role)
         self.stopping.look(computed)
 
-    def _tell_of_trigger(self) -> None:
+    def _warn_if_hardly_seen(self) -> None:
         """Say while it is armed why a fall may not start the run, once as long as it is so."""
         control, said, board = self.control, self.hardly_seen, self.services.board
         health = control.health if control.state is AppState.ARMED else None

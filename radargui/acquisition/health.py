@@ -49,6 +49,8 @@ class Health:
         Space left, and how long a recording could last; None where nothing is recorded.
     lost_file
         Which run file was taken away while it was written, and where the recording goes on; empty where none.
+    hardly_seen
+        While armed, why a fall may not start the run, in one sentence with what to do; empty where it would.
     live_error
         Why there is no live track any more; the recording is not touched by it.
     error
@@ -71,6 +73,7 @@ class Health:
     disk_free_bytes: int | None = None
     disk_left_s: float | None = None
     lost_file: str = ""
+    hardly_seen: str = ""
     live_error: RadarGuiError | None = None
     error: RadarGuiError | None = None
 
@@ -99,7 +102,17 @@ class Health:
             f"clipping: {' '.join(self.clipped)}" if self.clipped else "",
             "" if self.disk_left_s is None else f"{low}disk for {_duration(self.disk_left_s)}",
         )
-        return ", ".join(filter(None, parts))
+        return ". ".join(filter(None, (", ".join(filter(None, parts)), self.hardly_seen.rstrip("."))))
+
+
+def hardly_seen(why: str) -> str:
+    """Return what an operator is told whose recorder is armed in vain; `why`: see `Recorder.objection`."""
+    if not why:
+        return ""
+    return (
+        f"A fall may not start the run: {why}. Look whether the sphere hangs and transmitter and amplifiers are on, "
+        "find what disturbs, or lower recording.threshold."
+    )
 
 
 def health_record(health: Health, peaks: Peaks) -> dict[str, object]:
@@ -140,7 +153,9 @@ def snapshot(
 ) -> Health:
     """Return the health now; `stream` is None before the source is open."""
     free, lost_file = (None, "") if recorder is None else (recorder.disk_free_bytes, recorder.lost_file)
+    why = "" if recorder is None else recorder.objection
     health = Health(state, disk_free_bytes=free, lost_file=lost_file, live_error=live_error, error=error)
+    health = replace(health, hardly_seen=hardly_seen(why))
     if stream is None:
         return health
     reading, queue, worker, rate_hz = stream.reading, stream.queue, stream.worker, stream.digitisation.sample_rate_hz

@@ -13,7 +13,7 @@ from radargui.acquisition.circular_buffer import CircularBuffer
 from radargui.model.arrays import FloatArray, IntArray
 
 if TYPE_CHECKING:  # who reads a finished track needs no live processing
-    from radargui.processing.live import LiveEstimate
+    from radargui.processing.live_estimate import LiveEstimate
 
 MAXIMUM_COLUMNS = 400_000
 """Bounds the memory of an hour: 13 numbers of 8 bytes each with three receivers, 42 MB; chosen by hand."""

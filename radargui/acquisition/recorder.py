@@ -97,7 +97,7 @@ class Recorder:
         self.health_of_run: Callable[[RunOutput], Mapping[str, object]] = lambda _output: {}
         self.disk_free_bytes: int | None = None
         self.ending: Ending | None = None
-        self.lost_file = ""
+        self.lost_file = self._objection = ""
 
     @property
     def is_done(self) -> bool:
@@ -113,6 +113,11 @@ class Recorder:
     def path(self) -> Path | None:
         """File of the present or last run; None before one has started."""
         return self.output.path if self.output else None
+
+    @property
+    def objection(self) -> str:
+        """Why a fall may not start the run that it is armed for, or was to the end, in a few words; empty else."""
+        return self._plan.objection if self.state is RecorderState.ARMED else self._objection
 
     def want_another(self) -> bool:
         """Record one run more than was asked for; False where it is too late. From any thread."""
@@ -314,7 +319,7 @@ class Recorder:
             self.on_run(FinishedRun(self._n_opened, output.path, ending, *span, refusal, is_last, health))
 
     def _end(self, ending: Ending) -> None:
-        self.ending = ending
+        self.ending, self._objection = ending, self.objection
         self._enter(RecorderState.DONE)
 
     def _enter(self, state: RecorderState) -> None:

@@ -88,6 +88,11 @@ class RunPlan(ABC):
     last_index: int | None = None
     ending: Ending | None = None
 
+    @property
+    def objection(self) -> str:
+        """Why the run may not begin although the sphere falls, in a few words; empty where it would."""
+        return ""
+
     @abstractmethod
     def push(self, block: Block) -> None:
         """Take the next block, a short one: what happened within it is reported as of its end."""
@@ -149,6 +154,11 @@ class MotionPlan(RunPlan):
         self._restless = 0
         self._quiet_since: int | None = None
         self.history = self._pretrigger + round(self._DETECTION_S * rate)
+
+    @property
+    def objection(self) -> str:
+        """See `MotionTrigger.objection`."""
+        return self._trigger.objection
 
     def push(self, block: Block) -> None:
         """Take the next block."""

@@ -11,7 +11,8 @@ import numpy as np
 
 from radargui.conditioning.averager import Averager, held
 from radargui.conditioning.noise import white_noise_v
-from radargui.conditioning.segment import block_size, sliding_variance, window_blocks
+from radargui.conditioning.quiet import HUMS, QUIET_PERCENTILE, TOGETHER, Quiet
+from radargui.conditioning.segment import block_size, window_blocks
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.recording import Digitisation
 
@@ -19,8 +20,6 @@ LEARNING_S = 0.1
 """Quiet needed before the trigger can tell motion from rest."""
 MEMORY_S = 4.0
 """Span over which the quiet level is remembered: it follows a drift, a short motion does not raise it."""
-QUIET_PERCENTILE = 20.0
-"""Of the levels remembered: motion does not raise it until it fills four fifths of them, 3.2 s. Chosen by hand."""
 CONFIRM_S = 0.004
 """Motion lasts at least this long; a spike does not."""
 
@@ -51,8 +50,9 @@ class MotionTrigger:
     """Causal detector of motion: the activity of the voltages against their quiet level.
 
     Activity is the variance of 0.5 ms block means within 20 ms, pooled over channels in units of their white noise.
-    Motion starts where it exceeds `threshold` squared times its quiet level (robust to mains and drift: both are in
-    that level), and ends where it has fallen below half of the threshold.
+    Motion starts where it exceeds `threshold` squared times its quiet level (robust to drift, which is in that level),
+    and ends where it has fallen below half of the threshold. A hum of the mains is taken off: in the quiet level it
+    would hide a fall. Where the voltages at rest show a weak echo, means of 2 ms are looked at as well (see `Quiet`).
 
     Parameters
     ----------
@@ -73,9 +73,9 @@ class MotionTrigger:
         self._size = block_size(rate)
         self._window = window_blocks(rate / self._size)
         self._block_s = self._size / rate
+        self._threshold = threshold
         # the activity is a variance
-        self._start = threshold**2
-        self._end = (0.5 * threshold) ** 2
+        self._rest = Quiet(rate / self._size, self._window, threshold**2)
         self._averager = Averager(digitisation, self._size)
         self._means = np.empty((digitisation.n_channels, 0))
         self._noise_v: FloatArray | None = None
@@ -96,18 +96,49 @@ class MotionTrigger:
         count = new.shape[1]
         if count == 0:
             return self.state
-        self._means = np.concatenate([self._means[:, -self._window :], new], axis=1)
+        self._means = np.concatenate([self._means[:, -(self._window + TOGETHER - 1) :], new], axis=1)
         self._blocks += count
-        if self._noise_v is None or self._means.shape[1] < self._window:
+        if self._noise_v is None or self._means.shape[1] < self._window + TOGETHER - 1:
+            self._rest.push(new)
             return self.state
-        self._judge(self._levels_of(min(count, self._means.shape[1] - self._window + 1), self._noise_v))
+        noise_v = self._noise_v / np.sqrt(self._size)
+        level = self._rest.levels(self._means, self._blocks, noise_v)
+        long = self._rest.long_over_quiet(self._means, self._blocks, noise_v)
+        # both end with the newest block
+        count, before = min(count, level.size - TOGETHER + 1), self.state.since_index
+        self._judge(level[-count:], np.zeros(count) if long is None else long[-count:])
+        if self.state.moving or self.state.since_index != before:
+            self._rest.moves()
+        elif self._rest.push(new) and self._above == 0:
+            self._look_at_rest(noise_v)
         return self.state
+
+    @property
+    def objection(self) -> str:
+        """Why a fall may not be seen, in a few words; empty where it would be, or nobody knows yet."""
+        seen = self._rest.seen
+        if not self._rest.is_weak or seen is None:
+            return ""
+        times = int(seen * self._threshold)
+        harder = f"about {times} times as hard as" if times else "less hard than"
+        return (
+            f"it would shake the voltages {harder} {self.disturbance} does, and the trigger asks for "
+            f"{self._threshold:g} times"
+        )
+
+    @property
+    def disturbance(self) -> str:
+        """What the voltages show at rest beside an echo: noise, or what is louder than that."""
+        if self._rest.hum_level:
+            return "a hum of the mains"
+        return "noise" if self._quiet < HUMS else "a hum or a vibration"
 
     def relearn(self) -> None:
         """Take what is now for quiet: it has been restless for so long that this must be the new quiet level."""
         self._levels.clear()
         self._ordered.clear()
         self._quiet = 1.0
+        self._rest.forget()
         self._above = 0
         now = self._blocks * self._size
         self.state = replace(self.state, ready=False, moving=False, quiet_since_index=now)
@@ -122,15 +153,20 @@ class MotionTrigger:
             self._noise_v = np.maximum(noise, np.maximum(1e-6 * np.abs(whole).max(axis=1), 1e-9))
             self._early.clear()
 
-    def _levels_of(self, count: int, noise_v: FloatArray) -> FloatArray:
-        """Return the activity of the windows that end with each of the last `count` blocks."""
-        scaled = self._means[:, -(count + self._window - 1) :] * (np.sqrt(self._size) / noise_v)[:, None]
-        before = self._window // 2
-        return sliding_variance(scaled, self._window)[before : before + count]
+    def _look_at_rest(self, noise_v: FloatArray) -> None:
+        level = self._rest.look(self._blocks, noise_v)
+        if level is None:
+            return
+        # with another hum taken off, levels from before tell nothing
+        self._levels.clear()
+        self._ordered.clear()
+        for one in level[::8]:
+            self._remember(float(one))
+        self._quiet = self._quiet_level()
 
-    def _judge(self, levels: FloatArray) -> None:
-        first_block = self._blocks - levels.size
-        for offset, level in enumerate(levels):
+    def _judge(self, levels: FloatArray, longs: FloatArray) -> None:
+        first_block, start = self._blocks - levels.size, self._threshold**2
+        for offset, (level, long) in enumerate(zip(levels, longs, strict=True)):
             block = first_block + offset
             state = self.state
             quiet = self._quiet
@@ -140,14 +176,14 @@ class MotionTrigger:
                     # every eighth block: neighbours share most of their window
                     self._remember(float(level))
                     self._quiet = quiet = self._quiet_level()
-                self._above = self._above + 1 if ready and level > self._start * quiet else 0
+                moves = level > self._rest.least(quiet) or long > start
+                self._above = self._above + 1 if ready and moves else 0
                 if self._above * self._block_s >= CONFIRM_S:
                     begin = max(0, (block - self._above + 1) * self._size)
                     self.state = TriggerState(ready, moving=True, since_index=begin, quiet_since_index=None)
                 elif ready != state.ready:
                     self.state = replace(state, ready=ready)
-            # half the threshold: else it would flicker around one value
-            elif level < self._end * quiet:
+            elif level < self._rest.least_to_go_on(quiet) and long < self._rest.long_to_go_on:
                 self._above = 0
                 begin = (block + 1) * self._size
                 self.state = TriggerState(ready, moving=False, since_index=state.since_index, quiet_since_index=begin)

@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from radargui.acquisition.acquisition import Acquisition
+from radargui.acquisition.health import hardly_seen
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.run_output import FinishedRun
 from radargui.acquisition.run_plan import Ending, RecorderState
@@ -309,6 +310,8 @@ class AcquisitionSeries:
         if self._ended and self._last_number is None and self.failure is None:
             ending = self._recorder.ending or Ending.STOPPED
             message = f"No run was recorded: {ending.value}."
+            if ending in (Ending.NO_MOTION, Ending.WAITED) and (why := hardly_seen(self._recorder.objection)):
+                message += f" {why}"
             number = self._order.publisher.number
             self._outcomes[number] = RecordedRun(number, None, None, ending, message)
 

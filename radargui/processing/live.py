@@ -1,6 +1,6 @@
 """Samples to a track while they arrive: causal, a few microseconds a sample."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
 
 import numpy as np
@@ -16,6 +16,7 @@ from radargui.model.arrays import FloatArray, IntArray, RawArray
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
 from radargui.processing.live_doubts import Doubts
+from radargui.processing.live_estimate import LiveEstimate
 from radargui.processing.live_release import FALLEN_M, Release
 from radargui.processing.live_rest import LATE_S, SlowMotion
 from radargui.processing.live_samples import LiveSamples, Means
@@ -46,41 +47,6 @@ AT_RELEASE_M = 0.012
 STRAYED_M = 0.04
 """A track that says it is farther from the release than this has lost turns, or it hangs elsewhere. By hand."""
 LOST = "samples were lost"
-
-
-@dataclass(frozen=True, slots=True)
-class LiveEstimate:
-    """What the newest samples say; columns are block means.
-
-    Attributes
-    ----------
-    index
-        Absolute sample index of each column, shape (n,), ascending; samples of the first fringes come late, when the
-        correction is known.
-    i, q
-        Corrected, in amplitudes, shape (n_receivers, n); NaN while the correction is not known.
-    change_m
-        Change of path length from the rest, shape (n_receivers, n); NaN while unknown.
-    position_m
-        Shape (3, n); the release position at rest, NaN while unknown or with fewer than three receivers.
-    moving
-        Whether the tracer moves now.
-    began_anew
-        Whether the track was lost, or samples while the tracer may have moved: positions since then count from the
-        rest after that as if it were the release, until the tracer is known to hang there.
-    doubt
-        Why the place is not known, in a few words, while it is not; empty where a new rest was found, or there is
-        nothing to say.
-    """
-
-    index: IntArray
-    i: FloatArray
-    q: FloatArray
-    change_m: FloatArray
-    position_m: FloatArray
-    moving: bool
-    began_anew: bool = False
-    doubt: str = ""
 
 
 class LiveMemory:
@@ -227,7 +193,7 @@ class LiveProcessor:
         # what is told late needs a rest from before
         knows_rest = self._past.count >= self._columns(LATE_S + REST_S)
         if self._mode is _Mode.RESTING and slow and not self._slow.has_rested:
-            self._lose("it moved as the first samples came")
+            self._lose("it moved, or the voltages drifted, as the first samples came")
         elif self._mode is _Mode.RESTING and (fast or (slow and knows_rest)):
             # what moves so soon after a gap may have left in it
             late = self._columns(BEFORE_MOTION_S if fast else LATE_S)
@@ -251,7 +217,10 @@ class LiveProcessor:
         if new.count == 0 or self._mode is _Mode.LOST:
             return self._unknown(new.index, moving=fast)
         if self._mode is _Mode.RESTING:
-            return self._resting(new)
+            # who would not see a fall does not know that nothing moves
+            blind = self._trigger.objection
+            self._doubt = f"a motion would be lost in {self._trigger.disturbance}" if blind else ""
+            return self._resting(new).without_place() if blind else self._resting(new)
         # where it is followed a slow motion is seen, and quiet is soon told; before, all that moves is a motion
         return self._starting(new, fast=fast) if self._mode is _Mode.STARTING else self._following(new, moving=fast)
 

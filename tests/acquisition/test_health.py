@@ -9,7 +9,7 @@ import pytest
 from support.controlled_source import digitisation
 from support.fake_clock import FakeClock
 
-from radargui.acquisition.health import Health
+from radargui.acquisition.health import Health, hardly_seen
 from radargui.acquisition.run_output import levels
 from radargui.acquisition.run_plan import AcquisitionState
 from radargui.acquisition.stream import Reading
@@ -107,3 +107,11 @@ def test_the_line_names_what_is_wrong_and_only_that() -> None:
         disk_left_s=600.0,
     )
     assert ill.line() == "5 samples, 2 lost, 3 not written, writer queue 25 %, live skipped 9, disk for 10 min"
+
+
+def test_the_line_says_last_why_a_fall_may_not_start_the_run() -> None:
+    why = hardly_seen("the noise is loud")
+    assert why.startswith("A fall may not start the run: the noise is loud. Look whether ")
+    assert why.endswith("or lower recording.threshold.")
+    assert hardly_seen("") == ""
+    assert Health(AcquisitionState.RUNNING, hardly_seen=why).line() == f"0 samples, none lost. {why[:-1]}"

@@ -13,7 +13,8 @@ from radargui.acquisition.live_worker import LiveWorker
 from radargui.acquisition.ring import Ring
 from radargui.model.arrays import RawArray
 from radargui.model.recording import Block, Gap
-from radargui.processing.live import LiveEstimate, LiveProcessor
+from radargui.processing.live import LiveProcessor
+from radargui.processing.live_estimate import LiveEstimate
 from radargui.sources.simulated.model import SimulatedSource
 
 

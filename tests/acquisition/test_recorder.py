@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.changed import changed
 from support.controlled_source import MemoryRun, codes, digitisation
 
 from radargui.acquisition import run_output
@@ -17,6 +18,9 @@ from radargui.model.arrays import RawArray
 from radargui.model.daq import RecordingLimits
 from radargui.model.errors import FileError
 from radargui.model.recording import Block, Digitisation, Gap, Truth
+from radargui.model.resources import default_setup_path
+from radargui.model.setup import read_setup
+from radargui.sources.simulated.model import simulate_recording
 
 LIMITS = RecordingLimits(pretrigger_s=0.2, quiet_s=0.15, maximum_s=2.0, wait_s=5.0)
 START = datetime(2026, 11, 20, 12, 0, 0, tzinfo=UTC)
@@ -181,6 +185,38 @@ def test_waiting_ends_by_itself() -> None:
     for block in blocks(codes(6000), 100):
         recorder.push(block)
     assert recorder.ending is Ending.WAITED
+
+
+@pytest.mark.parametrize("simulation", [{"mismatch": 0.2}, {"mismatch": 0.5}, {"snr_db": 3.0}], ids=str)
+def test_a_fall_in_the_hum_of_a_strong_mismatch_or_in_noise_is_recorded(simulation: dict[str, float]) -> None:
+    setup = changed(read_setup(default_setup_path()), simulation={"restitution": 0.5, **simulation})
+    recording, truth = simulate_recording(setup)
+    run = MemoryRun()
+    recorder = Recorder(run, RecordingLimits(pretrigger_s=0.3))
+    recorder.prepare(recording.digitisation, START)
+    for block in blocks(recording.raw, 667):
+        recorder.push(block)
+        assert recorder.objection == ""
+    fallen = int(np.argmax(truth.position_m[2] < truth.position_m[2, 0] - 1e-3))
+    began = recorder.output.first_index + run.trigger_index
+    assert began == pytest.approx(fallen, abs=0.06 * setup.daq.rate_hz)
+
+
+@pytest.mark.parametrize("ending", [Ending.WAITED, Ending.END_OF_DATA])
+def test_who_is_armed_in_vain_is_told_why_until_the_end(ending: Ending) -> None:
+    setup = changed(
+        read_setup(default_setup_path()), simulation={"scene": "rest", "mains": 0.4, "mains_frequency_hz": 180}
+    )
+    recording, _ = simulate_recording(setup)
+    recorder = Recorder(MemoryRun(), RecordingLimits(wait_s=1.0 if ending is Ending.WAITED else 60.0))
+    assert recorder.objection == ""
+    recorder.prepare(recording.digitisation, START)
+    for block in blocks(recording.raw, 667):
+        recorder.push(block)
+    assert "as a hum or a vibration does" in recorder.objection
+    recorder.finish(ending)
+    assert recorder.is_done
+    assert "as a hum or a vibration does" in recorder.objection
 
 
 def test_a_source_that_ends_while_recording_completes_the_run() -> None:

@@ -158,3 +158,17 @@ def test_the_live_view_never_waits_for_an_edge(make_window: Any, setup_path: Any
     assert window.bar.state.text == "LIVE"
     window.actions_.stop.trigger()
     wait_for(lambda: not window.control.state.running)
+
+
+def test_armed_in_a_hum_that_hides_a_fall_says_why_and_what_to_do(window: MainWindow, wait_for: Any) -> None:
+    for key, value in {"scene": "rest", "rest_s": 60.0, "mains": 0.4, "mains_frequency_hz": 180.0}.items():
+        window.setup_model.assign(f"simulation.{key}", value)
+    window.record()
+    wait_for(lambda: window.bar.state.text.endswith("waiting for motion that may not be seen: see the message below"))
+    said = window.strip.texts()
+    assert len(said) == 1
+    assert said[0].startswith("A fall may not start the run: it would shake the voltages ")
+    assert said[0].endswith("find what disturbs, or lower “Trigger”.")
+    window.actions_.stop.trigger()
+    wait_for(lambda: not window.control.state.running)
+    assert said[0] not in window.strip.texts()

@@ -10,7 +10,8 @@ from support.simulated_once import simulate_once
 from radargui.model.arrays import FloatArray
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
-from radargui.processing.live import LiveEstimate, LiveMemory, LiveProcessor
+from radargui.processing.live import LiveMemory, LiveProcessor
+from radargui.processing.live_estimate import LiveEstimate
 from radargui.sources.simulated.model import SimulatedRadar, SimulatedSource
 
 

@@ -179,6 +179,8 @@ class AcrossView(QWidget):
             return notices[0].text
         if state is AppState.ARMED and control.waits_for:
             return f"Waiting for {control.waits_for}"
+        if state is AppState.ARMED and self._keeping.hardly_seen:
+            return self._keeping.hardly_seen
         if state is AppState.PROCESSING:
             return f"{state.next}: {percent(control.reached.progress)}"
         # what to do stands first: of a long reason the end has no room

@@ -15,11 +15,12 @@ from radargui.gui.control.control_bar import HealthLine, StateView
 from radargui.gui.control.state import AppState
 from radargui.gui.control.waiting import StoppingStrip
 from radargui.gui.layout import having
-from radargui.gui.notices import NoticeStrip
+from radargui.gui.notices import Notice, NoticeStrip
 from radargui.gui.panels import Actions
 from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
+from radargui.gui.setup.words import in_words
 from radargui.model.words import percent
 from radargui.session.session import BY_OPERATOR, reason_of
 
@@ -44,6 +45,8 @@ class RunKeeping(QObject):
         The newest result as the banner says it: which run, what it gave; empty where there is none yet.
     of_result
         The run that it is of.
+    hardly_seen
+        While it is armed, why a fall may not start the run; empty where it would.
     """
 
     controller: RunController
@@ -58,7 +61,7 @@ class RunKeeping(QObject):
         super().__init__(self.services.parent)
         self.control = control = self.services.control
         self.runs, does, put = self.controller.runs, self.does, self.services.settings.put
-        self.last_result = self._failure = ""
+        self.last_result = self._failure = self.hardly_seen = ""
         self.of_result: Path | None = None
         self._heard: set[Path] = set()
         self.sounds = Sounds(does, self.services, self)
@@ -73,10 +76,25 @@ class RunKeeping(QObject):
 
     def look(self) -> None:
         """Say what is being done now."""
+        self._warn_if_hardly_seen()
         entry = self.runs.model.entry_of(self.control.backlog.computed)
         computed = entry.called if entry else ""
         self.view.show_state(self.control.state, self._detail(computed), self.role)
         self.stopping.look(computed)
+
+    def _warn_if_hardly_seen(self) -> None:
+        """Say while it is armed why a fall may not start the run, once as long as it is so."""
+        control, said, board = self.control, self.hardly_seen, self.services.board
+        health = control.health if control.state is AppState.ARMED else None
+        why = in_words(health.hardly_seen) if health is not None else ""
+        if bool(why) == bool(said):
+            return
+        # before the board: it asks for a look
+        self.hardly_seen = why
+        if why:
+            board.post("warning", why)
+        else:
+            board.dismiss(Notice("warning", said))
 
     @property
     def role(self) -> str:
@@ -93,6 +111,7 @@ class RunKeeping(QObject):
                 return f"{control.kept} drops   {news}".rstrip() if control.kept > 1 else news
             case AppState.ARMED:
                 doing = f"{coming}, waiting for {control.waits_for or 'motion'}"
+                doing += " that may not be seen: see the message below" if self.hardly_seen else ""
             case AppState.RECORDING:
                 doing = f"{coming}, {control.recorded_s:.1f} s"
             case AppState.SETTLING:

@@ -12,7 +12,7 @@ import numpy as np
 from radargui.conditioning.averager import block_means, blocks_with, code_means, held
 from radargui.model.arrays import BoolArray, FloatArray, even_transform_size, order_statistics, pieces
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
-from radargui.model.recording import Recording, at_rail, reaches_rail
+from radargui.model.recording import Recording, at_rail
 from radargui.model.setup import Setup
 
 
@@ -155,8 +155,7 @@ def _pooled(recording: Recording, samples: slice, first_index: int, size: int) -
     bad = ~np.isfinite(volts)
     if bad.any():
         volts = block_means(held(digitisation.volts(raw)), size)
-    if reaches_rail(raw):
-        bad |= blocks_with(at_rail(raw), size)
+    bad |= blocks_with(at_rail(raw), size)
     time_s = _times_s(recording, samples, first_index, size)
     return BandSignals(volts, ~bad, time_s, digitisation.sample_rate_hz / size, size)
 

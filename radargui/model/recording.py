@@ -111,16 +111,10 @@ def stored_starts(gaps: Sequence[Gap], n_samples: int) -> list[tuple[int, int]]:
 
 def at_rail(samples: RawArray) -> BoolArray:
     """Return which samples sat at the end of the converter's range; none of those that are volts."""
-    if not reaches_rail(samples):
+    # volts do not tell where the range of the device ended, and most recordings never reach it
+    if samples.dtype != np.int16 or not samples.size or (samples.max() < 32767 and samples.min() > -32768):
         return np.zeros(samples.shape, dtype=np.bool_)
     return np.asarray((samples <= -32768) | (samples >= 32767))
-
-
-def reaches_rail(samples: RawArray) -> bool:
-    """Return whether any sample sat there: most recordings never reach it."""
-    # volts do not tell where the range of the device ended
-    is_codes = samples.dtype == np.int16 and samples.size > 0
-    return bool(is_codes and (samples.max() >= 32767 or samples.min() <= -32768))
 
 
 SkewFrom = Literal["file", "setup", "assumed 0"]

@@ -40,7 +40,7 @@ class WalkSettings:
         Places this near to it, as a share of its distance, are those to which its steps lead: 30 degrees.
     tried_elsewhere
         The likeliest of the others from which a few steps are taken; the best of them runs along. In 50 drops with a
-        wall none of two that ran along was the best in the end.
+        wall none of two that ran along was the best in the end; with four 29 laboratory drops came out the same.
     steps
         At most so many, as long as ln E grows by `WallSettings.worthwhile`.
     least_move
@@ -58,7 +58,7 @@ class WalkSettings:
     turns_deg: tuple[float, ...] = (0.0, -12.0, 12.0, -24.0, 24.0)
     nearer_or_farther: tuple[float, ...] = (0.82, 1.22)
     own_reach: float = 0.5
-    tried_elsewhere: int = 4
+    tried_elsewhere: int = 2
     steps: int = 4
     least_move: float = 0.12
     most_deviations: float = 2.0

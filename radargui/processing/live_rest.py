@@ -6,6 +6,7 @@ from collections import deque
 
 import numpy as np
 
+from radargui.conditioning.quiet import QUIET_PERCENTILE
 from radargui.model.arrays import FloatArray
 
 BLOCK_S = 0.02
@@ -18,8 +19,6 @@ CONFIRM_S = 0.08
 """A drop is fast by then: the trigger tells better when it began. By hand."""
 MEMORY_S = 30.0
 """The quiet level is that of so long; chosen by hand."""
-QUIET_PERCENTILE = 20.0
-"""Of the levels, that counts as quiet: a fifth of the time at rest will do, a lull of a motion is less. By hand."""
 EVERY = 16
 """Levels between two looks at all of them."""
 LEAST_NOISE = 0.01

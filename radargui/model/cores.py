@@ -21,8 +21,8 @@ from radargui.model.workers import begin_worker, workers_ignoring_interrupts
 _log = logging.getLogger(__name__)
 
 _Have = TypeVar("_Have")
-_Told = TypeVar("_Told")
-Work = Callable[..., Iterator[tuple[_Have, _Told]]]
+_Summary = TypeVar("_Summary")
+Work = Callable[..., Iterator[tuple[_Have, _Summary]]]
 """What a lane does: a function of a module, whose iterator has something after each step, and tells something of it."""
 
 _MOST = 4
@@ -35,7 +35,7 @@ _CLOSE_S = 1.0
 """Given to a process that was told to end; it is ended then. Chosen by hand."""
 
 
-class Lane(Generic[_Have, _Told]):
+class Lane(Generic[_Have, _Summary]):
     """Pieces of work that go step by step in this process.
 
     Parameters
@@ -44,9 +44,9 @@ class Lane(Generic[_Have, _Told]):
         What is begun with the arguments of each piece.
     """
 
-    def __init__(self, work: Work[_Have, _Told]) -> None:
+    def __init__(self, work: Work[_Have, _Summary]) -> None:
         self._work = work
-        self._running: dict[int, Iterator[tuple[_Have, _Told]]] = {}
+        self._running: dict[int, Iterator[tuple[_Have, _Summary]]] = {}
         self._have: dict[int, _Have] = {}
         self._asked: Sequence[int] = ()
 
@@ -58,12 +58,12 @@ class Lane(Generic[_Have, _Told]):
         """Let these pieces go one step further; `answer` has to follow."""
         self._asked = numbers
 
-    def answer(self) -> Iterator[tuple[int, _Told]]:
+    def answer(self) -> Iterator[tuple[int, _Summary]]:
         """Yield what those that were asked tell after the step; those that have come to their end are left out."""
         for number in self._asked:
-            for have, told in self._running[number]:
+            for have, summary in self._running[number]:
                 self._have[number] = have
-                yield number, told
+                yield number, summary
                 break
 
     def result(self, number: int) -> _Have:
@@ -75,10 +75,10 @@ class Lane(Generic[_Have, _Told]):
         self._running, self._have = {}, {}
 
 
-class _LaneApart(Lane[_Have, _Told]):
+class _LaneApart(Lane[_Have, _Summary]):
     """A lane in a process of its own, which begins with it."""
 
-    def __init__(self, work: Work[_Have, _Told]) -> None:
+    def __init__(self, work: Work[_Have, _Summary]) -> None:
         context = multiprocessing.get_context("spawn")
         self._connection, theirs = context.Pipe()
         self._process: SpawnProcess = context.Process(
@@ -108,7 +108,7 @@ class _LaneApart(Lane[_Have, _Told]):
     def ask(self, numbers: Sequence[int]) -> None:
         self._connection.send(("answer", numbers))
 
-    def answer(self) -> Iterator[tuple[int, _Told]]:
+    def answer(self) -> Iterator[tuple[int, _Summary]]:
         yield from self._received()
 
     def result(self, number: int) -> _Have:
@@ -152,10 +152,10 @@ def _serve(connection: Connection, work: Work[Any, Any]) -> None:
                 lane.clear()
                 connection.send(("cleared", None))
             else:
-                connection.send(_told(lane, kind, value))
+                connection.send(_answered(lane, kind, value))
 
 
-def _told(lane: Lane[Any, Any], kind: str, value: Any) -> tuple[str, Any]:
+def _answered(lane: Lane[Any, Any], kind: str, value: Any) -> tuple[str, Any]:
     try:
         if kind == "result":
             return "result", lane.result(value)
@@ -178,7 +178,7 @@ class Cores:
         self.count = count if count > 1 else 0
         self._lanes: list[_LaneApart[Any, Any]] = []
 
-    def lanes(self, work: Work[_Have, _Told], pieces: int) -> Sequence[Lane[_Have, _Told]]:
+    def lanes(self, work: Work[_Have, _Summary], pieces: int) -> Sequence[Lane[_Have, _Summary]]:
         """Return lanes for some pieces of work: one here as long as the others are not ready.
 
         Parameters

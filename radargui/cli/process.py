@@ -14,6 +14,7 @@ from radargui.files.access import make_folder
 from radargui.files.formats import format_of, own_setup_of
 from radargui.files.raw_file import parse_raw_layout
 from radargui.files.reading import ImportInput, parse_channel_map
+from radargui.model.cores import on_cores
 from radargui.model.errors import RadarGuiError, SetupError, UsageError
 from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN, quantity
@@ -42,13 +43,14 @@ def process_files(options: Process) -> int:
     _refuse_collisions(inputs, force=options.force)
     setups = [_setup_of(source, options) for source, _ in inputs]
     rows, status = [], 0
-    for (source, folder), setup in zip(inputs, setups, strict=True):
-        try:
-            rows.append(_row(folder, _process(source, folder, setup)))
-        except RadarGuiError as error:
-            status = max(status, fail(error, folder.name))
-        except Exception as error:  # noqa: BLE001  one input must not take the others with it
-            status = max(status, fail_unexpected(error, folder.name))
+    with on_cores():
+        for (source, folder), setup in zip(inputs, setups, strict=True):
+            try:
+                rows.append(_row(folder, _process(source, folder, setup)))
+            except RadarGuiError as error:
+                status = max(status, fail(error, folder.name))
+            except Exception as error:  # noqa: BLE001  one input must not take the others with it
+                status = max(status, fail_unexpected(error, folder.name))
     if rows:
         show_table(("input", "status", "bounces", "e ± u_e", "results"), rows)
     return status

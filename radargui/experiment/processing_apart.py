@@ -1,5 +1,6 @@
 """Processing apart: runs are processed in a process of their own, so that it cannot hold up the reader of samples."""
 
+import atexit
 import contextlib
 import logging
 import multiprocessing
@@ -8,7 +9,7 @@ import pickle
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
@@ -16,30 +17,11 @@ from typing import Any
 
 from radargui.experiment.array_pipe import received_arrays, send_arrays
 from radargui.experiment.finished import FinishedJob, LiveAgreement, preliminary_result, process_finished
+from radargui.model.cores import on_cores
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, fault_of, worded
 from radargui.model.result import RunResult
+from radargui.model.workers import workers_ignoring_interrupts
 from radargui.processing.offline import OnPreliminary
-
-_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
-
-
-@contextlib.contextmanager
-def workers_ignoring_interrupts() -> Iterator[None]:
-    """Let processes that are started here use one thread for numerics, and not hear Ctrl-C."""
-    kept = {name: os.environ[name] for name in _ONE_THREAD if name in os.environ}
-    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
-    is_main = threading.current_thread() is threading.main_thread()
-    # What a process ignores, its children ignore from their first instruction on.
-    handler = signal.signal(signal.SIGINT, signal.SIG_IGN) if is_main else None
-    try:
-        yield
-    finally:
-        if is_main:
-            signal.signal(signal.SIGINT, handler)
-        for name in _ONE_THREAD:
-            os.environ.pop(name, None)
-        os.environ.update(kept)
-
 
 _logger = logging.getLogger(__name__)
 _STOP, _SOON = "stop", "soon"
@@ -127,6 +109,7 @@ class ProcessingApart:
 
     def close(self) -> None:
         """End the process; idempotent."""
+        atexit.unregister(self.close)
         process, connection = self._process, self._connection
         self._process = self._connection = None
         if connection is not None:
@@ -144,7 +127,9 @@ class ProcessingApart:
         if self._connection is None:
             context = multiprocessing.get_context("spawn")
             ours, theirs = context.Pipe()
-            process = context.Process(target=_serve, args=(theirs,), name="radargui-processing", daemon=True)
+            # no daemon, which may begin no process of its own; the interpreter would wait for it when it ends
+            process = context.Process(target=_serve, args=(theirs,), name="radargui-processing")
+            atexit.register(self.close)
             try:
                 with workers_ignoring_interrupts():
                     process.start()
@@ -162,7 +147,7 @@ def _serve(connection: Connection) -> None:
     # the parent hears Ctrl-C and says what becomes of the job
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _lower_priority()
-    with contextlib.suppress(EOFError, OSError):
+    with contextlib.suppress(EOFError, OSError), on_cores():
         while (job := connection.recv()) is not None:
             # what was announced comes now itself, and what was to be stopped has ended
             if isinstance(job, FinishedJob):

@@ -1,10 +1,32 @@
 """Worker processes: they leave Ctrl-C to who began them, and end with it."""
 
+import contextlib
 import multiprocessing
 import os
 import signal
 import threading
+from collections.abc import Iterator
 from multiprocessing.connection import wait
+
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
+
+
+@contextlib.contextmanager
+def workers_ignoring_interrupts() -> Iterator[None]:
+    """Let processes that are started here use one thread for numerics, and not hear Ctrl-C."""
+    kept = {name: os.environ[name] for name in _ONE_THREAD if name in os.environ}
+    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+    is_main = threading.current_thread() is threading.main_thread()
+    # What a process ignores, its children ignore from their first instruction on.
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN) if is_main else None
+    try:
+        yield
+    finally:
+        if is_main:
+            signal.signal(signal.SIGINT, handler)
+        for name in _ONE_THREAD:
+            os.environ.pop(name, None)
+        os.environ.update(kept)
 
 
 def begin_worker() -> None:

@@ -10,16 +10,14 @@ from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_p
 
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.select import wall_walk, walls
-from radargui.estimation.select.converge import converge, race
+from radargui.estimation.select.converge import converge
 from radargui.estimation.select.unseen_mirrors import UnseenSettings, unseen_mirrors
 from radargui.estimation.select.wall_grid import WALLS, LinearisedSearch, linearised_gains, upright_planes, wall_grid
 from radargui.estimation.select.wall_walk import WalkSettings, walked
 from radargui.estimation.select.walls import (
     bent_by_maps,
-    best_started,
     peaks,
     place_of_last,
-    same_place,
     search_wall,
     with_stiff_maps,
 )
@@ -77,16 +75,6 @@ def test_a_wall_is_found_where_it_stands_and_convinces(hidden: Solution) -> None
     assert abs(np.arctan2(image[1], image[0])) < np.radians(8.0)
 
 
-def test_of_many_starts_those_go_on_that_are_best_after_some_steps(hidden: Solution) -> None:
-    aside, there = upright_planes(
-        positions_at_bins(hidden).mean(axis=1), UP, np.radians([120.0, 180.0]), np.array([0.14])
-    )
-    starts = [problem_with_mirrors(hidden, (plane,)) for plane in (aside, there)]
-    (best,) = best_started(starts, 1, nothing)
-    assert best.problem.inputs.planes == (there,)
-    assert np.abs(best.state.theta - starts[1].state.theta).max() > 0.0
-
-
 def test_no_wall_is_invented_where_none_reflects(clean: Solution) -> None:
     assert search_wall(clean, UP, nothing, thorough=False).gain < WALLS.convincing
 
@@ -113,17 +101,6 @@ def test_peaks_of_a_circle_of_azimuths_go_round() -> None:
     table[0, 1], table[5, 1], table[3, 2] = 5.0, 4.0, 3.0
     assert [divmod(k, 3) for k in peaks(table, around=True)[:2]] == [(0, 1), (3, 2)]
     assert [divmod(k, 3) for k in peaks(table, around=False)[:3]] == [(0, 1), (5, 1), (3, 2)]
-
-
-def test_of_trials_that_meet_the_first_goes_on(hidden: Solution) -> None:
-    middle = positions_at_bins(hidden).mean(axis=1)
-    planes = upright_planes(middle, UP, np.radians([180.0, 182.0, 0.0]), np.array([0.14]))
-    starts = [problem_with_mirrors(hidden, (plane,)) for plane in planes]
-    first, met, other = race(starts, 1, nothing, (1e9,), met=same_place)
-    assert first is not None
-    assert met is None
-    assert other is not None
-    assert not same_place(first, other)
 
 
 @pytest.mark.slow

@@ -14,13 +14,14 @@ from radargui.estimation.forward.slow_noise import Drift, strongest
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select.budget import BudgetSpentError, LooseMapsError, NoSingleBodyError, SearchBudget
 from radargui.estimation.select.chosen_model import Alternative, ChosenModel
-from radargui.estimation.select.converge import COARSE, LAST, RoundSettings, converge, race, settle_breaks
+from radargui.estimation.select.converge import COARSE, LAST, RoundSettings, converge, settle_breaks
 from radargui.estimation.select.fewer_bins import fewer_bins, in_full, misfit_on, with_bins_of
 from radargui.estimation.select.loose_maps import bias_deviations, is_lost
+from radargui.estimation.select.race import best_started, race
 from radargui.estimation.select.unseen_mirrors import unseen_mirrors
 from radargui.estimation.select.wall_grid import WALLS
 from radargui.estimation.select.wall_walk import walked
-from radargui.estimation.select.walls import WallSearch, WallTrial, best_started, search_wall
+from radargui.estimation.select.walls import WallSearch, WallTrial, search_wall
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_flights, problem_with_mirrors
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.minimise import Solution, chi_square, log_evidence, solved_at

@@ -108,53 +108,22 @@ def converge(start: Start, rounds: int, round_done: Callable[[], None], settings
     SolveError
         The normal matrix cannot be factored.
     """
-    *_, (solution, _) = _rounds(start, rounds, round_done, settings)
+    found = convergence(start, rounds, settings)
+    solution, _ = next(found)
+    for latest, _ in found:
+        round_done()
+        solution = latest
     return solution
 
 
-def race(
-    starts: Sequence[Start],
-    rounds: int,
-    round_done: Callable[[], None],
-    most_behind: tuple[float, ...],
-    met: Callable[[Solution, Solution], bool] = lambda one, other: False,
-) -> list[Solution | None]:
-    """Return the solutions of some starts as `converge` would, None for those that fell hopelessly behind, or met.
-
-    Parameters
-    ----------
-    starts
-        Their evidences are comparable.
-    rounds, round_done
-        As of `converge`.
-    most_behind
-        By how much in ln E one may stay behind the best, after the first minimum and after each round; the last stays.
-    met
-        Whether two have come to the same maximum: the later in the list is given up.
-    """
-    running = [_rounds(start, rounds, round_done, COARSE) for start in starts]
-    now = [next(one) for one in running]
-    alive = list(range(len(starts)))
-    for number in range(rounds):
-        best = max(now[k][1] for k in alive)
-        near = [k for k in alive if now[k][1] >= best - most_behind[min(number, len(most_behind) - 1)]]
-        alive = [k for k in near if not any(met(now[j][0], now[k][0]) for j in near if j < k)]
-        for k in alive:
-            now[k] = next(running[k], now[k])
-    return [now[k][0] if k in alive else None for k in range(len(starts))]
-
-
-def _rounds(
-    start: Start, rounds: int, round_done: Callable[[], None], settings: RoundSettings
-) -> Iterator[tuple[Solution, float]]:
-    """Yield the solution and its log evidence after the first minimum and after each round, until they settle."""
+def convergence(start: Start, rounds: int, settings: RoundSettings = COARSE) -> Iterator[tuple[Solution, float]]:
+    """Yield solution and ln E after the first minimum and after each round, until they settle (see `converge`)."""
     # priors and minimum by turns: neither is right without the other (MacKay 1992, section 4)
     evidence = -np.inf
     known: Known | None
     solution, known = minimise_on(start, settings.steps, settings.minimise)
     yield solution, log_evidence(solution)
     for number in range(rounds):
-        round_done()
         problem, scale = update_priors(solution), solution.problem.noise_scale
         # too early it would take for noise what the maps are about to explain
         if number >= settings.noise_from_round:

@@ -7,15 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.estimation.select.converge import converge, race
+from radargui.estimation.select.converge import converge
+from radargui.estimation.select.race import best_started, last_image, race, same_place
 from radargui.estimation.select.wall_grid import WALLS, linearised_gains, upright_planes, wall_grid
 from radargui.estimation.select.walls import (
     bent_by_maps,
-    best_started,
-    last_image,
     peaks,
     place_of_last,
-    same_place,
     with_stiff_maps,
     without_last_mirror,
 )

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from radargui.estimation.select.converge import converge, race
+from radargui.estimation.select.converge import converge
 from radargui.estimation.select.loose_maps import bias_deviations
+from radargui.estimation.select.race import best_started, last_image, race, same_place
 from radargui.estimation.select.wall_grid import (
     WALLS,
     WallSettings,
@@ -20,7 +21,7 @@ from radargui.estimation.select.wall_grid import (
     wall_towards,
 )
 from radargui.estimation.solve.changed_problem import carried_places, positions_at_bins, problem_with_mirrors
-from radargui.estimation.solve.minimise import MinimiseSettings, Solution, log_evidence, minimise, solved_at
+from radargui.estimation.solve.minimise import Solution, log_evidence, minimise, solved_at
 from radargui.estimation.solve.problem import JointProblem, Start, State
 from radargui.model.arrays import FloatArray
 
@@ -150,19 +151,6 @@ def _search_from(
     return _run_off(search, round_done, settings)
 
 
-FIRST = MinimiseSettings(renews_last=False)
-"""Starts are only put in order: their evidence by the matrix of the step before orders them as well."""
-
-
-def best_started(starts: Sequence[Start], most: int, round_done: Callable[[], None]) -> list[Start]:
-    """Return the starts that are best after some steps, there."""
-    found = []
-    for start in starts:
-        found.append(minimise(start, WALLS.first_steps, FIRST))
-        round_done()
-    return [Start(one.problem, one.state) for one in sorted(found, key=log_evidence, reverse=True)[:most]]
-
-
 def _run_off(search: WallSearch, round_done: Callable[[], None], settings: WallSettings) -> WallSearch:
     """Return a search whose nearly equal best have gone on: after a few rounds they are not yet what they will be."""
     level = [one for one in search.tried if one.gain > search.gain - settings.level]
@@ -187,22 +175,6 @@ def without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:
 def place_of_last(solution: Solution, middle_m: FloatArray, normal: FloatArray) -> tuple[float, float]:
     """Return azimuth (rad) and distance (m) of a solution's last mirror from a point, (3,), for the floor's normal."""
     return wall_towards(last_image(solution, middle_m) - middle_m, normal)
-
-
-def same_place(one: Solution, other: Solution) -> bool:
-    """Return whether the last mirrors of two solutions are the same, at nearly the same ln E."""
-    # as many mirrors, or there is nothing to compare
-    if len({len(solution.problem.inputs.planes) for solution in (one, other)}) > 1:
-        return False
-    images = [last_image(solution, solution.problem.inputs.release_m) for solution in (one, other)]
-    near = float(np.linalg.norm(images[0] - images[1])) < WALLS.same_m
-    return near and abs(log_evidence(one) - log_evidence(other)) < WALLS.level
-
-
-def last_image(solution: Solution, point_m: FloatArray) -> FloatArray:
-    """Return the image of a point in a solution's last mirror, shape (3,)."""
-    unknown = solution.problem.layout.plane_unknowns(solution.state.theta)[-1]
-    return solution.problem.inputs.planes[-1].image(point_m, unknown)
 
 
 def peaks(table: FloatArray, *, around: bool) -> list[int]:

@@ -11,9 +11,8 @@ from multiprocessing.synchronize import Event
 from typing import Any
 
 from radargui.experiment.batch.task import BatchOutcome, BatchTask, work_on
-from radargui.experiment.processing_apart import workers_ignoring_interrupts
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, UsageError, worded
-from radargui.model.workers import begin_worker
+from radargui.model.workers import begin_worker, workers_ignoring_interrupts
 
 _AHEAD = 2
 """Tasks that are handed out for each worker: one to work on, one to go on with."""

@@ -1,0 +1,250 @@
+"""Work that goes step by step, side by side on the cores of this computer: alternatives that are weighed as they go.
+
+What is found does not depend on where a step is done: each piece of work is done by one process from its first step
+to its last, by the same code, with one thread for numerics (decision 0052).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import multiprocessing
+import os
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextvars import ContextVar
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
+from typing import Any, Generic, TypeVar
+
+from radargui.model.workers import begin_worker, workers_ignoring_interrupts
+
+_log = logging.getLogger(__name__)
+
+_Have = TypeVar("_Have")
+_Summary = TypeVar("_Summary")
+Work = Callable[..., Iterator[tuple[_Have, _Summary]]]
+"""What a lane does: a function of a module, whose iterator has something after each step, and tells something of it."""
+
+_MOST = 4
+"""Processes: 80 MB each; with more, the longest alternative sets the time (decision 0052)."""
+_SPARED = 2
+"""Cores left to the reader of samples and to the window."""
+_WORTH = 4
+"""Pieces of work for which other processes are begun: with or without a floor is decided sooner than they begin."""
+_CLOSE_S = 1.0
+"""Given to a process that was told to end; it is ended then. Chosen by hand."""
+
+
+class Lane(Generic[_Have, _Summary]):
+    """Pieces of work that go step by step in this process.
+
+    Parameters
+    ----------
+    work
+        What is begun with the arguments of each piece.
+    """
+
+    def __init__(self, work: Work[_Have, _Summary]) -> None:
+        self._work = work
+        self._running: dict[int, Iterator[tuple[_Have, _Summary]]] = {}
+        self._have: dict[int, _Have] = {}
+        self._asked: Sequence[int] = ()
+
+    def begin(self, number: int, *args: object) -> None:
+        """Begin a piece of work; its first step is done when it is asked for."""
+        self._running[number] = self._work(*args)
+
+    def ask(self, numbers: Sequence[int]) -> None:
+        """Let these pieces go one step further; `answer` has to follow."""
+        self._asked = numbers
+
+    def answer(self) -> Iterator[tuple[int, _Summary]]:
+        """Yield what those that were asked tell after the step; those that have come to their end are left out."""
+        for number in self._asked:
+            for have, summary in self._running[number]:
+                self._have[number] = have
+                yield number, summary
+                break
+
+    def result(self, number: int) -> _Have:
+        """Return what a piece had after its last step."""
+        return self._have[number]
+
+    def clear(self) -> None:
+        """Forget all work."""
+        self._running, self._have = {}, {}
+
+
+class _LaneApart(Lane[_Have, _Summary]):
+    """A lane in a process of its own, which begins with it."""
+
+    def __init__(self, work: Work[_Have, _Summary]) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._connection, theirs = context.Pipe()
+        self._process: SpawnProcess = context.Process(
+            target=_serve, args=(theirs, work), name="radargui-lane", daemon=True
+        )
+        self._waits = False
+        try:
+            with workers_ignoring_interrupts():
+                self._process.start()
+        finally:
+            theirs.close()
+
+    @property
+    def pid(self) -> int:
+        """Process identifier."""
+        return self._process.pid or 0
+
+    def is_ready(self, within_s: float = 0.0) -> bool:
+        """Return whether the process has begun, and waits for work, now or within a time."""
+        if not self._waits and self._connection.poll(within_s):
+            self._waits = bool(self._connection.recv())
+        return self._waits
+
+    def begin(self, number: int, *args: object) -> None:
+        self._connection.send(("begin", (number, *args)))
+
+    def ask(self, numbers: Sequence[int]) -> None:
+        self._connection.send(("answer", numbers))
+
+    def answer(self) -> Iterator[tuple[int, _Summary]]:
+        yield from self._received()
+
+    def result(self, number: int) -> _Have:
+        self._connection.send(("result", number))
+        have: _Have = self._received()
+        return have
+
+    def clear(self) -> None:
+        self._connection.send(("clear", None))
+        # what was asked for before is answered before
+        while self._connection.recv() != ("cleared", None):
+            pass
+
+    def close(self) -> None:
+        """End the process; idempotent."""
+        self._connection.close()
+        self._process.join(_CLOSE_S)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+
+    def _received(self) -> Any:
+        kind, value = self._connection.recv()
+        if kind == "error":
+            raise value
+        return value
+
+
+def _serve(connection: Connection, work: Work[Any, Any]) -> None:
+    """Do what a lane is told until its other end is closed; in the process."""
+    begin_worker()
+    lane = Lane(work)
+    with contextlib.suppress(EOFError, OSError):
+        # said when all that the work imports has been read
+        connection.send(True)
+        while True:
+            kind, value = connection.recv()
+            if kind == "begin":
+                lane.begin(*value)
+            elif kind == "clear":
+                lane.clear()
+                connection.send(("cleared", None))
+            else:
+                connection.send(_answered(lane, kind, value))
+
+
+def _answered(lane: Lane[Any, Any], kind: str, value: Any) -> tuple[str, Any]:
+    try:
+        if kind == "result":
+            return "result", lane.result(value)
+        lane.ask(value)
+        return "answer", list(lane.answer())
+    except Exception as error:  # noqa: BLE001  raised again by who asked
+        return "error", error
+
+
+class Cores:
+    """Lanes on other cores, made when they are first wanted; not before, since each takes a second to begin.
+
+    Parameters
+    ----------
+    count
+        Of lanes; below two there are none, and all is done here.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.count = count if count > 1 else 0
+        self._lanes: list[_LaneApart[Any, Any]] = []
+
+    def lanes(self, work: Work[_Have, _Summary], pieces: int) -> Sequence[Lane[_Have, _Summary]]:
+        """Return lanes for some pieces of work: one here as long as the others are not ready.
+
+        Parameters
+        ----------
+        work
+            The same in each call.
+        pieces
+            How many there are: for four the other lanes are begun, for two they are used where they have been.
+        """
+        if self.count and not self._lanes and pieces >= _WORTH:
+            try:
+                self._lanes = [_LaneApart(work) for _ in range(self.count)]
+            except OSError:
+                self.give_up()
+        try:
+            ready = [lane for lane in self._lanes if lane.is_ready()] if pieces > 1 else []
+        except (EOFError, OSError):
+            self.give_up()
+            ready = []
+        return ready[:pieces] if len(ready) > 1 else [Lane(work)]
+
+    def wait_ready(self, within_s: float) -> bool:
+        """Return whether all lanes that were begun are ready within a time each."""
+        return bool(self._lanes) and all(lane.is_ready(within_s) for lane in self._lanes)
+
+    def processes(self) -> list[int]:
+        """Return the process identifiers of the lanes that were begun."""
+        return [lane.pid for lane in self._lanes]
+
+    def give_up(self) -> None:
+        """Do all here from now on: no process could be begun, or one has ended."""
+        _log.warning("Alternatives are computed one after the other: another process failed", exc_info=True)
+        self.count = 0
+        self.close()
+
+    def close(self) -> None:
+        """End the other lanes; idempotent."""
+        for lane in self._lanes:
+            lane.close()
+        self._lanes = []
+
+
+_NONE = Cores(0)
+_CORES: ContextVar[Cores] = ContextVar("cores", default=_NONE)
+
+
+def cores() -> Cores:
+    """Return the lanes that the work that goes on here may use."""
+    return _CORES.get()
+
+
+@contextlib.contextmanager
+def on_cores(count: int | None = None) -> Generator[Cores]:
+    """Let alternatives be computed side by side within this block.
+
+    For one run at a time: a batch keeps all cores busy with runs.
+
+    Parameters
+    ----------
+    count
+        Processes; None: up to four, two cores left to the reader and the window.
+    """
+    one = Cores(min(_MOST, (os.cpu_count() or 1) - _SPARED) if count is None else count)
+    before = _CORES.set(one)
+    try:
+        yield one
+    finally:
+        _CORES.reset(before)
+        one.close()

@@ -1,0 +1,134 @@
+"""Alternatives run side by side: who is behind or has met another is given up, wherever the steps are done."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import pytest
+from support.small_problem import WALL_PLANE, small_problem
+
+from radargui.estimation.select import race as race_module
+from radargui.estimation.select.converge import converge
+from radargui.estimation.select.race import Score, best_started, race, same_place, score_of
+from radargui.estimation.select.wall_grid import upright_planes
+from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
+from radargui.estimation.solve.minimise import Solution, log_evidence
+from radargui.estimation.solve.problem import Start
+from radargui.model.cores import Cores, Lane, on_cores
+from radargui.model.errors import CancelledError
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def nothing() -> None:
+    """Report no progress."""
+
+
+@pytest.fixture(scope="module")
+def hidden() -> Solution:
+    """The data have a wall 14 cm along +x; the model has none."""
+    return converge(small_problem(reflection=0.06, shown=(WALL_PLANE,), sigma=0.005).start, 3, nothing)
+
+
+def starts_at(solution: Solution, *azimuth_deg: float) -> list[Start]:
+    planes = upright_planes(positions_at_bins(solution).mean(axis=1), UP, np.radians(azimuth_deg), np.array([0.14]))
+    return [problem_with_mirrors(solution, (plane,)) for plane in planes]
+
+
+def test_of_many_starts_those_go_on_that_are_best_after_some_steps(hidden: Solution) -> None:
+    starts = starts_at(hidden, 120.0, 180.0)
+    (best,) = best_started(starts, 1, nothing)
+    assert best.problem.inputs.planes == starts[1].problem.inputs.planes
+    assert np.abs(best.state.theta - starts[1].state.theta).max() > 0.0
+
+
+def test_of_trials_that_meet_the_first_goes_on(hidden: Solution) -> None:
+    first, met, other = race(starts_at(hidden, 180.0, 182.0, 0.0), 1, nothing, (1e9,), met=same_place)
+    assert first is not None
+    assert met is None
+    assert other is not None
+    stand = [score_of(one, log_evidence(one)) for one in (first, other)]
+    assert not same_place(*stand)
+
+
+def test_who_is_behind_after_a_round_is_given_up_and_the_others_end_where_they_do_alone(hidden: Solution) -> None:
+    starts = starts_at(hidden, 180.0, 0.0)
+    there, gone = race(starts, 2, nothing, (10.0,))
+    assert gone is None
+    assert there is not None
+    assert log_evidence(there) == log_evidence(converge(starts[0], 2, nothing))
+
+
+def test_each_round_of_each_alternative_is_counted_once_and_a_cancelled_race_ends(hidden: Solution) -> None:
+    counted: list[int] = []
+
+    def third() -> None:
+        counted.append(1)
+        if len(counted) == 3:
+            raise CancelledError
+
+    with pytest.raises(CancelledError):
+        race(starts_at(hidden, 180.0, 0.0), 4, third, (1e9,))
+    assert len(counted) == 3
+    counted.clear()
+    race(starts_at(hidden, 180.0), 2, lambda: counted.append(1), (1e9,))
+    assert len(counted) == 2
+
+
+class Lost(Lane[Solution, Score]):
+    """A lane whose process is gone after some steps."""
+
+    left = 2
+
+    def answer(self) -> Iterator[tuple[int, Score]]:
+        if Lost.left == 0:
+            raise EOFError
+        Lost.left -= 1
+        yield from super().answer()
+
+    def clear(self) -> None:
+        raise BrokenPipeError
+
+
+class TwoLanes(Cores):
+    def lanes(self, work: object, pieces: int) -> Sequence[Lane[Solution, Score]]:  # type: ignore[override]
+        del work, pieces
+        return [Lane(race_module._alternative), Lost(race_module._alternative)]
+
+
+def test_where_another_process_is_lost_its_steps_are_done_again_here(
+    hidden: Solution, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    starts = starts_at(hidden, 180.0, 120.0, 0.0)
+    alone, counted = race(starts, 3, nothing, (1e9,)), []
+    lanes = TwoLanes(2)
+    monkeypatch.setattr(race_module, "cores", lambda: lanes)
+    found = race(starts, 3, lambda: counted.append(1), (1e9,))
+    assert Lost.left == 0
+    assert lanes.count == 0
+    for one, other in zip(alone, found, strict=True):
+        assert one is not None
+        assert other is not None
+        assert log_evidence(one) == log_evidence(other)
+    # a budget of rounds is not spent twice
+    assert len(counted) == 9
+
+
+def test_a_race_on_other_cores_ends_as_it_does_here(hidden: Solution) -> None:
+    starts = starts_at(hidden, 180.0, 182.0, 120.0, 0.0)
+    here = race(starts, 2, nothing, (200.0,), same_place)
+    first = best_started(starts, 2, nothing)
+    with on_cores(2) as lanes:
+        # nobody waits for processes to begin
+        race(starts, 1, nothing, (1e9,))
+        assert lanes.wait_ready(60.0)
+        apart = race(starts, 2, nothing, (200.0,), same_place)
+        apart_first = best_started(starts, 2, nothing)
+    assert [one is None for one in apart] == [one is None for one in here]
+    for one, other in zip([one for one in here if one], [one for one in apart if one], strict=True):
+        assert log_evidence(other) == pytest.approx(log_evidence(one), abs=1e-6)
+        assert positions_at_bins(other) == pytest.approx(positions_at_bins(one), abs=1e-10)
+    for before, after in zip(first, apart_first, strict=True):
+        assert after.problem.inputs.planes[-1].foot_m == pytest.approx(before.problem.inputs.planes[-1].foot_m)
+        assert after.state.theta == pytest.approx(before.state.theta, abs=1e-8)

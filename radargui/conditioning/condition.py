@@ -19,6 +19,7 @@ from radargui.conditioning.segment import Motion
 from radargui.conditioning.skew import remove_skew
 from radargui.conditioning.stretch import NO_MOTION, NoMotion, Stretch, find_stretch, only_tones
 from radargui.model.arrays import FloatArray, pairs_of
+from radargui.model.front_end import with_phase_sign
 from radargui.model.recording import Recording, channel_skew
 from radargui.model.result import Segment
 from radargui.model.setup import Setup
@@ -65,11 +66,9 @@ def condition(recording: Recording, setup: Setup) -> Conditioned | NoMotion:
 
 def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, phase_sign: int) -> Conditioned:
     signals, motion, noise_v = stretch.signals, stretch.motion, stretch.noise_v
-    volts, time_s, rate_hz, size = signals.volts, signals.time_s, signals.rate_hz, signals.size
-    pairs, as_wired = pairs_of(volts), volts
-    if phase_sign < 0:
-        volts = volts.copy()
-        volts[1::2] *= -1.0
+    time_s, rate_hz, size = signals.time_s, signals.rate_hz, signals.size
+    volts = with_phase_sign(signals.volts, phase_sign)
+    pairs = pairs_of(volts)
     moving = slice(motion.first, motion.last)
     # after the hum: its slow swing would hide that a channel stands at its end
     usable = signals.usable & ~plateaus(volts, moving)
@@ -94,7 +93,7 @@ def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, ph
         doppler = tuple(one.of_samples(look, moving.start) for one in found_in)
     motion = _widened(motion, doppler, echoes)
     (onset_s, rest_end_s), moving = rest_before(volts, time_s, motion), slice(motion.first, motion.last)
-    faults = with_open(faults_of(as_wired, noise_v, usable, doppler, moving), opened[:, moving])
+    faults = with_open(faults_of(volts, noise_v, usable, doppler, moving, phase_sign), opened[:, moving])
     usable &= ~opened
     if stretch.tones_hz:
         only = f"{only_tones(stretch.tones_hz)} moves it"

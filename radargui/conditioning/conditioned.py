@@ -28,8 +28,8 @@ _BY_CHANNEL, _BY_RECEIVER = ("volts", "usable", "noise_v", "delay_s"), ("doppler
 class Conditioned:
     """What every correction and every estimate starts from; nobody after it measures any of this again.
 
-    The wiring's sign is applied here and nowhere else: Q is negated where `phase_sign` is -1, so that for everything
-    that follows a longer path turns the phase forward.
+    The wiring's sign is applied already (`with_phase_sign`): for everything that follows a longer path turns the phase
+    forward.
 
     Attributes
     ----------

@@ -68,6 +68,7 @@ def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, ph
     signals, motion, noise_v = stretch.signals, stretch.motion, stretch.noise_v
     time_s, rate_hz, size = signals.time_s, signals.rate_hz, signals.size
     volts = with_phase_sign(signals.volts, phase_sign)
+    at_one_time_v = remove_skew(volts, rate_hz, delay_s, slow=size > 1)
     pairs = pairs_of(volts)
     moving = slice(motion.first, motion.last)
     # after the hum: its slow swing would hide that a channel stands at its end
@@ -81,9 +82,8 @@ def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, ph
     echoes: tuple[Echo | None, ...] = (None,) * len(pairs)
     if len(pairs) < 3:
         # they tell no position: each has to be followed by itself, and at rest too
-        at_one_time = remove_skew(volts, rate_hz, delay_s)
         found_hz = (*stretch.tones_hz, *(() if stretch.hum is None else stretch.hum.lines_hz))
-        alone = [follow_receiver(at_one_time[pair], usable[pair], rate_hz, noise_v[pair], found_hz) for pair in pairs]
+        alone = [follow_receiver(at_one_time_v[pair], usable[pair], rate_hz, noise_v[pair], found_hz) for pair in pairs]
         doppler, echoes = tuple(one for one, _ in alone), tuple(echo for _, echo in alone)
     else:
         # what holds a path has more samples than its spectra need
@@ -103,6 +103,7 @@ def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, ph
         size,
         time_s,
         volts,
+        at_one_time_v,
         usable,
         noise_v,
         Segment(motion.first, motion.last, 0, int(np.searchsorted(time_s, rest_end_s))),

@@ -95,7 +95,7 @@ def scaled_signals(conditioned: Conditioned) -> ScaledSignals:
         if mixer is not None:
             pair = slice(2 * k, 2 * k + 2)
             gain, eps = mixer.gain_ratio, float(np.radians(mixer.quadrature_error_deg))
-            i, q = conditioned.at_one_time()[pair]
+            i, q = conditioned.at_one_time_v[pair]
             # before a channel's first sample there is nothing to interpolate: extrapolated, it was 48 deviations off
             usable &= conditioned.time_s >= conditioned.time_s[0] + delay_s[pair].max()
             volts[pair], delay_s[pair] = point_of(i, q, gain, eps), 0.0

@@ -6,7 +6,7 @@ from dataclasses import replace
 from datetime import datetime
 from functools import partial
 
-from radargui.acquisition.health import Health, health_record, snapshot
+from radargui.acquisition.health import Health, Status, health_record, snapshot
 from radargui.acquisition.live_track import LiveTrack
 from radargui.acquisition.live_worker import LiveWorker
 from radargui.acquisition.recorder import Recorder
@@ -52,10 +52,6 @@ class Acquisition:
 
     Attributes
     ----------
-    state
-        Where the acquisition is.
-    error
-        Why it failed; None while all is well.
     recorder
         What records; None where nothing is recorded.
     """
@@ -84,52 +80,56 @@ class Acquisition:
             patient=patient,
         )
         self._on_end = on_end
+        # written under the lock, read as it is
         self._lock = threading.RLock()
+        self._status = Status()
         self._done = threading.Event()
-        self.state = AcquisitionState.IDLE
-        self._stop_requested = False
-        self._stopped_by_operator = False
-        self.error: RadarGuiError | None = None
-        self._live_error: RadarGuiError | None = None
         self._reader: threading.Thread | None = None
         self._others: list[threading.Thread] = []
-        self._stream: Stream | None = None
+
+    @property
+    def state(self) -> AcquisitionState:
+        """Where the acquisition is."""
+        return self._status.state
+
+    @property
+    def error(self) -> RadarGuiError | None:
+        """Why it failed; None while all is well."""
+        return self._status.error
 
     @property
     def digitisation(self) -> Digitisation | None:
         """How samples are digitised; None before the source is open."""
-        return self._stream.digitisation if self._stream else None
+        return stream.digitisation if (stream := self._status.stream) else None
 
     @property
     def ring(self) -> Ring | None:
         """The last seconds of samples, to pull from; None before the source is open."""
-        return self._stream.ring if self._stream else None
+        return stream.ring if (stream := self._status.stream) else None
 
     @property
     def live(self) -> LiveTrack | None:
         """The last seconds of live estimates, to pull from; None before the source is open or without live track."""
-        return self._stream.track if self._stream else None
+        return stream.track if (stream := self._status.stream) else None
 
     @property
     def health(self) -> Health:
         """A snapshot; made in the caller's thread."""
-        return snapshot(self.state, self._stream, self.recorder, self._live_error, self.error)
+        return snapshot(self._status, self.recorder)
 
     def start(self) -> None:
         """Open the source and begin, in the reader's thread; idempotent, and without effect after `stop`."""
         with self._lock:
             if self.state is not AcquisitionState.IDLE:
                 return
-            self.state = AcquisitionState.OPENING
+            self._status = replace(self._status, state=AcquisitionState.OPENING)
             # daemon: a driver that hangs must not keep the program from ending
             self._reader = threading.Thread(target=self._run, name="acquisition-reader", daemon=True)
             self._reader.start()
 
     def request_stop(self) -> None:
         """Let the acquisition end soon, without waiting for it; from any thread, any number of times."""
-        if not self._stop_requested:
-            self._stopped_by_operator = True
-        self._stop_soon()
+        self._stop_soon(Ending.STOPPED)
 
     def stop(self, timeout_s: float = _LONGEST_STOP_S) -> None:
         """End the acquisition and wait until all threads are gone; from any thread, any number of times.
@@ -154,10 +154,12 @@ class Acquisition:
         self._end()
 
     def _open_and_read(self) -> None:
-        stream = self._stream = self._make_stream(self._source.open())
+        stream = self._make_stream(self._source.open())
+        with self._lock:
+            self._status = replace(self._status, stream=stream)
         if not self._begin(stream):
             return
-        while not self._stop_requested and (block := self._source.read()) is not None:
+        while self._status.ending is None and (block := self._source.read()) is not None:
             stream.take(block)
             if stream.reading.backlog_is_due():
                 stream.reading.backlog = self._source.backlog()
@@ -168,10 +170,10 @@ class Acquisition:
             self.recorder.prepare(stream.digitisation, datetime.now().astimezone(), self._source.truth)
         with self._lock:
             # Under the lock, so that nobody stops the source between the question and the start.
-            if self._stop_requested:
+            if self._status.ending is not None:
                 return False
             self._source.start()
-            self.state = AcquisitionState.RUNNING
+            self._status = replace(self._status, state=AcquisitionState.RUNNING)
         if self.recorder is not None and stream.queue is not None:
             self._run_beside(partial(self._record, stream, self.recorder, stream.queue), "acquisition-recorder")
         if stream.worker is not None:
@@ -212,17 +214,19 @@ class Acquisition:
         return {**health_record(health, stream.peaks), "line": own.line()}
 
     def _estimate(self, worker: LiveWorker) -> None:
-        self._live_error = attempt(worker.run, "The live track")
+        error = attempt(worker.run, "The live track")
+        with self._lock:
+            self._status = replace(self._status, live_error=error)
         # A run that is being recorded cannot be repeated: it goes on without a live track.
         if self.recorder is None:
-            self._fail(self._live_error)
+            self._fail(error)
 
     def _end(self) -> None:
         with self._lock:
-            self.state = AcquisitionState.STOPPING
+            status = self._status = replace(self._status, state=AcquisitionState.STOPPING)
         self._guarded(self._source.stop, "Stopping the source")
-        if self._stream is not None:
-            self._stream.close()
+        if status.stream is not None:
+            status.stream.close()
         for thread in self._others:
             thread.join()
         recorder = self.recorder
@@ -231,35 +235,36 @@ class Acquisition:
         self._guarded(self._source.close, "Closing the source")
         with self._lock:
             # who gives up waiting may tell an error meanwhile
-            self.state = AcquisitionState.STOPPED if self.error is None else AcquisitionState.FAILED
+            state = AcquisitionState.STOPPED if self.error is None else AcquisitionState.FAILED
+            self._status = replace(self._status, state=state)
         if self._on_end is not None:
             self._guarded(self._on_end, "Telling the end")
         self._done.set()
 
     def _ending(self) -> Ending:
-        if self.error is not None:
-            return Ending.FAILED
-        return Ending.STOPPED if self._stopped_by_operator else Ending.END_OF_DATA
+        status = self._status
+        return Ending.FAILED if status.error is not None else status.ending or Ending.END_OF_DATA
 
     def _fail(self, error: RadarGuiError | None) -> None:
         if error is None:
             return
-        with self._lock:
-            # the first failure is the cause, later ones follow from it
-            self.error = self.error or error
+        self._note(error)
         self._stop_soon()
 
-    def _stop_soon(self) -> None:
+    def _note(self, error: RadarGuiError | None) -> None:
         with self._lock:
-            self._stop_requested = True
+            # the first failure is the cause, later ones follow from it
+            self._status = replace(self._status, error=self.error or error)
+
+    def _stop_soon(self, why: Ending = Ending.END_OF_DATA) -> None:
+        with self._lock:
+            self._status = replace(self._status, ending=self._status.ending or why)
             if self.state is AcquisitionState.IDLE:
-                self.state = AcquisitionState.STOPPED
+                self._status = replace(self._status, state=AcquisitionState.STOPPED)
                 self._done.set()
             if self.state is AcquisitionState.RUNNING:
                 self._guarded(self._source.stop, "Stopping the source")
 
     def _guarded(self, step: Callable[[], None], what: str) -> None:
         """Do a step of ending; its failure is reported but does not keep the next step from being done."""
-        error = attempt(step, what)
-        with self._lock:
-            self.error = self.error or error
+        self._note(attempt(step, what))

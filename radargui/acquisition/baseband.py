@@ -11,6 +11,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from radargui.acquisition.ring import Ring
 from radargui.conditioning.hum import HARMONICS, MAINS_HZ
 from radargui.model.arrays import ComplexArray, FloatArray
+from radargui.model.front_end import with_phase_sign
 
 _RATE_OF_BAND = 4
 """Samples per second kept for each hertz of half the band: the filter may fall over as much as the band is wide."""
@@ -184,7 +185,8 @@ class Baseband:
         if not span.volts.shape[1]:
             return False
         self.end = span.first_index + span.volts.shape[1]
-        new = span.volts[0::2] + 1j * self._sign * span.volts[1::2]
+        volts = with_phase_sign(span.volts, self._sign)
+        new = volts[0::2] + 1j * volts[1::2]
         joined = new if self._tail is None else np.concatenate([self._tail, new], axis=1)
         count = max(0, (joined.shape[1] - self._taps.size) // self._step + 1)
         if count:

@@ -7,12 +7,37 @@ import numpy as np
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.ring import Ring
 from radargui.acquisition.run_output import LOW_S, Level, levels
-from radargui.acquisition.run_plan import AcquisitionState
+from radargui.acquisition.run_plan import AcquisitionState, Ending
 from radargui.acquisition.stream import Peaks, Stream
 from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
 from radargui.model.errors import RadarGuiError
 from radargui.model.recording import Digitisation
 from radargui.model.words import percent
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """What the threads of an acquisition have to say of it; replaced as a whole, so that whoever looks sees one moment.
+
+    Attributes
+    ----------
+    state
+        Where it is.
+    stream
+        Where the samples go; None before the source is open.
+    ending
+        Why it is to end, STOPPED or END_OF_DATA, as was said first; None while it is not.
+    live_error
+        Why there is no live track any more.
+    error
+        Why it failed.
+    """
+
+    state: AcquisitionState = AcquisitionState.IDLE
+    stream: Stream | None = None
+    ending: Ending | None = None
+    live_error: RadarGuiError | None = None
+    error: RadarGuiError | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,18 +169,19 @@ def health_record(health: Health, peaks: Peaks) -> dict[str, object]:
     }
 
 
-def snapshot(
-    state: AcquisitionState,
-    stream: Stream | None,
-    recorder: Recorder | None,
-    live_error: RadarGuiError | None,
-    error: RadarGuiError | None,
-) -> Health:
-    """Return the health now; `stream` is None before the source is open."""
+def snapshot(status: Status, recorder: Recorder | None) -> Health:
+    """Return the health now; `recorder` is None where nothing is recorded."""
+    stream = status.stream
     free, lost_file = (None, "") if recorder is None else (recorder.disk_free_bytes, recorder.lost_file)
     why = "" if recorder is None else recorder.objection
-    health = Health(state, disk_free_bytes=free, lost_file=lost_file, live_error=live_error, error=error)
-    health = replace(health, hardly_seen=hardly_seen(why))
+    health = Health(
+        status.state,
+        disk_free_bytes=free,
+        lost_file=lost_file,
+        hardly_seen=hardly_seen(why),
+        live_error=status.live_error,
+        error=status.error,
+    )
     if stream is None:
         return health
     reading, queue, worker, rate_hz = stream.reading, stream.queue, stream.worker, stream.digitisation.sample_rate_hz

@@ -19,6 +19,7 @@ from radargui.conditioning.segment import Motion
 from radargui.conditioning.skew import remove_skew
 from radargui.conditioning.stretch import NO_MOTION, NoMotion, Stretch, find_stretch, only_tones
 from radargui.model.arrays import FloatArray, pairs_of
+from radargui.model.front_end import with_phase_sign
 from radargui.model.recording import Recording, channel_skew
 from radargui.model.result import Segment
 from radargui.model.setup import Setup
@@ -65,11 +66,10 @@ def condition(recording: Recording, setup: Setup) -> Conditioned | NoMotion:
 
 def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, phase_sign: int) -> Conditioned:
     signals, motion, noise_v = stretch.signals, stretch.motion, stretch.noise_v
-    volts, time_s, rate_hz, size = signals.volts, signals.time_s, signals.rate_hz, signals.size
-    pairs, as_wired = pairs_of(volts), volts
-    if phase_sign < 0:
-        volts = volts.copy()
-        volts[1::2] *= -1.0
+    time_s, rate_hz, size = signals.time_s, signals.rate_hz, signals.size
+    volts = with_phase_sign(signals.volts, phase_sign)
+    at_one_time_v = remove_skew(volts, rate_hz, delay_s, slow=size > 1)
+    pairs = pairs_of(volts)
     moving = slice(motion.first, motion.last)
     # after the hum: its slow swing would hide that a channel stands at its end
     usable = signals.usable & ~plateaus(volts, moving)
@@ -82,9 +82,8 @@ def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, ph
     echoes: tuple[Echo | None, ...] = (None,) * len(pairs)
     if len(pairs) < 3:
         # they tell no position: each has to be followed by itself, and at rest too
-        at_one_time = remove_skew(volts, rate_hz, delay_s)
         found_hz = (*stretch.tones_hz, *(() if stretch.hum is None else stretch.hum.lines_hz))
-        alone = [follow_receiver(at_one_time[pair], usable[pair], rate_hz, noise_v[pair], found_hz) for pair in pairs]
+        alone = [follow_receiver(at_one_time_v[pair], usable[pair], rate_hz, noise_v[pair], found_hz) for pair in pairs]
         doppler, echoes = tuple(one for one, _ in alone), tuple(echo for _, echo in alone)
     else:
         # what holds a path has more samples than its spectra need
@@ -94,7 +93,7 @@ def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, ph
         doppler = tuple(one.of_samples(look, moving.start) for one in found_in)
     motion = _widened(motion, doppler, echoes)
     (onset_s, rest_end_s), moving = rest_before(volts, time_s, motion), slice(motion.first, motion.last)
-    faults = with_open(faults_of(as_wired, noise_v, usable, doppler, moving), opened[:, moving])
+    faults = with_open(faults_of(volts, noise_v, usable, doppler, moving, phase_sign), opened[:, moving])
     usable &= ~opened
     if stretch.tones_hz:
         only = f"{only_tones(stretch.tones_hz)} moves it"
@@ -104,6 +103,7 @@ def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, ph
         size,
         time_s,
         volts,
+        at_one_time_v,
         usable,
         noise_v,
         Segment(motion.first, motion.last, 0, int(np.searchsorted(time_s, rest_end_s))),

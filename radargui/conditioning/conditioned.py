@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from radargui.conditioning.doppler import Doppler
-from radargui.conditioning.skew import remove_skew
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.result import Segment
 
@@ -21,15 +20,15 @@ if TYPE_CHECKING:
     from radargui.conditioning.echo import Echo
 
 
-_BY_CHANNEL, _BY_RECEIVER = ("volts", "usable", "noise_v", "delay_s"), ("doppler", "echoes", "faults")
+_BY_CHANNEL, _BY_RECEIVER = ("volts", "at_one_time_v", "usable", "noise_v", "delay_s"), ("doppler", "echoes", "faults")
 
 
 @dataclass(frozen=True, slots=True)
 class Conditioned:
     """What every correction and every estimate starts from; nobody after it measures any of this again.
 
-    The wiring's sign is applied here and nowhere else: Q is negated where `phase_sign` is -1, so that for everything
-    that follows a longer path turns the phase forward.
+    The wiring's sign is applied already (`with_phase_sign`): for everything that follows a longer path turns the phase
+    forward.
 
     Attributes
     ----------
@@ -41,6 +40,8 @@ class Conditioned:
         Of channel 0, shape (n_samples,).
     volts
         I1, Q1, I2, ... finite, hum and tones taken off, wiring's sign applied, shape (2 n_receivers, n_samples).
+    at_one_time_v
+        The same with the multiplexer's delay taken off: all channels interpolated to the time of channel 0.
     usable
         False where a channel is clipped or was not a number, shape (2 n_receivers, n_samples).
     noise_v
@@ -71,6 +72,7 @@ class Conditioned:
     size: int
     time_s: FloatArray = field(repr=False)
     volts: FloatArray = field(repr=False)
+    at_one_time_v: FloatArray = field(repr=False)
     usable: BoolArray = field(repr=False)
     noise_v: FloatArray
     segment: Segment
@@ -125,7 +127,3 @@ class Conditioned:
     def unusable_share(self) -> FloatArray:
         """Share of each receiver's samples that cannot be used, shape (n_receivers,)."""
         return np.asarray((~self.usable).reshape(self.n_receivers, 2, -1).any(axis=1).mean(axis=1))
-
-    def at_one_time(self) -> FloatArray:
-        """Return the volts with all channels interpolated to the time of channel 0, same shape."""
-        return remove_skew(self.volts, self.sample_rate_hz, self.delay_s, slow=self.size > 1)

@@ -9,6 +9,7 @@ import numpy as np
 from radargui.conditioning.averager import Averager
 from radargui.geometry.path_length import path_gradient, place_antennas
 from radargui.model.arrays import BoolArray, FloatArray, RawArray, runs_of
+from radargui.model.front_end import with_phase_sign
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
@@ -113,11 +114,11 @@ class FallTest:
         self._averager = Averager(digitisation, max(1, round(rate / RATE_HZ)))
         self._rate_hz = rate / self._averager.size
         self._means: list[FloatArray] = []
-        self._rad_per_m = setup.radar.phase_sign * radians_fallen(setup)
+        self._sign, self._rad_per_m = setup.radar.phase_sign, radians_fallen(setup)
 
     def push(self, samples: RawArray) -> None:
         """Take the next samples of the run, shape (n_channels, n)."""
-        self._means.append(self._averager.push(samples))
+        self._means.append(with_phase_sign(self._averager.push(samples), self._sign))
 
     def refusal(self) -> str:
         """Return why the run is no drop; empty where a fall is in it."""

@@ -103,18 +103,20 @@ def plateaus(volts: RawArray, moving: slice) -> BoolArray:
 
 
 def faults_of(
-    as_wired: FloatArray, noise_v: FloatArray, usable: BoolArray, doppler: tuple[Doppler, ...], moving: slice
+    volts: FloatArray,
+    noise_v: FloatArray,
+    usable: BoolArray,
+    doppler: tuple[Doppler, ...],
+    moving: slice,
+    phase_sign: int,
 ) -> tuple[str, ...]:
-    """Return why a receiver is none, one a receiver; the voltages are without the wiring's sign."""
+    """Return why a receiver is none, one a receiver."""
     faults = [
-        check_receiver(
-            own.between(moving.start, moving.stop), as_wired[pair, moving], noise_v[pair], usable[pair, moving]
-        )
-        for own, pair in zip(doppler, pairs_of(as_wired), strict=True)
+        check_receiver(own.between(moving.start, moving.stop), volts[pair, moving], noise_v[pair], usable[pair, moving])
+        for own, pair in zip(doppler, pairs_of(volts), strict=True)
     ]
     names, own = iq_names(len(faults)), tuple(faults)
-    # a cable on I and on Q of another shows the same where no sign is applied
-    for a, b in same_channels(as_wired[:, moving], noise_v, as_wired[:, : moving.start]):
+    for a, b in same_channels(volts[:, moving], noise_v, volts[:, : moving.start], phase_sign):
         for one, other in ((a, b), (b, a)):
             innocent = own[other // 2] or is_worse_pair(doppler[other // 2], doppler[one // 2])
             if own[one // 2] or not innocent:

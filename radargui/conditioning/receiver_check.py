@@ -183,7 +183,9 @@ def _angles_deg(doppler: Doppler, frames: BoolArray) -> FloatArray:
     return np.abs(np.degrees(np.angle(doppler.q[frames] * doppler.i[frames].conj())))
 
 
-def same_channels(volts: FloatArray, noise_v: FloatArray, rest_v: FloatArray) -> tuple[tuple[int, int], ...]:
+def same_channels(
+    volts: FloatArray, noise_v: FloatArray, rest_v: FloatArray, phase_sign: int = 1
+) -> tuple[tuple[int, int], ...]:
     """Return pairs of channels of different receivers that show one and the same voltage: one cable on two inputs.
 
     Two echoes seldom agree in offset, amplitude and phase at once within a few hundredths; where they do in I and in Q,
@@ -198,13 +200,17 @@ def same_channels(volts: FloatArray, noise_v: FloatArray, rest_v: FloatArray) ->
         White noise of each channel.
     rest_v
         At rest before it, shape (2 n_receivers, n_at_rest); with too little of it the motion is compared.
+    phase_sign
+        Of the wiring, applied to both.
     """
     n_receivers = volts.shape[0] // 2
-    apart = _mean_squares_apart(volts)
+    # a cable on I and on Q of another shows the same where no sign is applied
+    sign = np.tile([1.0, float(phase_sign)], n_receivers)
+    apart = _mean_squares_apart(volts, sign)
     unlike = apart
     if rest_v.shape[1] > LEAST_SAMPLES:
         # differences: a hum is shared by all cables, white noise by one alone
-        unlike = 0.5 * _mean_squares_apart(np.diff(rest_v, axis=1))
+        unlike = 0.5 * _mean_squares_apart(np.diff(rest_v, axis=1), sign)
     noise = np.add.outer(noise_v**2, noise_v**2)
     shown = np.minimum.outer(volts.var(axis=1), volts.var(axis=1))
     alike = (shown > 0.0) & (apart < np.minimum(SETTINGS.same**2 * shown + 2.0 * noise, 0.05 * shown))
@@ -219,8 +225,8 @@ def same_channels(volts: FloatArray, noise_v: FloatArray, rest_v: FloatArray) ->
     return tuple(found)
 
 
-def _mean_squares_apart(volts: FloatArray) -> FloatArray:
-    """Return the mean square of each channel's difference from each other, by the products of all with all."""
-    products = volts @ volts.T / volts.shape[1]
+def _mean_squares_apart(volts: FloatArray, sign: FloatArray) -> FloatArray:
+    """Return the mean square of each channel's difference from each other, signed, by the products of all with all."""
+    products = np.outer(sign, sign) * (volts @ volts.T) / volts.shape[1]
     own = np.diagonal(products)
     return np.asarray(np.maximum(own[:, None] + own - 2.0 * products, 0.0))

@@ -57,7 +57,7 @@ def correct(
         Corrected IQ and the unwrapped phase of its valid samples, shape (n_receivers, n_samples). A receiver that
         cannot be corrected is NaN, its quality "rejected" with the reason.
     """
-    volts, segment = conditioned.at_one_time(), conditioned.segment
+    volts, segment = conditioned.at_one_time_v, conditioned.segment
     n_receivers = conditioned.n_receivers
     corrected = np.full(volts.shape, np.nan)
     u_phase, phase = (np.full((n_receivers, conditioned.n_samples), np.nan) for _ in range(2))

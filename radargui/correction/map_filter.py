@@ -146,7 +146,7 @@ class MapFilter:
     Parameters
     ----------
     rad_per_m
-        Phase over path length, sign included.
+        Phase over path length.
 
     Attributes
     ----------

@@ -11,7 +11,7 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.spectral_front_end import front_end_of
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError
-from radargui.model.front_end import FrontEnd, noise_across, point_of
+from radargui.model.front_end import FrontEnd, noise_across, point_of, with_phase_sign
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,7 @@ def scaled_signals(conditioned: Conditioned) -> ScaledSignals:
         if mixer is not None:
             pair = slice(2 * k, 2 * k + 2)
             gain, eps = mixer.gain_ratio, float(np.radians(mixer.quadrature_error_deg))
-            i, q = conditioned.at_one_time()[pair]
+            i, q = conditioned.at_one_time_v[pair]
             # before a channel's first sample there is nothing to interpolate: extrapolated, it was 48 deviations off
             usable &= conditioned.time_s >= conditioned.time_s[0] + delay_s[pair].max()
             volts[pair], delay_s[pair] = point_of(i, q, gain, eps), 0.0
@@ -129,7 +129,7 @@ def scaled_signals(conditioned: Conditioned) -> ScaledSignals:
 
 def _before(scale_v: FloatArray, phase_sign: int) -> FloatArray:
     """Return unit and sign of the channel before over those of each channel, shape (2 n_receivers,)."""
-    unit = np.repeat(scale_v, 2) * np.tile([1.0, float(phase_sign)], scale_v.size)
+    unit = with_phase_sign(np.repeat(scale_v, 2), phase_sign)
     return np.asarray(np.roll(unit, 1) / unit)
 
 

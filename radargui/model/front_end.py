@@ -89,6 +89,26 @@ class FrontEndPrior:
     used: bool = True
 
 
+def with_phase_sign(volts: FloatArray, phase_sign: int) -> FloatArray:
+    """Return I1, Q1, I2, ... with Q negated where the wiring inverts it, a new array then.
+
+    Whatever measures starts from what this returns: a longer path turns every phase forward there. It is its own
+    inverse.
+
+    Parameters
+    ----------
+    volts
+        Shape (2 n_receivers, ...).
+    phase_sign
+        `Radar.phase_sign`.
+    """
+    if phase_sign > 0:
+        return volts
+    out = volts.copy()
+    out[1::2] *= -1.0
+    return out
+
+
 def channels_of(
     z_of_i: ComplexArray, z_of_q: ComplexArray, gain_ratio: float, quadrature_error_rad: float
 ) -> FloatArray:

@@ -13,6 +13,7 @@ from radargui.geometry.bistatic import locate_exact
 from radargui.geometry.path_length import place_antennas
 from radargui.geometry.scattering import sphere_delay
 from radargui.model.arrays import FloatArray, IntArray, RawArray
+from radargui.model.radar import Radar
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
 from radargui.processing.live_doubts import Doubts
@@ -54,7 +55,7 @@ class LiveMemory:
 
     def __init__(self) -> None:
         self._filters: list[MapFilter] = []
-        self._rad_per_m = 0.0
+        self._radar: Radar | None = None
 
     @property
     def is_warm(self) -> bool:
@@ -65,19 +66,12 @@ class LiveMemory:
         """Forget all: what was learned leads astray."""
         self._filters = []
 
-    def filters(self, rad_per_m: float, n_receivers: int) -> list[MapFilter]:
-        """Return the filters for a radar; new ones where those of before belong to another one.
-
-        Parameters
-        ----------
-        rad_per_m
-            Phase over path length, sign included.
-        n_receivers
-            How many.
-        """
-        if len(self._filters) != n_receivers or rad_per_m != self._rad_per_m:
-            self._filters = [MapFilter(rad_per_m) for _ in range(n_receivers)]
-            self._rad_per_m = rad_per_m
+    def filters(self, setup: Setup) -> list[MapFilter]:
+        """Return the filters for a setup; new ones where those of before belong to another radar."""
+        if len(self._filters) != setup.n_receivers or setup.radar != self._radar:
+            rad_per_m = 2.0 * np.pi / setup.radar.wavelength_m
+            self._filters = [MapFilter(rad_per_m) for _ in range(setup.n_receivers)]
+            self._radar = setup.radar
         return self._filters
 
 
@@ -115,11 +109,9 @@ class LiveProcessor:
         self._locates = setup.n_receivers >= LEAST_RECEIVERS
         self._delay = sphere_delay(setup)
         self._release_m = np.array(setup.tracer.release_position_m)
-        # the wiring's sign once, here: behind it a longer path is a larger phase
-        self._rad_per_m = setup.radar.phase_sign * 2.0 * np.pi / setup.radar.wavelength_m
-        self._filters = self._memory.filters(self._rad_per_m, setup.n_receivers)
+        self._filters = self._memory.filters(setup)
         self._trigger = MotionTrigger(digitisation, setup.recording.threshold)
-        self._samples = LiveSamples(digitisation, setup.daq)
+        self._samples = LiveSamples(digitisation, setup.daq, setup.radar.phase_sign)
         self._slow = SlowMotion(self._samples.rate_hz, digitisation.sample_rate_hz, setup.recording.threshold)
         self._hum: Hum | None = None
         self._hum_from_s = 0.0
@@ -210,8 +202,9 @@ class LiveProcessor:
         if self._mode is not _Mode.RESTING and self._is_back(estimate):
             # after a gap nobody knows where it rests: it counts from there as if that were its release, and says so
             self._begin_at_release()
-        anew, doubt = self._release.began_anew, self._doubt
-        return replace(estimate, began_anew=anew, doubt=doubt) if anew or doubt else estimate
+        # shown beside the recorded Q
+        q = self._setup.radar.phase_sign * estimate.q
+        return replace(estimate, q=q, began_anew=self._release.began_anew, doubt=self._doubt)
 
     def _estimate_by_mode(self, new: Means, *, fast: bool) -> LiveEstimate:
         if new.count == 0 or self._mode is _Mode.LOST:
@@ -292,7 +285,7 @@ class LiveProcessor:
             # turns may be lost already, and are not found again before the next rest; maps that have gone astray
             # would lead the next motion astray as well
             self._memory.forget()
-            self._filters = self._memory.filters(self._rad_per_m, self._setup.n_receivers)
+            self._filters = self._memory.filters(self._setup)
             self._lose(doubt, seen=False)
             return self._unknown(new.index[skip:], moving=moving)
         return LiveEstimate(new.index[skip:], i, q, *self._locate(change), moving)

@@ -41,7 +41,7 @@ class Doubts:
     """
 
     def __init__(self, setup: Setup, rate_hz: float) -> None:
-        self._n, self._wavelength_m = setup.n_receivers, setup.radar.wavelength_m
+        self._n, self._wavelength_m, self._sign = setup.n_receivers, setup.radar.wavelength_m, setup.radar.phase_sign
         self._falls = FallWatch(setup, rate_hz)
         self.begin()
 
@@ -94,7 +94,7 @@ class Doubts:
             return f"receiver {backwards[0] + 1} falls upwards: are I and Q swapped?"
         if self._compared < BLOCKS_COMPARED and (high - low).max() > self._wavelength_m:
             self._compared += 1
-            for one, other in same_channels(volts, noise_v, rest_v):
+            for one, other in same_channels(volts, noise_v, rest_v, self._sign):
                 return f"receivers {one // 2 + 1} and {other // 2 + 1} have one cable"
         return ""
 

@@ -17,7 +17,7 @@ class LiveEstimate:
         Absolute sample index of each column, shape (n,), ascending; samples of the first fringes come late, when the
         correction is known.
     i, q
-        Corrected, in amplitudes, shape (n_receivers, n); NaN while the correction is not known.
+        Corrected, in amplitudes, Q as it is wired, shape (n_receivers, n); NaN while the correction is not known.
     change_m
         Change of path length from the rest, shape (n_receivers, n); NaN while unknown.
     position_m

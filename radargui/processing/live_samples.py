@@ -9,6 +9,7 @@ import numpy as np
 from radargui.conditioning.averager import Averager
 from radargui.model.arrays import BoolArray, FloatArray, IntArray, RawArray, runs_of
 from radargui.model.daq import Daq
+from radargui.model.front_end import with_phase_sign
 from radargui.model.recording import Digitisation, channel_skew
 
 LIVE_RATE_HZ = 4000.0
@@ -22,7 +23,7 @@ class Means:
     Attributes
     ----------
     volts
-        At the time of channel 0, shape (n_channels, n).
+        At the time of channel 0, the wiring's sign applied, shape (n_channels, n).
     index
         Absolute sample index of each block's middle, shape (n,).
     """
@@ -57,6 +58,8 @@ class LiveSamples:
         How the samples to be pushed were taken.
     daq
         Tells the multiplexer skew where the samples come without it.
+    phase_sign
+        Of the wiring.
 
     Attributes
     ----------
@@ -64,8 +67,8 @@ class LiveSamples:
         Block means per second.
     """
 
-    def __init__(self, digitisation: Digitisation, daq: Daq) -> None:
-        self._n_channels = digitisation.n_channels
+    def __init__(self, digitisation: Digitisation, daq: Daq, phase_sign: int) -> None:
+        self._n_channels, self._sign = digitisation.n_channels, phase_sign
         # a mean of n samples has 1 / sqrt(n) of their noise, and its low-pass is far above any Doppler of a drop
         self._averager = Averager(digitisation, max(1, round(digitisation.sample_rate_hz / LIVE_RATE_HZ)))
         self.rate_hz = digitisation.sample_rate_hz / self._averager.size
@@ -108,7 +111,7 @@ class LiveSamples:
         The multiplexer takes channel k later by k times the skew: its value at the time of channel 0 lies between two
         means, on a line.
         """
-        means = self._averager.push(samples)
+        means = with_phase_sign(self._averager.push(samples), self._sign)
         size, count = self._averager.size, means.shape[1]
         index = self._next_index + np.arange(count, dtype=np.intp) * size + size // 2
         self._next_index += count * size

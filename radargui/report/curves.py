@@ -9,6 +9,7 @@ import numpy as np
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.published import ChannelSteps, PublishedSteps
 from radargui.model.arrays import FloatArray, IntArray
+from radargui.model.front_end import with_phase_sign
 from radargui.model.result import FreeFall, RunResult, Segment
 from radargui.model.rounding import alone
 from radargui.report.decimation import COLUMNS, EMPTY, Curve, envelope, every
@@ -237,7 +238,7 @@ class _Taker:
         return np.asarray(values[row, self.first : self.last])
 
     def _receiver(self, row: int) -> ReceiverCurves:
-        raw_i, raw_q = self.volts[2 * row], self.volts[2 * row + 1]
+        raw = self.volts[2 * row : 2 * row + 2]
         corrected, paths = self.result.corrected, self.result.paths
         # in the precision that files keep: a stored result draws what a computed one does, sample by sample
         i, q = (
@@ -245,13 +246,12 @@ class _Taker:
             for values in ((corrected.i, corrected.q) if corrected else (None, None))
         )
         phase = self._part(paths.phase_rad if paths else None, row)
-        sign = self.result.setup.radar.phase_sign
-        phase_raw = sign * unwrap(wrapped_phase(raw_i, raw_q)[None])[0]
+        phase_raw = unwrap(wrapped_phase(*with_phase_sign(raw, self.result.setup.radar.phase_sign))[None])[0]
         phase_raw = phase_raw - self._at_start(phase_raw, phase)
         ends = [self.first + place for place in (*self.breaks, *self.restarts)]
         return ReceiverCurves(
             name=str(row + 1),
-            raw=self._pair(raw_i, raw_q),
+            raw=self._pair(*raw),
             corrected=self._pair(i, q),
             phase_raw=self._curve(phase_raw),
             phase=self._of_pieces(phase),

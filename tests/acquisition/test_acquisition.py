@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
+import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from types import FrameType
 
 import numpy as np
 import pytest
@@ -12,6 +15,7 @@ from support.controlled_source import LONGEST_S, ControlledSource, MemoryRun, co
 from support.simulated_setup import simulated_setup
 
 from radargui.acquisition.acquisition import Acquisition
+from radargui.acquisition.health import Health
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.run_output import OpenRun
 from radargui.acquisition.run_plan import AcquisitionState, Ending, RecorderState
@@ -339,6 +343,45 @@ def test_stop_may_be_called_from_inside() -> None:
     source.push(codes(100))
     ended(acquisition)
     assert run.complete is True
+
+
+def health_interrupted(acquisition: Acquisition, place: int) -> tuple[Health, bool]:
+    """Return the health, looked at while the acquisition goes through its whole life before instruction `place`.
+
+    And whether there is such an instruction.
+    """
+    left = place
+
+    def trace(frame: FrameType, event: str, _: object) -> object:
+        nonlocal left
+        if not frame.f_code.co_filename.endswith(("acquisition.py", "health.py")):
+            return None
+        frame.f_trace_opcodes = True
+        if event == "opcode":
+            left -= 1
+            if left == -1:
+                acquisition.start()
+                ended(acquisition)
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        health = acquisition.health
+    finally:
+        sys.settrace(before)
+    return health, left < 0
+
+
+def test_health_is_of_one_moment_whatever_happens_between_two_instructions_of_who_looks() -> None:
+    seen = set()
+    for place in itertools.count():
+        source = ControlledSource(opening_error=DeviceError("Dev1 is not there"))
+        health, interrupted = health_interrupted(Acquisition(source, SETUP), place)
+        if not interrupted:
+            break
+        seen.add((health.state, health.error is None))
+    assert seen == {(AcquisitionState.IDLE, True), (AcquisitionState.FAILED, False)}
 
 
 def test_health_before_during_and_after() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from support.changed import changed
 from support.controlled_source import MemoryRun, codes, digitisation
+from support.simulated_recording import simulate_recording
 
 from radargui.acquisition import run_output
 from radargui.acquisition.recorder import Recorder
@@ -20,7 +21,6 @@ from radargui.model.errors import FileError
 from radargui.model.recording import Block, Digitisation, Gap, Truth
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
-from radargui.sources.simulated.model import simulate_recording
 
 LIMITS = RecordingLimits(pretrigger_s=0.2, quiet_s=0.15, maximum_s=2.0, wait_s=5.0)
 START = datetime(2026, 11, 20, 12, 0, 0, tzinfo=UTC)

@@ -19,6 +19,7 @@ import numpy as np
 from benchmarks.laboratory.draw import MOTIONS, draw
 from benchmarks.laboratory.scene import make_record
 from support.changed import changed
+from support.simulated_recording import simulate_recording
 
 from radargui.acquisition.live_track import LiveTrack
 from radargui.acquisition.stream import LIVE_BLOCK_S
@@ -29,7 +30,6 @@ from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.processing.live import LiveMemory, LiveProcessor
 from radargui.processing.offline import process
-from radargui.sources.simulated.model import simulate_recording
 
 LIMIT_M = 0.3e-3
 CASES: dict[str, dict[str, object]] = {

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from support.simulated_recording import simulate_recording
 from support.simulated_setup import simulated_setup
 
 from radargui.files.run_writer import RunWriter
 from radargui.model.recording import Block
 from radargui.model.setup import Setup, dump_setup
-from radargui.sources.simulated.model import simulate_recording
 
 RATE_HZ = 33333.0
 LIMIT_MB = 1500.0

@@ -10,6 +10,7 @@ import time
 from datetime import UTC, datetime
 from pathlib import Path
 
+from support.simulated_recording import simulate_recording
 from support.simulated_setup import simulated_setup
 
 from radargui.experiment.reprocess import process_run
@@ -19,7 +20,6 @@ from radargui.model.setup import changed
 from radargui.processing.result_of_run import stored_or_computed
 from radargui.report.report import PageLayout, write_report
 from radargui.session.session import Session
-from radargui.sources.simulated.model import simulate_recording
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
 LIMIT_S, LIMIT_MB, LIMIT_FILES_MB = 30.0, 600.0, 20.0

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from benchmarks.laboratory.calibration_scenes import circled, laboratory
 from support.changed import changed
+from support.simulated_recording import simulate_recording
 
 from radargui.calibration.fit import fit, unfitted
 from radargui.calibration.likelihood import World
@@ -17,7 +18,6 @@ from radargui.calibration.unknowns import Unknown, antenna_unknowns, fall_unknow
 from radargui.model.errors import UsageError
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
-from radargui.sources.simulated.model import simulate_recording
 
 RELEASE = "tracer.release_position_m"
 

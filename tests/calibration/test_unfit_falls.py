@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from benchmarks.laboratory.calibration_scenes import dropped, laboratory
 from support.calibrations import calibration_of
+from support.simulated_recording import simulate_recording
 from support.simulated_setup import simulated_setup
 
 from radargui.calibration import calibrate as calibrating, rough_fit as rough_fitting
@@ -19,7 +20,6 @@ from radargui.calibration.rough_fit import KnownRecording, UnfitFallError, rough
 from radargui.calibration.unknowns import USUAL
 from radargui.model.errors import ProcessingError
 from radargui.model.setup import Setup
-from radargui.sources.simulated.model import simulate_recording
 
 RATE = {"rate_hz": 2000.0}
 

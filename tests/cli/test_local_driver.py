@@ -13,12 +13,12 @@ import pytest
 from support.changed import changed
 from support.killing import ROOT
 from support.ni_driver import build, environment
+from support.simulated_recording import simulate_recording
 from support.small_setups import quick_setup
 
 from radargui.files.run_file import read_run
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup, write_setup
-from radargui.sources.simulated.model import simulate_recording
 
 Ran = subprocess.CompletedProcess[str]
 

@@ -12,11 +12,11 @@ from support.command_line import Command
 from support.ni_server import RealTime, serve, usb_6356
 from support.ni_server.server import CERTIFICATES
 from support.run_contents import read_summary
+from support.simulated_recording import simulate_recording
 from support.small_setups import quick_setup
 
 from radargui.files.run_file import read_run
 from radargui.model.setup import Setup, write_setup
-from radargui.sources.simulated.model import simulate_recording
 
 
 @pytest.fixture

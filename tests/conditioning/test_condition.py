@@ -107,3 +107,19 @@ def test_samples_that_are_not_numbers_are_held_and_marked() -> None:
     assert not found.usable[1, 9000:9010].any()
     assert found.usable.sum() == volts.size - 10
     assert found.unusable_share == pytest.approx([10 / volts.shape[1]])
+
+
+def test_the_delay_of_the_multiplexer_is_taken_off_for_every_correction_alike() -> None:
+    drop, skew_s = Drop(rate_hz=RATE), 2e-5
+
+    def phase_at(time_s: FloatArray) -> FloatArray:
+        return np.asarray(-2 * np.pi * 1.77 * drop.height(time_s) / 0.03)
+
+    late = np.stack([np.cos(phase_at(drop.time_s)), np.sin(phase_at(drop.time_s + skew_s))])
+    late += 1e-4 * np.random.default_rng(0).normal(size=late.shape)
+    found = conditioned(recording_of(late), setup_of(skew_s=skew_s))
+    falling = slice(found.segment.rest_last, round(drop.impact_s[0] * RATE) - 50)
+    wanted = np.sin(phase_at(drop.time_s))[falling]
+    assert np.abs(found.volts[1, falling] - wanted).max() > 1e-2
+    assert found.at_one_time_v[1, falling] == pytest.approx(wanted, abs=1e-3)
+    assert found.of_receivers([0]).at_one_time_v == pytest.approx(found.at_one_time_v)

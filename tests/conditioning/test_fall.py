@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 from support.changed import changed
+from support.simulated_recording import simulate_recording
 from support.simulated_setup import simulated_setup
 
 from radargui.conditioning.fall import FallTest
@@ -13,7 +14,7 @@ from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.recording import Digitisation, iq_names
 from radargui.model.setup import Setup
-from radargui.sources.simulated.model import SimulatedRadar, simulate_recording
+from radargui.sources.simulated.model import SimulatedRadar
 
 SETUP = simulated_setup(rest_s=0.3, settle_s=0.2)
 

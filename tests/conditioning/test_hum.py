@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from support.changed import changed
 from support.estimates import conditioned_of
+from support.simulated_recording import simulate_recording
 
 from radargui.conditioning.hum import _Rests, find_hum
 from radargui.conditioning.noise import white_noise_v
 from radargui.model.arrays import FloatArray
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
-from radargui.sources.simulated.model import simulate_recording
 
 RATE = 10000.0
 REST = (slice(0, 5000), slice(25000, 30000))

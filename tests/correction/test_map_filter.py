@@ -56,16 +56,6 @@ def test_a_dead_input_never_begins() -> None:
     assert not MapFilter(RAD_PER_M).start(np.zeros((2, 4000)))
 
 
-def test_an_inverted_q_gives_the_same_path() -> None:
-    length = there_and_back()
-    phase = -RAD_PER_M * length
-    pair = np.stack([np.cos(phase), np.sin(phase)])
-    follower = MapFilter(-RAD_PER_M)
-    follower.rest(pair[:, 0], 0.0)
-    assert follower.start(pair[:, 400:])
-    assert follower.follow(pair[:, 400:], learn=False)[1] == pytest.approx(length[400:], abs=0.05e-3)
-
-
 def test_without_a_rest_the_path_counts_from_the_first_sample() -> None:
     length = there_and_back()[2000:4000]
     follower = MapFilter(RAD_PER_M)

@@ -14,6 +14,7 @@ from support.changed import changed
 from support.controlled_source import LONGEST_S, ControlledSource, codes
 from support.one_run import record_run
 from support.run_contents import read_run_truth, read_summary
+from support.simulated_recording import simulate_recording
 from support.simulated_setup import simulated_setup
 
 from radargui.acquisition.run_plan import AcquisitionState, Ending
@@ -27,7 +28,7 @@ from radargui.model.setup import Setup
 from radargui.processing.offline import STOPPED
 from radargui.session.session import Session
 from radargui.sources.contract import Source
-from radargui.sources.simulated.model import SimulatedSource, simulate_recording
+from radargui.sources.simulated.model import SimulatedSource
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
 QUIET = {"recording": {"pretrigger_s": 0.3, "quiet_s": 0.3, "maximum_s": 5.0, "wait_s": 20.0}}

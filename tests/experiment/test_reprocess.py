@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.run_contents import read_summary
+from support.simulated_recording import simulate_recording
 from support.simulated_setup import simulated_setup
 
 from radargui.experiment.reprocess import process_run
@@ -15,7 +16,6 @@ from radargui.files.run_writer import RunWriter
 from radargui.model.errors import FileError, UsageError
 from radargui.model.recording import Block
 from radargui.model.setup import Setup, dump_setup
-from radargui.sources.simulated.model import simulate_recording
 
 SETUP = simulated_setup(mismatch=0.0, snr_db=50.0, restitution=0.5, settle_s=0.2)
 

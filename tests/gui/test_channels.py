@@ -11,6 +11,7 @@ from PySide6.QtCore import Qt
 from scipy.ndimage import maximum_filter1d
 from support.changed import changed
 from support.ni_server import ByHand, serve
+from support.simulated_recording import simulate_recording
 from support.small_setups import quick_setup
 
 from radargui.conditioning.noise import white_noise_v
@@ -20,7 +21,6 @@ from radargui.gui.setup.channels import MOMENT_S
 from radargui.model.setup import write_setup
 from radargui.sources.factory import make_source
 from radargui.sources.ni.discovery import NiDevice
-from radargui.sources.simulated.model import simulate_recording
 
 
 def read(window: MainWindow, wait_for: Any) -> Any:

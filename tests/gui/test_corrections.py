@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 from support.changed import changed
 from support.gui_sessions import make_session
+from support.simulated_recording import simulate_recording
 from support.small_setups import quick_setup
 
 from radargui.conditioning.ellipse import Ellipse
@@ -24,7 +25,6 @@ from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.processing.offline import process
 from radargui.report.curves import take_curves
-from radargui.sources.simulated.model import simulate_recording
 
 SETUP = changed(quick_setup(), daq={"rate_hz": 3000.0, "channel_skew_s": 0.0, "channels": None})
 

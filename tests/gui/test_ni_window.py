@@ -7,12 +7,12 @@ from typing import Any
 import pytest
 from support.changed import changed
 from support.ni_server import ByHand, serve
+from support.simulated_recording import simulate_recording
 from support.small_setups import quick_setup
 
 from radargui.gui.control.state import AppState
 from radargui.model.setup import write_setup
 from radargui.sources.factory import make_source
-from radargui.sources.simulated.model import simulate_recording
 
 
 @pytest.mark.parametrize("restart", [False, True])

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import QApplication, QTextBrowser
 from pytestqt.qtbot import QtBot
 from support.changed import changed
 from support.results import drop_result, rejected_result
+from support.simulated_recording import simulate_recording
 from support.small_setups import quick_setup
 from support.work_at_once import at_once
 
@@ -34,7 +35,6 @@ from radargui.report.document import Grid, templates
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_section
 from radargui.report.tables import write_tables
-from radargui.sources.simulated.model import simulate_recording
 
 
 def result_of(setup: Setup, **tables: Any) -> RunResult:

@@ -13,6 +13,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDoubleSpinBox
 from support.changed import changed
 from support.controlled_source import VOLTS_PER_CODE, ControlledSource, digitisation
+from support.simulated_recording import simulate_recording
 from support.small_setups import quick_setup
 
 from radargui.gui.main_window import MainWindow
@@ -21,7 +22,6 @@ from radargui.gui.scopes.scope import Gain, GainDialog
 from radargui.gui.scopes.shown import ago
 from radargui.model.arrays import RawArray
 from radargui.model.setup import write_setup
-from radargui.sources.simulated.model import simulate_recording
 
 RATE_HZ, DOPPLER_HZ = 10_000.0, 137.0
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QWidget
+from support.simulated_recording import simulate_recording
 
 from radargui.files.run_writer import RunWriter
 from radargui.geometry.path_length import place_antennas, t_matrix
@@ -21,7 +22,6 @@ from radargui.model.recording import Block
 from radargui.model.setup import dump_setup, read_setup
 from radargui.session.info import default_data_folder
 from radargui.sources.ni.discovery import NiDevice
-from radargui.sources.simulated.model import simulate_recording
 
 OTHER = {"antennas": "hardware", "hardware": "antennas"}
 

@@ -11,6 +11,7 @@ from support.changed import changed
 from support.file_samples import codes, int16_digitisation
 from support.gui_sessions import make_session
 from support.results import default_setup
+from support.simulated_recording import simulate_recording
 from support.stored_runs import SETUP
 
 from radargui.files.reading import read_recording
@@ -22,7 +23,6 @@ from radargui.model.errors import CancelledError
 from radargui.model.recording import Block
 from radargui.model.setup import dump_setup
 from radargui.session.info import read_info
-from radargui.sources.simulated.model import simulate_recording
 
 NAMES = ["ai0", "ai1", "ai2", "ai3", "ai4", "ai5"]
 

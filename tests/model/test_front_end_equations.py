@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from radargui.model.front_end import FrontEnd, channel_factors, channels_of, noise_across, point_of, slopes_of_point
+from radargui.model.front_end import (
+    FrontEnd,
+    channel_factors,
+    channels_of,
+    noise_across,
+    point_of,
+    slopes_of_point,
+    with_phase_sign,
+)
 
 angles = st.floats(-1.2, 1.2)
 gains = st.floats(0.3, 3.0)
@@ -24,6 +32,14 @@ def test_spectra_of_the_channels_give_the_spectra_of_the_point() -> None:
     channels = channels_of(z, z, 1.3, 0.2)
     x, y = point_of(*np.fft.rfft(channels), 1.3, 0.2)
     np.testing.assert_allclose([x, y], np.fft.rfft([z.real, z.imag]), atol=1e-12)
+
+
+def test_the_sign_negates_q_alone_and_takes_itself_back() -> None:
+    volts = np.arange(12.0).reshape(4, 3)
+    turned = with_phase_sign(volts, -1)
+    np.testing.assert_array_equal(turned, [volts[0], -volts[1], volts[2], -volts[3]])
+    np.testing.assert_array_equal(with_phase_sign(turned, -1), volts)
+    assert with_phase_sign(volts, 1) is volts
 
 
 def test_q_lags_by_the_quadrature_error_and_is_larger_by_the_gain() -> None:

@@ -13,6 +13,7 @@ from benchmarks.laboratory.scene import make_record as make_world_record
 from benchmarks.scenes.draw import draw_scene
 from benchmarks.scenes.scene import make_record
 from support.changed import changed
+from support.simulated_recording import simulate_recording
 from support.small_problem import FLOOR_PLANE, START_S, SmallProblem, small_problem
 
 from radargui.estimation.select.budget import LooseMapsError, NoSingleBodyError
@@ -34,7 +35,6 @@ from radargui.processing.doubts import (
 )
 from radargui.processing.offline import process
 from radargui.report.tables import result_document
-from radargui.sources.simulated.model import simulate_recording
 
 E = 0.6
 

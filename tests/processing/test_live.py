@@ -51,6 +51,25 @@ def rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
+def test_an_inverted_q_gives_the_same_track_and_shows_its_q_as_it_is_wired(short: Setup) -> None:
+    recording, _ = simulate_once(short)
+    raw = recording.raw.copy()
+    # 0 V is code 0
+    raw[1::2] *= -1
+    straight = LiveProcessor(short, recording.digitisation)
+    mirrored = LiveProcessor(changed(short, radar={"phase_sign": -1}), recording.digitisation)
+    n_known = 0
+    for begin in range(0, recording.n_samples, 667):
+        one, other = (
+            live.push(own[:, begin : begin + 667]) for live, own in ((straight, recording.raw), (mirrored, raw))
+        )
+        assert other.position_m == pytest.approx(one.position_m, abs=1e-9)
+        known = np.isfinite(one.q)
+        assert other.q[known] == pytest.approx(-one.q[known], abs=1e-9)
+        n_known += int(known.sum())
+    assert n_known > 0
+
+
 @pytest.mark.parametrize("block", [400, 5000])
 def test_the_live_track_follows_a_bouncing_drop_within_0_15_mm(short: Setup, block: int) -> None:
     after, whole = live_errors(short, block=block)

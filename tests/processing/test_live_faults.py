@@ -11,6 +11,7 @@ from benchmarks.laboratory.draw import draw
 from benchmarks.laboratory.scene import make_record
 from support.changed import changed
 from support.simulated_once import simulate_once
+from support.simulated_recording import simulate_recording
 
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.recording import Digitisation, Truth
@@ -18,7 +19,6 @@ from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.processing.live import LiveMemory, LiveProcessor
 from radargui.processing.live_estimate import LiveEstimate
-from radargui.sources.simulated.model import simulate_recording
 
 BLOCK_S = 0.04
 FAR_M = 5e-3

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.changed import changed
+from support.simulated_recording import simulate_recording
 
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.processing.offline import process
-from radargui.sources.simulated.model import simulate_recording
 
 CLEAN = {"mismatch": 0.0, "snr_db": 50.0, "sphere": "metal", "lateral_speed_m_s": 0.05}
 

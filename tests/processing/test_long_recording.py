@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.same_result import assert_same_result
+from support.simulated_recording import simulate_recording
 from support.simulated_setup import simulated_setup
 
 from radargui.conditioning.long_motion import find_long_motion
@@ -20,7 +21,6 @@ from radargui.processing import long_recording
 from radargui.processing.long_recording import read_excerpt, read_for_processing, shortened
 from radargui.processing.offline import process
 from radargui.processing.result_of_run import result_of_run
-from radargui.sources.simulated.model import simulate_recording
 
 RATE_HZ = 5000.0
 SETUP = simulated_setup(daq={"rate_hz": RATE_HZ}, mismatch=0.0, snr_db=50.0, restitution=0.5, settle_s=0.4, rest_s=0.6)

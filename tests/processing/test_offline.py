@@ -9,13 +9,13 @@ import pytest
 from benchmarks.scenes.draw import draw_scene
 from benchmarks.scenes.scene import make_record
 from support.changed import changed
+from support.simulated_recording import simulate_recording
 from support.small_setups import quick_setup
 
 from radargui.model.errors import ProcessingError
 from radargui.model.recording import Gap
 from radargui.model.setup import Setup
 from radargui.processing.offline import NOWHERE, PLANE, process
-from radargui.sources.simulated.model import simulate_recording
 
 E = 0.8
 PERFECT = {"mismatch": 0.0, "noise": False, "adc_bits": 0}

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.changed import changed
+from support.simulated_recording import simulate_recording
 from support.small_setups import quick_setup
 
 from radargui.conditioning.band import band_signals
 from radargui.model.result import CorrectedIQ, RunResult
 from radargui.processing.offline import process
 from radargui.processing.whole import interpolate
-from radargui.sources.simulated.model import simulate_recording
 
 
 @pytest.mark.parametrize("size", [2, 3, 8])

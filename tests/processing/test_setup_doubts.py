@@ -13,6 +13,7 @@ from benchmarks.laboratory.draw import draw
 from benchmarks.laboratory.mistaken.draw import mistaken
 from benchmarks.laboratory.scene import make_record
 from benchmarks.laboratory.stated import Stated
+from support.simulated_recording import simulate_recording
 
 from radargui.model.resources import default_setup_path
 from radargui.model.result import Bounce, Bounces, FreeFall, Track
@@ -22,7 +23,6 @@ from radargui.processing import offline
 from radargui.processing.offline import process
 from radargui.processing.setup_doubts import contradicted, unlikely
 from radargui.restitution.bent_flights import COUNTED, NAMED, bent_flights
-from radargui.sources.simulated.model import simulate_recording
 
 SHIPPED = sorted((Path(__file__).resolve().parents[2] / "resources" / "setups").glob("*.toml"))
 QUICK = {"rate_hz": 2000.0, "skew_s": 0.0, "walls": 0}

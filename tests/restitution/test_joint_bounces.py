@@ -13,6 +13,7 @@ from benchmarks.scenes.motion import GRAVITY_M_S2
 from benchmarks.scenes.scene import SceneRecord, make_record
 from support.changed import changed
 from support.estimates import joint_of
+from support.simulated_recording import simulate_recording
 from threadpoolctl import threadpool_limits
 
 from radargui.estimation.joint import JointEstimate
@@ -28,7 +29,6 @@ from radargui.restitution.cross_check import disagreements, found_tilt
 from radargui.restitution.flight_fit import FlightFit, fit_flights
 from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns
 from radargui.restitution.joint_bounces import fit_free_flights, fit_with_alternatives, joint_bounces
-from radargui.sources.simulated.model import simulate_recording
 
 TILT_DEG, E = 5.0, 0.4
 

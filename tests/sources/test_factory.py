@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.simulated_recording import simulate_recording
 from support.simulated_setup import simulated_setup
 
 from radargui.files import run_writer
@@ -15,7 +16,7 @@ from radargui.model.errors import FileError, SourceError
 from radargui.model.recording import Block
 from radargui.sources.factory import make_source
 from radargui.sources.paced import ReplaySource
-from radargui.sources.simulated.model import SimulatedSource, simulate_recording
+from radargui.sources.simulated.model import SimulatedSource
 
 
 def test_simulated_gives_the_simulated_source_of_that_run() -> None:

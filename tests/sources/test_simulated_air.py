@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.integrate import solve_ivp
+from support.simulated_recording import simulate_recording
 from support.simulated_setup import perfect_setup
 
 from radargui.model.setup import Setup
 from radargui.sources.simulated.fall import contact_plane
-from radargui.sources.simulated.model import simulate_recording
 from radargui.sources.simulated.scene import Scene
 
 G = 9.81

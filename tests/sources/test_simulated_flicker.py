@@ -7,10 +7,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.signal import periodogram
+from support.simulated_recording import simulate_recording
 from support.simulated_setup import perfect_setup
 
 from radargui.model.simulation import Simulation
-from radargui.sources.simulated.model import CHUNK, SimulatedRadar, simulate_recording
+from radargui.sources.simulated.model import CHUNK, SimulatedRadar
 from radargui.sources.simulated.noise import CORNERS_HZ, Flicker, unit_scale
 
 

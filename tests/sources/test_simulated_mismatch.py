@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
+from support.simulated_recording import simulate_recording
 from support.simulated_setup import PERFECT, perfect_setup, simulated_setup
 
 from radargui.model.daq import Daq
 from radargui.model.simulation import MismatchKind, Simulation
 from radargui.sources.simulated.mismatch import Converter, SmoothField, make_mixer
-from radargui.sources.simulated.model import SimulatedRadar, simulate_recording
+from radargui.sources.simulated.model import SimulatedRadar
 from radargui.sources.simulated.noise import Disturbance
 
 KINDS: tuple[MismatchKind, ...] = (

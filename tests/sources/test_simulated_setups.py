@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.simulated_recording import simulate_recording
 
 from radargui.model.resources import shipped_setups
 from radargui.model.setup import Processing, dump_setup, parse_setup, read_setup
-from radargui.sources.simulated.model import SimulatedRadar, simulate_recording
+from radargui.sources.simulated.model import SimulatedRadar
 
 SETUPS = shipped_setups()
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 from support.fake_clock import FakeClock
+from support.simulated_recording import simulate_recording
 from support.simulated_setup import perfect_setup, simulated_setup
 from support.work import python_calls
 
@@ -15,7 +16,7 @@ from radargui.model.errors import SourceError
 from radargui.model.recording import Block
 from radargui.model.setup import Setup
 from radargui.sources.contract import Clock, Source
-from radargui.sources.simulated.model import CHUNK, SimulatedRadar, SimulatedSource, simulate_recording
+from radargui.sources.simulated.model import CHUNK, SimulatedRadar, SimulatedSource
 
 LONGEST_S = 20.0
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.simulated_recording import simulate_recording
 from support.simulated_setup import perfect_setup
 
 from radargui.geometry.path_length import Antennas, place_antennas
 from radargui.model.errors import SetupError
 from radargui.model.setup import Setup
-from radargui.sources.simulated.model import SimulatedRadar, simulate_recording
+from radargui.sources.simulated.model import SimulatedRadar
 from radargui.sources.simulated.waves import SIDE_LOBE, Lobe, make_waves, reflectors_of
 
 WAVELENGTH_M = 299_792_458.0 / 10e9

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import h5py
 from support.changed import changed
+from support.simulated_recording import simulate_recording
 from support.stored_runs import SETUP
 
 from radargui.experiment.reprocess import process_run
 from radargui.model.recording import Block
 from radargui.session.session import Session
-from radargui.sources.simulated.model import simulate_recording
 
 
 def make_session(data_folder: Path, day: int, *, n_runs: int = 1, finish: bool = True, **said: str) -> Path:

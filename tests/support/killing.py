@@ -12,10 +12,10 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+from support.simulated_recording import simulate_recording
 from support.simulated_setup import simulated_setup
 
 from radargui.model.setup import Setup, write_setup
-from radargui.sources.simulated.model import simulate_recording
 
 ROOT = Path(__file__).resolve().parents[2]
 LOST_S = 0.6

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from support.changed import changed
+from support.simulated_recording import simulate_recording
 
 from radargui.calibration.likelihood import World
 from radargui.calibration.preparing import Prepared, prepare_fall
@@ -14,7 +15,6 @@ from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.select.wall_grid import upright_planes
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
-from radargui.sources.simulated.model import simulate_recording
 
 RELEASE = "tracer.release_position_m"
 UP = np.array([0.0, 0.0, 1.0])

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import functools
 
+from support.simulated_recording import simulate_recording
+
 from radargui.model.recording import Recording, Truth
 from radargui.model.setup import Setup
-from radargui.sources.simulated.model import simulate_recording
 
 
 @functools.lru_cache(maxsize=4)

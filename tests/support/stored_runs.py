@@ -8,12 +8,12 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+from support.simulated_recording import simulate_recording
 from support.simulated_setup import simulated_setup
 
 from radargui.files.run_writer import RunWriter
 from radargui.model.recording import Block
 from radargui.model.setup import dump_setup
-from radargui.sources.simulated.model import simulate_recording
 
 # wide beams: narrow ones look like a floor, and a joint correction takes three times as long
 SETUP = simulated_setup(

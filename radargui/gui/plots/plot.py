@@ -184,7 +184,10 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
 
     def copy_image(self) -> None:
         """Put the picture on the clipboard."""
-        QApplication.clipboard().setMimeData(picture_of(self))
+        with self.on_paper():
+            key = [(self.colour(role), name) for role, name in self.entries()]
+            picture = picture_of(self, self.words("left"), key, self.colour("text"))
+        QApplication.clipboard().setMimeData(picture)
 
     def copy_data(self) -> None:
         """Put the data on the clipboard."""
@@ -196,7 +199,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             return
         if self.cursors is not None:
             self.cursors.remove()
-        self.cursors = Cursors(self) if wanted else None
+        self.cursors = Cursors(self.view, self) if wanted else None
 
     def menu(self) -> QMenu:
         """Return a menu of what can be done with the plot."""

@@ -8,21 +8,20 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from html import escape
 from itertools import zip_longest
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QBuffer, QIODevice, QMarginsF, QMimeData, QRectF, QSignalBlocker, QSize, QSizeF, Qt
 from PySide6.QtGui import QColor, QImage, QPageSize, QPaintDevice, QPainter, QPdfWriter
 from PySide6.QtSvg import QSvgGenerator
+from PySide6.QtWidgets import QGraphicsView
 
 from radargui.gui.layout import having
+from radargui.gui.plots.view import View
 from radargui.gui.theme import inside_pt
 from radargui.model.arrays import FloatArray
 from radargui.model.rounding import UNKNOWN
-
-if TYPE_CHECKING:
-    from radargui.gui.plots.plot import Plot
 
 _UNIT = re.compile(r"\[([^\]]+)\]")
 _REACH_PX = 12.0
@@ -39,18 +38,41 @@ def unit_of(words: str) -> str:
     return found[1] if found else ""
 
 
+class Readable(Protocol):
+    """A plot as its cursors read it."""
+
+    def colour(self, role: str) -> str:
+        """Return the colour of a role now."""
+
+    def words(self, axis: str) -> str:
+        """Return the words of the `left` or `bottom` axis."""
+
+    def curves(self) -> list[pg.GraphicsObject]:
+        """Return what is drawn from points."""
+
+    def points_of(self, item: pg.GraphicsObject) -> tuple[FloatArray, FloatArray]:
+        """Return the points of a curve as they are drawn, on the axes."""
+
+    def value_of(self, item: pg.GraphicsObject | None, y: float) -> float:
+        """Return the value that a place on the left axis stands for, on a curve or beside all."""
+
+    def also(self, value: float, axis: str = "bottom") -> str:
+        """Return what else a value of an axis means."""
+
+
 class Cursors:
     """Crosses A and B that the mouse or the keys move; near a curve they stand on its samples.
 
     Parameters
     ----------
+    view
+        In which they stand.
     plot
-        In which they stand; its axes give the units, and `value_of` the value of a curve that is drawn scaled.
+        Of which it is the view; its axes give the units, and `value_of` the value of a curve that is drawn scaled.
     """
 
-    def __init__(self, plot: Plot) -> None:
-        self._plot = plot
-        self._view = plot.view
+    def __init__(self, view: View, plot: Readable) -> None:
+        self._view, self._plot = view, plot
         self._on: list[pg.GraphicsObject | None] = [None, None]
         self._chosen = 0
         self._words = pg.TextItem(anchor=(1, 0))
@@ -62,7 +84,7 @@ class Cursors:
             mark.setZValue(99)
             line = pg.InfiniteLine(angle=90, movable=False)
             for item in (line, mark):
-                plot.addItem(item, ignoreBounds=True)
+                view.addItem(item, ignoreBounds=True)
             self.marks.append(mark)
             self._lines.append(line)
         (left, right), (low, high) = self._view.viewRange()
@@ -121,10 +143,10 @@ class Cursors:
     def remove(self) -> None:
         """Take them away."""
         for item in (*self.marks, *self._lines):
-            self._plot.removeItem(item)
+            self._view.removeItem(item)
         self._view.sigResized.disconnect(self._write)
         self._view.sigRangeChanged.disconnect(self._write)
-        self._plot.scene().removeItem(self._words)
+        self._view.scene().removeItem(self._words)
 
     def _moved(self, number: int, _mark: object = None) -> None:
         mark = self.marks[number]
@@ -187,41 +209,49 @@ _POINT = 0.75
 """Of a pixel at 96 to an inch."""
 
 
-def picture_of(plot: Plot) -> QMimeData:
-    """Return a plot in the light colours on white, with its key: as SVG, as PDF and as a bitmap."""
-    size = QSize(plot.width(), plot.height() + _KEY_PX * bool(plot.entries()))
-    data = QMimeData()
-    with plot.on_paper():
-        svg, pdf, image = QBuffer(), QBuffer(), QImage(size * _SCALE, QImage.Format.Format_RGB32)
-        whole = QRectF(0, 0, size.width(), size.height())
-        vector = having(QSvgGenerator(), outputDevice=svg, size=size, viewBox=whole, title=plot.words("left"))
-        _paint(plot, vector, size)
-        pdf.open(QIODevice.OpenModeFlag.WriteOnly)
-        page = QPageSize(QSizeF(size) * _POINT, QPageSize.Unit.Point)
-        paper = having(QPdfWriter(pdf), resolution=96, pageMargins=QMarginsF(), pageSize=page)
-        _paint(plot, paper, size)
-        pdf.close()
-        image.setDevicePixelRatio(_SCALE)
-        image.fill(Qt.GlobalColor.white)
-        _paint(plot, image, size)
+def picture_of(plot: QGraphicsView, title: str, key: Sequence[tuple[str, str]], text: str) -> QMimeData:
+    """Return a plot on white, with a key: as SVG, as PDF and as a bitmap.
+
+    Parameters
+    ----------
+    plot
+        Looks as on paper already.
+    title
+        Of the SVG.
+    key
+        Colour and name of each curve.
+    text
+        Colour of the names.
+    """
+    size, data = QSize(plot.width(), plot.height() + _KEY_PX * bool(key)), QMimeData()
+    svg, pdf, image = QBuffer(), QBuffer(), QImage(size * _SCALE, QImage.Format.Format_RGB32)
+    whole = QRectF(0, 0, size.width(), size.height())
+
+    def paint(device: QPaintDevice) -> None:
+        painter = QPainter(device)
+        painter.fillRect(whole, Qt.GlobalColor.white)
+        left, words = 8.0, painter.fontMetrics()
+        for colour, name in key:
+            painter.fillRect(QRectF(left, _KEY_PX / 2 - 1, 16, 2), QColor(colour))
+            painter.setPen(QColor(text))
+            painter.drawText(QRectF(left + 20, 0, size.width(), _KEY_PX), Qt.AlignmentFlag.AlignVCenter, name)
+            left += 36 + words.horizontalAdvance(name)
+        top = size.height() - plot.height()
+        plot.render(painter, QRectF(0, top, plot.width(), plot.height()), plot.rect())
+        painter.end()
+
+    paint(having(QSvgGenerator(), outputDevice=svg, size=size, viewBox=whole, title=title))
+    pdf.open(QIODevice.OpenModeFlag.WriteOnly)
+    page = QPageSize(QSizeF(size) * _POINT, QPageSize.Unit.Point)
+    paint(having(QPdfWriter(pdf), resolution=96, pageMargins=QMarginsF(), pageSize=page))
+    pdf.close()
+    image.setDevicePixelRatio(_SCALE)
+    image.fill(Qt.GlobalColor.white)
+    paint(image)
     data.setData(_SVG, svg.data())
     data.setData(_PDF, pdf.data())
     data.setImageData(image)
     return data
-
-
-def _paint(plot: Plot, device: QPaintDevice, size: QSize) -> None:
-    painter = QPainter(device)
-    painter.fillRect(QRectF(0, 0, size.width(), size.height()), Qt.GlobalColor.white)
-    left, words = 8.0, painter.fontMetrics()
-    for role, name in plot.entries():
-        painter.fillRect(QRectF(left, _KEY_PX / 2 - 1, 16, 2), QColor(plot.colour(role)))
-        painter.setPen(QColor(plot.colour("text")))
-        painter.drawText(QRectF(left + 20, 0, size.width(), _KEY_PX), Qt.AlignmentFlag.AlignVCenter, name)
-        left += 36 + words.horizontalAdvance(name)
-    top = size.height() - plot.height()
-    plot.render(painter, QRectF(0, top, plot.width(), plot.height()), plot.rect())
-    painter.end()
 
 
 def table_of(columns: Sequence[tuple[str, FloatArray]], notes: Sequence[str] = ()) -> QMimeData:

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.front_end import with_phase_sign
 from radargui.model.setup import Setup
 from radargui.model.words import percent
 from radargui.processing.wiring.response import (
@@ -167,9 +168,9 @@ def _pair(
     # a channel that stands at the place of an I stays an I
     i, q = (second, first) if first % 2 and not second % 2 else (first, second)
     pair_v = samples.away[[i, q]]
-    pair_v = pair_v[:, np.isfinite(pair_v).all(axis=0)]
-    # moving away lengthens every L: with the setup's sign the phase must rise
-    ratio, same = turning(pair_v, samples.rate_hz) * setup.radar.phase_sign, is_same_signal(pair_v)
+    pair_v = with_phase_sign(pair_v[:, np.isfinite(pair_v).all(axis=0)], setup.radar.phase_sign)
+    # moving away lengthens every L: the phase must rise
+    ratio, same = turning(pair_v, samples.rate_hz), is_same_signal(pair_v)
     known = not dead[[i, q]].any() and abs(ratio) >= CLEAR_TURN and not same
     n_turns = turns(pair_v) if known else None
     change_m = None if n_turns is None else abs(n_turns) * setup.radar.wavelength_m

@@ -9,7 +9,7 @@ import numpy as np
 from radargui.geometry.path_length import Antennas, path_lengths, place_antennas
 from radargui.model.arrays import ComplexArray, FloatArray, RawArray
 from radargui.model.errors import SetupError, worded
-from radargui.model.recording import Block, Digitisation, Gap, Recording, Truth
+from radargui.model.recording import Block, Digitisation, Gap, Truth
 from radargui.model.setup import Setup
 from radargui.model.wiring import wiring_steps
 from radargui.sources.contract import SYSTEM_CLOCK, Clock
@@ -155,21 +155,6 @@ def check_clearance(setup: Setup, scene: Scene, antennas: Antennas, reflectors: 
         if reflector.wall is None:
             raise worded(SetupError, "passes_bottom")
         raise worded(SetupError, "passes_wall", number=reflector.wall + 1)
-
-
-def simulate_recording(setup: Setup, *, run: int = 0, name: str = "simulated") -> tuple[Recording, Truth]:
-    """Return one run and what really happened: the very samples that `SimulatedSource` gives block by block.
-
-    Raises
-    ------
-    SetupError
-        The simulated scene is impossible.
-    """
-    radar = SimulatedRadar(setup, run=run)
-    if radar.n_samples is None:
-        raise SetupError("A scene that repeats for ever has no recording")
-    recording = Recording(name, radar.samples(0, radar.n_samples), radar.digitisation)
-    return recording, radar.truth(0, radar.n_samples)
 
 
 class ComputedSource(PacedSource):

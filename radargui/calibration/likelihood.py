@@ -332,6 +332,7 @@ def local_at(
     normal[:k, :k] += by_ties.T @ by_ties
     slope[:k] += by_ties.T @ tied
     cost = cost_of(loss, tied, pull)
+    # all unknowns are in prior deviations: every prior has a curvature of one
     inner = normal[n_shared:, n_shared:] + np.eye(pull.size)
     return Local(
         cost, normal[:n_shared, :n_shared], slope[:n_shared], normal[n_shared:, :n_shared], inner,

@@ -312,7 +312,7 @@ def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own:
     setup
         Antennas as nearly known.
     values, own
-        Shared unknowns by name, and the motion's own (`likelihood.Motion`).
+        Shared unknowns by name, and the motion's own (`likelihood.MotionModel`).
     """
     signals, motion = ready.signals, ready.motion
     # phases count from the rest, and fewer receivers bear no mirrors and no place
@@ -332,6 +332,7 @@ def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own:
     bins = drift.widen(bins)
     here = place(bins.time_s)
     multiplexer = None if signals.before is None else Multiplexer(signals.before, 1.0 / signals.rate_hz)
+    # the release is where the motion as known begins
     data = BinnedData(
         bins, antennas, here[:, 0], wavelength_m, bins.last_s < signals.rest_end_s, signals.delay_s, signals.onset_s,
         polarised_sphere(setup), multiplexer, drift.uncorrelated(bins),

@@ -36,6 +36,7 @@ class Settled:
     def log_evidence(self) -> float:
         """Laplace's approximation: -cost - ln det H / 2, all in prior deviations, less the noise scales' logarithms."""
         found = self.found
+        # det H is that of the Schur complement times those of each recording's own
         shared = np.linalg.slogdet(found.information()[0] + np.eye(found.z.size))[1]
         own = sum(np.linalg.slogdet(one.inner)[1] for one in found.locals_)
         return float(-found.cost - 0.5 * (shared + own) - sum(one.log_widths() for one in self.likelihoods))
@@ -98,6 +99,7 @@ def approach(start: Fit, likelihoods: Sequence[Likelihood], own: Sequence[FloatA
     for _ in range(MOST_RENEWALS):
         likelihoods = [one.scaled(local.misfit, least) for one, local in zip(likelihoods, locals_, strict=True)]
         before, widths = widths, sum(one.log_widths() for one in likelihoods)
+        # the noise is down to what the motion leaves of the samples: from here on deviations are re-estimated, too
         if widths > before - SETTLED:
             break
         found = fit(found, likelihoods, own, STEPS)

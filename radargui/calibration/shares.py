@@ -67,7 +67,10 @@ class Crew:
     def __init__(self, count: int, shares: Shares | None = None) -> None:
         self.shares = shares or Shares(lambda _: None, 1)
         self._pools = [
-            ProcessPoolExecutor(1, get_context("spawn"), begin_worker) for _ in range(count if count > 1 else 0)
+            # one process a pool, so that a recording is always with the one that knows it; spawned, for a fork copies
+            # the locks of threads that it does not copy
+            ProcessPoolExecutor(1, get_context("spawn"), begin_worker)
+            for _ in range(count if count > 1 else 0)
         ]
         # a pool does not tell its processes: they say their numbers themselves
         self._ids = [pool.submit(os.getpid) for pool in self._pools]

@@ -85,6 +85,7 @@ def antenna_unknowns(setup: Setup, *, place: bool = False, polarised: bool = Fal
             u, key = max(_given(own.u_polarization_deg, "polarization"), LEAST_U_DEG), f"{place_of}.{POLARISATION}"
             name = key.replace("[", ".").replace("]", "")
             out.append(Unknown(name, own.polarization_deg or 0.0, u, "polarization", key))
+    # who gives a u of zero holds the value: it is no unknown
     return [one for one in out if one.u > 0.0]
 
 

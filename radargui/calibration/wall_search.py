@@ -116,6 +116,7 @@ def _one_more(base: Settled, normal: FloatArray) -> Settled | None:
     for number in range(SEARCHES):
         planes = upright_planes(middle, normal, azimuth, distance)
         gains = np.where(_clear(at, planes), linearised_gains(at, planes), -np.inf)
+        # a place costs a fit of all recordings
         if gains.max() < PROMISING:
             return best
         gains = gains.reshape(azimuth.size, -1)
@@ -196,6 +197,7 @@ def _place_of(settled: Settled, number: int, middle_m: FloatArray, normal: Float
     for one, own, _ in _sampled(settled):
         unknown = one.problem.layout.plane_unknowns(one.theta_at(own))[number]
         outward.append(one.problem.inputs.planes[number].image(middle_m, unknown) - middle_m)
+    # images, not angles: a mean of azimuths would break where they pass a full turn
     return wall_towards(np.mean(outward, axis=0), normal)
 
 

@@ -21,6 +21,7 @@ from support.small_problem import (
 
 from radargui.estimation.adaptive.rounds import first_round, next_round, still_round
 from radargui.estimation.adaptive.still_ellipse import StillEllipse
+from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.parameters import lobe_places
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
@@ -29,7 +30,8 @@ from radargui.estimation.select.choose import ChoiceSettings, _Selection, choose
 from radargui.estimation.select.chosen_model import Alternative, ChosenModel
 from radargui.estimation.select.fewer_bins import fewer_bins, with_bins_of
 from radargui.estimation.solve.changed_problem import problem_with_mirrors
-from radargui.estimation.solve.minimise import log_evidence, minimise, solved_at
+from radargui.estimation.solve.minimise import chi_square, log_evidence, minimise, solved_at
+from radargui.estimation.solve.problem import State
 from radargui.geometry.path_length import path_lengths
 from radargui.model.errors import SolveError
 
@@ -182,6 +184,8 @@ def test_few_fringes_make_other_lengths_tried() -> None:
     solution, others = selection.other_lengths(alone)
     lengths = {solution.problem.bias_basis.length_m, *(one.solution.problem.bias_basis.length_m for one in others)}
     assert lengths <= {0.09, 0.14, 0.22}
+    # of shorter and longer ones the likeliest is kept: all three went through the same rounds
+    assert all(log_evidence(solution) >= log_evidence(one.solution) for one in others)
     assert all(0.01 < other.weight <= 1.0 for other in others)
 
 
@@ -212,6 +216,94 @@ def test_walls_are_weighed_against_every_floor_and_length_together(monkeypatch: 
     monkeypatch.setattr("radargui.estimation.select.choose.unseen_mirrors", lambda *given: ([], 0.0))
     model = chosen(made, few_fringes=1e9, last_rounds=1)
     assert [other.weight for other in model.alternatives] == [0.5, 0.5, 0.25 * 2.0]
+
+
+def test_mirrors_that_nothing_excludes_are_weighed_against_all_others_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    solution, asked = minimise(small_problem().start, 2), []
+    states = [State(solution.state.coefficients, solution.state.theta + shift) for shift in (0.1, 0.2)]
+    monkeypatch.setattr(_Selection, "floor", lambda self: (solution, -1.0, (Alternative(solution, 0.5),)))
+    monkeypatch.setattr(_Selection, "with_flights", lambda self, *given: given)
+    monkeypatch.setattr(_Selection, "walls", lambda self, one: (one, [Alternative(solution, 0.25)], []))
+
+    def unseen(*given: object) -> tuple[list[State], float]:
+        asked.append(given)
+        return states, 0.1
+
+    monkeypatch.setattr("radargui.estimation.select.choose.unseen_mirrors", unseen)
+    model = chosen(small_problem(), last_rounds=1, temper=7.0)
+    # 1.5 times as much, a wall beside the best and beside its alternative; then 1 + 0.5 + 0.375 stand against these
+    assert [other.weight for other in model.alternatives] == pytest.approx([0.5, 0.375, 0.1875, 0.1875])
+    assert [other.solution.state for other in model.alternatives[2:]] == states
+    assert all(other.solution.problem is model.solution.problem for other in model.alternatives[2:])
+    ((_, normal, temper, _),) = asked
+    assert (normal.tolist(), temper) == (UP.tolist(), 7.0)
+    of_receivers = ", ".join(f"{value:.2f}" for value in chi_square(model.solution))
+    assert f"Misfit (chi-square) {of_receivers}." in model.choices
+
+
+def test_a_search_that_ran_out_counts_what_it_compared_alike_and_asks_for_no_unseen_mirror(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    solution, other = (minimise(small_problem().start, steps) for steps in (2, 1))
+
+    def floor(self: _Selection) -> tuple[object, ...]:
+        self.compared = [other, solution]
+        return solution, -1.0, (Alternative(other, 0.1),)
+
+    def spent(self: _Selection, one: object) -> None:
+        while True:
+            self.round_done()
+
+    monkeypatch.setattr(_Selection, "floor", floor)
+    monkeypatch.setattr(_Selection, "with_flights", lambda self, *given: given)
+    monkeypatch.setattr(_Selection, "walls", spent)
+    monkeypatch.setattr("radargui.estimation.select.choose.unseen_mirrors", lambda *given: pytest.fail("asked"))
+    monkeypatch.setattr(budget, "ROUNDS", (5, 5))
+    model = chosen(small_problem(), last_rounds=2)
+    assert model.ended_early
+    assert [one.weight for one in model.alternatives] == [1.0]
+    assert model.alternatives[0].solution.state is other.state
+    assert "The search for walls was ended after 5 rounds." in model.choices
+
+
+def test_the_floor_is_sought_below_the_lowest_place_along_its_normal() -> None:
+    normal = np.array([0.6, 0.0, 0.8])
+    selection = _Selection(rounds(small_problem()), no_drift(), normal, nothing, None, ChoiceSettings())
+    place = np.array([[0.0, 0.3, -0.3], [0.1, 0.2, 0.3], [0.0, -0.1, -0.05]])
+    plane = selection.floor_below(place, 0.02)
+    # heights 0, 0.1 and -0.22 along the normal: the third, though the second is lower along z
+    assert plane.foot_m == pytest.approx([-0.312, 0.3, -0.066])
+    assert (plane.normal.tolist(), plane.name) == (normal.tolist(), "floor")
+
+
+def test_a_model_that_was_given_up_is_worse_by_what_models_are_given_up_for() -> None:
+    made = small_problem()
+    solution = minimise(made.start, 1)
+    selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings(most_behind=(0.5, 0.25)))
+    least = 0.25 * made.data.bins.value.size
+    assert (selection.gain_of(None, solution), selection.gain_of(solution, None)) == (least, -least)
+    assert selection.preferred(None, solution) is selection.preferred(solution, None) is solution
+    assert selection.gain_of(solution, solution) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("planes", "deviation", "misfit", "asks"),
+    [
+        ((), 0.1, 1.0, False),
+        ((FLOOR_PLANE,), 0.1, 1.0, True),
+        ((FLOOR_PLANE,), 0.0019, 1.0, False),
+        ((), 0.0, 1.2, True),
+        ((FLOOR_PLANE,), 0.0, 1.14, False),
+    ],
+)
+def test_residuals_ask_for_walls_and_maps_that_grow_although_a_floor_is_there(
+    planes: tuple[MirrorPlane, ...], deviation: float, misfit: float, asks: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = small_problem(planes)
+    selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings())
+    monkeypatch.setattr(selection, "misfit", lambda one: np.array([0.5, misfit, 0.5]))
+    monkeypatch.setattr("radargui.estimation.select.choose.bias_deviations", lambda one: np.array([0.0, deviation]))
+    assert selection._asks_for_walls(minimise(made.start, 1)) is asks
 
 
 def test_drift_and_flicker_noise_are_told() -> None:

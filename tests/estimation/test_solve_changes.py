@@ -16,6 +16,7 @@ from support.small_problem import (
     small_problem,
 )
 
+from radargui.estimation.forward.equation_of_motion import EquationRows
 from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
 from radargui.estimation.forward.parameters import Sizes, lobe_places, make_layout
 from radargui.estimation.forward.position_map import make_basis
@@ -24,6 +25,7 @@ from radargui.estimation.solve.changed_problem import (
     carried_places,
     positions_at_bins,
     problem_with_breaks,
+    problem_with_flights,
     problem_with_mirrors,
 )
 from radargui.estimation.solve.initial_problem import (
@@ -34,6 +36,7 @@ from radargui.estimation.solve.initial_problem import (
     usable_bins,
 )
 from radargui.estimation.solve.minimise import minimise, solved_at
+from radargui.estimation.solve.priors import flight_prior
 from radargui.estimation.solve.problem import Start, State, linearise
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
@@ -49,6 +52,23 @@ def test_the_first_motion_follows_the_places_and_rests_before_it_starts() -> Non
     away = motion.spline.offset(time, motion.coefficients).T + made.data.release_m[:, None] - positions(time)
     assert np.abs(away).max() < 2e-4
     assert np.abs(away[:, time < START_S]).max() == 0.0
+
+
+def test_the_first_motion_is_the_dense_minimum_of_places_and_jerk_each_by_its_deviation() -> None:
+    made = small_problem(n_bins=60)
+    time, count = made.data.bins.time_s, np.arange(1, 61)
+    data = replace(made.data, bins=replace(made.data.bins, count=count))
+    # places that no smooth motion makes: weights and jerk decide
+    place = positions(time) + 1e-4 * np.random.default_rng(3).standard_normal((3, 60))
+    motion = first_motion(data, place, START_S, np.array([BOUNCE_S]))
+    moving = ~data.rest
+    design, jerk = motion.spline.design(time[moving]).toarray(), motion.spline.jerk()[0].matrix.toarray()
+    # long bins know their place better; a jerk three times as large as before its deviation is re-estimated
+    weight = count[moving] / count[moving].mean() / INITIAL.u_place_m**2
+    rows = np.vstack([np.sqrt(weight)[:, None] * design, jerk / (3.0 * INITIAL.jerk_m_s3)])
+    offset = (place[:, moving] - data.release_m[:, None]).T
+    wanted = np.linalg.lstsq(rows, np.vstack([np.sqrt(weight)[:, None] * offset, np.zeros((len(jerk), 3))]), rcond=None)
+    assert motion.coefficients == pytest.approx(wanted[0], abs=1e-8)
 
 
 def test_the_initial_problem_starts_with_the_constants_found_and_nothing_else() -> None:
@@ -134,6 +154,46 @@ def test_other_breaks_keep_every_other_parameter_and_its_prior() -> None:
     near = np.abs(made.data.bins.time_s - BOUNCE_S) > 0.01
     difference = shown(start) - shown(Start(solution.problem, solution.state))
     assert np.abs(difference[:, near]).max() < 0.02
+
+
+def test_what_flies_gets_gravity_and_keeps_everything_else() -> None:
+    made = small_problem((FLOOR_PLANE,), reflection=0.1)
+    settled = minimise(made.start, 2)
+    equation_sd = np.linspace(1.0, 50.0, settled.problem.equation_sd.size)
+    solution = solved_at(Start(replace(settled.problem, equation_sd=equation_sd), settled.state))
+    start = problem_with_flights(solution)
+    assert start is not None
+    problem, old, new = start.problem, solution.problem.layout, start.problem.layout
+    rows = EquationRows.of(problem.spline, problem.in_flight)
+    middle = problem.spline.span_middles()
+    assert problem.in_flight.tolist() == (middle > START_S + INITIAL.release_s).tolist()
+    # what flies bends by so much, what does not jerks as it did
+    assert (problem.equation_sd[rows.is_flight] == 0.1).all()
+    assert problem.equation_sd[~rows.is_flight] == pytest.approx(equation_sd[rows.span[~rows.is_flight]])
+    gravity = flight_prior(new)
+    assert start.state.theta[new.flight].tolist() == [0.0, 0.0, NOMINAL_GRAVITY_M_S2, gravity.mean[new.flight][3]]
+    # breaks stand first, then the four numbers of the flight, then all others as they stood
+    before, after = slice(old.breaks.start, old.breaks.stop), slice(old.breaks.stop, None)
+    moved = slice(new.flight.stop, None)
+    for found, was in (
+        (start.state.theta, solution.state.theta),
+        (problem.prior.mean, solution.problem.prior.mean),
+        (problem.prior.sd, solution.problem.prior.sd),
+    ):
+        assert found[new.breaks].tolist() == was[before].tolist()
+        assert found[moved].tolist() == was[after].tolist()
+    shift = new.size - old.size
+    of_flight = len(gravity.groups)
+    assert [one.index.tolist() for one in problem.prior.groups[of_flight:]] == [
+        (one.index + shift).tolist() for one in solution.problem.prior.groups
+    ]
+    assert start.state.coefficients is solution.state.coefficients
+
+
+def test_a_motion_that_gravity_does_not_make_flies_nowhere() -> None:
+    solution = minimise(small_problem().start, 1)
+    half = State(0.5 * solution.state.coefficients, solution.state.theta)
+    assert problem_with_flights(solved_at(Start(solution.problem, half))) is None
 
 
 def test_the_acceleration_does_not_ring_after_a_release_between_two_knots() -> None:

@@ -90,6 +90,7 @@ class CircleFit:
         """Return the deviations of the priors for maps of other functions, shape (layout.size,)."""
         out, own = np.empty(layout.size), self.layout
         out[layout.constants] = self.deviation[own.constants]
+        # one deviation a map, whatever its functions are: it says how large bias and change of amplitude are
         for new, was in ((layout.bias, own.bias), (layout.amplitude_map, own.amplitude_map)):
             out[new] = self.deviation[was.start]
         return out
@@ -125,6 +126,8 @@ class CircleFit:
         rows = _rows(self.theta, data, (x, y), (-y / radius, x / radius), 1.0 / radius)
         own = self.covariance[: len(rows), : len(rows)]
         fitted = np.einsum("ij,ij->j", own @ rows, rows)
+        # Q is divided by g, and its noise with it; eps is left out: six degrees change the variance by a tenth, up and
+        # down within a fringe
         sigma_y = data.sigma_q * np.exp(-self.theta[self.layout.log_gain])
         # noise along the circle, through the slopes of arctan; then what the fit leaves open
         return np.asarray(((data.sigma_i * y) ** 2 + (sigma_y * x) ** 2) / radius**4 + fitted)
@@ -164,6 +167,7 @@ def fit_circle(
         The normal matrix is not positive definite.
     """
     layout = data.layout
+    # maps around zero: what bends a circle has to be asked for by the samples
     mean, sd = np.zeros(layout.size), np.empty(layout.size)
     mean[layout.constants] = prior_mean
     sd[layout.offset_i] = sd[layout.offset_q] = settings.offset
@@ -309,6 +313,7 @@ def _rows(
     layout, (x, y), (along_x, along_y) = data.layout, point, along
     gain, error = float(np.exp(theta[layout.log_gain])), float(theta[layout.quadrature_error])
     y_by_i, y_by_q, y_by_log_gain, y_by_error = slopes_of_point(x, y, gain, error)
+    # X has I alone, Y both: the quadrature error mixes them (`point_of`)
     along_y = along_y * weight
     by_i = along_y * y_by_i - along_x * weight
     by_q = along_y * y_by_q

@@ -67,6 +67,7 @@ class CircleLayout:
         Numbers of functions of each bias map and of the map of log amplitude.
     """
 
+    # at the same places whatever the numbers of functions: constants go over from round to round as they are
     offset_i: ClassVar[int] = 0
     offset_q: ClassVar[int] = 1
     log_gain: ClassVar[int] = 2

@@ -22,6 +22,7 @@ def estimate_adaptive(found: AdaptiveRounds) -> MotionEstimate:
     """
     signals, data, last = found.signals, found.data, found.last
     samples = circles_at_samples(found, signals)
+    # bistatic: a turn of the phase is a wavelength of the whole path, there and back, not half of one
     change = samples.phase_rad * data.wavelength_m / (2.0 * np.pi)
     u_change = samples.u_phase_rad * data.wavelength_m / (2.0 * np.pi)
     rest = signals.time_s < found.signals.rest_end_s
@@ -29,6 +30,7 @@ def estimate_adaptive(found: AdaptiveRounds) -> MotionEstimate:
     change[:, rest] = 0.0
     position = u_position = None
     if data.antennas.n_receivers >= 3:
+        # three paths meet in two places: the bins know in which of them the tracer is
         start = np.array([np.interp(signals.time_s, data.bins.time_s, row) for row in last.place])
         position = locate_exact(change, data.antennas, data.release_m, start)
         u_position = position_uncertainty(position, u_change, data.antennas)

@@ -90,6 +90,7 @@ def unwound_round(binned: BinnedData, one: Round) -> Round | None:
 def _on_circle(one: Round, receiver: int, turned: complex, centre: complex, shape: FloatArray) -> Round:
     """Return a round with a receiver on a circle without maps: its wave at rest, its centre, how its amplitude goes."""
     amplitude, at_rest, fits = one.amplitude.copy(), one.rest_phase_rad.copy(), [*one.fits]
+    # ln g and eps at zero, as their priors have them: a circle that hardly turns tells neither
     theta = np.zeros_like(fits[receiver].theta)
     theta[CircleLayout.constants] = centre.real, centre.imag, 0.0, 0.0, np.log(np.abs(turned))
     fits[receiver] = replace(fits[receiver], theta=theta)

@@ -144,6 +144,7 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
     impacts, sphere = np.zeros(0), polarised_sphere(setup)
     multiplexer = None if signals.before is None else Multiplexer(signals.before, 1.0 / signals.rate_hz)
     found: tuple[Round, FloatArray] | None = None
+    # bins without breaks show the impacts, bins broken there the circles; where these count other fringes, once more
     for number in range(3):
         bins = bin_by_fringe(signals, rough.time_s, rough.turns_hz, start, impacts)
         rest = bins.last_s < start

@@ -107,6 +107,7 @@ def rough_phases(signals: ScaledSignals, onset_s: float) -> RoughPhases:
         part = np.flatnonzero(moving)[:: max(1, weight.size // ROUGH.enough)]
         i, q, weight = i[part], q[part], weight[:: max(1, weight.size // ROUGH.enough)]
         ellipse = fit_still_ellipse(i, q, weight)
+        # outliers have drawn the ellipse by which they are judged: twice, for the second judgement is fairer
         for _ in range(2):
             ellipse = _drop_outliers(i, q, weight, ellipse)
         fitted.append(ellipse)
@@ -137,6 +138,7 @@ def _arcs_completed(
     """
     chord, middle, along = [], [], []
     for pair in smooth.reshape(-1, 2, smooth.shape[1]):
+        # by moments: a chord is known where an ellipse is not
         mean = pair[:, moving].mean(axis=1)
         apart = pair[:, moving] - mean[:, None]
         _, axes = np.linalg.eigh(apart @ apart.T)
@@ -145,6 +147,7 @@ def _arcs_completed(
         chord.append(float(run.max() - run.min()))
         middle.append(mean + axes[:, 1] * 0.5 * (run.max() + run.min()))
         along.append(axes[:, 1])
+    # in volts: samples are scaled by what each receiver shows, a short arc by less than its circle
     size = np.array(chord) * scale_v
     # who went all the way round has seen a chord as long as the diameter
     radius_v = 0.5 * float(np.median(size[size > ROUGH.half_as_wide * size.max()]))

@@ -179,6 +179,7 @@ def timed_round(binned: BinnedData, still: Round, stride: int = 1) -> Round:
     functions = _time_functions(binned)
     data = circle_data(binned, still.value, still.phase_rad, still.place, None, None)
     start = [np.concatenate([fit.theta, np.zeros(functions.shape[1])]) for fit in still.fits]
+    # bumps over time in the place of a map: places are not known yet
     return _fit(binned, [replace(own, amplitude_map=functions) for own in data], still, start, stride)
 
 
@@ -263,6 +264,7 @@ def located(binned: BinnedData, one: Round) -> Round:
 
 def _shortest_m(before: Round) -> float:
     extent = float(np.linalg.norm(np.ptp(before.place, axis=1)))
+    # an extent over its fringes is how far the tracer goes in one
     fringes = float(np.ptp(before.phase_rad, axis=1).max()) / (2.0 * np.pi)
     return MAP_ROUNDS.shortest_extents_a_fringe * extent / max(fringes, 1.0)
 
@@ -313,6 +315,7 @@ def _carried(before: Round, data: list[CircleData], place: FloatArray) -> list[F
     starts = [np.zeros(layout.size) for _ in before.fits]
     for out, fit in zip(starts, before.fits, strict=True):
         out[layout.constants] = fit.theta[layout.constants]
+    # the first maps begin at nothing: the circles before them had none
     if before.bias is None or before.amplitude_map is None:
         return starts
     old = before.fits[0].layout
@@ -347,6 +350,7 @@ def _round(binned: BinnedData, data: list[CircleData], before: Round, maps: _Map
         binned.rest,
         before.phase_rad if before.holds_count else None,
     )
+    # maps can bend a circle to anything: its constants keep near those of the range factor alone
     if maps.bias is None:
         prior_mean = np.array([fit.theta[CircleLayout.constants] for fit in fits])
     return Round(
@@ -368,6 +372,7 @@ def _round(binned: BinnedData, data: list[CircleData], before: Round, maps: _Map
 
 
 def _places(binned: BinnedData, phase_rad: FloatArray) -> FloatArray:
+    # phi = 2 pi L / lambda, L the whole path from the transmitter to a receiver
     change = phase_rad * binned.wavelength_m / (2.0 * np.pi)
     return map_places(change, binned.antennas, binned.release_m, binned.rest)
 

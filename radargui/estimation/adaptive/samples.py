@@ -105,6 +105,7 @@ class _CircleBetweenBins:
         self.signals, self.receiver = signals, receiver
         self.rest_phase = float(found.last.rest_phase_rad[receiver])
         self.bin_s, self.phase = found.data.bins.time_s, found.last.phase_rad[receiver]
+        # a sample is no mean: it shows what a bin of a turning wave has lost
         self.amplitude = found.last.amplitude[receiver] / averaging_loss(self.phase, found.data.bins)
         self.ellipse = found.last.fits[receiver].ellipse
         self.centre_i, self.centre_q = found.last.fits[receiver].centre(data.bias)

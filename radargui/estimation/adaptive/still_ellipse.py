@@ -79,6 +79,7 @@ def fit_still_ellipse(i: FloatArray, q: FloatArray, weight: FloatArray) -> Still
     """
     root = np.sqrt(weight / weight.mean())
     ones = np.ones_like(i)
+    # I^2 has the coefficient one: no ellipse of a front end lacks it, where f vanishes for one through the origin
     columns = np.stack([q**2, i * q, i, q, ones], axis=1) * root[:, None]
     a, b, d, e, f = np.linalg.lstsq(columns, -(i**2) * root, rcond=None)[0]
     sine = -b / (2.0 * np.sqrt(a)) if a > 0 else np.inf

@@ -36,6 +36,7 @@ def unwrapped(angle_rad: FloatArray, time_s: FloatArray) -> FloatArray:
     Over a hole of d between angular speeds a and b, the phase turns by (a + b) d / 2: exact under any even
     acceleration, an impact excepted.
     """
+    # neighbours turn by less than half a turn, but not the two sides of a hole
     phase = np.unwrap(angle_rad, axis=-1)
     step_s = np.diff(time_s)
     if not step_s.size:
@@ -46,9 +47,11 @@ def unwrapped(angle_rad: FloatArray, time_s: FloatArray) -> FloatArray:
         after = slice(int(last) + 1, int(np.searchsorted(time_s, time_s[last + 1] + SETTINGS.side_s)))
         if min(before.stop - before.start, after.stop - after.start) < SETTINGS.least_points:
             continue
+        # straight lines, for the two samples beside the hole alone would add their noise to the turn
         begin, slow = _line(time_s[before], phase[..., before], time_s[last])
         end, fast = _line(time_s[after], phase[..., after], time_s[last + 1])
         turned = (slow + fast) / 2.0 * step_s[last]
+        # whole turns alone: the fraction was measured on both sides
         phase[..., last + 1 :] += 2.0 * np.pi * np.rint((begin + turned - end) / (2.0 * np.pi))[..., None]
     return phase
 

@@ -50,6 +50,7 @@ class _MotionAfter:
     @staticmethod
     def of(blocks: Assembled, kept: int) -> _MotionAfter:
         """Eliminate; SolveError where the samples do not determine it."""
+        # a cubic spline couples neighbours only: few of those that stay are touched
         coupling = blocks.s[kept:, :kept].tocsc()
         touched = np.flatnonzero(np.diff(coupling.indptr))
         after = blocks.s[kept:, kept:]
@@ -240,6 +241,7 @@ def motion_information(
     left = blocks.slope_global + whole[1]
     left[problem.layout.breaks] = 0.0
     slope = eliminated.marginal(blocks.slope_motion, left - whole[1])
+    # with the breaks' prior goes its pull
     slope[kept:] -= precision * (tau - problem.prior.mean[breaks])
     x0 = np.concatenate([state.coefficients[:size].ravel(), tau])
     return MotionInformation(free, size, n_breaks, x0, QuadraticForm(csr_matrix(known), lost), slope, eliminated)

@@ -40,6 +40,7 @@ def floor_slope(solution: Solution) -> FloorSlope | None:
     for number, (plane, unknown) in enumerate(zip(problem.inputs.planes, unknowns, strict=True)):
         if plane.name == FLOOR:
             first = problem.layout.planes.start + 3 * number
+            # a shift along the normal leans nothing: of three unknowns two count
             places = slice(first, first + 2)
             slope, by_tilts = plane.lean(unknown)
             covariance = by_tilts @ solution.normal.global_covariance(places) @ by_tilts.T

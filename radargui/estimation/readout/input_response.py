@@ -130,6 +130,7 @@ def input_responses(
     for number, (other, motion, rest) in enumerate(zip(others, motions.T, of_global.T, strict=True)):
         coefficients = motion.reshape(-1, 3)
         along = solution.at.design @ coefficients + (by_breaks @ rest[layout.breaks]).reshape(-1, 3)
+        # a release elsewhere carries the whole motion along, before the samples turn it back
         along = along + (other.release_m - release) / STEP
         moved = np.array([np.interp(time_s, bin_s, row) for row in along.T])
         before, after = (side @ coefficients for side in sides)
@@ -181,6 +182,7 @@ def _slopes(solution: Solution, changes: FloatArray) -> tuple[FloatArray, FloatA
             pull[part] += np.einsum("can,cnk->nak", slopes.by_position, weighed)
             by_global[layout.shared] += np.einsum("cnp,cnk->pk", slopes.by_shared, weighed)
             by_global[own.without_drift] += np.einsum("cnp,cnk->pk", slopes.by_own, weighed)
+            # slow noise is each channel's own, and linear: its functions are its slopes
             for channel, drift in enumerate((own.drift_i, own.drift_q)):
                 by_global[drift] += here.drift[2 * receiver + channel].T @ weighed[channel]
     flat = pull.reshape(3 * n_bins, -1)

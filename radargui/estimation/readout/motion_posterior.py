@@ -53,6 +53,7 @@ class MotionPosterior:
     @cached_property
     def sums(self) -> DataSums:
         """What the data say about all unknowns, without any prior."""
+        # what unseen mirrors move is linear in the state: matrix and slope of the data stay those of the best
         if self.like is not None:
             return self.like.sums
         return sum_data(self.solution.problem, self.solution.state, self.solution.at)

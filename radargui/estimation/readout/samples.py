@@ -99,6 +99,7 @@ def _hidden_m(solution: Solution, place: FloatArray) -> FloatArray:
     problem, theta = solution.problem, solution.state.theta
     away = np.linalg.norm(place - problem.inputs.release_m[:, None], axis=0) / problem.amplitude_basis.length_m
     maps = np.array([problem.inputs.amplitude_map @ theta[own.amplitude_map] for own in problem.layout.receivers])
+    # near the rest 1 - exp(-x) is x, and would be rounding
     share = np.sqrt(-2.0 * np.expm1(-0.5 * away**2))
     least = SAMPLES.smallest_u_m
     return np.asarray(maps.std(axis=1)[:, None] / problem.inputs.wavenumber * share + least)

@@ -91,6 +91,7 @@ def unexplained_stretches(solution: Solution, settings: StretchSettings = STRETC
     window = np.floor((time_s - time_s[0]) / settings.window_s).astype(np.intp)
     out = []
     for receiver, misfit in enumerate(receiver_misfits(solution.problem, solution.at)):
+        # means over equal times: bins are short where the tracer is fast, and one of them is noise
         count = np.bincount(window[use], minlength=window[-1] + 1)
         mean = np.bincount(window[use], weights=misfit[use], minlength=count.size) / np.maximum(count, 1)
         typical = float(np.median(mean[count > 0]))

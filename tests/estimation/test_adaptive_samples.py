@@ -1,0 +1,181 @@
+"""The adaptive circles at every sample and what is made of them: against closed forms of ideal circles."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from support.small_problem import ANTENNAS, BOUNCE_S, RELEASE_M, START_S, WAVELENGTH_M, positions, small_problem
+
+from radargui.estimation.adaptive import samples
+from radargui.estimation.adaptive.circle_data import averaging_loss, circle_data
+from radargui.estimation.adaptive.circle_fit import CircleFit
+from radargui.estimation.adaptive.circle_layout import CircleLayout
+from radargui.estimation.adaptive.estimate import _choices, estimate_adaptive
+from radargui.estimation.adaptive.found import AdaptiveRounds
+from radargui.estimation.adaptive.rough import RoughPhases
+from radargui.estimation.adaptive.rounds import Round
+from radargui.estimation.adaptive.samples import circles_at_samples
+from radargui.estimation.adaptive.still_ellipse import StillEllipse
+from radargui.estimation.motion_estimate import few_fringes_factor
+from radargui.estimation.signals import ScaledSignals
+from radargui.geometry.bistatic import position_uncertainty
+from radargui.geometry.path_length import Antennas, path_lengths
+
+SIGMA, AT_REST = np.array([0.01, 0.02, 0.01, 0.01, 0.03, 0.01]), np.array([0.4, -2.0, 1.1])
+ROUND = tuple(StillEllipse(0.2 - 0.1 * n, 0.1 * n, 0.0, 0.0, 0.8 + 0.1 * n) for n in range(3))
+SKEW = tuple(replace(one, log_gain=0.1 - 0.1 * n, quadrature_error_rad=0.05 * n) for n, one in enumerate(ROUND))
+
+
+def phases_at(time_s: np.ndarray) -> np.ndarray:
+    """Return the phases that a fall shows, zero at rest."""
+    change = path_lengths(positions(time_s), ANTENNAS) - path_lengths(RELEASE_M[:, None], ANTENNAS)
+    return 2.0 * np.pi * change / WAVELENGTH_M
+
+
+def found_of(
+    ellipses: tuple[StillEllipse, ...], *, rate_hz: float = 4000.0, delay_s: float = 0.0, off_rad: float = 0.0
+) -> AdaptiveRounds:
+    """Return rounds on circles that fit exactly, of phases that the bins have seen off by some, and their samples."""
+    data = small_problem(delay_s=delay_s, n_bins=900).data
+    bins = replace(data.bins, sigma=np.tile(SIGMA[:, None], 900))
+    data = replace(data, bins=bins)
+    time = np.arange(0.0005, 0.4495, 1.0 / rate_hz)
+    phase, value = phases_at(bins.time_s) + off_rad, []
+    for n, own in enumerate(ellipses):
+        i, q = (phases_at(time + delay)[n] + AT_REST[n] for delay in data.delay_s[2 * n : 2 * n + 2])
+        value.append(own.offset_i + own.amplitude * np.cos(i))
+        value.append(own.offset_q + own.gain_ratio * own.amplitude * np.sin(q + own.quadrature_error_rad))
+    signals = ScaledSignals(
+        time_s=time,
+        value=np.array(value),
+        valid=np.ones((3, time.size), bool),
+        usable=np.ones(time.size, bool),
+        unusable_share=np.zeros(3),
+        sigma=SIGMA,
+        scale_v=np.ones(3),
+        delay_s=data.delay_s,
+        mixers=(None,) * 3,
+        before=None,
+        rate_hz=rate_hz,
+        rest_end_s=START_S,
+        onset_s=START_S,
+    )
+    fits = tuple(replace(CircleFit.still(own), chi_square=0.5 + n) for n, own in enumerate(ellipses))
+    shown = [
+        part
+        for n, own in enumerate(ellipses)
+        for part in (
+            own.offset_i + own.amplitude * np.cos(phase[n] + AT_REST[n]),
+            own.offset_q + own.amplitude * np.sin(phase[n] + AT_REST[n]),
+        )
+    ]
+    amplitude = np.array([np.full(900, own.amplitude) for own in ellipses])
+    last = Round(
+        phase_rad=phase,
+        rest_phase_rad=AT_REST,
+        value=np.array(shown),
+        amplitude=amplitude,
+        place=positions(bins.time_s),
+        fits=fits,
+        bias=None,
+        amplitude_map=None,
+        log_evidence=0.0,
+        prior_mean=np.zeros((3, 5)),
+    )
+    rough = RoughPhases(bins.time_s, phase, np.zeros(900), ellipses, {})
+    return AdaptiveRounds(signals, data, rough, last, np.array([0.25]), np.zeros(0))
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 2e-5])
+def test_samples_have_their_own_phase_whatever_the_bins_have_seen(delay_s: float) -> None:
+    found = found_of(SKEW, delay_s=delay_s, off_rad=0.02)
+    at = circles_at_samples(found, found.signals)
+    wanted, smooth = phases_at(found.signals.time_s), np.abs(found.signals.time_s - BOUNCE_S) > 1e-3
+    # bins do not tell what a delay over an impact turns
+    assert at.phase_rad[:, smooth] == pytest.approx(wanted[:, smooth], abs=3e-3 if delay_s else 1e-9)
+    # samples lie on the unit circle; bins show a turning wave smaller by what their mean loses
+    loss = averaging_loss(found.last.phase_rad, found.data.bins)
+    shrunk = np.array([np.interp(found.signals.time_s, found.data.bins.time_s, row) for row in loss])
+    assert (at.i + 1j * at.q)[:, smooth] == pytest.approx((shrunk * np.exp(1j * wanted))[:, smooth], abs=3e-3)
+
+
+def test_phases_are_smoothed_to_two_kilohertz_about_their_own_time() -> None:
+    found = found_of(ROUND, rate_hz=40000.0)
+    at, free = circles_at_samples(found, found.signals), phases_at(found.signals.time_s)
+    # a mean over 11 samples of 40 kHz
+    wanted = np.array([np.convolve(row, np.full(11, 1.0 / 11.0), mode="valid") for row in free])
+    assert at.phase_rad[:, 5:-5] == pytest.approx(wanted, abs=1e-9)
+
+
+def test_uncertainty_is_of_the_samples_noise_of_the_fit_and_of_what_bends_the_phase(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found = found_of(ROUND)
+    covariance = np.zeros((5, 5))
+    covariance[CircleLayout.offset_i, CircleLayout.offset_i] = 0.005**2
+    fits = tuple(replace(one, covariance=covariance) for one in found.last.fits)
+    found = replace(found, last=replace(found.last, fits=fits))
+    monkeypatch.setattr(samples, "_bent_rad", lambda fit, own, rounds, receiver: 0.1 * receiver)
+    at, wide = circles_at_samples(found, found.signals), few_fringes_factor(found.last.phase_rad)
+    own = circle_data(found.data, found.last.value, found.last.phase_rad, found.last.place, None, None)
+    bins = found.data.bins
+    # a bin of a turning wave shows less of it than a sample does
+    loss = averaging_loss(found.last.phase_rad, bins)
+    for n, ellipse in enumerate(ROUND):
+        of_bins = 0.5 * (SIGMA[2 * n] ** 2 + SIGMA[2 * n + 1] ** 2) / ellipse.amplitude**2
+        fitted = np.maximum(found.last.fits[n].phase_variance(own[n]) - of_bins, 0.0)
+        amplitude = np.interp(found.signals.time_s, bins.time_s, ellipse.amplitude / loss[n])
+        noise = (0.5 * (SIGMA[2 * n] + SIGMA[2 * n + 1]) / amplitude) ** 2
+        square = noise + np.interp(found.signals.time_s, bins.time_s, fitted)
+        turned = np.abs(np.sin(0.5 * np.minimum(np.abs(at.phase_rad[n]), np.pi)))
+        wanted = wide[n] * np.hypot(1.2 * np.sqrt(square * max(1.0, 0.5 + n)), 0.1 * n * turned)
+        assert at.u_phase_rad[n] == pytest.approx(wanted, rel=1e-6)
+        # an offset of I that is off by 5 mrad of A turns the phase by as much where I crosses zero
+        assert np.sqrt(fitted.max()) > 0.004 / ellipse.amplitude
+
+
+def test_paths_count_from_the_rest_and_places_and_constants_are_those_of_phases_and_fits() -> None:
+    found = found_of(SKEW)
+    covariance = np.diag([1e-6, 1e-6, 0.004**2, 0.003**2, 1e-6])
+    fits = tuple(replace(one, covariance=covariance) for one in found.last.fits)
+    found = replace(found, last=replace(found.last, fits=fits))
+    estimate = estimate_adaptive(found)
+    time, rest = found.signals.time_s, found.signals.time_s < START_S
+    samples_of = circles_at_samples(found, found.signals)
+    assert estimate.change_m == pytest.approx(phases_at(time) * WAVELENGTH_M / (2.0 * np.pi), abs=1e-9)
+    assert not estimate.change_m[:, rest].any()
+    assert estimate.u_change_m == pytest.approx(samples_of.u_phase_rad * WAVELENGTH_M / (2.0 * np.pi))
+    assert estimate.position_m == pytest.approx(positions(time), abs=1e-6)
+    assert estimate.u_position_m == pytest.approx(position_uncertainty(positions(time), estimate.u_change_m, ANTENNAS))
+    assert estimate.valid.all()
+    for n, (one, own) in enumerate(zip(estimate.constants, SKEW, strict=True)):
+        # Birge: a misfit above the noise widens, one below does not narrow
+        wider = np.sqrt(max(1.0, 0.5 + n))
+        assert one.gain_ratio == pytest.approx(own.gain_ratio)
+        assert one.u_gain_ratio == pytest.approx(own.gain_ratio * 0.004 * wider)
+        assert one.quadrature_error_deg == pytest.approx(np.degrees(own.quadrature_error_rad))
+        assert one.u_quadrature_error_deg == pytest.approx(np.degrees(0.003) * wider)
+    assert estimate.impact_s.tolist() == [0.25]
+    assert estimate.choices == ()
+
+
+def test_a_sample_that_is_no_number_or_was_not_usable_is_not_valid() -> None:
+    found = found_of(ROUND)
+    value, valid = found.signals.value.copy(), found.signals.valid.copy()
+    value[0, 1000], valid[1, 1200] = np.nan, False
+    estimate = estimate_adaptive(replace(found, signals=replace(found.signals, value=value, valid=valid)))
+    assert not estimate.valid[0, 1000]
+    assert not estimate.valid[1, 1200]
+    assert estimate.valid[1:, 1000].all()
+
+
+@pytest.mark.parametrize(("receivers", "said"), [(3, "Maps of position"), (2, "Maps of path length")])
+def test_maps_are_told_with_what_they_are_functions_of(receivers: int, said: str) -> None:
+    basis: Any = SimpleNamespace(length_m=0.123)
+    antennas = Antennas(ANTENNAS.transmitter_m, ANTENNAS.receivers_m[:receivers])
+    found: Any = SimpleNamespace(data=SimpleNamespace(antennas=antennas), last=SimpleNamespace(bias=basis))
+    assert _choices(found) == (f"{said} with a correlation length of 0.12 m.",)

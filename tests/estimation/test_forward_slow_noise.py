@@ -1,0 +1,165 @@
+"""When 1/f noise and drift count and how much of them each function carries: against closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.small_problem import small_problem
+
+from radargui.estimation.forward import slow_noise
+from radargui.estimation.forward.bins import BinnedData, Bins
+from radargui.estimation.forward.slow_noise import Drift, SlowNoiseSettings, _whittle, measure_drift, strongest
+from radargui.estimation.signals import ScaledSignals
+
+SIGMA, RATE_HZ, BEGIN_S = 0.01, 4000.0, 7.0
+
+
+def signals_of(value: np.ndarray, sigma: float = SIGMA) -> ScaledSignals:
+    """Return channels that begin at 7 s."""
+    n_channels, n = value.shape
+    return ScaledSignals(
+        time_s=BEGIN_S + np.arange(n) / RATE_HZ,
+        value=value,
+        valid=np.ones((n_channels // 2, n), bool),
+        usable=np.ones(n, bool),
+        unusable_share=np.zeros(n_channels // 2),
+        sigma=np.full(n_channels, sigma),
+        scale_v=np.ones(n_channels // 2),
+        delay_s=np.zeros(n_channels),
+        mixers=(None,) * (n_channels // 2),
+        before=None,
+        rate_hz=RATE_HZ,
+        rest_end_s=BEGIN_S + 0.5,
+        onset_s=BEGIN_S + 0.5,
+    )
+
+
+@pytest.mark.parametrize(("gain", "share", "counts"), [(2.1, 0.51, True), (1.9, 0.51, False), (2.1, 0.49, False)])
+def test_flicker_noise_counts_by_its_gain_a_channel_and_its_share_at_the_fastest_function(
+    monkeypatch: pytest.MonkeyPatch, gain: float, share: float, counts: bool
+) -> None:
+    signals = signals_of(np.zeros((4, 4001)))
+    # one second: 20 cycles are 20 Hz, where a / f is to be half of the white density
+    level = share * 20.0 * 2.0 * SIGMA**2 / RATE_HZ
+    asked = []
+    monkeypatch.setattr(slow_noise, "_whittle", lambda *given: asked.append(given) or (level, gain))
+    drift = measure_drift(signals, BEGIN_S + 0.5)
+    assert (drift.count, drift.first_s, drift.length_s) == (80 if counts else 0, BEGIN_S, 1.0)
+    assert [samples.size for samples, _, _ in asked] == [1000] * 4
+    assert {(rate, white) for _, rate, white in asked} == {(2000.0, 2.0 * SIGMA**2 / RATE_HZ)}
+    if counts:
+        # of density a / f each half cycle more, 0.5 Hz apart, has a / f times 0.5 Hz: a over its number
+        order = np.arange(1.0, 41.0)
+        assert drift.sd == pytest.approx(np.tile(np.sqrt(level / order), (4, 2)))
+        assert drift.level.tolist() == [level] * 4
+    else:
+        assert not drift.level.any()
+
+
+def test_a_drift_beside_flicker_noise_adds_to_the_slowest_functions_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    time = np.arange(4001) / RATE_HZ
+    slope, level = 0.3, 1e-4
+    monkeypatch.setattr(slow_noise, "_whittle", lambda *given: (level, 5.0))
+    drift = measure_drift(signals_of(np.tile(slope * time, (4, 1)), 1e-5), BEGIN_S + 0.5)
+    of_flicker = np.sqrt(level / np.arange(1.0, 41.0))
+    wanted = of_flicker.copy()
+    # a function of k half cycles with 2 s / (pi k^2)
+    wanted[:6] = np.hypot(wanted[:6], 2.0 * slope / (np.pi * np.arange(1.0, 7.0) ** 2))
+    assert drift.sd == pytest.approx(np.tile(wanted, (4, 2)), rel=1e-3)
+    # the same without flicker noise
+    monkeypatch.setattr(slow_noise, "_whittle", lambda *given: (level, 0.0))
+    alone = measure_drift(signals_of(np.tile(slope * time, (4, 1)), 1e-5), BEGIN_S + 0.5)
+    order = np.tile(np.arange(1.0, 7.0), 2)
+    assert alone.sd == pytest.approx(np.tile(2.0 * slope / (np.pi * order**2), (4, 1)), rel=1e-3)
+    assert alone.functions(np.array([BEGIN_S, BEGIN_S + 1.0])) == pytest.approx(
+        np.array([[1.0] * 6 + [0.0] * 6, [-1.0, 1.0] * 3 + [0.0] * 6]), abs=1e-12
+    )
+
+
+def test_a_slope_that_noise_makes_by_itself_is_none_and_the_noise_is_taken_off() -> None:
+    time = np.arange(4001) / RATE_HZ
+    rest = time[time < 0.5]
+    u_slope = SIGMA / np.sqrt(((rest - rest.mean()) ** 2).sum())
+    for sigmas, count in ((5.9, 0), (6.1, 12)):
+        value = np.zeros((4, time.size))
+        value[1] = sigmas * u_slope * time
+        drift = measure_drift(signals_of(value), BEGIN_S + 0.5, SlowNoiseSettings(gain_a_channel=np.inf))
+        assert drift.count == count
+    # root mean square over the channels, less what white noise gives each
+    left = u_slope * np.sqrt(6.1**2 / 4.0 - 1.0)
+    assert drift.sd[:, 0] == pytest.approx(2.0 * left / np.pi)
+
+
+def test_few_samples_of_rest_make_no_spectrum() -> None:
+    value = np.tile(0.3 * np.arange(4001) / RATE_HZ, (4, 1))
+    # pooled by two: 31 of them, and 32
+    assert measure_drift(signals_of(value, 1e-4), BEGIN_S + 62.5 / RATE_HZ).count == 0
+    assert measure_drift(signals_of(value, 1e-4), BEGIN_S + 63.5 / RATE_HZ).count > 0
+
+
+def test_whittles_fit_is_the_maximum_of_its_likelihood_and_says_what_it_gains() -> None:
+    n, rate, level, white = 4000, 2000.0, 2e-5, 2.0 * SIGMA**2 / 2000.0
+    rng, frequency = np.random.default_rng(3), np.fft.rfftfreq(n, 1.0 / rate)
+    spectrum = rng.standard_normal(frequency.size) + 1j * rng.standard_normal(frequency.size)
+    spectrum[1:] *= np.sqrt(level / frequency[1:] * n * rate / 4.0)
+    spectrum[0] = 0.0
+    samples = np.fft.irfft(spectrum, n) + SIGMA * rng.standard_normal(n)
+    found, gain = _whittle(samples, rate, white)
+    window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(n) / (n - 1))
+    power = 2.0 * np.abs(np.fft.rfft(samples * window)) ** 2 / rate / (window**2).sum()
+    use = slice(2, int(0.8 * frequency.size))
+
+    def log_likelihood(a: float) -> float:
+        density = white + a / frequency[use]
+        return -0.5 * float((np.log(density) + power[use] / density).sum())
+
+    assert found == pytest.approx(level, rel=0.3)
+    assert gain == pytest.approx(log_likelihood(found) - log_likelihood(0.0), rel=1e-6)
+    for other in (0.97, 1.03):
+        assert log_likelihood(found) > log_likelihood(other * found)
+    # of white noise nothing is gained
+    assert _whittle(SIGMA * rng.standard_normal(n), rate, white)[1] < 3.0
+
+
+def bins_of(node_s: float, n: int = 200) -> Bins:
+    edge = np.linspace(0.0, 1.0, n + 1)
+    ones = np.ones((2, n))
+    sigma = SIGMA * ones
+    return Bins(
+        0.5 * (edge[1:] + edge[:-1]), np.full(n, node_s), 0.0 * ones, sigma, np.full(n, 8), edge[:-1], edge[1:], ones
+    )
+
+
+def test_what_a_bin_shows_of_the_noise_that_widens_it_is_what_lies_between_function_and_bin() -> None:
+    level = 3e-6
+    drift = Drift(0.0, 1.0, 80, np.ones((2, 80)), np.array([level, 0.0]))
+    # 20 cycles are 20 Hz; a bin 1 ms long, by its nodes
+    bins = bins_of(0.5e-3 / np.sqrt(3.0))
+    wide = drift.widen(bins)
+    assert wide.sigma[0] ** 2 == pytest.approx(SIGMA**2 + 12.0 * level)
+    seen = SIGMA**2 + level * np.log(1.0 / (2.0 * 1e-3 * 20.0))
+    assert wide.expected[0] == pytest.approx(seen / (SIGMA**2 + 12.0 * level), rel=1e-4)
+    # white noise shows as it is
+    assert wide.sigma[1] == pytest.approx(SIGMA)
+    assert wide.expected[1] == pytest.approx(1.0)
+    # of a bin longer than the fastest cycle something is left
+    long = drift.widen(bins_of(0.1))
+    assert long.expected[0] == pytest.approx((SIGMA**2 + level * np.log(1.5)) / (SIGMA**2 + 12.0 * level))
+
+
+def test_weak_functions_of_slow_noise_widen_the_bins_by_what_they_carry() -> None:
+    made = small_problem(drift=Drift(0.0, 0.45, 8, np.tile(10.0 ** -np.arange(2.0, 6.0, 0.5), (6, 1)), np.zeros(6)))
+    data: BinnedData = replace(made.data, bins=replace(made.data.bins, expected=np.full((6, 250), 0.5)))
+    functions, sigma = data.drift, data.bins.sigma
+    felt = ((functions / sigma[:, :, None]) ** 2).sum(axis=1).max(axis=0)
+    least = float(np.sqrt(felt[2] * felt[3]))
+    few = strongest(data, least)
+    assert few.drift.shape[2] == 3
+    assert few.drift.tolist() == functions[:, :, :3].tolist()
+    left = (functions[:, :, 3:] ** 2).sum(axis=2)
+    assert few.bins.sigma**2 == pytest.approx(sigma**2 + left)
+    # what they carry shows in full, of the rest half
+    assert few.bins.expected == pytest.approx((0.5 * sigma**2 + left) / (sigma**2 + left))
+    assert strongest(data, 0.0) is data

@@ -29,7 +29,15 @@ from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import CorrectedIQ, PathLengths, Track
 from radargui.model.setup import Setup
 from radargui.processing.continuity import checked
-from radargui.processing.doubts import LOOSE_MAPS, doubt, hardly_known, is_fringe_sure, is_unknown, turned_polarisation
+from radargui.processing.doubts import (
+    LOOSE_MAPS,
+    NOTHING,
+    doubt,
+    hardly_known,
+    is_fringe_sure,
+    is_unknown,
+    turned_polarisation,
+)
 from radargui.processing.drifting_rest import drifting_rest
 from radargui.processing.in_band import measure_in_band
 from radargui.processing.locate import LEAST_RECEIVERS, locate, locate_body
@@ -245,7 +253,7 @@ def _motion_of(
     estimate: MotionEstimate, conditioned: Conditioned, setup: Setup, *, is_tested: bool = False
 ) -> MeasuredMotion:
     """Return what was measured, its paths held against their signals; `is_tested`: by an estimate that follows."""
-    bounces, changes, blur = None, None, 1.0
+    bounces, changes, blur, by_setup = None, None, 1.0, NOTHING
     warnings: tuple[str, ...] = ()
     # the far field bends the path by millimetres: no flight obeys gravity there, and the track gives the bounces
     if isinstance(estimate, JointEstimate) and setup.processing.geometry == "exact":
@@ -253,7 +261,7 @@ def _motion_of(
             responses = setup_responses(estimate, setup)
             bounces, fit = joint_bounces(estimate, setup, responses)
             changes, test = joint_changes(estimate, bounces, fit, setup, responses)
-            warnings, blur = test.warnings, test.blur
+            warnings, blur, by_setup = test.warnings, test.blur, responses.bias_deviations()
             estimate, bounces = estimate.widened(test.widening), bounces.widened(test.widening)
         except SolveError as error:
             why = error.message.rstrip(".")
@@ -271,7 +279,7 @@ def _motion_of(
         warnings += (ENDED_EARLY,)
     elif isinstance(estimate, JointEstimate) and not warnings:
         solution = estimate.chosen.solution
-        warning = doubt(solution, estimate.onset_s, setup) or hardly_known(estimate, setup, changes)
+        warning = doubt(solution, estimate.onset_s, setup, by_setup) or hardly_known(estimate, setup, changes)
         warnings = (warning,) if warning else ()
     paths, track = _located(estimate, paths, setup)
     motion = MeasuredMotion(corrected, paths, track, bounces, changes, warnings=warnings)

@@ -86,6 +86,12 @@ class SetupResponses:
         """Of the inputs' own squares, shape (n,): of n possible spheres only one is there."""
         return np.array([float(self.keys.count(key)) for key in self.keys])
 
+    def bias_deviations(self) -> FloatArray:
+        """Return the deviation that inputs off by their u give to each receiver's bias maps, shape (n_receivers,)."""
+        own = self.uncertain
+        squares = [one.bias**2 / share for one, share in zip(own.each, own.weights, strict=True)]
+        return np.asarray(np.sqrt(np.sum(squares, axis=0))) if squares else np.zeros(1)
+
     def floor_covariance(self) -> FloatArray:
         """Return the covariance that the inputs leave to the slope of the floor that reflects, shape (2, 2)."""
         out = np.zeros((2, 2))

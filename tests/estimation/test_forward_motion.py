@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.receiver_signal import receiver_signal
+from support.small_problem import ANTENNAS, LARGE_SPHERE
 
 from radargui.estimation.forward.banded_rows import BandedRows
 from radargui.estimation.forward.mirrors import MirrorPlane
@@ -16,17 +17,6 @@ from radargui.estimation.forward.signal_model import EVERY, ModelInputs, signal_
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.solve.break_velocities import one_sided_slopes
-from radargui.geometry.path_length import Antennas
-from radargui.model.scattering import conducting_sphere, transmitted_direction, transverse_axes
-
-ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.2, 0.4, 0.55], [-0.25, -0.4, 0.5]]))
-LARGE_SPHERE = PolarisedSphere(
-    conducting_sphere(0.008, 0.03),
-    np.stack([transmitted_direction(0.0), transmitted_direction(90.0)]),
-    np.array([transverse_axes(rx / np.linalg.norm(rx)) for rx in ANTENNAS.receivers_m]),
-    np.radians([20.0, 50.0, 0.0, 100.0]),
-    np.radians([5.0, 5.0, 5.0, 5.0]),
-)
 
 
 def test_the_motion_is_continuous_at_breaks_and_its_velocity_is_not() -> None:

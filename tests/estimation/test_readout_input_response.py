@@ -53,6 +53,10 @@ def test_a_motion_follows_another_input_as_the_minimum_with_it_does(which: str) 
     leans = new.floor_slope.slope - old.floor_slope.slope
     # Gauss-Newton leaves out how the floor's slope bends the signal: 2e-5 of a u of 1e-3
     assert STEP * response.floor_slope == pytest.approx(leans, abs=0.3 * np.abs(leans).max() + 2e-6)
+    layout, shift = made.problem.layout, again.state.theta - solution.state.theta
+    grown = [np.sqrt(np.mean(np.append(shift[own.bias_i], shift[own.bias_q]) ** 2)) for own in layout.receivers]
+    # a ten-thousandth of an amplitude, where maps are no longer linear
+    assert STEP * response.bias == pytest.approx(grown, rel=0.25)
     assert old.responses([], time) == ()
 
 

@@ -101,9 +101,15 @@ def test_a_search_without_any_model_within_its_budget_is_refused(monkeypatch: py
 def test_where_no_body_describes_the_signals_the_search_ends_and_says_how_far_off_each_receiver_is() -> None:
     made = small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005)
     with pytest.raises(budget.NoSingleBodyError, match="chi-square") as caught:
-        chosen(made, hopeless_misfit=0.1)
+        chosen(made, hopeless_misfit=0.1, most_left=0.001)
     assert caught.value.misfit.shape == (made.data.antennas.n_receivers,)
     assert (caught.value.misfit < 2.0).all()
+
+
+def test_a_misfit_that_is_next_to_nothing_of_the_wave_is_what_reflectors_leave_in_loud_signals() -> None:
+    # laboratory 7304306: a misfit of 120 is 0.01 of the wave, and the wall that explains it is found
+    made = small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005, n_bins=60)
+    assert chosen(made, hopeless_misfit=0.1, most_left=0.03).solution.settled
 
 
 def test_a_floor_and_a_wall_that_reflect_are_kept_and_the_wall_is_where_it_stands(whole: ChosenModel) -> None:

@@ -6,11 +6,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_problem import FLOOR_PLANE, WALL_PLANE, small_problem
+from support.small_problem import (
+    BOUNCE_S,
+    CONSTANTS,
+    FLOOR_PLANE,
+    LARGE_SPHERE,
+    START_S,
+    WALL_PLANE,
+    positions,
+    small_problem,
+)
 
-from radargui.estimation.forward.parameters import lobe_places
+from radargui.estimation.forward.parameters import lobe_places, polarisation_places
 from radargui.estimation.solve.assemble import BENT_ALONE, MOST_DAMPING, assemble, sum_data
 from radargui.estimation.solve.changed_problem import problem_with_flights
+from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.minimise import (
     MINIMISE,
     MinimiseSettings,
@@ -197,6 +207,24 @@ def test_a_step_that_raises_the_cost_is_damped_until_one_lowers_it() -> None:
     assert step.damping > 0
     assert step.at.cost < at.cost
     assert step.gained == at.cost - step.at.cost
+
+
+def test_an_angle_turned_by_half_turns_shows_the_same_and_a_step_brings_it_back_to_what_the_setup_says() -> None:
+    data = replace(small_problem(sigma=0.003, n_bins=60).data, sphere=LARGE_SPHERE)
+    motion = first_motion(data, positions(data.bins.time_s), START_S, np.array([BOUNCE_S]))
+    start = initial_problem(data, motion, CONSTANTS, (), 0.09)
+    problem, theta = start.problem, start.state.theta.copy()
+    angles = polarisation_places(problem.layout)
+    theta[angles] += np.pi * np.array([0.0, -3.0, 4.0, 1.0])
+    turned = replace(start.state, theta=theta)
+    here, there = linearise(problem, start.state), linearise(problem, turned)
+    for a, b in zip(here.signals, there.signals, strict=True):
+        assert a.value == pytest.approx(b.value, abs=1e-12)
+    # so damped that it hardly moves
+    step, _ = _step(problem, turned, assemble(problem, turned, there), MOST_DAMPING, MINIMISE)
+    assert step is not None
+    assert np.abs(step.theta[angles] - problem.prior.mean[angles]).max() < np.pi / 2.0
+    assert linearise(problem, step).cost < there.cost - 1000.0
 
 
 def test_misfits_are_squares_over_what_noise_leaves_against_the_white_noise_alone() -> None:

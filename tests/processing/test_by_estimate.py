@@ -227,6 +227,9 @@ def test_maps_nearly_as_large_as_the_signal_are_told_to_stand_for_mirrors(setup:
     assert missing_mirrors(solution, START_S, body) == ""
     small.problem.prior.sd[small.problem.layout.receivers[1].bias_i] = 0.4
     assert "reflectors that were not found" in missing_mirrors(solution, START_S, body)
+    # what antennas off by their u do is in the budget (laboratory 7304304 and 7309104, 45 dB)
+    assert missing_mirrors(solution, START_S, body, np.array([0.0, 0.2, 0.0])) == ""
+    assert missing_mirrors(solution, START_S, body, np.array([0.4, 0.1, 0.4])) != ""
     # where the sphere counts as a point they are what it scatters
     assert missing_mirrors(solution, START_S, changed(setup, transmitter={"polarization_deg": None})) == ""
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from radargui.restitution.flight_fit import FlightFit
-from radargui.restitution.input_changes import FlightTest, SetupResponses, _tested
+from radargui.restitution.input_changes import SPHERE, FlightTest, SetupResponses, _tested
 
 
 def judged(misfit: tuple[float, int], bend: float, unexplained: float = 5.0) -> Any:
@@ -46,6 +46,14 @@ def test_flights_that_bend_by_more_than_u_beyond_noise_are_told() -> None:
     assert test.widening == pytest.approx(2.0)
     assert judged((2000.0, 200), 1.2).widening == pytest.approx(np.sqrt(10.0))
     assert judged((215.0, 200), 1.2).warning == ""
+
+
+def test_maps_change_by_what_uncertain_inputs_give_them_together_and_one_sphere_of_many() -> None:
+    keys, sizes = ("a", "exact", SPHERE, SPHERE, "b"), (3.0, 100.0, 2.0, 6.0, 4.0)
+    each: Any = tuple(SimpleNamespace(bias=np.array([size, 0.0])) for size in sizes)
+    found = SetupResponses(np.zeros(1), keys, each, frozenset({"exact"})).bias_deviations()
+    assert found == pytest.approx([np.sqrt(9.0 + 16.0 + 20.0), 0.0])
+    assert not SetupResponses(np.zeros(1), (), ()).bias_deviations().any()
 
 
 def test_a_cause_that_is_named_takes_the_place_of_the_guess() -> None:

@@ -10,11 +10,20 @@ from radargui.estimation.forward.bins import BinnedData, Bins, Multiplexer
 from radargui.estimation.forward.mirrors import FLOOR, WALL, MirrorPlane
 from radargui.estimation.forward.parameters import ReceiverConstants, lobe_places
 from radargui.estimation.forward.slow_noise import Drift
+from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.problem import Start, State, linearise
 from radargui.geometry.path_length import Antennas
+from radargui.model.scattering import conducting_sphere, transmitted_direction, transverse_axes
 
 ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.2, 0.4, 0.55], [-0.25, -0.4, 0.5]]))
+LARGE_SPHERE = PolarisedSphere(
+    conducting_sphere(0.008, 0.03),
+    np.stack([transmitted_direction(0.0), transmitted_direction(90.0)]),
+    np.array([transverse_axes(rx / np.linalg.norm(rx)) for rx in ANTENNAS.receivers_m]),
+    np.radians([20.0, 50.0, 0.0, 100.0]),
+    np.radians([5.0, 5.0, 5.0, 5.0]),
+)
 RELEASE_M = np.array([0.0, 0.01, 0.12])
 WAVELENGTH_M = 0.03
 START_S, BOUNCE_S, END_S = 0.05, 0.25, 0.45

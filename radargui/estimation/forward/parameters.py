@@ -194,6 +194,20 @@ def polarisation_places(layout: Layout) -> IntArray:
     return np.concatenate([np.arange(one.start, one.stop) for one in places])
 
 
+def with_nearest_angles(theta: FloatArray, layout: Layout, mean: FloatArray) -> FloatArray:
+    """Return theta, (n_global,), with every polarisation's angle within a quarter turn of that in `mean`.
+
+    After half a turn a linear polarisation is minus itself, which phi_0 takes: the signal is the same.
+    """
+    places = polarisation_places(layout)
+    turns = np.round((theta[places] - mean[places]) / np.pi)
+    if not turns.any():
+        return theta
+    out = theta.copy()
+    out[places] -= np.pi * turns
+    return out
+
+
 def make_layout(sizes: Sizes) -> Layout:
     """Return the layout for these numbers of unknowns."""
     take = _Taken()

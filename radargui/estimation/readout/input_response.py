@@ -86,6 +86,8 @@ class InputResponse:
         Changes of the velocities at the breaks, shape (n_breaks, 3).
     floor_slope
         Change of the slope of the floor that reflects, shape (2,); zero where none was found.
+    bias
+        Change of the coefficients of each receiver's bias maps, root mean square in amplitudes, shape (n_receivers,).
     """
 
     slope_motion: FloatArray
@@ -94,6 +96,7 @@ class InputResponse:
     before_m_s: FloatArray
     after_m_s: FloatArray
     floor_slope: FloatArray
+    bias: FloatArray
 
 
 def input_responses(
@@ -135,7 +138,8 @@ def input_responses(
         moved = np.array([np.interp(time_s, bin_s, row) for row in along.T])
         before, after = (side @ coefficients for side in sides)
         leans = np.zeros(2) if floor is None else floor.by_global @ rest[floor.places]
-        out.append(InputResponse(by_motion[:, number], by_global[:, number], moved, before, after, leans))
+        bias = np.array([np.sqrt(np.mean(rest[own.bias_i.start : own.bias_q.stop] ** 2)) for own in layout.receivers])
+        out.append(InputResponse(by_motion[:, number], by_global[:, number], moved, before, after, leans, bias))
     return tuple(out)
 
 

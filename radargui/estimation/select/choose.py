@@ -48,8 +48,9 @@ class ChoiceSettings:
         A model so far behind in ln E for each number in the data, after the first minimum and each round, is given up.
     bad_misfit
         The same above which models cannot be compared: they are compared again when it has gone.
-    hopeless_misfit
-        The same above which no wall can explain it, and the search ends.
+    hopeless_misfit, most_left
+        The same above which no wall can explain it, and the search ends, where it is more than this share of the wave:
+        in 45 dB, antennas off by their u beside a wall of 0.04 leave 0.01, a misfit of 120 (laboratory 7304306).
     grown_bias
         Deviation of the bias maps, in amplitudes, above which they explain something beside a floor.
     most_walls
@@ -74,6 +75,7 @@ class ChoiceSettings:
     most_behind: tuple[float, float] = (0.5, 0.05)
     bad_misfit: float = 2.0
     hopeless_misfit: float = 100.0
+    most_left: float = 0.03
     grown_bias: float = 0.002
     most_walls: int = 2
     shortest_length_m: float = 0.09
@@ -127,7 +129,8 @@ def choose_model(
     entered("flights")
     solution, alternatives = selection.with_flights(solution, alternatives)
     typical = selection.misfit(solution)
-    if typical.max() > settings.hopeless_misfit:
+    hopeless = typical > settings.hopeless_misfit
+    if hopeless.any() and selection.share_left(solution)[hopeless].max() > settings.most_left:
         # walls would only be fitted to what no echo of one body is
         raise NoSingleBodyError(typical)
     if is_lost(solution, found.data.onset_s):
@@ -223,6 +226,12 @@ class _Selection:
         if self._misfit is None or self._misfit[0] is not solution:
             self._misfit = solution, misfit_on(self.rough, solution)
         return self._misfit[1]
+
+    def share_left(self, solution: Solution) -> FloatArray:
+        """Return the residual that a receiver's misfit is, as a share of its wave, shape (n_receivers,)."""
+        sigma = np.median(self.rough.bins.sigma, axis=1).reshape(-1, 2).mean(axis=1)
+        wave = [np.median(np.abs(signal.direct)) for signal in solution.at.signals]
+        return np.asarray(np.sqrt(self.misfit(solution)) * sigma / wave)
 
     def with_all_noise(self, solution: Solution) -> Solution:
         """Return a solution on few bins with all functions of slow noise: what the weak ones carry looks like walls."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from radargui.estimation.forward.parameters import with_nearest_angles
 from radargui.estimation.solve.assemble import MOST_DAMPING, Assembled, DataSums, assemble, sum_data
 from radargui.estimation.solve.normal import NormalMatrix
 from radargui.estimation.solve.priors import PRIORS
@@ -191,9 +192,11 @@ def _step(
     foretold = -0.5 * float(assembled.slope_motion @ motion + assembled.slope_global @ by_global)
     # x, y, z are interleaved in the matrix, so that its band stays narrow
     coefficients = state.coefficients + motion.reshape(-1, 3)
-    if not _is_possible(problem, coefficients, state, state.theta + by_global, settings):
+    # signals of antennas that are off may turn an angle round and round, where the setup would pull for ever
+    theta = with_nearest_angles(state.theta + by_global, problem.layout, problem.prior.mean)
+    if not _is_possible(problem, coefficients, state, theta, settings):
         return None, foretold
-    return State(coefficients, state.theta + by_global), foretold
+    return State(coefficients, theta), foretold
 
 
 def _is_possible(

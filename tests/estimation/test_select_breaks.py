@@ -28,7 +28,7 @@ from radargui.estimation.select.breaks import (
     sharp_turns,
     side_kicks,
 )
-from radargui.estimation.select.converge import COARSE, _rounds, converge, settle_breaks
+from radargui.estimation.select.converge import COARSE, converge, convergence, settle_breaks
 from radargui.estimation.solve.break_velocities import BreakSpeeds, break_speeds
 from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.estimation.solve.minimise import Solution, log_evidence, minimise
@@ -184,13 +184,13 @@ def test_a_motion_on_other_knots_is_the_same_motion() -> None:
 
 def test_rounds_end_with_the_first_that_hardly_changes_the_evidence() -> None:
     settings = replace(COARSE, least_rounds=0, settled_ln_evidence=0.5)
-    evidence = [one for _, one in _rounds(small_problem().away(0.5), 20, nothing, settings)]
+    evidence = [one for _, one in convergence(small_problem().away(0.5), 20, settings)]
     change = np.abs(np.diff(evidence))
     assert 3 < len(evidence) < 21
     assert change[-1] < 0.5
     # of the first round there is no round before
     assert (change[1:-1] >= 0.5).all()
-    patient = [one for _, one in _rounds(small_problem().away(0.5), 20, nothing, replace(settings, least_rounds=12))]
+    patient = [one for _, one in convergence(small_problem().away(0.5), 20, replace(settings, least_rounds=12))]
     assert len(patient) >= 14
 
 

@@ -1,8 +1,7 @@
-"""Rounds and races of models: when noise follows the misfit, who is given up, which solution of several is kept."""
+"""Rounds of a model: when noise follows the misfit, when they end, which solution of several is kept."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -12,7 +11,7 @@ import pytest
 from support.small_problem import SmallProblem, small_problem
 
 from radargui.estimation.select import converge as converge_module
-from radargui.estimation.select.converge import COARSE, _away, _best, _impacts, _rounds, converge, race
+from radargui.estimation.select.converge import COARSE, _away, _best, _impacts, converge, convergence
 from radargui.estimation.solve.problem import Start
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -33,7 +32,7 @@ def louder() -> SmallProblem:
 @pytest.mark.parametrize("first", [0, 2])
 def test_the_noise_follows_the_misfit_from_its_round_on_and_never_before(louder: SmallProblem, first: int) -> None:
     settings = replace(COARSE, noise_from_round=first, least_rounds=99)
-    scales = [one.problem.noise_scale for one, _ in _rounds(louder.start, first + 1, nothing, settings)]
+    scales = [one.problem.noise_scale for one, _ in convergence(louder.start, first + 1, settings)]
     assert len(scales) == first + 2
     assert all(one.tolist() == [1.0] * 3 for one in scales[:-1])
     # by no more than its largest step
@@ -46,42 +45,8 @@ def test_rounds_stop_with_the_first_that_changes_little_once_there_were_enough(m
     monkeypatch.setattr(converge_module, "log_evidence", lambda one: next(evidence))
     settings = replace(COARSE, least_rounds=3, settled_ln_evidence=0.2)
     # the second round changes as little as the fifth, but is too early
-    found = [value for _, value in _rounds(made.start, 6, nothing, settings)]
+    found = [value for _, value in convergence(made.start, 6, settings)]
     assert found == [0.0, 10.0, 10.1, 10.2, 11.0, 11.1]
-
-
-def runs_of(*courses: list[float]) -> Any:
-    """Return rounds that have these evidences after the first minimum and after each round."""
-    solutions = [[SimpleNamespace(name=f"{n}.{k}") for k in range(len(own))] for n, own in enumerate(courses)]
-
-    def rounds(start: int, *given: object) -> Iterator[tuple[Any, float]]:
-        yield from zip(solutions[start], courses[start], strict=True)
-
-    return rounds
-
-
-def raced(monkeypatch: pytest.MonkeyPatch, *courses: list[float], rounds: int, **given: Any) -> list[str | None]:
-    monkeypatch.setattr(converge_module, "_rounds", runs_of(*courses))
-    starts: Any = list(range(len(courses)))
-    found = race(starts, rounds, nothing, (100.0, 10.0), **given)
-    return [None if one is None else str(vars(one)["name"]) for one in found]
-
-
-def test_in_a_race_who_is_too_far_behind_runs_no_further(monkeypatch: pytest.MonkeyPatch) -> None:
-    # the second is 99 behind at first, where a hundred are allowed, and 11 after a round, where ten are
-    courses = [100.0, 100.0, 100.0], [1.0, 89.0, 200.0], [-1.0, 200.0, 200.0], [95.0, 91.0, 89.0]
-    assert raced(monkeypatch, *courses, rounds=2) == ["0.2", None, None, "3.2"]
-    # after the last round nobody is asked any more
-    assert raced(monkeypatch, *courses, rounds=1) == ["0.1", "1.1", None, "3.1"]
-
-
-def test_in_a_race_of_two_that_meet_the_earlier_goes_on_and_who_has_settled_stays(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    courses = [10.0, 11.0, 12.0], [10.0, 12.0, 13.0], [9.0, 9.5]
-    met = lambda one, other: {one.name[0], other.name[0]} == {"0", "1"} and one.name[2] != "0"  # noqa: E731
-    assert raced(monkeypatch, *courses, rounds=2, met=met) == ["0.2", None, "2.1"]
-    assert raced(monkeypatch, *courses, rounds=3) == ["0.2", "1.2", "2.1"]
 
 
 def test_of_solutions_that_fit_alike_the_one_with_most_impacts_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -74,6 +76,41 @@ def test_each_round_of_each_alternative_is_counted_once_and_a_cancelled_race_end
     counted.clear()
     race(starts_at(hidden, 180.0), 2, lambda: counted.append(1), (1e9,))
     assert len(counted) == 2
+
+
+def runs_of(*courses: list[float]) -> Any:
+    """Return rounds that have these evidences after the first minimum and after each round."""
+    solutions = [[SimpleNamespace(name=f"{n}.{k}") for k in range(len(own))] for n, own in enumerate(courses)]
+
+    def rounds(start: int, *given: object) -> Iterator[tuple[Any, Any]]:
+        for solution, value in zip(solutions[start], courses[start], strict=True):
+            yield solution, SimpleNamespace(ln_evidence=value, name=solution.name)
+
+    return rounds
+
+
+def raced(monkeypatch: pytest.MonkeyPatch, *courses: list[float], rounds: int, **given: Any) -> list[str | None]:
+    monkeypatch.setattr(race_module, "_alternative", runs_of(*courses))
+    starts: Any = list(range(len(courses)))
+    found = race(starts, rounds, nothing, (100.0, 10.0), **given)
+    return [None if one is None else str(vars(one)["name"]) for one in found]
+
+
+def test_in_a_race_who_is_too_far_behind_runs_no_further(monkeypatch: pytest.MonkeyPatch) -> None:
+    # the second is 99 behind at first, where a hundred are allowed, and 11 after a round, where ten are
+    courses = [100.0, 100.0, 100.0], [1.0, 89.0, 200.0], [-1.0, 200.0, 200.0], [95.0, 91.0, 89.0]
+    assert raced(monkeypatch, *courses, rounds=2) == ["0.2", None, None, "3.2"]
+    # after the last round nobody is asked any more
+    assert raced(monkeypatch, *courses, rounds=1) == ["0.1", "1.1", None, "3.1"]
+
+
+def test_in_a_race_of_two_that_meet_the_earlier_goes_on_and_who_has_settled_stays(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    courses = [10.0, 11.0, 12.0], [10.0, 12.0, 13.0], [9.0, 9.5]
+    met = lambda one, other: {one.name[0], other.name[0]} == {"0", "1"} and one.name[2] != "0"  # noqa: E731
+    assert raced(monkeypatch, *courses, rounds=2, met=met) == ["0.2", None, "2.1"]
+    assert raced(monkeypatch, *courses, rounds=3) == ["0.2", "1.2", "2.1"]
 
 
 class Lost(Lane[Solution, Score]):

@@ -12,16 +12,15 @@ from support.small_problem import FLOOR_PLANE, WALL_PLANE, small_problem
 
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.select import wall_walk, walls
+from radargui.estimation.select.race import last_image, same_place, score_of
 from radargui.estimation.select.wall_grid import WALLS, upright_planes, wall_grid, wall_towards
 from radargui.estimation.select.wall_walk import WalkSettings, walked
 from radargui.estimation.select.walls import (
     WallSearch,
     WallTrial,
     _run_off,
-    last_image,
     peaks,
     place_of_last,
-    same_place,
     search_wall,
     without_last_mirror,
 )
@@ -127,12 +126,11 @@ def upright(azimuth_rad: float) -> np.ndarray:
     ("shift_m", "behind", "same"), [(0.0095, 14.0, True), (0.0105, 0.0, False), (0.0, 16.0, False)]
 )
 def test_walls_are_the_same_by_their_images_and_evidence(
-    beside: Solution, monkeypatch: pytest.MonkeyPatch, shift_m: float, behind: float, same: bool
+    beside: Solution, shift_m: float, behind: float, same: bool
 ) -> None:
     # an image moves by twice as much as its wall: 2 cm count as one place
-    other = with_plane(beside, 0.0, 0.0, shift_m)
-    monkeypatch.setattr(walls, "log_evidence", lambda one: -behind if one is other else 0.0)
-    assert same_place(beside, other) is same_place(other, beside) is same
+    one, other = score_of(beside, 0.0), score_of(with_plane(beside, 0.0, 0.0, shift_m), -behind)
+    assert same_place(one, other) is same_place(other, one) is same
 
 
 def test_maxima_two_places_apart_are_two() -> None:

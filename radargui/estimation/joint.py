@@ -18,6 +18,7 @@ from radargui.estimation.select.chosen_model import ChosenModel
 from radargui.estimation.signals import ScaledSignals, composed, remaining
 from radargui.estimation.solve.break_velocities import break_speeds
 from radargui.estimation.solve.minimise import chi_square
+from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.errors import ProcessingError
 from radargui.model.front_end import FrontEnd
 from radargui.model.setup import Setup
@@ -82,7 +83,7 @@ def estimate_joint(
         Fewer than three receivers, no rest before the motion.
     """
     signals = found.signals
-    if signals.n_receivers < 3:
+    if signals.n_receivers < LEAST_RECEIVERS:
         raise ProcessingError(
             "The joint correction needs three receivers.", remedy='Choose correction = "adaptive" for one or two.'
         )

@@ -22,6 +22,7 @@ from radargui.estimation.readout.unexplained import (
     unexplained_stretches,
 )
 from radargui.estimation.select.budget import LooseMapsError, NoSingleBodyError
+from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.front_end import FrontEnd, FrontEndPrior
@@ -32,7 +33,7 @@ from radargui.processing.continuity import checked
 from radargui.processing.doubts import LOOSE_MAPS, doubt, hardly_known, is_fringe_sure, is_unknown, turned_polarisation
 from radargui.processing.drifting_rest import drifting_rest
 from radargui.processing.in_band import measure_in_band
-from radargui.processing.locate import LEAST_RECEIVERS, locate, locate_body
+from radargui.processing.locate import locate, locate_body
 from radargui.processing.measured_motion import MeasuredMotion
 from radargui.restitution.bent_flights import CONTRADICTED, COUNTED, NAMED
 from radargui.restitution.input_changes import joint_changes, setup_responses

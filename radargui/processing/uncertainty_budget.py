@@ -9,7 +9,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from radargui.geometry.bistatic import solve_gradient
-from radargui.geometry.path_length import distance, path_gradient, place_antennas, t_matrix
+from radargui.geometry.path_length import LEAST_RECEIVERS, distance, path_gradient, place_antennas, t_matrix
 from radargui.geometry.scattering import scattering_delay_m, supposed_delays_m
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import (
@@ -23,7 +23,7 @@ from radargui.model.assumed import (
 from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import BudgetLine, InputChange, Share, UncertaintyBudget
-from radargui.processing.locate import LEAST_RECEIVERS, place_at
+from radargui.processing.locate import place_at
 from radargui.restitution.track_response import floor_and_clock, respond
 
 POINTS, LONGEST_S = 500, 0.002

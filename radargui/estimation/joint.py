@@ -133,7 +133,6 @@ def _estimate(setup: Setup, signals: ScaledSignals, chosen: ChosenModel, values:
     # where the model does not fit a sample is no evidence of a place
     valid = (values.misfit < _UNTRUSTED) & signals.usable
     amplitude = np.array([np.median(np.abs(signal.direct)) for signal in solution.at.signals])
-    bins = solution.problem.bins
     channels = channel_qualities(
         signals,
         signals.time_s >= signals.onset_s,
@@ -141,7 +140,7 @@ def _estimate(setup: Setup, signals: ScaledSignals, chosen: ChosenModel, values:
         valid,
         values.change_m * (2.0 * np.pi / setup.radar.wavelength_m),
         amplitude,
-        np.median(bins.sigma.reshape(-1, 2, bins.n_bins).mean(axis=1), axis=1),
+        solution.problem.bins.typical_sigma,
         misfit,
         constants,
     )

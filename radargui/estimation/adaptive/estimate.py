@@ -43,7 +43,7 @@ def estimate_adaptive(found: AdaptiveRounds) -> MotionEstimate:
         valid,
         samples.phase_rad,
         np.median(last.amplitude, axis=1),
-        np.median(data.bins.sigma.reshape(-1, 2, data.bins.n_bins).mean(axis=1), axis=1),
+        data.bins.typical_sigma,
         chi_square,
         constants,
     )

@@ -141,10 +141,10 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
     onset, start = signals.onset_s, signals.rest_end_s
     rough = rough_phases(signals, onset)
     antennas, release = place_antennas(setup), np.asarray(setup.tracer.release_position_m)
+    locates = antennas.n_receivers >= LEAST_RECEIVERS
     impacts, sphere = np.zeros(0), polarised_sphere(setup)
     multiplexer = None if signals.before is None else Multiplexer(signals.before, 1.0 / signals.rate_hz)
     found: tuple[Round, FloatArray] | None = None
-    locates = antennas.n_receivers >= LEAST_RECEIVERS
     for number in range(3):
         bins = bin_by_fringe(signals, rough.time_s, rough.turns_hz, start, impacts)
         rest = bins.last_s < start

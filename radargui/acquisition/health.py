@@ -185,6 +185,7 @@ def snapshot(status: Status, recorder: Recorder | None) -> Health:
     if stream is None:
         return health
     reading, queue, worker, rate_hz = stream.reading, stream.queue, stream.worker, stream.digitisation.sample_rate_hz
+    counts = reading.counts
     # as if nothing were compressed: rather warned too early
     room = None if recorder is None or free is None else max(free - recorder.minimum_free_bytes, 0)
     return replace(
@@ -197,9 +198,9 @@ def snapshot(status: Status, recorder: Recorder | None) -> Health:
         live_skipped_samples=worker.skipped if worker else 0,
         sample_rate_hz=rate_hz,
         read_rate_hz=reading.rate_hz(),
-        samples_read=reading.samples_read,
-        samples_lost=reading.samples_lost,
-        gaps=reading.gaps,
+        samples_read=counts.read,
+        samples_lost=counts.lost,
+        gaps=counts.gaps,
         backlog_samples=reading.backlog,
         levels=stream.levels(),
     )

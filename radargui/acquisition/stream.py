@@ -5,6 +5,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -126,6 +127,14 @@ _SILENCE_S = 1.5
 """A source may wait about a second for a block; silence beyond that lowers the rate."""
 
 
+class Counts(NamedTuple):
+    """Samples of each channel that were read and lost, and in how many gaps; replaced as a whole."""
+
+    read: int = 0
+    lost: int = 0
+    gaps: int = 0
+
+
 class Reading:
     """Counts of one reader's thread; other threads may look."""
 
@@ -134,9 +143,7 @@ class Reading:
         self._clock = clock
         self._times: deque[tuple[float, int]] = deque(maxlen=_BLOCKS_TIMED)
         self._next = 0
-        self.samples_read = 0
-        self.samples_lost = 0
-        self.gaps = 0
+        self.counts = Counts()
         self.backlog = 0
         self._backlog_asked_s = -math.inf
 
@@ -155,14 +162,11 @@ class Reading:
             )
         if block.first_index < self._next:
             raise SourceError(f"The source gave sample {block.first_index} again after sample {self._next - 1}")
-        lost = block.first_index - self._next
-        if lost:
-            self.samples_lost += lost
-            self.gaps += 1
+        lost, before = block.first_index - self._next, self.counts
+        self.counts = Counts(before.read + block.count, before.lost + lost, before.gaps + bool(lost))
         self._next = block.end_index
-        self.samples_read += block.count
         # when they came, not when they were taken: this is what the reader keeps up with
-        self._times.append((self._clock.now(), self.samples_read))
+        self._times.append((self._clock.now(), self.counts.read))
 
     def backlog_is_due(self) -> bool:
         """Whether it is time to ask the source for its backlog again: asking may cost a way over the network."""

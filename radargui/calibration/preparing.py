@@ -25,7 +25,7 @@ from radargui.estimation.motion_estimate import MotionEstimate
 from radargui.estimation.signals import ScaledSignals, scaled_signals
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.problem import Start
-from radargui.geometry.path_length import path_lengths, place_antennas
+from radargui.geometry.path_length import LEAST_RECEIVERS, path_lengths, place_antennas
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
@@ -316,7 +316,7 @@ def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own:
     """
     signals, motion = ready.signals, ready.motion
     # phases count from the rest, and fewer receivers bear no mirrors and no place
-    if not signals.has_rest or signals.n_receivers < 3:
+    if not signals.has_rest or signals.n_receivers < LEAST_RECEIVERS:
         return None
     antennas, wavelength_m = place_antennas(setup), setup.radar.wavelength_m
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.conditioning.averager import block_means, blocks_with, code_means, held
+from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray, even_transform_size, order_statistics, pieces
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.recording import Recording, at_rail
@@ -109,7 +110,7 @@ def band_signals(recording: Recording, samples: slice, first_index: int, setup: 
         Its correction; release and floor, where it gives both.
     """
     rate_hz = recording.digitisation.sample_rate_hz
-    if recording.n_receivers < 3 or setup.processing.correction == "none":
+    if recording.n_receivers < LEAST_RECEIVERS or setup.processing.correction == "none":
         return _pooled(recording, samples, first_index, 1)
     # a mean blurs the turn at an impact, and only the joint estimate could have told it
     settings = JOINT if setup.processing.correction == "joint" else SETTINGS

@@ -18,6 +18,7 @@ from radargui.conditioning.onset import REST, rest_before
 from radargui.conditioning.segment import Motion
 from radargui.conditioning.skew import remove_skew
 from radargui.conditioning.stretch import NO_MOTION, NoMotion, Stretch, find_stretch, only_tones
+from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import FloatArray, pairs_of
 from radargui.model.front_end import with_phase_sign
 from radargui.model.recording import Recording, channel_skew
@@ -80,7 +81,7 @@ def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, ph
     opened = open_channels(volts, noise_v, rate_hz, moving)
     doppler: tuple[Doppler, ...]
     echoes: tuple[Echo | None, ...] = (None,) * len(pairs)
-    if len(pairs) < 3:
+    if len(pairs) < LEAST_RECEIVERS:
         # they tell no position: each has to be followed by itself, and at rest too
         found_hz = (*stretch.tones_hz, *(() if stretch.hum is None else stretch.hum.lines_hz))
         alone = [follow_receiver(at_one_time_v[pair], usable[pair], rate_hz, noise_v[pair], found_hz) for pair in pairs]

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from radargui.conditioning.doppler import Doppler
+from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.result import Segment
 
@@ -113,7 +114,7 @@ class Conditioned:
         for row, echo in zip(out, self.echoes, strict=True):
             if echo is not None:
                 row &= echo.leads
-            elif self.n_receivers < 3:
+            elif self.n_receivers < LEAST_RECEIVERS:
                 # no line was ever clear: before and after what shook the voltages a target may move below the noise
                 row[: self.segment.first] = row[self.segment.last :] = False
         return out

@@ -9,6 +9,7 @@ import numpy as np
 
 from radargui.conditioning.doppler import ALONE, Doppler, measure_doppler
 from radargui.conditioning.segment import Motion
+from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray, pairs_of
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def steady_motion(
 ) -> Motion | None:
     """Return the motion of a target too weak to shake the voltages, but whose line one or two receivers show."""
     pairs = pairs_of(volts)
-    if len(pairs) > 2:
+    if len(pairs) >= LEAST_RECEIVERS:
         return None
     for pair in pairs:
         _, echo = follow_receiver(volts[pair], usable[pair], rate_hz, noise_v[pair], lines_hz)

@@ -18,6 +18,7 @@ from radargui.estimation.select.chosen_model import ChosenModel
 from radargui.estimation.signals import ScaledSignals, composed, remaining
 from radargui.estimation.solve.break_velocities import break_speeds
 from radargui.estimation.solve.minimise import chi_square
+from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.errors import ProcessingError
 from radargui.model.front_end import FrontEnd
 from radargui.model.setup import Setup
@@ -82,7 +83,7 @@ def estimate_joint(
         Fewer than three receivers, no rest before the motion.
     """
     signals = found.signals
-    if signals.n_receivers < 3:
+    if signals.n_receivers < LEAST_RECEIVERS:
         raise ProcessingError(
             "The joint correction needs three receivers.", remedy='Choose correction = "adaptive" for one or two.'
         )
@@ -132,7 +133,6 @@ def _estimate(setup: Setup, signals: ScaledSignals, chosen: ChosenModel, values:
     # where the model does not fit a sample is no evidence of a place
     valid = (values.misfit < _UNTRUSTED) & signals.usable
     amplitude = np.array([np.median(np.abs(signal.direct)) for signal in solution.at.signals])
-    bins = solution.problem.bins
     channels = channel_qualities(
         signals,
         signals.time_s >= signals.onset_s,
@@ -140,7 +140,7 @@ def _estimate(setup: Setup, signals: ScaledSignals, chosen: ChosenModel, values:
         valid,
         values.change_m * (2.0 * np.pi / setup.radar.wavelength_m),
         amplitude,
-        np.median(bins.sigma.reshape(-1, 2, bins.n_bins).mean(axis=1), axis=1),
+        solution.problem.bins.typical_sigma,
         misfit,
         constants,
     )

@@ -9,6 +9,7 @@ import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.spectral_front_end import front_end_of
+from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.front_end import FrontEnd, noise_across, point_of, with_phase_sign
@@ -90,7 +91,7 @@ def scaled_signals(conditioned: Conditioned) -> ScaledSignals:
     n_receivers = conditioned.n_receivers
     mixers = tuple(_mixer(front_end_of(own)) for own in conditioned.doppler)
     volts, noise_v, delay_s = conditioned.volts.copy(), conditioned.noise_v.copy(), conditioned.delay_s.copy()
-    usable = (conditioned.usable if n_receivers > 2 else conditioned.valid).all(axis=0)
+    usable = (conditioned.usable if n_receivers >= LEAST_RECEIVERS else conditioned.valid).all(axis=0)
     for k, mixer in enumerate(mixers):
         if mixer is not None:
             pair = slice(2 * k, 2 * k + 2)

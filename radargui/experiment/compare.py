@@ -201,7 +201,7 @@ def overlaid(result: RunResult, reference: RunResult, method: str, columns: int)
     """Return a result of the samples of a reference beside it, decimated to so many columns."""
     time_s = result.recording.time_s() - reference.zero[0]
     restarts = () if result.paths is None else tuple(result.paths.restarts().tolist())
-    jumps = (*restarts, *(np.flatnonzero(np.diff(result.recording.index()) > 1) + 1).tolist())
+    jumps = (*restarts, *[samples.start for samples, _ in result.recording.stretches()][1:])
     own, others = _quantities(result), _quantities(reference)
     # a run without the same excerpt has no sample in common
     same = result is not reference and result.recording.n_samples == reference.recording.n_samples

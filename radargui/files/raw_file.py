@@ -11,15 +11,13 @@ import numpy as np
 from pydantic import AfterValidator, Field, ValidationError
 
 from radargui.files.access import reading, resolved
-from radargui.files.signals import ChannelInfo, Signals, scaled_signal
+from radargui.files.signals import MOST_CHANNELS, ChannelInfo, Signals, scaled_signal
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import FileError, UsageError, worded
 from radargui.model.section import Section
 from radargui.model.setup_error import describe
 
 WHAT = "plain binary"
-MOST_CHANNELS = 64
-"""As many as a large board has inputs; more is a slip of the finger, and each would be a column to choose from."""
 LARGEST_BYTES = 2**40
 """For header and skip: no file is that long, and what is computed with it stays exact."""
 TYPES = ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8")

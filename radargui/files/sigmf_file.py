@@ -16,7 +16,7 @@ import numpy as np
 from radargui import __version__
 from radargui.files.access import Progress, reading, resolved
 from radargui.files.run_file import ExportFacts, RunStream, facts_of_table
-from radargui.files.signals import ChannelInfo, Signal, Signals, scaled_signal
+from radargui.files.signals import MOST_CHANNELS, ChannelInfo, Signal, Signals, scaled_signal
 from radargui.model.errors import FileError
 from radargui.model.recording import Gap, iq_names, stored_starts
 
@@ -25,8 +25,6 @@ SIGMF_SUFFIXES: tuple[str, ...] = (".sigmf-meta", ".sigmf-data", ".sigmf")
 META_SUFFIX, DATA_SUFFIX, ARCHIVE_SUFFIX = SIGMF_SUFFIXES
 LARGEST_META = 50_000_000
 """Bytes of metadata that are read: a capture for each of 100 000 gaps fits. Chosen by hand."""
-MOST_CHANNELS = 64
-"""As many as a large board has; a damaged number of channels would make as many columns. Chosen by hand."""
 FULL_SCALE = "full scale"
 """SigMF knows no volts: fixed-point codes are parts of full scale."""
 

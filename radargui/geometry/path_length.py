@@ -12,6 +12,9 @@ import numpy as np
 from radargui.model.arrays import FloatArray
 from radargui.model.setup import Setup
 
+LEAST_RECEIVERS = 3
+"""Path lengths that a position in space needs."""
+
 
 @dataclass(frozen=True, slots=True)
 class Antennas:

@@ -9,14 +9,13 @@ import sys
 from pathlib import Path
 
 from radargui.gui.opengl_probe import CHECK_VARIABLE, OpenGLProbe, check_here
-from radargui.sources.factory import SourceKind
 
 _log = logging.getLogger(__name__)
 _COLLECT_S = 0.5
 """Rings of Python objects live so long; a whole collection takes some ten milliseconds, seldom (chosen by hand)."""
 
 
-def run_window(setup_path: Path | None = None, *, session: Path | None = None, source: SourceKind = "simulated") -> int:
+def run_window(setup_path: Path | None = None, *, session: Path | None = None) -> int:
     """Show the window until it is closed; return the exit status.
 
     Parameters
@@ -25,8 +24,6 @@ def run_window(setup_path: Path | None = None, *, session: Path | None = None, s
         Setup to begin with; the last one, else the shipped default, where left out.
     session
         Session folder to show at first.
-    source
-        Source that is chosen at first.
     """
     if os.environ.get(CHECK_VARIABLE) and getattr(sys, "frozen", False):
         return check_here()
@@ -65,7 +62,7 @@ def run_window(setup_path: Path | None = None, *, session: Path | None = None, s
     theme = Theme(application, settings.theme())
     if settings.set_aside is not None:
         board.post("warning", f"The remembered settings were damaged; they are kept in {settings.set_aside}")
-    window = MainWindow(theme, settings, board, setup_path=setup_path, source=source, probe=OpenGLProbe())
+    window = MainWindow(theme, settings, board, setup_path=setup_path, probe=OpenGLProbe())
     window.show()
     window.guide.show_at_first()
     if session is not None:

@@ -11,7 +11,7 @@ from radargui.experiment.calibrating import Calibrate, calibrate_files
 from radargui.gui.background import Jobs, WorkStrip
 from radargui.gui.calibration.dialog import CalibrationController
 from radargui.gui.control.control_bar import MOST_RUNS, ControlBar, HealthLine, MessagePlace
-from radargui.gui.control.run_control import RunControl
+from radargui.gui.control.run_control import HEALTH_S, RunControl
 from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
 from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
 from radargui.gui.dock_titles import DockTitles
@@ -49,8 +49,6 @@ from radargui.sources.ni.discovery import find_devices
 
 FRAME_MS = 33
 """Thirty pictures a second: as many as a falling sphere needs to be followed."""
-_HEALTH_S = 0.2
-"""Figures that change more often cannot be read."""
 
 
 class MainWindow(QMainWindow):
@@ -179,7 +177,7 @@ class MainWindow(QMainWindow):
         self.control.poll()
         health, now = None, time.monotonic()
         if now >= self._health_due:
-            self._health_due = now + _HEALTH_S
+            self._health_due = now + HEALTH_S
             health = self.control.health
             self.health.show_health(health)
             if health is not None and health.live_error is not None:

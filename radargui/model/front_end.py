@@ -34,6 +34,13 @@ class FrontEnd:
         """Quadrature error in rad."""
         return float(np.radians(self.quadrature_error_deg))
 
+    def with_phase_sign(self, phase_sign: int) -> FrontEnd:
+        """Return the constants of the signals that `with_phase_sign` makes of these; its own inverse, too.
+
+        Q = g A sin(phase + eps) with an inverted phase is -g A sin(phase - eps).
+        """
+        return replace(self, quadrature_error_deg=phase_sign * self.quadrature_error_deg)
+
     def after(self, first: FrontEnd) -> FrontEnd:
         """Return the constants of what was taken off first and of these, which were found in what was left.
 

@@ -22,6 +22,7 @@ from radargui.estimation.readout.unexplained import (
     unexplained_stretches,
 )
 from radargui.estimation.select.budget import LooseMapsError, NoSingleBodyError
+from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.front_end import FrontEnd, FrontEndPrior
@@ -40,9 +41,8 @@ from radargui.processing.doubts import (
 )
 from radargui.processing.drifting_rest import drifting_rest
 from radargui.processing.in_band import measure_in_band
-from radargui.processing.locate import LEAST_RECEIVERS, locate, locate_body
+from radargui.processing.locate import locate, locate_body
 from radargui.processing.measured_motion import MeasuredMotion
-from radargui.processing.whole import as_wired
 from radargui.restitution.bent_flights import CONTRADICTED, COUNTED, NAMED
 from radargui.restitution.input_changes import joint_changes, setup_responses
 from radargui.restitution.joint_bounces import joint_bounces
@@ -309,7 +309,7 @@ def _try_joint_with(
     if prior is None:
         return joint, why, None
     # kept as they are wired; the estimate sees the sign already applied
-    known = tuple(as_wired(front_end, setup.radar.phase_sign) for front_end in prior.front_ends)
+    known = tuple(front_end.with_phase_sign(setup.radar.phase_sign) for front_end in prior.front_ends)
     unused = replace(prior, used=False)
     if joint is not None:
         why = disagreement(joint.constants, known)

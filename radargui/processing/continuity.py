@@ -18,10 +18,10 @@ from radargui.conditioning.segment import without_blips
 from radargui.conditioning.whole_turn import is_whole_circle
 from radargui.correction.agreement import lasting, strays
 from radargui.correction.phase import join_pieces
+from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.front_end import FrontEnd
 from radargui.model.result import ChannelQuality, CorrectedIQ, Track
-from radargui.processing.locate import LEAST_RECEIVERS
 from radargui.processing.measured_motion import MeasuredMotion
 
 if TYPE_CHECKING:

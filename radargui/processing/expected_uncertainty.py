@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from radargui.geometry.path_length import path_lengths, place_antennas, range_factor
+from radargui.geometry.path_length import LEAST_RECEIVERS, path_lengths, place_antennas, range_factor
 from radargui.model.arrays import FloatArray
 from radargui.model.result import Bounces, PathLengths, Segment
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
-from radargui.processing.locate import LEAST_RECEIVERS, locate
+from radargui.processing.locate import locate
 from radargui.processing.uncertainty_budget import changes_of_track, with_budget
 
 

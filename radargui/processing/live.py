@@ -10,7 +10,7 @@ from radargui.conditioning.noise import white_noise_v
 from radargui.conditioning.trigger import MotionTrigger
 from radargui.correction.map_filter import MapFilter
 from radargui.geometry.bistatic import locate_exact
-from radargui.geometry.path_length import place_antennas
+from radargui.geometry.path_length import LEAST_RECEIVERS, place_antennas
 from radargui.geometry.scattering import sphere_delay
 from radargui.model.arrays import FloatArray, IntArray, RawArray
 from radargui.model.radar import Radar
@@ -21,7 +21,6 @@ from radargui.processing.live_estimate import LiveEstimate
 from radargui.processing.live_release import FALLEN_M, Release
 from radargui.processing.live_rest import LATE_S, SlowMotion
 from radargui.processing.live_samples import LiveSamples, Means
-from radargui.processing.locate import LEAST_RECEIVERS
 
 BLIND_S = 0.002
 """Of samples that are no numbers: a fall of half a metre passes a quarter of a fringe. By hand."""

@@ -5,14 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from radargui.geometry.bistatic import locate_exact, position_uncertainty
-from radargui.geometry.path_length import locate_plane, place_antennas
+from radargui.geometry.path_length import LEAST_RECEIVERS, locate_plane, place_antennas
 from radargui.geometry.scattering import sphere_delay
 from radargui.model.arrays import FloatArray
 from radargui.model.result import PathLengths, Track
 from radargui.model.setup import Setup
-
-LEAST_RECEIVERS = 3
-"""Path lengths that a position in space needs."""
 
 
 def locate_body(paths: PathLengths, setup: Setup) -> tuple[PathLengths, Track | None]:

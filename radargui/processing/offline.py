@@ -12,6 +12,7 @@ from radargui.conditioning.condition import condition
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.stretch import NoMotion
 from radargui.correction.correct import correct
+from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import FloatArray
 from radargui.model.calibrated_setup import edited_since
 from radargui.model.errors import ProcessingError, worded
@@ -21,7 +22,7 @@ from radargui.model.recording import Recording
 from radargui.model.result import Bounces, CorrectedIQ, PathLengths, Quality, RunResult, Segment, Track
 from radargui.model.setup import Setup
 from radargui.processing.continuity import checked, is_alone, known_where, lay_down
-from radargui.processing.locate import LEAST_RECEIVERS, locate_body
+from radargui.processing.locate import locate_body
 from radargui.processing.long_recording import shortened
 from radargui.processing.measured_motion import MeasuredMotion, nothing_measured
 from radargui.processing.part import Part

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from radargui.conditioning.conditioned import Conditioned
+from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.setup import Setup
-from radargui.processing.locate import LEAST_RECEIVERS
 
 
 @dataclass(frozen=True, slots=True)

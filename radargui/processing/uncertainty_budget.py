@@ -8,8 +8,9 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
+from radargui.conditioning.averager import block_means
 from radargui.geometry.bistatic import solve_gradient
-from radargui.geometry.path_length import distance, path_gradient, place_antennas, t_matrix
+from radargui.geometry.path_length import LEAST_RECEIVERS, distance, path_gradient, place_antennas, t_matrix
 from radargui.geometry.scattering import scattering_delay_m, supposed_delays_m
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import (
@@ -23,7 +24,7 @@ from radargui.model.assumed import (
 from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import BudgetLine, InputChange, Share, UncertaintyBudget
-from radargui.processing.locate import LEAST_RECEIVERS, place_at
+from radargui.processing.locate import place_at
 from radargui.restitution.track_response import floor_and_clock, respond
 
 POINTS, LONGEST_S = 500, 0.002
@@ -124,8 +125,8 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     if setup.n_receivers < LEAST_RECEIVERS:
         return ()
     # with a sample that is not known the mean is not
-    change_m = _thinned(np.where(paths.valid, paths.change_m, np.nan), part, size)
-    position, time_s = place_at(change_m, setup), _thinned(paths.time_s, part, size)
+    change_m = block_means(np.where(paths.valid, paths.change_m, np.nan)[:, part], size)
+    position, time_s = place_at(change_m, setup), block_means(paths.time_s[part], size)
     known = np.asarray(np.isfinite(position).all(axis=0))
     base = Track(time_s, position, np.full_like(position, np.nan), known, setup.processing.geometry)
     inner = Segment(0, base.time_s.size, 0, 0)
@@ -241,10 +242,3 @@ def _cubic(place: FloatArray) -> FloatArray:
     """Return the twenty products of up to three coordinates of places (3, n), shape (20, n)."""
     x = np.concatenate([np.ones((1, place.shape[1])), place])
     return np.stack([x[a] * x[b] * x[c] for a, b, c in combinations_with_replacement(range(4), 3)])
-
-
-def _thinned(values: FloatArray, part: slice, size: int) -> FloatArray:
-    """Return the means of `size` samples of a part of values (..., n)."""
-    inside = values[..., part]
-    count = inside.shape[-1] // size
-    return np.asarray(inside[..., : count * size].reshape(*values.shape[:-1], count, size).mean(axis=-1))

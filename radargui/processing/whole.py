@@ -11,11 +11,9 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.ellipse import Ellipse
 from radargui.correction.published import ChannelSteps, PublishedSteps
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
-from radargui.model.front_end import FrontEnd
 from radargui.model.recording import Recording
 from radargui.model.result import ChannelQuality, CorrectedIQ, PathLengths, Segment, Track
 
-_F = TypeVar("_F", FrontEnd, ChannelQuality)
 _Values = TypeVar("_Values", FloatArray, BoolArray, IntArray)
 
 
@@ -56,7 +54,9 @@ class Whole:
         for place, channel in zip(self._receivers, corrected.channels, strict=True):
             # of a sample as it was recorded: a mean of several has less noise
             snr_db = None if channel.snr_db is None else channel.snr_db - 10.0 * float(np.log10(self._size))
-            channels[place] = replace(as_wired(channel, self._sign), name=str(place + 1), snr_db=snr_db)
+            error_deg = channel.quadrature_error_deg
+            error_deg = None if error_deg is None else self._sign * error_deg
+            channels[place] = replace(channel, name=str(place + 1), snr_db=snr_db, quadrature_error_deg=error_deg)
         return tuple(channels)
 
     def corrected(self, corrected: CorrectedIQ, channels: tuple[ChannelQuality, ...]) -> CorrectedIQ:
@@ -174,14 +174,3 @@ def interpolate(values: NDArray[Any], size: int, out: NDArray[Any]) -> None:
 def _unknown(like: _Values) -> float:
     """Return NaN, False or piece 0, as the type of `like` has it."""
     return np.nan if like.dtype.kind == "f" else 0
-
-
-def as_wired(front_end: _F, phase_sign: int) -> _F:
-    """Return a quadrature error found with Q inverted as that of Q as it is wired, and the other way round.
-
-    Q = g A sin(phase + eps) with an inverted phase is -g A sin(phase - eps).
-    """
-    angle = front_end.quadrature_error_deg
-    if phase_sign > 0 or angle is None:
-        return front_end
-    return replace(front_end, quadrature_error_deg=-angle)

@@ -198,8 +198,7 @@ class _Taker:
         self.rate_hz = recording.digitisation.sample_rate_hz
         self.first, self.last = _span(result)
         self.t = self.time_s[self.first : self.last]
-        jumps = np.flatnonzero(np.diff(recording.index()) > 1) + 1
-        self.breaks = [int(jump) - self.first for jump in jumps]
+        self.breaks = [samples.start - self.first for samples, _ in recording.stretches()][1:]
         restarts = np.empty(0, dtype=np.intp) if result.paths is None else result.paths.restarts()
         self.restarts = restarts[(restarts > self.first) & (restarts < self.last)] - self.first
 

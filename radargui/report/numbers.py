@@ -6,10 +6,9 @@ from pathlib import Path
 
 from radargui import __version__
 from radargui.files.access import write_whole
-from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
+from radargui.geometry.path_length import LEAST_RECEIVERS, condition_number, place_antennas, t_matrix
 from radargui.model.recording import Gap
 from radargui.model.result import Bounce
-from radargui.processing.locate import LEAST_RECEIVERS
 from radargui.report.facts import ReportFacts, SessionFacts
 from radargui.report.provenance import Provenance
 from radargui.report.publication import bibtex, latex_tables, methods

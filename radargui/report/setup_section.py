@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
+from radargui.geometry.path_length import LEAST_RECEIVERS, condition_number, place_antennas, t_matrix
 from radargui.model.calibrated_setup import (
     CORRELATED,
     calibration_words,
@@ -18,7 +18,6 @@ from radargui.model.radar import Transmitter
 from radargui.model.rounding import UNKNOWN, plain, quantity
 from radargui.model.setup import Setup
 from radargui.model.words import sentence
-from radargui.processing.locate import LEAST_RECEIVERS
 from radargui.report.document import Content, Facts, Grid, Note
 
 _MOST_NAMED = 8

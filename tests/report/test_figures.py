@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from support.changed import changed
 from support.results import default_setup, drop_result, quiet_result, rejected_result
 
 from radargui.model.arrays import FloatArray
@@ -129,6 +130,20 @@ def test_no_curve_joins_two_pieces_of_a_path_and_the_recorded_signals_go_on() ->
     canvases = [one for one in drawn["phase and path length"].get_children() if isinstance(one, Canvas)]
     assert sum("path lost" in text for one in canvases for *_, text in one.words) == 3
     assert everything_is_on_the_page(drawn["phase and path length"])
+
+
+def test_the_raw_phase_of_an_inverted_q_goes_the_same_way_and_its_voltages_are_drawn_as_recorded() -> None:
+    result = drop_result(rate_hz=5000.0)
+    raw = result.recording.raw.copy()
+    raw[1::2] *= -1
+    setup = changed(result.setup, radar={"phase_sign": -1})
+    straight = take_curves(result)
+    inverted = take_curves(replace(result, recording=replace(result.recording, raw=raw), setup=setup))
+    assert straight is not None
+    assert inverted is not None
+    for one, other in zip(straight.receivers, inverted.receivers, strict=True):
+        assert other.phase_raw.y == pytest.approx(one.phase_raw.y, abs=1e-9)
+        assert other.raw.plane.y == pytest.approx(-one.raw.plane.y)
 
 
 def test_a_track_without_impacts_or_fall_is_drawn() -> None:

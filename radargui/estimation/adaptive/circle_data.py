@@ -11,7 +11,7 @@ from radargui.estimation.adaptive.still_ellipse import StillEllipse
 from radargui.estimation.forward.bins import BinnedData, Bins
 from radargui.estimation.forward.position_map import PositionBasis
 from radargui.geometry.bistatic import locate_exact
-from radargui.geometry.path_length import Antennas, range_factor
+from radargui.geometry.path_length import LEAST_RECEIVERS, Antennas, range_factor
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
 from radargui.model.front_end import channels_of
 
@@ -30,7 +30,7 @@ def map_places(change_m: FloatArray, antennas: Antennas, release_m: FloatArray, 
     rest
         Where the tracer still rests: its place is the release position.
     """
-    if antennas.n_receivers < 3:
+    if antennas.n_receivers < LEAST_RECEIVERS:
         place = change_m / 2.0
         place[:, rest] = 0.0
         return place
@@ -79,7 +79,7 @@ def circle_data(
     # of all bins: the turn within one is seen between its neighbours
     n_receivers = binned.antennas.n_receivers
     shape, place = averaging_loss(phase_rad, bins)[:, few], place[:, few]
-    if n_receivers >= 3:  # else the position is unknown
+    if n_receivers >= LEAST_RECEIVERS:  # else the position is unknown
         shape = range_factor(place, binned.antennas, binned.release_m) * shape
     at_bias = none if bias is None else np.asfortranarray(bias(place))
     at_amplitude = none if amplitude_map is None else np.asfortranarray(amplitude_map(place))

@@ -9,6 +9,7 @@ from radargui.estimation.adaptive.samples import circles_at_samples
 from radargui.estimation.motion_estimate import MotionEstimate, channel_qualities
 from radargui.estimation.signals import composed
 from radargui.geometry.bistatic import locate_exact, position_uncertainty
+from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.front_end import FrontEnd
 
 
@@ -29,7 +30,7 @@ def estimate_adaptive(found: AdaptiveRounds) -> MotionEstimate:
     # the rest is where paths count from: its noise is no motion
     change[:, rest] = 0.0
     position = u_position = None
-    if data.antennas.n_receivers >= 3:
+    if data.antennas.n_receivers >= LEAST_RECEIVERS:
         # three paths meet in two places: the bins know in which of them the tracer is
         start = np.array([np.interp(signals.time_s, data.bins.time_s, row) for row in last.place])
         position = locate_exact(change, data.antennas, data.release_m, start)
@@ -44,7 +45,7 @@ def estimate_adaptive(found: AdaptiveRounds) -> MotionEstimate:
         valid,
         samples.phase_rad,
         np.median(last.amplitude, axis=1),
-        np.median(data.bins.sigma.reshape(-1, 2, data.bins.n_bins).mean(axis=1), axis=1),
+        data.bins.typical_sigma,
         chi_square,
         constants,
     )
@@ -83,5 +84,5 @@ def _constants(found: AdaptiveRounds, receiver: int) -> FrontEnd:
 def _choices(found: AdaptiveRounds) -> tuple[str, ...]:
     if found.last.bias is None:
         return ()
-    where = "position" if found.data.antennas.n_receivers >= 3 else "path length"
+    where = "position" if found.data.antennas.n_receivers >= LEAST_RECEIVERS else "path length"
     return (f"Maps of {where} with a correlation length of {found.last.bias.length_m:.2f} m.",)

@@ -25,7 +25,7 @@ from radargui.estimation.adaptive.rounds import (
 from radargui.estimation.forward.bins import BinnedData, Multiplexer, bin_by_fringe
 from radargui.estimation.forward.sphere import polarised_sphere
 from radargui.estimation.signals import ScaledSignals, scaled_signals
-from radargui.geometry.path_length import place_antennas
+from radargui.geometry.path_length import LEAST_RECEIVERS, place_antennas
 from radargui.model.arrays import FloatArray, robust_sd
 from radargui.model.setup import Setup
 from radargui.motion.impacts import find_impacts, find_stops, find_turns
@@ -141,6 +141,7 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
     onset, start = signals.onset_s, signals.rest_end_s
     rough = rough_phases(signals, onset)
     antennas, release = place_antennas(setup), np.asarray(setup.tracer.release_position_m)
+    locates = antennas.n_receivers >= LEAST_RECEIVERS
     impacts, sphere = np.zeros(0), polarised_sphere(setup)
     multiplexer = None if signals.before is None else Multiplexer(signals.before, 1.0 / signals.rate_hz)
     found: tuple[Round, FloatArray] | None = None
@@ -160,7 +161,7 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
             impacts, found = _impacts(data, last, np.asarray(setup.floor.normal)), (last, data.bins.time_s)
             continue
         # which start is right, and where the impacts are, one length shows
-        if not rough.seen and antennas.n_receivers >= 3:
+        if not rough.seen and locates:
             last = _from_count(data, rough, quick=True)
             impacts = _impacts(data, last, np.asarray(setup.floor.normal))
             if impacts.size and last.made_from is not None:
@@ -172,14 +173,14 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
             tried = _from_count(data, other)
             if tried.log_evidence > last.log_evidence:
                 rough, last = other, tried
-        if impacts.size or antennas.n_receivers < 3:
+        if impacts.size or not locates:
             break
         # once: bins that are broken at the impacts move them by less than a bin
         impacts = _impacts(data, last, np.asarray(setup.floor.normal))
         if impacts.size == 0:
             break
     last = refined(data, last)
-    turns = np.zeros(0) if antennas.n_receivers < 3 else _turns(data, last, np.asarray(setup.floor.normal), impacts)
+    turns = _turns(data, last, np.asarray(setup.floor.normal), impacts) if locates else np.zeros(0)
     return AdaptiveRounds(signals, data, rough, last, impacts, turns)
 
 

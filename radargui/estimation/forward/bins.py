@@ -75,6 +75,11 @@ class Bins:
         """Number of bins."""
         return int(self.time_s.size)
 
+    @property
+    def typical_sigma(self) -> FloatArray:
+        """Median noise of a bin of one channel, mean of I and Q, shape (n_receivers,)."""
+        return np.asarray(np.median(self.sigma.reshape(-1, 2, self.n_bins).mean(axis=1), axis=1))
+
     def runs(self, joins: BoolArray, most: int, settings: BinSettings = BINS) -> IntArray:
         """Return where runs of up to `most` neighbours begin, 4 ms at the longest, none across a gap.
 

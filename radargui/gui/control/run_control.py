@@ -25,8 +25,8 @@ from radargui.session.session import BY_OPERATOR, Session
 from radargui.sources.contract import Source
 from radargui.sources.factory import SourceKind, at_once
 
-_HEALTH_S = 0.2
-"""How often the worker takes a snapshot: as often as the window shows one."""
+HEALTH_S = 0.2
+"""Between two snapshots that are taken, and shown: figures that change more often cannot be read."""
 
 
 class RunControl(QObject):
@@ -117,7 +117,7 @@ class RunControl(QObject):
             if state.stops:
                 acquisition.request_stop()
             acquisition.start()
-            while not acquisition.wait(_HEALTH_S):
+            while not acquisition.wait(HEALTH_S):
                 # a disk or device that does not answer must not hold up the window: the window never asks them
                 state.health = acquisition.health
             acquisition.stop()

@@ -17,7 +17,7 @@ from radargui.gui.layout import button, fill, having, labelled
 from radargui.gui.plots.plot import LAST, Plot
 from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.theme import Theme, scaled_font, write
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, runs_of
 from radargui.model.words import percent
 
 _FAR_V = 1000.0
@@ -132,9 +132,9 @@ class Scope(Plot):
         self._lost.setOpts(brush=having(QColor(self.colour("gap")), alpha=150))
 
     def _shade(self, time_s: FloatArray, lost: BoolArray) -> None:
-        edges = np.flatnonzero(np.diff(np.concatenate(([False], lost, [False])).astype(np.int8)))
+        begin, end = runs_of(lost).T
         width = time_s[2] - time_s[0] if time_s.size > 2 else 0.0
-        first, last = time_s[2 * edges[::2]] - 0.5 * width, time_s[2 * edges[1::2] - 1] + 0.5 * width
+        first, last = time_s[2 * begin] - 0.5 * width, time_s[2 * end - 1] + 0.5 * width
         if first.size or len(self._lost.opts["x0"]):
             self._lost.setOpts(x0=first, x1=last)
 

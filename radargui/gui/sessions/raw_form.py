@@ -7,7 +7,8 @@ import numpy as np
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QLineEdit, QSpinBox
 
-from radargui.files.raw_file import LARGEST_BYTES, MOST_CHANNELS, TYPES, RawLayout, parse_raw_layout
+from radargui.files.raw_file import LARGEST_BYTES, TYPES, RawLayout, parse_raw_layout
+from radargui.files.signals import MOST_CHANNELS
 from radargui.gui.layout import Choice, FaultText, Group, PlainLabel
 from radargui.gui.plots.plot import Plot
 from radargui.gui.theme import Theme

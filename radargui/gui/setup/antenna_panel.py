@@ -9,7 +9,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLabel, QSizePolicy, QToolButton, QWidget
 
-from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
+from radargui.geometry.path_length import LEAST_RECEIVERS, condition_number, place_antennas, t_matrix
 from radargui.gui.background import Jobs
 from radargui.gui.layout import Answer, FaultText, Group, PlainLabel, button, having
 from radargui.gui.setup.fields import AntennaGrid, FormPanel, ModelGroup, SetupForm
@@ -258,7 +258,7 @@ class TMatrixView(ModelGroup):
         antennas = place_antennas(self._model.setup)
         matrix = t_matrix(antennas)
         self.matrix.setText("\n".join("  ".join(f"{with_sign(value, 4):>8}" for value in row) for row in matrix))
-        if antennas.n_receivers < 3:
+        if antennas.n_receivers < LEAST_RECEIVERS:
             self.condition.setText("No 3D track: it needs three receivers. Path lengths are measured all the same.")
             return
         number = condition_number(antennas)

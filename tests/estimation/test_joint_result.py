@@ -130,7 +130,7 @@ def test_what_was_moved_along_the_best_shares_its_posterior_and_another_model_ha
 
 def test_a_stages_rounds_count_alike_up_to_seven_tenths_and_then_less_and_less() -> None:
     for stage, (begin, end, typical) in _STAGES.items():
-        share = np.array([(_share_done(stage, n) - begin) / (end - begin) for n in range(0, 40 * typical)])
+        share = np.array([(_share_done(stage, n) - begin) / (end - begin) for n in range(40 * typical)])
         even = np.arange(share.size) / typical <= _EVEN
         assert share[even] == pytest.approx(np.arange(share.size)[even] / typical)
         # the rest by an exponential that begins as steeply

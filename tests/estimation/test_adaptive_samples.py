@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.small_problem import ANTENNAS, BOUNCE_S, RELEASE_M, START_S, WAVELENGTH_M, positions, small_problem
 
-from radargui.estimation.adaptive import samples
+from radargui.estimation.adaptive import estimate as estimate_module, samples
 from radargui.estimation.adaptive.circle_data import averaging_loss, circle_data
 from radargui.estimation.adaptive.circle_fit import CircleFit
 from radargui.estimation.adaptive.circle_layout import CircleLayout
@@ -161,6 +161,21 @@ def test_paths_count_from_the_rest_and_places_and_constants_are_those_of_phases_
         assert one.u_quadrature_error_deg == pytest.approx(np.degrees(0.003) * wider)
     assert estimate.impact_s.tolist() == [0.25]
     assert estimate.choices == ()
+
+
+def test_receivers_are_judged_by_what_they_show_once_the_tracer_moves(monkeypatch: pytest.MonkeyPatch) -> None:
+    found, asked = found_of(ROUND), []
+    monkeypatch.setattr(estimate_module, "channel_qualities", lambda *given: asked.append(given) or ())
+    estimate_adaptive(found)
+    ((signals, moving, (i, q), valid, phase, amplitude, noise, misfit, _),) = asked
+    assert signals is found.signals
+    assert moving.tolist() == (signals.time_s >= START_S).tolist()
+    assert valid.all()
+    assert i + 1j * q == pytest.approx(np.exp(1j * phase), abs=0.02)
+    assert amplitude == pytest.approx([0.8, 0.9, 1.0])
+    # of a bin, the mean of I and Q
+    assert noise == pytest.approx([0.015, 0.01, 0.02])
+    assert misfit == pytest.approx([0.5, 1.5, 2.5])
 
 
 def test_a_sample_that_is_no_number_or_was_not_usable_is_not_valid() -> None:

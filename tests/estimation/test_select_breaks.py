@@ -131,6 +131,25 @@ def test_a_wall_beside_the_fall_is_a_break_but_no_impact() -> None:
     assert side_kicks(converge(small_problem(sigma=0.005).start, 4, nothing), UP).size == 0
 
 
+@pytest.mark.parametrize(("aside_m_s", "kicks"), [(0.14, False), (0.16, True)])
+def test_a_kick_is_a_jump_of_the_velocity_along_the_floor_alone(aside_m_s: float, kicks: bool) -> None:
+    normal = np.array([0.6, 0.0, 0.8])
+    along = np.array([0.8, 0.0, -0.6])
+
+    def place(time_s: np.ndarray, _: object) -> np.ndarray:
+        # an even motion along the floor, thrown aside at 0.5 s, and a bounce along the normal at the same time
+        late = np.maximum(time_s - 0.5, 0.0)
+        return np.outer(0.3 * time_s + aside_m_s * late, along) + np.outer(2.0 * late, normal)
+
+    spline = SimpleNamespace(edge_s=np.array([0.0, 1.0]), offset=place)
+    solution: Any = SimpleNamespace(
+        at=SimpleNamespace(spline=spline),
+        state=SimpleNamespace(coefficients=None),
+        problem=SimpleNamespace(released_s=0.05),
+    )
+    assert side_kicks(solution, normal) == pytest.approx([0.5] if kicks else [], abs=2e-3)
+
+
 def test_a_push_at_the_release_is_no_wall() -> None:
     begun = converge(small_problem(sigma=0.005, wall_s=WALL_S).start, 4, nothing)
     assert side_kicks(begun, UP).size == 1

@@ -114,7 +114,8 @@ def test_phases_are_smoothed_to_two_kilohertz_about_their_own_time() -> None:
 def test_uncertainty_is_of_the_samples_noise_of_the_fit_and_of_what_bends_the_phase(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    found = found_of(ROUND)
+    # 12 kHz: of three samples each
+    found = found_of(ROUND, rate_hz=12000.0)
     covariance = np.zeros((5, 5))
     covariance[CircleLayout.offset_i, CircleLayout.offset_i] = 0.005**2
     fits = tuple(replace(one, covariance=covariance) for one in found.last.fits)
@@ -129,9 +130,9 @@ def test_uncertainty_is_of_the_samples_noise_of_the_fit_and_of_what_bends_the_ph
         of_bins = 0.5 * (SIGMA[2 * n] ** 2 + SIGMA[2 * n + 1] ** 2) / ellipse.amplitude**2
         fitted = np.maximum(found.last.fits[n].phase_variance(own[n]) - of_bins, 0.0)
         amplitude = np.interp(found.signals.time_s, bins.time_s, ellipse.amplitude / loss[n])
-        noise = (0.5 * (SIGMA[2 * n] + SIGMA[2 * n + 1]) / amplitude) ** 2
+        noise = (0.5 * (SIGMA[2 * n] + SIGMA[2 * n + 1]) / amplitude) ** 2 / 3.0
         square = noise + np.interp(found.signals.time_s, bins.time_s, fitted)
-        turned = np.abs(np.sin(0.5 * np.minimum(np.abs(at.phase_rad[n]), np.pi)))
+        turned = np.abs(np.sin(0.5 * np.minimum(np.abs(phases_at(found.signals.time_s)[n]), np.pi)))
         wanted = wide[n] * np.hypot(1.2 * np.sqrt(square * max(1.0, 0.5 + n)), 0.1 * n * turned)
         assert at.u_phase_rad[n] == pytest.approx(wanted, rel=1e-6)
         # an offset of I that is off by 5 mrad of A turns the phase by as much where I crosses zero

@@ -71,6 +71,15 @@ def test_joint_track_is_below_the_noise_bound_and_inside_its_uncertainty(
     assert bounces.free_fall.g_m_s2 == pytest.approx(9.81, rel=5e-4)
 
 
+def test_the_multiplexers_scan_is_the_time_between_samples(drop: SceneRecord, rounds: AdaptiveRounds) -> None:
+    multiplexer = rounds.data.multiplexer
+    assert multiplexer is not None
+    assert multiplexer.scan_s == pytest.approx(1.0 / 5000.0)
+    # each channel is measured against the one before, in its own unit: I of a receiver against Q of that before
+    unit = np.repeat(rounds.signals.scale_v, 2)
+    assert np.abs(multiplexer.before) == pytest.approx(np.roll(unit, 1) / unit)
+
+
 def test_corrected_iq_lies_on_the_unit_circle_and_hardware_is_found(
     drop: SceneRecord, joint: JointEstimate, rounds: AdaptiveRounds
 ) -> None:

@@ -330,13 +330,14 @@ def test_the_known_factor_of_two_receivers_has_no_range() -> None:
 def test_what_is_left_along_the_radius_and_in_maps_bends_the_phase() -> None:
     angle, rest = np.linspace(0.0, 20.0 * np.pi, 2001)[:-1], np.arange(2000) < 100
     left, wave = 0.1, np.sin(3.0 * angle[:, None])
-    radius = np.where(rest, 1.0, (1.0 + left * np.cos(2.0 * angle)))
-    noise = np.full(2000, 0.05)
+    # an echo of half an amplitude, its noise half as large as well
+    radius = 0.5 * np.where(rest, 1.0, (1.0 + left * np.cos(2.0 * angle)))
+    noise = np.full(2000, 0.025)
     own = CircleData(radius * np.cos(angle), radius * np.sin(angle), noise, noise, np.ones(2000), 0.0 * wave, wave)
-    fit = CircleFit.still(StillEllipse(0.0, 0.0, 0.0, 0.0, 1.0))
+    fit = CircleFit.still(StillEllipse(0.0, 0.0, 0.0, 0.0, 0.5))
     fit = replace(fit, layout=own.layout, theta=np.append(fit.theta, [0.0, 0.0, 0.2]))
     found: Any = SimpleNamespace(
-        data=SimpleNamespace(rest=rest), last=SimpleNamespace(amplitude=np.ones((1, 2000))), impact_s=np.ones(1)
+        data=SimpleNamespace(rest=rest), last=SimpleNamespace(amplitude=np.full((1, 2000), 0.5)), impact_s=np.ones(1)
     )
     # a cosine of 0.1 has a mean square of 0.005, that of the noise taken off
     along = CIRCLE_SAMPLES.along * np.sqrt(0.5 * left**2 - 0.05**2)

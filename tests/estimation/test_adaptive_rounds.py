@@ -11,8 +11,18 @@ import pytest
 from support.small_problem import ANTENNAS, BOUNCE_S, CONSTANTS, RELEASE_M, START_S, positions, small_problem
 
 from radargui.estimation.adaptive import found as found_module, rounds
+from radargui.estimation.adaptive.circle_data import averaging_loss
 from radargui.estimation.adaptive.circle_layout import CircleLayout
-from radargui.estimation.adaptive.found import START, _counts_otherwise, _fastest_m_s, _recounted, _turns
+from radargui.estimation.adaptive.foretold import foretold_round, unwound_round
+from radargui.estimation.adaptive.found import (
+    START,
+    AdaptiveRounds,
+    _counts_otherwise,
+    _fastest_m_s,
+    _recounted,
+    _turns,
+)
+from radargui.estimation.adaptive.rough import RoughPhases
 from radargui.estimation.adaptive.rounds import (
     MAP_ROUNDS,
     Round,
@@ -33,7 +43,7 @@ from radargui.estimation.adaptive.rounds import (
 from radargui.estimation.adaptive.still_ellipse import StillEllipse
 from radargui.estimation.forward.bins import BinnedData
 from radargui.estimation.forward.position_map import make_basis
-from radargui.geometry.path_length import path_lengths
+from radargui.geometry.path_length import path_lengths, range_factor
 
 ELLIPSES = tuple(
     StillEllipse(c.offset_i, c.offset_q, c.log_gain, c.quadrature_error_rad, float(np.exp(c.log_amplitude)))
@@ -243,10 +253,10 @@ def test_of_two_counts_the_one_in_which_the_tracer_jumps_less_is_kept(
 ) -> None:
     data, one = mapped
     place = one.place.copy()
-    place[:, 100] += [0.003, 0.0, 0.004]
+    # at rest nothing else moves it
+    place[:, 5] += [0.003, 0.0, 0.004]
     torn = replace(one, place=place, phase_rad=one.phase_rad + 3.0)
-    step_s = data.bins.time_s[100] - data.bins.time_s[99]
-    assert _fastest_m_s(data, torn) == pytest.approx(0.005 / step_s, rel=0.6)
+    assert _fastest_m_s(data, torn) == pytest.approx(0.005 / (data.bins.time_s[5] - data.bins.time_s[4]))
     assert _fastest_m_s(data, one) == pytest.approx(9.81 * (BOUNCE_S - START_S), rel=0.1)
     monkeypatch.setattr(found_module, "best_round", lambda binned, other, stride: other)
     for last, other, kept in ((torn, one, one), (one, torn, one)):
@@ -262,3 +272,62 @@ def test_sharp_minima_beside_an_impact_or_a_stop_are_these(
     monkeypatch.setattr(found_module, "find_stops", lambda *given: np.array([0.4059, 0.35]))
     turns = _turns(data, one, np.array([0.0, 0.0, 1.0]), np.array([0.0941, 0.2061, 0.5]))
     assert turns.tolist() == [0.2, 0.3, 0.35, 0.4059]
+
+
+def test_of_a_receiver_whose_phase_is_foretold_amplitude_phase_and_centre_are_left_to_find(
+    mapped: tuple[BinnedData, Round],
+) -> None:
+    data, one = mapped
+    up = np.array([0.0, 0.0, 1.0])
+    lost = one.phase_rad.copy()
+    lost[1] = np.clip(lost[1], -4.0, 4.0)
+    first = foretold_round(data, replace(one, phase_rad=lost), up)
+    # samples that show just what is foretold, on a circle of their own
+    shape = range_factor(first.place, ANTENNAS, RELEASE_M)[1] * averaging_loss(first.phase_rad, data.bins)[1]
+    wave, value = 0.7 * shape * np.exp(1j * (first.phase_rad[1] + 0.4)), one.value.copy()
+    value[2], value[3] = 0.3 + wave.real, -0.2 + wave.imag
+    found = foretold_round(data, replace(one, phase_rad=lost, value=value), up)
+    assert found.phase_rad[1] == pytest.approx(first.phase_rad[1])
+    assert found.amplitude[1] == pytest.approx(0.7 * shape)
+    assert found.rest_phase_rad[1] == pytest.approx(0.4)
+    fit = found.fits[1].ellipse
+    assert (fit.offset_i, fit.offset_q, fit.amplitude) == pytest.approx((0.3, -0.2, 0.7))
+    assert (fit.log_gain, fit.quadrature_error_rad) == (0.0, 0.0)
+    # of the others nothing is changed
+    for n in (0, 2):
+        assert found.fits[n] is one.fits[n]
+        assert found.amplitude[n].tolist() == one.amplitude[n].tolist()
+
+
+@pytest.mark.parametrize(("turns", "winds"), [(1.9, False), (2.1, True)])
+def test_who_counts_two_turns_winds(mapped: tuple[BinnedData, Round], turns: float, winds: bool) -> None:
+    data, one = mapped
+    phase = one.phase_rad.copy()
+    phase[2] = np.linspace(0.0, 2.0 * np.pi * turns, phase.shape[1])
+    assert (unwound_round(data, replace(one, phase_rad=phase)) is None) is winds
+
+
+def test_other_counts_begin_with_the_first_rounds_and_are_each_kept_once(
+    monkeypatch: pytest.MonkeyPatch, mapped: tuple[BinnedData, Round]
+) -> None:
+    data, one = mapped
+
+    def counted(off: float) -> Round:
+        return replace(one, phase_rad=one.phase_rad + off)
+
+    # the first round counts otherwise, what is foretold of it as it does, what is foretold of the last a third way
+    monkeypatch.setattr(found_module, "first_round", lambda *given: counted(6.0))
+    monkeypatch.setattr(
+        found_module, "foretold_round", lambda data, last, normal: counted(6.5 if last is not one else -6.0)
+    )
+    monkeypatch.setattr(found_module, "unwound_round", lambda data, last: counted(12.0))
+    monkeypatch.setattr(found_module, "recounted_round", lambda data, last: counted(18.0))
+    monkeypatch.setattr(found_module, "best_round", lambda data, other, stride: other)
+    rough = RoughPhases(data.bins.time_s, one.phase_rad, np.zeros(250), ELLIPSES, {})
+    signals: Any = SimpleNamespace()
+    rounds_of = AdaptiveRounds(signals, data, rough, one, np.array([BOUNCE_S]), np.zeros(0))
+    others = rounds_of.other_counts(np.array([0.0, 0.0, 1.0]))
+    offs = [float((other.last.phase_rad - one.phase_rad)[0, 0]) for other in others]
+    assert offs == pytest.approx([6.0, -6.0, 12.0, 18.0])
+    # each has the impacts of its own places
+    assert all(other.impact_s == pytest.approx([BOUNCE_S], abs=0.003) for other in others)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.small_problem import ANTENNAS, BOUNCE_S, RELEASE_M, START_S, WAVELENGTH_M, positions, small_problem
 
-from radargui.estimation.adaptive import samples
+from radargui.estimation.adaptive import estimate as estimate_module, samples
 from radargui.estimation.adaptive.circle_data import averaging_loss, circle_data
 from radargui.estimation.adaptive.circle_fit import CircleFit
 from radargui.estimation.adaptive.circle_layout import CircleLayout
@@ -114,7 +114,8 @@ def test_phases_are_smoothed_to_two_kilohertz_about_their_own_time() -> None:
 def test_uncertainty_is_of_the_samples_noise_of_the_fit_and_of_what_bends_the_phase(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    found = found_of(ROUND)
+    # 12 kHz: of three samples each
+    found = found_of(ROUND, rate_hz=12000.0)
     covariance = np.zeros((5, 5))
     covariance[CircleLayout.offset_i, CircleLayout.offset_i] = 0.005**2
     fits = tuple(replace(one, covariance=covariance) for one in found.last.fits)
@@ -129,9 +130,9 @@ def test_uncertainty_is_of_the_samples_noise_of_the_fit_and_of_what_bends_the_ph
         of_bins = 0.5 * (SIGMA[2 * n] ** 2 + SIGMA[2 * n + 1] ** 2) / ellipse.amplitude**2
         fitted = np.maximum(found.last.fits[n].phase_variance(own[n]) - of_bins, 0.0)
         amplitude = np.interp(found.signals.time_s, bins.time_s, ellipse.amplitude / loss[n])
-        noise = (0.5 * (SIGMA[2 * n] + SIGMA[2 * n + 1]) / amplitude) ** 2
+        noise = (0.5 * (SIGMA[2 * n] + SIGMA[2 * n + 1]) / amplitude) ** 2 / 3.0
         square = noise + np.interp(found.signals.time_s, bins.time_s, fitted)
-        turned = np.abs(np.sin(0.5 * np.minimum(np.abs(at.phase_rad[n]), np.pi)))
+        turned = np.abs(np.sin(0.5 * np.minimum(np.abs(phases_at(found.signals.time_s)[n]), np.pi)))
         wanted = wide[n] * np.hypot(1.2 * np.sqrt(square * max(1.0, 0.5 + n)), 0.1 * n * turned)
         assert at.u_phase_rad[n] == pytest.approx(wanted, rel=1e-6)
         # an offset of I that is off by 5 mrad of A turns the phase by as much where I crosses zero
@@ -161,6 +162,21 @@ def test_paths_count_from_the_rest_and_places_and_constants_are_those_of_phases_
         assert one.u_quadrature_error_deg == pytest.approx(np.degrees(0.003) * wider)
     assert estimate.impact_s.tolist() == [0.25]
     assert estimate.choices == ()
+
+
+def test_receivers_are_judged_by_what_they_show_once_the_tracer_moves(monkeypatch: pytest.MonkeyPatch) -> None:
+    found, asked = found_of(ROUND), []
+    monkeypatch.setattr(estimate_module, "channel_qualities", lambda *given: asked.append(given) or ())
+    estimate_adaptive(found)
+    ((signals, moving, (i, q), valid, phase, amplitude, noise, misfit, _),) = asked
+    assert signals is found.signals
+    assert moving.tolist() == (signals.time_s >= START_S).tolist()
+    assert valid.all()
+    assert i + 1j * q == pytest.approx(np.exp(1j * phase), abs=0.02)
+    assert amplitude == pytest.approx([0.8, 0.9, 1.0])
+    # of a bin, the mean of I and Q
+    assert noise == pytest.approx([0.015, 0.01, 0.02])
+    assert misfit == pytest.approx([0.5, 1.5, 2.5])
 
 
 def test_a_sample_that_is_no_number_or_was_not_usable_is_not_valid() -> None:

@@ -32,6 +32,20 @@ def test_what_an_images_unknowns_move_equals_finite_differences(plane: MirrorPla
         assert slope[k] == pytest.approx((up - down) / 2e-6, abs=1e-8)
 
 
+def test_tilts_are_radians_by_which_the_normal_turns_wherever_it_points() -> None:
+    for normal in (np.array([0.0, 0.0, 1.0]), np.array([0.6, 0.0, 0.8]), np.array([1.0, 1.0, 1.0]) / np.sqrt(3.0)):
+        plane = MirrorPlane(np.zeros(3), normal, FLOOR_PLANE.name)
+        axes = []
+        for k in range(2):
+            tilt = 1e-4 * np.eye(3)[k]
+            # the image of a point lies along the normal of the plane as it is tilted
+            along = normal - plane.image(normal, tilt)
+            along /= np.linalg.norm(along)
+            assert np.linalg.norm(np.cross(normal, along)) == pytest.approx(1e-4, rel=1e-3)
+            axes.append(along - normal)
+        assert abs(axes[0] @ axes[1]) < 1e-11
+
+
 def test_distances_are_those_of_the_differences() -> None:
     points = np.array([ANTENNAS.transmitter_m, WALL_PLANE.image(ANTENNAS.transmitter_m, UNKNOWN)])
     wanted = np.linalg.norm(PLACE - points[:, :, None], axis=1)
@@ -87,6 +101,13 @@ def test_the_strongest_functions_carry_the_kernel_of_the_process() -> None:
     square = ((place[:, :, None] - place[:, None]) ** 2).sum(axis=0)
     assert functions @ functions.T == pytest.approx(np.exp(-square / (2.0 * 0.09**2)), abs=5e-3)
     assert make_basis(place, 0.09, MapSettings(most_functions=4)).size == 4
+    # as many as are not weaker than the weakest, a share of the strongest
+    chosen = make_basis(place, 0.09).centre
+    apart = ((chosen[:, :, None] - chosen[:, None]) ** 2).sum(axis=0)
+    strength = np.linalg.eigvalsh(np.exp(-apart / (2.0 * 0.09**2)))
+    for weakest in (0.2, 1e-3):
+        few = make_basis(place, 0.09, MapSettings(weakest=weakest))
+        assert few.size == (strength > weakest * strength[-1]).sum()
 
 
 def test_chosen_places_are_spread_and_cover_all() -> None:

@@ -11,7 +11,7 @@ from support.small_problem import FLOOR_PLANE, WALL_PLANE, small_problem
 
 from radargui.estimation.forward.bins import BinSettings, bin_by_fringe, pool
 from radargui.estimation.forward.parameters import Sizes, lobe_places, make_layout
-from radargui.estimation.forward.signal_model import FrontEndState, turn_of
+from radargui.estimation.forward.signal_model import FrontEndState, log_ways, turn_of, waves_at
 from radargui.estimation.forward.slow_noise import SlowNoiseSettings, measure_drift
 from radargui.estimation.signals import ScaledSignals
 from radargui.estimation.solve.problem import linearise
@@ -230,6 +230,32 @@ def test_flicker_noise_on_longer_bins_leaves_the_residuals_that_are_expected_of_
         slow = drift.functions(longer.time_s) * drift.sd[0]
         left = longer.value - longer.value @ slow @ np.linalg.solve(slow.T @ slow + np.eye(80) * 1e-9, slow.T)
         assert (left**2 / longer.sigma**2 / longer.expected).mean() == pytest.approx(1.0, abs=0.2)
+
+
+def test_a_bin_ends_with_its_last_sample_and_holds_as_many_as_were_asked_for() -> None:
+    # 0.3 ms of 10 kHz are 2.9999999999999996 samples
+    bins = pool(signals_of(np.zeros((2, 31)), 10000.0), 0.0003)
+    assert bins.count.tolist() == [3] * 10 + [1]
+    assert bins.first_s == pytest.approx(3e-4 * np.arange(11))
+    assert bins.last_s == pytest.approx(np.append(3e-4 * np.arange(10) + 2e-4, 3e-3))
+    assert bins.expected.tolist() == np.ones((2, 11)).tolist()
+
+
+def test_the_logs_of_ways_are_those_of_the_waves_but_for_constants() -> None:
+    made = small_problem((FLOOR_PLANE, WALL_PLANE), reflection=0.15)
+    problem, layout, theta = made.problem, made.problem.layout, made.truth.theta.copy()
+    theta[lobe_places(layout)] = 0.3 * np.random.default_rng(4).standard_normal(lobe_places(layout).size)
+    node_m = linearise(problem, made.truth).node_m[:, 2:4]
+    waves, ways = waves_at(node_m, theta, layout, problem.inputs, 1), log_ways(node_m, theta, layout, problem.inputs, 1)
+    ways = ways.reshape(2, 3, *node_m.shape[1:])
+    both = np.exp(ways[0][:, None] + ways[1][None])
+    # of a way against the direct one, and of both against the first bin: range and maps are common to all
+    found, wanted = (one / one[:1, :1] for one in (both, waves.path))
+    assert found / found[..., :1] == pytest.approx(wanted / wanted[..., :1])
+    turned = both[0, 0] / waves.path[0, 0]
+    assert np.angle(turned / turned[..., :1]) == pytest.approx(0.0, abs=1e-9)
+    lobes = np.abs(both[0, 0]) / waves.lobes.of_direct().reshape(both[0, 0].shape)
+    assert lobes == pytest.approx(np.ones(lobes.shape))
 
 
 def test_no_run_of_bins_is_too_long_or_reaches_over_a_gap_or_what_must_stay_apart() -> None:

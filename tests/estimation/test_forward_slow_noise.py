@@ -40,17 +40,21 @@ def signals_of(value: np.ndarray, sigma: float = SIGMA) -> ScaledSignals:
 def test_flicker_noise_counts_by_its_gain_a_channel_and_its_share_at_the_fastest_function(
     monkeypatch: pytest.MonkeyPatch, gain: float, share: float, counts: bool
 ) -> None:
-    signals = signals_of(np.zeros((4, 4001)))
-    # one second: 20 cycles are 20 Hz, where a / f is to be half of the white density
-    level = share * 20.0 * 2.0 * SIGMA**2 / RATE_HZ
+    value = 5.0 + 1e-3 * np.random.default_rng(1).standard_normal((4, 8001))
+    signals = signals_of(value)
+    # two seconds: 20 cycles are 10 Hz, where a / f is to be half of the white density
+    level = share * 10.0 * 2.0 * SIGMA**2 / RATE_HZ
     asked = []
     monkeypatch.setattr(slow_noise, "_whittle", lambda *given: asked.append(given) or (level, gain))
     drift = measure_drift(signals, BEGIN_S + 0.5)
-    assert (drift.count, drift.first_s, drift.length_s) == (80 if counts else 0, BEGIN_S, 1.0)
-    assert [samples.size for samples, _, _ in asked] == [1000] * 4
+    assert (drift.count, drift.first_s, drift.length_s) == (80 if counts else 0, BEGIN_S, 2.0)
+    # of the rest means over two, less their own mean
+    pooled = 0.5 * (value[:, 0:2000:2] + value[:, 1:2000:2])
+    for (samples, _, _), own in zip(asked, pooled, strict=True):
+        assert samples == pytest.approx(own - own.mean())
     assert {(rate, white) for _, rate, white in asked} == {(2000.0, 2.0 * SIGMA**2 / RATE_HZ)}
     if counts:
-        # of density a / f each half cycle more, 0.5 Hz apart, has a / f times 0.5 Hz: a over its number
+        # of density a / f each half cycle more, 0.25 Hz apart, has a / f times 0.25 Hz: a over its number
         order = np.arange(1.0, 41.0)
         assert drift.sd == pytest.approx(np.tile(np.sqrt(level / order), (4, 2)))
         assert drift.level.tolist() == [level] * 4

@@ -35,6 +35,23 @@ def worked_example() -> tuple[PolarisedSphere, Setup]:
     return body, given
 
 
+def test_a_world_that_is_turned_about_the_vertical_with_its_polarisation_scatters_the_same() -> None:
+    found = []
+    for turned_deg in (0.0, 90.0, 50.0):
+        given = setup(polarization_deg=30.0 + turned_deg)
+        (receiver,) = given.receiver
+        receiver = receiver.model_copy(update={"azimuth_deg": receiver.azimuth_deg + turned_deg})
+        given = given.model_copy(update={"receiver": (receiver,)})
+        body, c, s = polarised_sphere(given), *(f(np.radians(turned_deg)) for f in (np.cos, np.sin))
+        assert body is not None
+        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        fields = body.fields(turn @ PLACE_M, place_antennas(given), RELEASE_M, (PLANE,), np.zeros((1, 3)))
+        factors = fields.factors(0, *body.angle_rad)
+        found.append(np.append(factors.direct, factors.mirrored.ravel()))
+    assert found[1] == pytest.approx(found[0])
+    assert found[2] == pytest.approx(found[0])
+
+
 def test_a_setup_without_polarisation_has_a_point() -> None:
     assert polarised_sphere(setup()) is None
 

@@ -17,6 +17,12 @@ def test_the_pool_trusts_the_better_run_more() -> None:
     assert pooled.quadrature_error_deg == pytest.approx(5.01, abs=0.01)
 
 
+def test_a_pool_is_known_to_its_mean_and_to_what_a_front_end_may_change() -> None:
+    (pooled,) = pool_constants([(FrontEnd(1.0, 3e-3, 4.0, 0.12),)])
+    assert pooled.u_gain_ratio == pytest.approx(np.hypot(3e-3, 1e-3))
+    assert pooled.u_quadrature_error_deg == pytest.approx(np.hypot(0.12, 0.05))
+
+
 def test_runs_that_disagree_widen_the_pool() -> None:
     (pooled,) = pool_constants([(FrontEnd(1.0, 1e-4, 0.0, 0.01),), (FrontEnd(1.1, 1e-4, 5.0, 0.01),)])
     assert pooled.u_gain_ratio > 0.03

@@ -18,6 +18,7 @@ from radargui.estimation.readout.samples import SAMPLES, at_samples
 from radargui.estimation.signals import ScaledSignals
 from radargui.estimation.solve.minimise import Solution, local_chi_square, solved_at
 from radargui.estimation.solve.problem import Start, State
+from radargui.geometry.bistatic import position_uncertainty
 from radargui.geometry.path_length import path_lengths
 
 K = 2.0 * np.pi / WAVELENGTH_M
@@ -112,6 +113,24 @@ def test_uncertainties_grow_with_misfit_with_few_fringes_and_while_a_release_may
     wanted = np.hypot(2e-5 * wide[:, None], unseen + SAMPLES.smallest_u_m)
     assert found.u_change_m[:, early] == pytest.approx(np.tile(wanted, early.sum()), rel=1e-3)
     assert unseen > 1e-5
+
+
+@pytest.mark.parametrize("flies", [False, True])
+def test_what_reflectors_hide_counts_where_no_flight_holds_the_motion(
+    monkeypatch: pytest.MonkeyPatch, flies: bool
+) -> None:
+    solution = solution_of(())
+    in_flight = np.zeros_like(solution.problem.in_flight)
+    in_flight[-1] = flies
+    solution = replace(solution, problem=replace(solution.problem, in_flight=in_flight))
+    known = np.full((3, 900), 4e-5), np.full((3, 900), 2e-5)
+    monkeypatch.setattr(samples, "_with_alternatives", lambda *given: known)
+    monkeypatch.setattr(samples, "_hidden_m", lambda one, place: np.full((3, 900), 3e-5))
+    found, late = at_samples(solution, samples_of(solution)), solution.problem.bins.time_s > START_S + 0.031
+    wide, hidden = few_fringes_factor(K * found.change_m)[:, None], 0.0 if flies else 3e-5
+    assert found.u_change_m[:, late] == pytest.approx(np.tile(np.hypot(2e-5 * wide, hidden), late.sum()), rel=1e-4)
+    place = position_uncertainty(found.position_m, np.full((3, 900), hidden + 1e-30), ANTENNAS)
+    assert found.u_position_m[:, late] == pytest.approx(np.hypot(4e-5 * wide.max(), place)[:, late], rel=1e-3)
 
 
 def test_a_hundredth_of_a_sphere_turns_and_weakens_by_a_hundredth() -> None:

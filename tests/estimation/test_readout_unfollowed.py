@@ -32,6 +32,14 @@ def test_the_end_of_a_cascade_leaves_the_last_rebound_open_and_no_other() -> Non
     assert not unfollowed_m_s(time, before, 2.0 * after, by_flights, G, 3.0)[1].any()
 
 
+def test_a_bounce_that_is_not_followed_is_no_faster_than_the_one_before_it() -> None:
+    time, _, after = cascade()
+    # speeds of which noise makes more than there was: the next bounce is as high as this one at the most
+    faster = 0.9 * after
+    left = unfollowed_m_s(time, faster, after, np.ones(5, dtype=np.bool_), G, 3.0)[1][-1]
+    assert left == pytest.approx(0.122**2 / (2.0 * G) / np.sqrt(12.0) / (2.0 * 0.122 / G))
+
+
 def test_a_slope_that_gravity_does_not_make_is_open_by_what_they_differ() -> None:
     time, before, after = cascade()
     by_flights = np.arange(5) < 4

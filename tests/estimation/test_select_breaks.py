@@ -89,6 +89,24 @@ def test_windows_whose_residuals_stand_out_ask_for_finer_knots(without_break: Sm
     assert misfit_times(stiff, BreakSettings(misfit_share=1e9)).size == 0
 
 
+@pytest.mark.parametrize(
+    ("mean", "typical", "found"), [(2.8, 1.0, True), (2.7, 1.0, False), (5.6, 2.0, True), (5.4, 2.0, False)]
+)
+def test_a_window_stands_out_by_its_misfit_over_the_typical_one_and_its_scatter(
+    mean: float, typical: float, found: bool
+) -> None:
+    # windows of ten bins and two channels scatter by sqrt(2 / 20): 1.5 and four of these are 2.76
+    time = 0.0505 + 1e-3 * np.arange(100)
+    square = np.full((2, 100), typical)
+    # what does not count is as it should be, however far off; both channels count
+    square[0, 40:50], square[1, 40:50], square[:, 10:20] = 2.0 * mean, 0.0, 1e9
+    use = (np.arange(100) < 10) | (np.arange(100) >= 20)
+    spline = SimpleNamespace(edge_s=np.array([0.05, 0.15]))
+    problem = SimpleNamespace(bins=SimpleNamespace(time_s=time), spline=spline, use=use)
+    solution: Any = SimpleNamespace(problem=problem, at=SimpleNamespace(residual=np.sqrt(square)))
+    assert misfit_times(solution) == pytest.approx([0.095] if found else [])
+
+
 def test_a_missing_break_is_added_at_the_bounce(without_break: SmallProblem) -> None:
     solution = settled(without_break)
     assert solution.at.spline.break_s == pytest.approx([BOUNCE_S], abs=2e-4)
@@ -111,6 +129,25 @@ def test_a_wall_beside_the_fall_is_a_break_but_no_impact() -> None:
     # where it is known there is nothing left to find, and a drift without a wall has no kick
     assert side_kicks(solution, UP).size == 0
     assert side_kicks(converge(small_problem(sigma=0.005).start, 4, nothing), UP).size == 0
+
+
+@pytest.mark.parametrize(("aside_m_s", "kicks"), [(0.14, False), (0.16, True)])
+def test_a_kick_is_a_jump_of_the_velocity_along_the_floor_alone(aside_m_s: float, kicks: bool) -> None:
+    normal = np.array([0.6, 0.0, 0.8])
+    along = np.array([0.8, 0.0, -0.6])
+
+    def place(time_s: np.ndarray, _: object) -> np.ndarray:
+        # an even motion along the floor, thrown aside at 0.5 s, and a bounce along the normal at the same time
+        late = np.maximum(time_s - 0.5, 0.0)
+        return np.outer(0.3 * time_s + aside_m_s * late, along) + np.outer(2.0 * late, normal)
+
+    spline = SimpleNamespace(edge_s=np.array([0.0, 1.0]), offset=place)
+    solution: Any = SimpleNamespace(
+        at=SimpleNamespace(spline=spline),
+        state=SimpleNamespace(coefficients=None),
+        problem=SimpleNamespace(released_s=0.05),
+    )
+    assert side_kicks(solution, normal) == pytest.approx([0.5] if kicks else [], abs=2e-3)
 
 
 def test_a_push_at_the_release_is_no_wall() -> None:

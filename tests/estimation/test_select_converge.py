@@ -11,7 +11,16 @@ import pytest
 from support.small_problem import SmallProblem, small_problem
 
 from radargui.estimation.select import converge as converge_module
-from radargui.estimation.select.converge import COARSE, _away, _best, _impacts, converge, convergence
+from radargui.estimation.select.converge import (
+    COARSE,
+    _away,
+    _best,
+    _bounced_on,
+    _impacts,
+    converge,
+    convergence,
+    settle_breaks,
+)
 from radargui.estimation.solve.problem import Start
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -94,3 +103,92 @@ def test_a_round_in_which_nothing_moves_keeps_maps_and_what_the_data_say(monkeyp
         settings = replace(COARSE, same_place_m=within, same_mirrors=1.0, noise_from_round=9, least_rounds=9)
         converge(made.start, 2, nothing, settings)
         assert kept == wanted
+
+
+def broken(*break_s: float, misfit: float = 1.0) -> Any:
+    """Return what settling asks of a solution with breaks."""
+    breaks = np.array(break_s)
+    spline = SimpleNamespace(break_s=breaks, edge_s=np.array([0.0, 1.0]))
+    problem = SimpleNamespace(prior=SimpleNamespace(mean=breaks), layout=SimpleNamespace(breaks=slice(0, breaks.size)))
+    state, at = SimpleNamespace(coefficients=None), SimpleNamespace(spline=spline)
+    return SimpleNamespace(problem=problem, state=state, at=at, misfit=misfit)
+
+
+def settling(monkeypatch: pytest.MonkeyPatch, turns: Any, good: Any) -> tuple[Any, list[list[float]]]:
+    """Settle breaks where turns are seen in a solution, and breaks at moments are good; return the end and each try."""
+    tried: list[list[float]] = []
+
+    def converged(breaks: np.ndarray, *given: object) -> Any:
+        tried.append(breaks.tolist())
+        return broken(*breaks)
+
+    def speeds(solution: Any, normal: object) -> Any:
+        break_s = solution.at.spline.break_s
+        are = np.array([good(one) for one in break_s], dtype=bool)
+        return SimpleNamespace(time_s=break_s, are_kinks=lambda: are, are_kicks=lambda: are)
+
+    for name, stand_in in {
+        "_bounced_on": lambda data, solution, *given: solution,
+        "break_speeds": speeds,
+        "sharp_turns": lambda solution, normal: np.array(turns(solution)),
+        "side_kicks": lambda solution, normal: np.zeros(0),
+        "kicks_beside": lambda motion, normal: (np.zeros(0), np.zeros(0)),
+        "misfit_times": lambda solution: np.zeros(0),
+        "respline": lambda old, coefficients, breaks, fine: breaks,
+        "_with_breaks": lambda data, solution, motion: motion,
+        "converge": converged,
+        "_best": lambda seen, normal: seen[-1],
+        "SplineMotion": lambda spline, coefficients: None,
+    }.items():
+        monkeypatch.setattr(converge_module, name, stand_in)
+    data: Any = SimpleNamespace(onset_s=0.05)
+    return settle_breaks(data, broken(0.3), UP, nothing), tried
+
+
+def test_a_break_that_was_dropped_is_not_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    # a ripple that always looks like a turn, and never jumps
+    found, tried = settling(monkeypatch, lambda solution: [0.15], lambda moment: moment == 0.3)
+    assert tried == [[0.15, 0.3], [0.3]]
+    assert found.at.spline.break_s.tolist() == [0.3]
+
+
+def test_breaks_are_added_at_most_five_times_and_kept_where_they_are_good(monkeypatch: pytest.MonkeyPatch) -> None:
+    # each solution shows one more turn
+    found, tried = settling(monkeypatch, lambda one: [0.4 + 0.01 * one.at.spline.break_s.size], lambda moment: True)
+    assert len(tried) == COARSE.break_rounds - 1
+    assert found.at.spline.break_s == pytest.approx([0.3, 0.41, 0.42, 0.43, 0.44, 0.45])
+
+
+@pytest.mark.parametrize(
+    ("more", "misfit", "kept"), [(True, 1.0, True), (True, 1.019, True), (True, 1.021, False), (False, 0.5, False)]
+)
+def test_a_body_is_let_bounce_on_where_that_finds_impacts_and_fits_no_worse(
+    monkeypatch: pytest.MonkeyPatch, more: bool, misfit: float, kept: bool
+) -> None:
+    start, tried = broken(0.2, 0.3, 0.45), []
+
+    def speeds(solution: Any, normal: object) -> Any:
+        # the second break is the last impact; the body lands again at 0.4 and 0.48, once
+        expected = np.array([0.4, 0.48]) if solution is start else np.zeros(0)
+        impacts = np.array([True, True, False]) if solution is start else np.ones(3 if more else 2, dtype=bool)
+        return SimpleNamespace(
+            time_s=solution.at.spline.break_s,
+            u_jump_m_s=np.zeros(impacts.size),
+            are_impacts=lambda: impacts,
+            expected_impacts=lambda end_s: expected,
+        )
+
+    def converged(breaks: np.ndarray, *given: object) -> Any:
+        tried.append(breaks.tolist())
+        return broken(*breaks, misfit=misfit)
+
+    monkeypatch.setattr(converge_module, "break_speeds", speeds)
+    monkeypatch.setattr(converge_module, "respline", lambda old, coefficients, breaks, fine: breaks)
+    monkeypatch.setattr(converge_module, "_with_breaks", lambda data, solution, motion: motion)
+    monkeypatch.setattr(converge_module, "converge", converged)
+    monkeypatch.setattr(converge_module, "_misfit", lambda one: one.misfit)
+    data: Any = SimpleNamespace(onset_s=0.05)
+    found = _bounced_on(data, start, UP, nothing)
+    # what came after the last impact is begun again
+    assert tried == [[0.2, 0.3, 0.4, 0.48]]
+    assert (found is not start) is kept

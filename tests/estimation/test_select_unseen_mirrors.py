@@ -98,12 +98,37 @@ def test_second_moments_of_what_moves_are_those_of_the_states(
     globally = np.array([one.theta - solution.state.theta for one in states])
     wanted = columns[n_motion:] @ columns[n_motion:].T
     assert globally.T @ globally / 36.0 == pytest.approx(wanted, abs=1e-9 * wanted.max())
+    # what moves together stays together
+    wanted = columns[:n_motion] @ columns[n_motion:].T
+    assert steps.T @ globally / 36.0 == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
     # of few directions those that move the places most
     three, _ = unseen_mirrors(solution, UP, TEMPER, settings=UnseenSettings(places=4, directions=3))
     at_bins = np.stack([solution.at.design @ one.reshape(-1, 3) for one in columns[:n_motion].T]).reshape(36, -1)
     largest = np.sort(np.linalg.eigvalsh(at_bins @ at_bins.T))[-3:]
     few = [solution.at.design @ (one.coefficients - solution.state.coefficients) for one in three]
     assert [float((one**2).sum()) / 3.0 for one in few] == pytest.approx(largest)
+
+
+def test_of_walls_that_were_not_tried_the_highest_maxima_round_the_circle_count_as_much_as_none(
+    solution: Solution, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    taken: list[np.ndarray] = []
+    moved = unseen_module._moved
+    monkeypatch.setattr(
+        unseen_module, "_moved", lambda search, planes, share: taken.append(share) or moved(search, planes, share)
+    )
+    foretold = np.full((40, 8), -1e9)
+    # the first is beside the last: one maximum, not two
+    foretold[0, 3], foretold[39, 3] = 0.0, -0.1
+    foretold[10, 0], foretold[20, 7], foretold[30, 4], foretold[35, 1] = -0.2, -0.3, -0.4, -0.5
+    settings = UnseenSettings(stand_for=1.0, least_weight=1e-9)
+    unseen_mirrors(solution, UP, TEMPER, foretold.ravel(), settings)
+    (share,) = taken
+    weight = np.exp(foretold.ravel() / TEMPER)
+    # four of the maxima are each as likely as no wall, all else as one place of 320
+    weight *= np.where(np.isin(np.arange(320), [3, 80, 167, 244]), 1.0, 1.0 / 320.0)
+    assert share[:48] == pytest.approx((weight / weight.sum())[:48], abs=1e-12)
+    assert share[[80, 167, 244, 281, 315]] == pytest.approx((weight / weight.sum())[[80, 167, 244, 281, 315]])
 
 
 def test_floors_are_sought_below_the_lowest_place_at_small_depths_and_those_of_walls(

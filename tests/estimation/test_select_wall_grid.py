@@ -175,6 +175,15 @@ def test_azimuth_and_distance_are_those_by_which_a_wall_was_made() -> None:
         assert plane.u_shift_m == pytest.approx(max(0.2 * distance, 0.03))
 
 
+def test_the_grid_goes_once_round_and_directions_across_a_normal_are_unit_vectors() -> None:
+    azimuth, distance = wall_grid.wall_grid()
+    assert np.degrees(azimuth) == pytest.approx(9.0 * np.arange(40))
+    assert distance.tolist() == list(WALLS.distances_m)
+    for normal in (np.array([0.6, 0.0, 0.8]), np.array([1.0, 1.0, 1.0]) / np.sqrt(3.0)):
+        frame = np.array([*wall_grid.tangents(normal), normal])
+        assert frame @ frame.T == pytest.approx(np.eye(3), abs=1e-12)
+
+
 def test_maps_are_stiffened_to_what_they_are_with_nothing_to_explain_and_never_loosened(solution: Solution) -> None:
     problem = solution.problem
     sd = problem.prior.sd.copy()

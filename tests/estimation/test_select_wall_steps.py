@@ -11,8 +11,9 @@ import pytest
 from support.small_problem import FLOOR_PLANE, WALL_PLANE, small_problem
 
 from radargui.estimation.forward.mirrors import MirrorPlane
+from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.select import wall_walk, walls
-from radargui.estimation.select.race import last_image, same_place, score_of
+from radargui.estimation.select.race import best_started, last_image, same_place, score_of
 from radargui.estimation.select.wall_grid import WALLS, upright_planes, wall_grid, wall_towards
 from radargui.estimation.select.wall_walk import WalkSettings, walked
 from radargui.estimation.select.walls import (
@@ -203,6 +204,42 @@ def test_a_thorough_search_carries_more_of_the_first_grid_and_the_second_looks_f
     assert search.foretold.size == wall_grid()[0].size * wall_grid()[1].size
 
 
+@pytest.mark.parametrize(("gained", "searches"), [(1.9, 1), (2.1, 2)])
+def test_another_look_is_taken_while_it_gains_what_is_worth_it(
+    beside: Solution, monkeypatch: pytest.MonkeyPatch, gained: float, searches: int
+) -> None:
+    bare = solved_at(problem_with_mirrors(beside, ()))
+    looked, evidence, kept = [], {id(bare): 0.0}, [bare]
+
+    def race(starts: list[Start], *given: object) -> list[Solution]:
+        kept.append(replace(beside))
+        # the first gains fifteen, each further one so much more
+        evidence[id(kept[-1])] = 15.0 + gained * (len(kept) - 2)
+        return kept[-1:]
+
+    def gains(base: Solution, planes: list[MirrorPlane], *given: object) -> np.ndarray:
+        looked.append(base)
+        return np.zeros(len(planes))
+
+    monkeypatch.setattr(walls, "linearised_gains", gains)
+    monkeypatch.setattr(walls, "best_started", lambda *given: [])
+    monkeypatch.setattr(walls, "race", race)
+    monkeypatch.setattr(walls, "converge", lambda *given: bare)
+    monkeypatch.setattr(walls, "log_evidence", lambda one: evidence.get(id(one), 0.0))
+    monkeypatch.setattr(walls, "bent_by_maps", lambda one: False)
+    monkeypatch.setattr(walls, "_run_off", lambda search, *given: search)
+    search_wall(bare, UP, nothing, thorough=True, settings=replace(WALLS, searches=3))
+    assert len(looked) == searches + 1
+
+
+def test_who_is_told_of_rounds_hears_of_each_start(beside: Solution) -> None:
+    told: list[int] = []
+    bare = solved_at(problem_with_mirrors(beside, ()))
+    starts = [Start(bare.problem, bare.state)] * 3
+    assert len(best_started(starts, 2, lambda: told.append(1))) == 2
+    assert len(told) == 3
+
+
 def test_taken_out_a_wall_leaves_everything_else_as_it_stands() -> None:
     made = small_problem((FLOOR_PLANE, WALL_PLANE), reflection=0.1)
     solution = solved_at(made.start)
@@ -215,3 +252,12 @@ def test_taken_out_a_wall_leaves_everything_else_as_it_stands() -> None:
     for own, was in zip(layout.receivers, solution.problem.layout.receivers, strict=True):
         assert theta[own.constants].tolist() == solution.state.theta[was.constants].tolist()
         assert theta[own.receiver_reflection].tolist() == [0.1, 0.0]
+    # a problem that has what the solution has not: at nothing
+    wide = make_basis(positions_at_bins(solution), 0.04)
+    other = problem_with_mirrors(solved_at(problem_with_mirrors(solution, (FLOOR_PLANE,))), (FLOOR_PLANE,), wide)
+    assert wide.size > solution.problem.bias_basis.size
+    found = without_last_mirror(solution, other.problem)
+    (first, *_), was = other.problem.layout.receivers, solution.problem.layout.receivers[0]
+    more = found.state.theta[first.bias_i][was.bias_i.stop - was.bias_i.start :]
+    assert more.size > 0
+    assert not more.any()

@@ -56,7 +56,8 @@ def test_of_three_receivers_none_can_be_left_out_and_nothing_is_valid() -> None:
             assert f"receiver {receiver + 1}: " in result.reason
         assert result.paths is not None
         assert not result.paths.valid.any()
-        assert result.track is None or not result.track.valid.any()
+        assert result.track is not None
+        assert not result.track.valid.any()
         assert not result.bounces.impacts
 
 

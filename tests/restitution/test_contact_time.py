@@ -54,15 +54,15 @@ def dropped_on(contact_s: float, correction: str, **held: float) -> RunResult:
     return process(make_record(scene).recording, with_method(scene.setup, f"{correction}-exact"))
 
 
-@pytest.mark.parametrize("correction", ["adaptive", "published"])
-def test_a_soft_floor_gives_no_e_and_a_hard_one_does(correction: str) -> None:
+@pytest.mark.parametrize(("correction", "contact"), [("adaptive", "4 ms"), ("published", "3.8 ms")])
+def test_a_soft_floor_gives_no_e_and_a_hard_one_does(correction: str, contact: str) -> None:
     """4 ms: e was up to 34 u off, and valid."""
     soft = dropped_on(0.004, correction)
     assert soft.bounces is not None
     assert len(soft.bounces.impacts) > 4
     assert not any(one.valid for one in soft.bounces.impacts)
     (sentence,) = (one for one in soft.warnings if one.startswith("the floor gives way"))
-    assert "an impact lasts some 4 ms" in sentence or "3.8 ms" in sentence
+    assert f"an impact lasts some {contact}, in which" in sentence
     hard = dropped_on(0.0, correction)
     assert hard.bounces is not None
     assert any(one.valid for one in hard.bounces.impacts)

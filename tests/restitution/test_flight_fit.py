@@ -95,6 +95,9 @@ def test_what_parts_flights_and_motion_is_counted_at_the_same_instant_though_the
     truly = spline.offset(away, shifted) - free.motion.spline.offset(away, free.motion.coefficients)
     found = fit.bend_over_u(away, np.ones((3, away.size)))
     by_coefficients_alone = np.sqrt((free.motion.spline.offset(away, shifted - free.motion.coefficients) ** 2).mean())
+    # over a u of three units, and where the knots stay
+    still = replace(fit, off=np.append(off[:-1], 0.0))
+    assert still.bend_over_u(away, np.full((3, away.size), 3.0)) == pytest.approx(by_coefficients_alone / 3.0, rel=1e-3)
     assert np.sqrt((truly**2).mean()) < 1e-6
     assert by_coefficients_alone > 3e-5
     assert found < 1e-6

@@ -8,8 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+from radargui.estimation.readout.input_response import DIAMETER, possible_spheres
+from radargui.model.assumed import CLOCK, TILT, uncertain_inputs
+from radargui.model.resources import default_setup_path
+from radargui.model.setup import read_setup
 from radargui.restitution.flight_fit import FlightFit
-from radargui.restitution.input_changes import SPHERE, FlightTest, SetupResponses, _tested
+from radargui.restitution.input_changes import (
+    INSTANTS,
+    SPHERE,
+    FlightTest,
+    SetupResponses,
+    _tested,
+    setup_responses,
+)
 
 
 def judged(misfit: tuple[float, int], bend: float, unexplained: float = 5.0) -> Any:
@@ -17,6 +28,39 @@ def judged(misfit: tuple[float, int], bend: float, unexplained: float = 5.0) -> 
     fit: Any = SimpleNamespace(misfit=misfit, bends=lambda _: np.zeros(0), bend_over_u=lambda *_: bend)
     fit.excess = lambda explained: FlightFit.excess(fit, explained)
     return _tested(fit, SetupResponses(np.zeros(1), (), ()), estimate, unexplained)
+
+
+def test_of_spheres_that_are_possible_the_mean_counts_as_one_input() -> None:
+    asked: list[np.ndarray] = []
+    estimate: Any = SimpleNamespace(time_s=np.zeros(1), u_position_m=np.ones((3, 1)))
+    fit: Any = SimpleNamespace(misfit=(215.0, 200), bends=lambda _: np.array([4.0, 1.0, 2.0, 6.0, 5.0]))
+    fit.bend_over_u, fit.excess = lambda *_: 0.1, lambda explained: asked.append(explained) or 0.0
+    keys = ("receiver[1].tilt_deg", SPHERE, SPHERE, SPHERE, "radar.frequency_hz")
+    each: Any = (None,) * 5
+    _tested(fit, SetupResponses(np.zeros(1), keys, each), estimate, 0.0)
+    assert asked[0].tolist() == [4.0, 3.0, 5.0]
+
+
+@pytest.mark.parametrize("point", [True, False])
+def test_inputs_are_asked_for_that_move_a_motion_which_its_own_unknowns_do_not_hold(point: bool) -> None:
+    setup = read_setup(default_setup_path())
+    first, *others = setup.receiver
+    setup = setup.model_copy(update={"receiver": (first.model_copy(update={"u_tilt_deg": 0.0}), *others)})
+    posterior: Any = SimpleNamespace(is_point=point, responses=lambda inputs, time_s: tuple(inputs))
+    estimate: Any = SimpleNamespace(posterior=posterior, time_s=np.linspace(0.0, 1.0, 100_000))
+    found = setup_responses(estimate, setup)
+    stated = {one.key for one in uncertain_inputs(setup)}
+    # floor and clock move no motion, and angles of antennas are unknowns of its own
+    moves = {key for key in stated - {TILT, CLOCK, DIAMETER} if not key.endswith("polarization_deg")}
+    assert set(found.keys) - {SPHERE, DIAMETER} == moves
+    assert len(found.each) == len(found.keys)
+    # what a point would be were it a sphere, or what another diameter would be
+    assert (SPHERE in found.keys, DIAMETER in found.keys) == (point, not point)
+    assert found.keys.count(SPHERE) == (len(possible_spheres(setup)) if point else 0)
+    # what is called exact is asked for too: by as much as it usually is known to
+    assert "receiver[1].tilt_deg" in found.exact
+    assert "receiver[1].tilt_deg" in found.keys
+    assert found.time_s.size < 2 * INSTANTS
 
 
 def test_what_noise_makes_is_neither_told_nor_widened() -> None:

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray, median
+from radargui.model.arrays import BoolArray, FloatArray, median
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounces, Track
 from radargui.restitution.contact_time import contact_of_places_s, contact_of_track_s, depth_per_s
@@ -112,6 +112,16 @@ def _off_one_plane(
     return float(np.abs(height).max()), float(np.sqrt(np.diag(covariance)).max()), by_contact_s
 
 
+def _before_a_sure_one(sure: BoolArray, at_s: FloatArray, after_m_s: FloatArray) -> BoolArray:
+    """Return which impacts are sure, or have a sure one after them before the sphere lies still, shape (n,)."""
+    # dropped again by a hand it lay for longer than any flight from there
+    lay = np.append(np.diff(at_s), np.inf) * NOMINAL_GRAVITY_M_S2 / 2.0 > CHECKS.longest_flight * after_m_s
+    fall = np.cumsum(np.append(0, lay[:-1]))
+    last = np.full(int(fall[-1]) + 1, -1)
+    last[fall[sure]] = np.flatnonzero(sure)
+    return np.asarray(np.arange(sure.size) <= last[fall])
+
+
 def _places(
     bounces: Bounces, track: Track, normal: FloatArray, faster: Sequence[int]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -133,9 +143,9 @@ def _places(
     # the last one found may be several that are not told apart: it gives no e, and lies above the floor; those before
     # it that are faster than they came were thrown by one
     thrown = set(faster) - {at_s.size}
-    sure = np.flatnonzero([one.valid or number in thrown for number, one in enumerate(bounces.impacts, 1)])
-    if sure.size:
-        bounce[sure[-1] + 1 :] = False
+    sure = np.array([one.valid or number in thrown for number, one in enumerate(bounces.impacts, 1)], dtype=np.bool_)
+    if sure.any():
+        bounce &= _before_a_sure_one(sure, at_s, after_m_s)
     known = track.valid[sample] & bounce[:, None]
     seen = known.any(axis=1)
     weight = known[seen] / known[seen].sum(axis=1, keepdims=True)

@@ -25,12 +25,12 @@ from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.parameters import lobe_places
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
-from radargui.estimation.select import budget
+from radargui.estimation.select import budget, choose
 from radargui.estimation.select.choose import ChoiceSettings, _Selection, choose_model
 from radargui.estimation.select.chosen_model import Alternative, ChosenModel
 from radargui.estimation.select.fewer_bins import fewer_bins, with_bins_of
 from radargui.estimation.solve.changed_problem import problem_with_mirrors
-from radargui.estimation.solve.minimise import chi_square, log_evidence, minimise, solved_at
+from radargui.estimation.solve.minimise import Solution, chi_square, log_evidence, minimise, solved_at
 from radargui.estimation.solve.problem import State
 from radargui.geometry.path_length import path_lengths
 from radargui.model.errors import SolveError
@@ -110,6 +110,22 @@ def test_a_misfit_that_is_next_to_nothing_of_the_wave_is_what_reflectors_leave_i
     # laboratory 7304306: a misfit of 120 is 0.01 of the wave, and the wall that explains it is found
     made = small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005, n_bins=60)
     assert chosen(made, hopeless_misfit=0.1, most_left=0.03).solution.settled
+
+
+def test_what_looks_lost_is_refused_only_where_no_wall_puts_it_right(monkeypatch: pytest.MonkeyPatch) -> None:
+    # laboratory hands 24013644 and 24014226: maps as large as waves, and 0.02 and 0.009 mm with the wall that was found
+    asked: list[int] = []
+
+    def lacks_wall(solution: Solution, onset_s: float) -> bool:
+        asked.append(len(solution.problem.inputs.planes))
+        return asked[-1] < 2
+
+    monkeypatch.setattr(choose, "is_lost", lacks_wall)
+    assert len(chosen(small_problem(**MIRRORS)).solution.problem.inputs.planes) == 2
+    assert asked == [2, 2]
+    monkeypatch.setattr(choose, "is_lost", lambda solution, onset_s: True)
+    with pytest.raises(budget.LooseMapsError):
+        chosen(small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005, n_bins=60))
 
 
 def test_a_floor_and_a_wall_that_reflect_are_kept_and_the_wall_is_where_it_stands(whole: ChosenModel) -> None:

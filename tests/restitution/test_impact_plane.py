@@ -101,6 +101,9 @@ def test_a_last_impact_that_gives_no_e_is_no_place_on_the_floor_but_one_between_
     bounces, track = dropped(1e-3 * np.array([0.0, 0.2, 0.0, 0.0]), TOGETHER)
     first, second, *others = bounces.impacts
     assert off_one_plane(replace(bounces, impacts=(first, replace(second, valid=False), *others)), track)
+    # laboratory twice 24020998: it lay then, and a hand dropped it again
+    lay = replace(second, speed_after_m_s=0.15, e=0.08, valid=False)
+    assert off_one_plane(replace(bounces, impacts=(first, lay, *others)), track) == []
 
 
 def test_impacts_after_the_last_valid_one_that_throw_the_sphere_lie_on_the_floor_that_moves() -> None:

@@ -40,7 +40,7 @@ def conditioned(**other: Any) -> Any:
         "rest_end_s": 2.1,
         "onset_s": 2.2,
         "size": 5,
-        "at_one_time": lambda: volts,
+        "at_one_time_v": volts,
     }
     return SimpleNamespace(**(given | other))
 

@@ -252,7 +252,11 @@ def test_mirrors_that_nothing_excludes_are_weighed_against_all_others_together(m
         return states, 0.1
 
     monkeypatch.setattr("radargui.estimation.select.choose.unseen_mirrors", unseen)
-    model = chosen(small_problem(), last_rounds=1, temper=7.0)
+    made, stages = small_problem(), []
+    settings = ChoiceSettings(last_rounds=1, temper=7.0)
+    model = choose_model(rounds(made), no_drift(), UP, nothing, None, settings, stages.append)
+    assert stages == ["flights", "walls", "last"]
+    assert "Bias maps with a correlation length of 0.09 m." in model.choices
     # 1.5 times as much, a wall beside the best and beside its alternative; then 1 + 0.5 + 0.375 stand against these
     assert [other.weight for other in model.alternatives] == pytest.approx([0.5, 0.375, 0.1875, 0.1875])
     assert [other.solution.state for other in model.alternatives[2:]] == states

@@ -76,6 +76,9 @@ def test_what_lasts_or_is_not_far_above_the_receivers_own_misfit_is_no_stretch(
 ) -> None:
     monkeypatch.setattr(unexplained, "receiver_misfits", lambda problem, at: at)
     assert bool(unexplained_stretches(misfits(dict.fromkeys(range(wrong), 100.0), typical))) is told
+    # however small it is elsewhere, thirty is the least
+    assert unexplained_stretches(misfits({20: 29.0}, 0.5)) == ()
+    assert unexplained_stretches(misfits({20: 31.0}, 0.5))
 
 
 def test_nothing_is_told_where_all_fits_or_where_it_lasts() -> None:

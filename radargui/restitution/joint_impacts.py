@@ -5,12 +5,13 @@ Method 5, e and the floor's normal.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from radargui.estimation.readout.motion_posterior import MotionPosterior
-from radargui.estimation.readout.unfollowed import unfollowed_m_s
+from radargui.estimation.readout.unfollowed import lands_after_s, unfollowed_m_s
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounce
@@ -70,7 +71,9 @@ class JointImpacts:
         time, before, after, by_flights = time[impacts], before[impacts], after[impacts], by_flights[impacts]
         g = (NOMINAL_GRAVITY_M_S2 if fit is None else fit.g_m_s2) * float(normal[2])
         end_s = float(posterior.free.edge_s[-1])
-        left_open = unfollowed_m_s(time, -before @ normal, after @ normal, by_flights, g, end_s)
+        into, out_of = -before @ normal, after @ normal
+        lands_s = lands_after_s(posterior.free, normal, float(time[-1]), float(out_of[-1])) if time.size else math.nan
+        left_open = unfollowed_m_s(time, into, out_of, by_flights, g, end_s, lands_s)
         covariance, along = covariance[impacts], np.outer(normal, normal)
         for side, u_m_s in zip((slice(0, 3), slice(3, 6)), left_open, strict=True):
             covariance[:, side, side] += u_m_s[:, None, None] ** 2 * along

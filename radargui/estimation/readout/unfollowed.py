@@ -5,10 +5,19 @@ Method 5, e and the floor's normal.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.solve.break_velocities import LIMITS
 from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+
+_LATE, _STEP_S = 1.5, 5e-4
+"""Of the flight that a speed makes, so many times as long are looked at, in steps of so much."""
+_DOWN = 0.5
+"""Share of its height that a flight may end above where it began: the spline rounds the corner."""
 
 
 def unfollowed_m_s(
@@ -18,6 +27,7 @@ def unfollowed_m_s(
     by_flights: BoolArray,
     g_m_s2: float,
     end_s: float,
+    lands_s: float = math.nan,
 ) -> tuple[FloatArray, FloatArray]:
     """Return what stays open of the speeds before and after each impact, (n_impacts,) each, beside their covariance.
 
@@ -26,7 +36,8 @@ def unfollowed_m_s(
     bounce after it, h / sqrt 12 of any place in it, and the slope by as much over T; below two knot spacings of the
     motion, by that of the flight itself. And what is not followed draws the
     last impact's instant away: a speed from the motion's slope is off by what gravity makes of the flight before it
-    otherwise, g T less the speed that it left with.
+    otherwise, g T less the speed that it left with; after the last one, by what gravity makes of the flight up to where
+    the motion itself comes down again.
 
     Parameters
     ----------
@@ -38,6 +49,8 @@ def unfollowed_m_s(
         Along the normal.
     end_s
         Of the record: what would land later is not cut short.
+    lands_s
+        Where the motion comes down after the last impact, see `lands_after_s`.
     """
     before, after = np.zeros(time_s.size), np.zeros(time_s.size)
     if not time_s.size:
@@ -55,4 +68,31 @@ def unfollowed_m_s(
         if flight_s >= 2.0 * LIMITS.least_flight_s:
             next_m_s *= min(float(np.median(after_m_s / before_m_s)), 1.0)
         after[-1] = next_m_s**2 / (2.0 * g_m_s2) / np.sqrt(12.0) / flight_s
+    if not by_flights[-1] and math.isfinite(lands_s):
+        after[-1] = np.hypot(after[-1], speed - g_m_s2 * (lands_s - float(time_s[-1])) / 2.0)
     return before, after
+
+
+def lands_after_s(free: FreeMotion, normal: FloatArray, impact_s: float, speed_m_s: float) -> float:
+    """Return when a motion comes down to where it left the floor; NaN where it does not within half as long again.
+
+    Parameters
+    ----------
+    free
+        The motion.
+    normal
+        Of the floor, shape (3,).
+    impact_s, speed_m_s
+        Where it left, and how fast.
+    """
+    flight_s = 2.0 * speed_m_s / NOMINAL_GRAVITY_M_S2
+    time_s = impact_s + np.arange(0.0, _LATE * flight_s, _STEP_S)
+    if time_s.size < 3 or time_s[-1] > free.edge_s[-1]:
+        return math.nan
+    height = normal @ free.position_m(time_s)
+    top = int(np.argmax(height))
+    low = top + int(np.argmin(height[top:]))
+    # a ripple on the way down is no landing, nor is the end of what is looked at
+    is_down = height[low] - height[0] < _DOWN * (height[top] - height[0])
+    turns = low < time_s.size - 1 and time_s[low] - impact_s > LIMITS.least_flight_s
+    return float(time_s[low]) if is_down and turns else math.nan

@@ -140,6 +140,30 @@ def test_a_live_trail_is_coloured_too(panel: TrackPanel) -> None:
     assert panel.curves.detail.band_drawn.path().isEmpty()
 
 
+def test_no_sphere_is_drawn_where_nobody_knows_it_and_that_of_a_result_where_the_track_ends(
+    panel: TrackPanel, result: RunResult
+) -> None:
+    spheres = [part[-1] for part in panel.projections._parts]
+    t = np.linspace(-0.2, 0.0, 50)
+    place = np.stack([0.0 * t + 0.01, 0.0 * t - 0.02, 0.1 + t])
+    panel._draw(live_track(t, place))
+    now_mm = 1e3 * place[:, -1]
+    for (across, up, *_), dot in zip(panel.projections._parts, spheres, strict=True):
+        assert dot.isVisible()
+        assert [dot.pos().x(), dot.pos().y()] == pytest.approx(now_mm[[across, up]])
+    place[:, -1] = np.nan
+    panel._draw(live_track(t, place))
+    # the line stays, the place that was known last is not the place now
+    assert not any(dot.isVisible() for dot in spheres)
+    panel.show_result(result, "run-0001")
+    track = result.track
+    assert track is not None
+    last = np.flatnonzero(track.valid & np.isfinite(track.position_m).all(axis=0))[-1]
+    for (across, up, *_), dot in zip(panel.projections._parts, spheres, strict=True):
+        assert dot.isVisible()
+        assert [dot.pos().x(), dot.pos().y()] == pytest.approx(1e3 * track.position_m[[across, up], last])
+
+
 def test_the_speed_of_the_next_fall_is_seen_whole(panel: TrackPanel) -> None:
     t = np.linspace(-0.2, 0.0, 200)
     falling = live_track(t, np.stack([0.0 * t, 0.0 * t, 0.1 - 4.905 * (t + 0.2) ** 2]))

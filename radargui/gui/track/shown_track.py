@@ -86,6 +86,8 @@ class ShownTrack:
         NaN of a live track.
     zero
         What the times of a result count from.
+    sphere_mm
+        Where the sphere is drawn, shape (3, 1): now, or where the track of a result ends; (3, 0) where nobody knows.
     """
 
     time_s: FloatArray
@@ -101,6 +103,7 @@ class ShownTrack:
     u_mm: FloatArray = field(default_factory=lambda: np.empty((3, 0)))
     u_kind: str = ""
     zero: str = ""
+    sphere_mm: FloatArray = field(default_factory=lambda: np.empty((3, 0)))
 
 
 NO_TRACK = ShownTrack(np.empty(0), np.empty((3, 0)))
@@ -109,8 +112,16 @@ NO_TRACK = ShownTrack(np.empty(0), np.empty((3, 0)))
 
 def live_track(time_s: FloatArray, position_m: FloatArray) -> ShownTrack:
     """Return a live trail for the screen; parameters as for `speed_along`."""
-    unknown = np.full(position_m.shape, np.nan)
-    return ShownTrack(time_s, position_m * MM, speed_m_s=speed_along(time_s, position_m), u_mm=unknown)
+    unknown, place_mm = np.full(position_m.shape, np.nan), position_m * MM
+    now = place_mm[:, -1:]
+    return ShownTrack(
+        time_s,
+        place_mm,
+        speed_m_s=speed_along(time_s, position_m),
+        u_mm=unknown,
+        # one drawn where the last known place was would say that it is there
+        sphere_mm=now[:, np.isfinite(now).all(axis=0)],
+    )
 
 
 def result_track(result: RunResult) -> ShownTrack | None:
@@ -146,6 +157,7 @@ def result_track(result: RunResult) -> ShownTrack | None:
         u_mm=broken(shown_u[:, chosen] * MM),
         u_kind="statistical" if combined is None else "combined",
         zero=zero_words,
+        sphere_mm=track.position_m[:, known[-1:]] * MM,
     )
     drawn = take_track(result, _MOST_POINTS // 2)
     if drawn is None or drawn.parabola is None or drawn.residual is None:

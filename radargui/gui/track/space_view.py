@@ -97,7 +97,6 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         """Draw a track."""
         self._track = track
         points = track.position_mm.T.astype(np.float32)
-        known = points[np.isfinite(points).all(axis=1)]
         kept = _spaced(points)
         points = points[kept]
         shades = self._colours.table().astype(np.float32)[self._colours.steps(track.speed_m_s[kept])]
@@ -105,7 +104,7 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         shadow = points.copy()
         shadow[:, 2] = self._space.floor_mm
         self._draw_line(self._shadow, shadow, self._rgba("faint", 0.6))
-        self._sphere.setData(pos=known[-1:], color=self._rgba("text"))
+        self._sphere.setData(pos=track.sphere_mm.T.astype(np.float32), color=self._rgba("text"))
         impacts = track.impact_mm.T.astype(np.float32)
         self._impacts.setData(pos=impacts[np.isfinite(impacts).all(axis=1)], color=self._rgba("mark"))
 

@@ -67,11 +67,10 @@ class Projections(QWidget):
     def show_track(self, track: ShownTrack) -> None:
         """Draw a track."""
         pieces, place = self._colours.pieces(track), track.position_mm
-        last = np.flatnonzero(np.isfinite(place).all(axis=0))[-1:]
         for across, up, _, _, trail, impacts, sphere in self._parts:
             trail.show_trail(place[across], place[up], pieces)
             impacts.setData(track.impact_mm[across], track.impact_mm[up])
-            sphere.show_at(place[across, last], place[up, last])
+            sphere.show_at(track.sphere_mm[across], track.sphere_mm[up])
 
 
 _MOST_LIVE_POINTS = 1500

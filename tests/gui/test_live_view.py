@@ -103,8 +103,6 @@ def test_the_live_track_says_that_it_starts_anew_after_a_gap_in_a_motion(
     window.actions_.start.trigger()
     source.push_all(codes(12000, moving=slice(8000, 12000)))
     source.push(codes(2000, seed=2, moving=slice(0, 2000)), lost=1500)
-    # on a busy machine the live thread leaves out what is more than 2 s behind: not what is looked at here
-    wait_for(lambda: window.control.feed is not None and window.control.feed.live.latest > 15000)
     source.push_all(codes(12000, seed=3))
     anew = "starts anew, as if from the release"
     wait_for(lambda: window.track._title.text() == f"Live track: at rest, {anew}")

@@ -16,23 +16,23 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
-from benchmarks.laboratory.disturbed.draw import DISTURBED, disturbed
-from benchmarks.laboratory.draw import MOTIONS, draw
-from benchmarks.laboratory.hostile import hostile_scenes
-from benchmarks.laboratory.mistaken.draw import MISTAKEN, mistaken
-from benchmarks.laboratory.run import run as run_laboratory
-from benchmarks.laboratory.scene import Scene
-from benchmarks.laboratory.stated import STATED, Stated
-from benchmarks.laboratory.table import table as laboratory_table
-from benchmarks.scenes.draw import MOTIONS as SCENE_MOTIONS, draw_scene
-from benchmarks.scenes.scene import SceneRecord, make_record
-from benchmarks.scenes.score import Score, score
+from benchmarks.scoring.generic import Score, score
+from benchmarks.scoring.run import run as run_laboratory
+from benchmarks.scoring.table import table as laboratory_table
+from benchmarks.world.disturbed.draw import DISTURBED, disturbed
+from benchmarks.world.draw import MOTIONS, draw
+from benchmarks.world.generic.draw import MOTIONS as SCENE_MOTIONS, draw_scene
+from benchmarks.world.generic.scene import SceneRecord, make_record
+from benchmarks.world.hostile import hostile_scenes
+from benchmarks.world.mistaken.draw import MISTAKEN, mistaken
+from benchmarks.world.scene import Scene
+from benchmarks.world.stated import STATED, Stated
 from pydantic import ValidationError
 
 from radargui.model.errors import ProcessingError
 from radargui.model.setup import Setup
 from radargui.model.setup_error import describe
-from radargui.processing.offline import process
+from radargui.processing.process import process
 
 METHODS = tuple(
     f"{correction}-{geometry}"

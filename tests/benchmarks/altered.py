@@ -18,10 +18,10 @@ from pathlib import Path
 
 import numpy as np
 from benchmarks.real import CORRECTIONS, scene_of
-from benchmarks.robust_scenes.budget import timed
-from benchmarks.robust_scenes.real_truth import SOURCES, Known, Source, known_of, read
-from benchmarks.robust_scenes.scene import LEAST_FRINGES, LEAST_S as LEAST_KNOWN_S, runs
-from benchmarks.robust_scenes.score import judge
+from benchmarks.scoring.budget import timed
+from benchmarks.scoring.one_receiver import judge
+from benchmarks.scoring.real_truth import SOURCES, Known, Source, known_of, read
+from benchmarks.world.one_receiver.scene import LEAST_FRINGES, LEAST_S as LEAST_KNOWN_S, runs
 from scipy import signal
 
 from radargui.model.arrays import FloatArray

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from benchmarks.laboratory.calibration_scenes import PLACES, Laboratory, circled, dropped, known, laboratory, truth
+from benchmarks.scoring.calibration_scenes import PLACES, Laboratory, circled, dropped, known, laboratory, truth
 
 from radargui.calibration.calibrate import Calibrated, calibrate
 from radargui.calibration.rough_fit import KnownRecording, Rough, rough_fit

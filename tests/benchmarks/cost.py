@@ -16,16 +16,16 @@ from typing import Any
 
 import numpy as np
 from benchmarks.accuracy import with_method
-from benchmarks.scenes.draw import draw_scene
-from benchmarks.scenes.motion import Motion
-from benchmarks.scenes.scene import Scene, make_record
+from benchmarks.world.generic.draw import draw_scene
+from benchmarks.world.generic.motion import Motion
+from benchmarks.world.generic.scene import Scene, make_record
 from support.estimates import joint_of, rounds_of
 from threadpoolctl import threadpool_limits
 
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
-from radargui.processing.offline import process
+from radargui.processing.process import process
 
 RATE_HZ = 33333.0
 FIXED = {

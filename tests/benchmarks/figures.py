@@ -17,27 +17,32 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 from benchmarks.accuracy import with_method
-from benchmarks.scenes.draw import draw_scene
-from benchmarks.scenes.mismatch import mirrored
-from benchmarks.scenes.scene import SceneRecord, make_record
-from benchmarks.scenes.score import noise_bound_m, score
+from benchmarks.gate.worker import setup_of_version
+from benchmarks.scoring.generic import noise_bound_m, score
+from benchmarks.world.generic.draw import draw_scene
+from benchmarks.world.generic.mismatch import mirrored
+from benchmarks.world.generic.scene import SceneRecord, make_record
+from benchmarks.world.kinds import draw as draw_modelled
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter
-from support.estimates import joint_of
+from support.estimates import conditioned_of, joint_of
 
 from radargui.correction.published import PublishedSteps
+from radargui.estimation.flights.estimate import DropEstimate, estimate_drop
+from radargui.estimation.flights.readout import drop_motion, place_changes
 from radargui.estimation.joint import JointEstimate
 from radargui.estimation.select import wall_grid, walls
 from radargui.estimation.select.choose import search_wall
+from radargui.estimation.signals import scaled_signals
 from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.geometry.path_length import path_gradient, path_lengths, place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
-from radargui.processing.offline import process
+from radargui.motion.free_flight import fall_below_apex
+from radargui.processing.process import process
 from radargui.report.sheet import I_COLOUR, Q_COLOUR, RAW_COLOUR, RECEIVER_COLOURS, page_style
-from radargui.restitution.free_flight import fall_below_apex
 from radargui.restitution.joint_bounces import joint_bounces
 
 METHODS = ("published", "ellipse", "adaptive", "joint")
@@ -191,6 +196,38 @@ def fall() -> Figure:
     return figure
 
 
+def flights() -> Figure:
+    """Phase over a floor that reflects more than half: of the samples as they are, and of the flights; what is left."""
+    held = {"floor": 0.6, "walls": 0, "height_m": 0.25, "e": 0.6, "snr_db": 35.0, "rate_hz": 10000.0, "told": True}
+    scene = draw_modelled("modelled", 55, 0, {**held, "exact": False})
+    record, (setup, _) = scene.record(), setup_of_version(scene.setup)
+    signals = scaled_signals(conditioned_of(record.recording, setup))
+    estimate = estimate_drop(signals, setup)
+    assert isinstance(estimate, DropEstimate)
+    motion = drop_motion(estimate, signals, place_changes(estimate))
+    figure, (above, below) = _sheet(2, 1, 4.2, sharex=True)
+    moving = (motion.time_s > motion.onset_s - 0.03) & (motion.time_s < estimate.end_s)
+    ms = 1e3 * (motion.time_s - motion.onset_s)
+    i, q = signals.value[:2] - signals.value[:2, moving].mean(axis=1, keepdims=True)
+    shown = np.unwrap(np.arctan2(q, i)[moving]) / (2.0 * np.pi)
+    fringes = motion.change_m[0, moving] / setup.radar.wavelength_m
+    at = _thinned(ms[moving], 2)
+    above.plot(at, _thinned(shown - shown[0], 2), color=RAW_COLOUR, linewidth=0.8, label="samples about their mean")
+    above.plot(at, _thinned(fringes, 2), color=I_COLOUR, linewidth=1.0, label="flights")
+    above.set(ylabel="phase / fringes", xlim=(at[0], at[-1]))
+    above.legend(loc="best")
+    bins = estimate.model.bins
+    for number, (name, colour) in enumerate((("I", I_COLOUR), ("Q", Q_COLOUR))):
+        residual = estimate.at.residual[0, number]
+        below.plot(1e3 * (bins.time_s - motion.onset_s), residual, ".", color=colour, markersize=2.0, label=name)
+    below.set(ylim=(-5.0, 5.0), ylabel="residual / noise", xlabel="time since the onset / ms; dotted: impacts")
+    for axes in (above, below):
+        for moment in motion.impact_s:
+            axes.axvline(1e3 * (moment - motion.onset_s), color="#404040", linewidth=0.4, linestyle=":")
+    below.legend(loc="upper right")
+    return figure
+
+
 def wall_map() -> Figure:
     """Log evidence that one more wall brings, over its azimuth and distance: the first, coarse search."""
     record, seen = wall_drop(), []
@@ -315,6 +352,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "path_error": path_error,
     "noise": noise,
     "fall": fall,
+    "flights": flights,
     "walls": wall_map,
     "bias": bias,
 }

@@ -16,20 +16,20 @@ from typing import get_args
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
-from benchmarks.laboratory.draw import MOTIONS, draw
-from benchmarks.laboratory.scene import make_record
+from benchmarks.world.draw import MOTIONS, draw
+from benchmarks.world.scene import make_record
 from support.changed import changed
 from support.simulated_recording import simulate_recording
 
-from radargui.acquisition.live_track import LiveTrack
 from radargui.acquisition.stream import LIVE_BLOCK_S
 from radargui.experiment.finished import live_agreement
+from radargui.live.processor import LiveMemory, LiveProcessor
+from radargui.live.track import LiveTrack
 from radargui.model.errors import RadarGuiError
 from radargui.model.processing import Correction
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
-from radargui.processing.live import LiveMemory, LiveProcessor
-from radargui.processing.offline import process
+from radargui.processing.process import process
 
 LIMIT_M = 0.3e-3
 CASES: dict[str, dict[str, object]] = {

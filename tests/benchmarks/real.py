@@ -8,11 +8,11 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from benchmarks.robust_scenes.budget import timed, with_correction
-from benchmarks.robust_scenes.generator import one_receiver_setup
-from benchmarks.robust_scenes.real_truth import SOURCES, Known, Source, corrected, known_of, read
-from benchmarks.robust_scenes.scene import Echo, Scene, by_moment, moment_samples, runs
-from benchmarks.robust_scenes.score import WRONG_SHARE, judge
+from benchmarks.scoring.budget import timed, with_correction
+from benchmarks.scoring.one_receiver import WRONG_SHARE, judge
+from benchmarks.scoring.real_truth import SOURCES, Known, Source, corrected, known_of, read
+from benchmarks.world.one_receiver.generator import one_receiver_setup
+from benchmarks.world.one_receiver.scene import Echo, Scene, by_moment, moment_samples, runs
 
 from radargui.model.arrays import FloatArray
 from radargui.model.recording import Recording

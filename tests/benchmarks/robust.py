@@ -11,13 +11,13 @@ from functools import partial
 from typing import TypeVar
 
 import numpy as np
-from benchmarks.robust_scenes.budget import timed, with_correction
-from benchmarks.robust_scenes.drops import BROKEN, WHOLE, drop_setup, make_drop
-from benchmarks.robust_scenes.garbage import GARBAGE, make_garbage
-from benchmarks.robust_scenes.generator import KINDS, make_scene
-from benchmarks.robust_scenes.reflecting import make_scene_drop
-from benchmarks.robust_scenes.score import Judgement, judge
-from benchmarks.robust_scenes.score_drops import DropJudgement, judge_drop
+from benchmarks.scoring.broken import DropJudgement, judge_drop
+from benchmarks.scoring.budget import timed, with_correction
+from benchmarks.scoring.one_receiver import Judgement, judge
+from benchmarks.world.broken.drops import BROKEN, WHOLE, drop_setup, make_drop
+from benchmarks.world.broken.garbage import GARBAGE, make_garbage
+from benchmarks.world.broken.reflecting import make_scene_drop
+from benchmarks.world.one_receiver.generator import KINDS, make_scene
 
 CORRECTIONS = ("adaptive", "ellipse", "published", "none")
 GARBAGE_S = 3.0

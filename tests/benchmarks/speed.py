@@ -23,15 +23,15 @@ from typing import Any
 import numpy as np
 from benchmarks.accuracy import with_method
 from benchmarks.plain_script import plain_track
-from benchmarks.scenes import motion
-from benchmarks.scenes.draw import draw_scene
-from benchmarks.scenes.scene import SceneRecord, make_record
+from benchmarks.world.generic import motion
+from benchmarks.world.generic.draw import draw_scene
+from benchmarks.world.generic.scene import SceneRecord, make_record
 from threadpoolctl import threadpool_limits
 
 from radargui.files.run_writer import RunWriter
 from radargui.model.recording import Block
 from radargui.model.setup import dump_setup
-from radargui.processing.offline import process
+from radargui.processing.process import process
 
 RATES: dict[str, tuple[float, float, float]] = {"slow": (33333.0, 2.0, 10.0), "fast": (1e6, 0.4, 2.0)}
 """Samples per second, seconds at rest, seconds in all."""

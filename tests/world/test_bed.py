@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from benchmarks.laboratory.bed import Bed, Grains, friction_per_m, sinking
-from benchmarks.laboratory.draw import draw
-from benchmarks.laboratory.drop import Body
-from benchmarks.laboratory.mirror import Dielectric
-from benchmarks.laboratory.room import Room
+from benchmarks.world.bed import Bed, Grains, friction_per_m, sinking
+from benchmarks.world.draw import draw
+from benchmarks.world.drop import Body
+from benchmarks.world.mirror import Dielectric
+from benchmarks.world.room import Room
 
 BEADS = Body(0.005, 2700.0, 9.81)
 UP = np.array([0.0, 0.0, 1.0])

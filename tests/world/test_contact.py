@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from benchmarks.laboratory.contact import Surface, Vibration, rebound
-from benchmarks.laboratory.course import UP
-from benchmarks.laboratory.drop import ROLLING, Body, Impact
-from benchmarks.laboratory.journey import Journey, journey
+from benchmarks.world.contact import Surface, Vibration, rebound
+from benchmarks.world.course import UP
+from benchmarks.world.drop import ROLLING, Body, Impact
+from benchmarks.world.journey import Journey, journey
 
 STEEL = Body(0.005, 7850.0, 9.81)
 HEAVY = Body(0.005, 1e6, 9.81)  # hardly braked by air

@@ -6,15 +6,15 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from benchmarks.laboratory.course import UP, along, circle, downhill
-from benchmarks.laboratory.draw import draw
-from benchmarks.laboratory.draw_course import COURSES, FASTEST_M_S, FIELD_M, SIZES_M
-from benchmarks.laboratory.drop import ROLLING, Body, Drop, Floor
-from benchmarks.laboratory.hand import Move, carried
-from benchmarks.laboratory.pendulum import swing
-from benchmarks.laboratory.profile import Profile, Span, held, joined, trapezoid
-from benchmarks.laboratory.scene import Scene, make_record
-from benchmarks.laboratory.throw import thrown
+from benchmarks.world.course import UP, along, circle, downhill
+from benchmarks.world.draw import draw
+from benchmarks.world.draw_course import COURSES, FASTEST_M_S, FIELD_M, SIZES_M
+from benchmarks.world.drop import ROLLING, Body, Drop, Floor
+from benchmarks.world.hand import Move, carried
+from benchmarks.world.pendulum import swing
+from benchmarks.world.profile import Profile, Span, held, joined, trapezoid
+from benchmarks.world.scene import Scene, make_record
+from benchmarks.world.throw import thrown
 
 STEEL = Body(0.005, 7850.0, 9.81)
 HEAVY = Body(0.008, 25e3, 9.81)  # hardly braked by air

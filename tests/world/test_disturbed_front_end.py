@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from benchmarks.laboratory.disturbance import Array, Disturbance
-from benchmarks.laboratory.disturbed.draw import disturbed
-from benchmarks.laboratory.disturbed.front_end import Clip, Contact, Gain, Oscillator, Slip, StuckBit, Supply
-from benchmarks.laboratory.disturbed.interference import Mains
-from benchmarks.laboratory.scene import Scene, make_record
+from benchmarks.world.disturbance import Array, Disturbance
+from benchmarks.world.disturbed.draw import disturbed
+from benchmarks.world.disturbed.front_end import Clip, Contact, Gain, Oscillator, Slip, StuckBit, Supply
+from benchmarks.world.disturbed.interference import Mains
+from benchmarks.world.scene import Scene, make_record
 
 SEEDS = range(5)
 TIME_S = np.arange(0.0, 1.0, 1e-4)

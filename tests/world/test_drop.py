@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.laboratory.drop import ROLLING, Body, Drop, Floor, fall
+from benchmarks.world.drop import ROLLING, Body, Drop, Floor, fall
 
 STEEL = Body(0.005, 7850.0, 9.81)
 RELEASE = np.array([0.01, -0.02, 0.1])

@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from benchmarks.laboratory.draw import draw
-from benchmarks.laboratory.draw_course import FIELD_M
-from benchmarks.laboratory.draw_grain import EXPERIMENTS
-from benchmarks.laboratory.scene import Scene, make_record
+from benchmarks.world.draw import draw
+from benchmarks.world.draw_course import FIELD_M
+from benchmarks.world.draw_grain import EXPERIMENTS
+from benchmarks.world.scene import Scene, make_record
 
 FASTEST_M_S = 2.7
 MODES = {"shaken": 2, "box": 2, "loose": 4}

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from benchmarks.laboratory.draw import draw
-from benchmarks.laboratory.mistaken.draw import MISTAKEN, mistaken
-from benchmarks.laboratory.scene import Scene, make_record
+from benchmarks.world.draw import draw
+from benchmarks.world.mistaken.draw import MISTAKEN, mistaken
+from benchmarks.world.scene import Scene, make_record
 from pydantic import ValidationError
 
 from radargui.model.setup import Setup

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from benchmarks.laboratory.receiver_chain import Converter, Mixer, Noise
+from benchmarks.world.receiver_chain import Converter, Mixer, Noise
 
 
 def test_the_mixer_makes_the_ellipse_of_its_gain_error_and_offsets() -> None:

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.laboratory.antenna import Antenna, receiver, transmitter
-from benchmarks.laboratory.mirror import Conductor, Dielectric
-from benchmarks.laboratory.room import Room
-from benchmarks.laboratory.sphere import Sphere
+from benchmarks.world.antenna import Antenna, receiver, transmitter
+from benchmarks.world.mirror import Conductor, Dielectric
+from benchmarks.world.room import Room
+from benchmarks.world.sphere import Sphere
 
 WAVENUMBER = 2.0 * np.pi * 10e9 / 299_792_458.0
 UP = np.array([0.0, 0.0, 1.0])

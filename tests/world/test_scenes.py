@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from benchmarks.laboratory import stated as values
-from benchmarks.laboratory.draw import WEAKEST, draw
-from benchmarks.laboratory.hostile import HOSTILE, hostile_scenes
-from benchmarks.laboratory.room import Room
-from benchmarks.laboratory.scene import Scene, make_record
+from benchmarks.world import stated as values
+from benchmarks.world.draw import WEAKEST, draw
+from benchmarks.world.hostile import HOSTILE, hostile_scenes
+from benchmarks.world.room import Room
+from benchmarks.world.scene import Scene, make_record
 
 from radargui.model.recording import channel_skew
 

@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.laboratory.draw import draw
-from benchmarks.laboratory.scene import Record, make_record
-from benchmarks.laboratory.score import Score, score
-from benchmarks.laboratory.table import table
+from benchmarks.scoring.laboratory import Score, score
+from benchmarks.scoring.table import table
+from benchmarks.world.draw import draw
+from benchmarks.world.scene import Record, make_record
 
+from radargui.model.finding import as_stored
 from radargui.model.result import Bounce, Bounces, FreeFall, RunResult, Track
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
 
@@ -66,7 +67,7 @@ def test_errors_are_told_in_millimetres_in_percent_and_in_u(record: Record) -> N
 def test_an_uncertainty_too_small_by_far_is_silent_unless_a_warning_says_so(record: Record) -> None:
     wrong = result_of(record, off_m=1e-4)
     assert score(record, wrong, 1.0).silent
-    assert not score(record, replace(wrong, warnings=("Two answers are as likely.",)), 1.0).silent
+    assert not score(record, replace(wrong, findings=(as_stored("Two answers are as likely."),)), 1.0).silent
     assert not scored(record, off_m=2e-5).silent
 
 
@@ -79,7 +80,7 @@ def test_impacts_not_found_and_found_where_none_was_are_counted(record: Record) 
 
 
 def test_a_rejected_run_has_no_figures_and_the_table_says_so(record: Record) -> None:
-    rejected = RunResult(record.recording, record.scene.setup, "rejected", reason="noise")
+    rejected = RunResult(record.recording, record.scene.setup, "rejected", findings=(as_stored("noise", "refuse"),))
     one = score(record, rejected, 1.0)
     assert (one.rms_3d_mm, one.inside_2u, one.g, one.e) == (None, None, None, ())
     assert "without track 1" in table([one])
@@ -140,7 +141,7 @@ def test_a_motion_is_wrong_where_a_part_that_matters_is_off_by_a_millimetre_and_
 
 
 def test_a_wrong_motion_is_not_silent_where_a_warning_stands_but_stays_wrong(staged: Record) -> None:
-    result = replace(moved_result(staged, 2e-3, 0.05, 5e-4), warnings=("Cover what reflects.",))
+    result = replace(moved_result(staged, 2e-3, 0.05, 5e-4), findings=(as_stored("Cover what reflects."),))
     one = score(staged, result, 1.0)
     assert (one.wrong, one.silent) == (True, False)
     assert f"wrong {one.scene}" in table([one])
@@ -168,7 +169,9 @@ def test_a_coefficient_is_wrong_that_is_far_off_or_of_no_impact() -> None:
     far = score(record, result_of(record, 0.0, e_off=1e-3), 1.0)
     assert far.worst_e_in_u == pytest.approx(10.0, rel=1e-3)
     assert (far.wrong_e, far.silent, far.wrong) == (True, True, False)
-    assert not score(record, replace(result_of(record, 0.0, e_off=1e-3), warnings=("It leans.",)), 1.0).silent
+    assert not score(
+        record, replace(result_of(record, 0.0, e_off=1e-3), findings=(as_stored("It leans."),)), 1.0
+    ).silent
     hit = Bounce(record.scene.drop.start_s + 0.05, 1.0, 0.5, 0.5, 1e-3, "speeds", valid=True)
     beside = score(record, replace(right, bounces=Bounces((hit, *right.bounces.impacts))), 1.0)
     assert (beside.baseless_e, beside.wrong_e) == (1, True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from benchmarks.laboratory.sphere import Sphere, coefficients
+from benchmarks.world.sphere import Sphere, coefficients
 
 ANGLES = np.cos(np.radians([0.0, 40.0, 140.0]))
 TABULATED = {

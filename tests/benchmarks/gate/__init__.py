@@ -1,0 +1,1 @@
+"""What counts populations: scenes on disk, one process a version, scores, rates with their intervals."""

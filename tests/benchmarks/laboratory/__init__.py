@@ -1,1 +1,0 @@
-"""A laboratory of vector fields with known truth, from the physics alone: no code shared with the estimate."""

@@ -1,1 +1,0 @@
-"""Seeded simulations of recordings that nobody here made, written from the physics alone."""

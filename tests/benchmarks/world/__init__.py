@@ -1,0 +1,1 @@
+"""The world that a radar watches, from physics alone: fields, motions, front ends; no code shared with the estimate."""

@@ -1,0 +1,236 @@
+"""A drop as it happens: fall in air, bounces that scatter and kick, and how it ends; truth at any time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+Array = NDArray[np.float64]
+
+AIR_KG_M3 = 1.2
+DRAG_OF_A_SPHERE = 0.45
+SLOWEST_REBOUND_M_S = 0.02
+ROLLING = 5.0 / 7.0  # of the speed along the floor that friction leaves, and of the slope's pull: a solid sphere
+_FOREVER_S = 60.0
+
+
+@dataclass(frozen=True)
+class Body:
+    """The sphere in air: what pulls it and what brakes it.
+
+    Attributes
+    ----------
+    radius_m, density_kg_m3
+        Of the sphere.
+    gravity_m_s2
+        Of the place.
+    """
+
+    radius_m: float
+    density_kg_m3: float
+    gravity_m_s2: float
+
+    @property
+    def acceleration_m_s2(self) -> float:
+        """Acceleration at the start of a fall: buoyancy, and half of the air displaced moves along (added mass)."""
+        share = AIR_KG_M3 / self.density_kg_m3
+        return self.gravity_m_s2 * (1.0 - share) / (1.0 + 0.5 * share)
+
+    @property
+    def drag_1_m(self) -> float:
+        """Deceleration by drag over speed squared: (3/8) C_d (air / sphere) / radius, the air moved along counted."""
+        share = AIR_KG_M3 / self.density_kg_m3
+        return 0.375 * DRAG_OF_A_SPHERE * share / self.radius_m / (1.0 + 0.5 * share)
+
+
+@dataclass(frozen=True)
+class Impact:
+    """One impact: instant, speeds along the floor's normal, both positive."""
+
+    time_s: float
+    before_m_s: float
+    after_m_s: float
+
+    @property
+    def e(self) -> float:
+        """Coefficient of restitution."""
+        return self.after_m_s / self.before_m_s
+
+
+@dataclass(frozen=True)
+class Floor:
+    """What the sphere falls on; heights are of the sphere's centre when it touches.
+
+    Attributes
+    ----------
+    normal, touch_m
+        Unit vector (3,) and a place (3,) of the centre that touches.
+    restitution, scatter
+        Mean coefficient, and its relative standard deviation from impact to impact.
+    kick_m_s
+        Standard deviation of the speed along x and along y that an impact adds.
+    contact_s
+        How long an impact lasts: rubber, foam; 0 of a hard floor.
+    """
+
+    normal: Array
+    touch_m: Array
+    restitution: float
+    scatter: float = 0.01
+    kick_m_s: float = 0.0
+    contact_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Drop:
+    """Motion from rest to the end of the record.
+
+    Attributes
+    ----------
+    position
+        Positions (3, n) at times (n,) in s.
+    start_s, duration_s
+        When the sphere is let go; length of the record.
+    impacts
+        In time order.
+    breaks_s
+        Where the velocity may jump, in time order; empty: not known.
+    """
+
+    position: Callable[[Array], Array]
+    start_s: float
+    duration_s: float
+    impacts: tuple[Impact, ...]
+    breaks_s: tuple[float, ...] = ()
+
+
+def flight(body: Body, floor: Floor, place: Array, velocity: Array) -> tuple[float, Callable[[Array], Array]]:
+    """Return the time until the floor is touched and the dense solution: place and velocity, shape (6, n)."""
+
+    def slope(_time: float, state: Array) -> Array:
+        speed = state[3:]
+        braked = -body.drag_1_m * np.linalg.norm(speed) * speed
+        return np.concatenate([speed, braked - [0.0, 0.0, body.acceleration_m_s2]])
+
+    def touching(_time: float, state: Array) -> float:
+        above = float(floor.normal @ (state[:3] - floor.touch_m))
+        return above if floor.normal @ state[3:] < 0.0 else 1.0
+
+    touching.terminal = True
+    begin = np.concatenate([place, velocity])
+    found = solve_ivp(
+        slope, (0.0, _FOREVER_S), begin, "DOP853", dense_output=True, rtol=1e-12, atol=1e-14, events=touching,
+        max_step=0.02,
+    )  # fmt: skip
+    return float(found.t[-1]), found.sol
+
+
+def fall(
+    rng: np.random.Generator,
+    body: Body,
+    floor: Floor,
+    release_m: Array,
+    *,
+    start_s: float,
+    duration_s: float,
+    caught_within_m: float | None = None,
+    velocity_m_s: Array | None = None,
+) -> Drop:
+    """Let the sphere go and follow it to the end of the record: it bounces and rolls, or is caught once.
+
+    It goes from rest, or with the velocity (3,) given.
+    """
+    pieces: list[tuple[float, Callable[[Array], Array]]] = []
+    impacts: list[Impact] = []
+    time, place = start_s, release_m
+    velocity = np.zeros(3) if velocity_m_s is None else velocity_m_s
+    while time < duration_s:
+        length, dense = flight(body, floor, place, velocity)
+        pieces.append((time, dense))
+        time += length
+        place, arriving = np.split(dense(length), 2)
+        if caught_within_m is not None:
+            pieces.append((time, _caught(place, arriving, caught_within_m)))
+            break
+        if time >= duration_s:
+            break
+        impact, velocity = _bounce(rng, floor, time, arriving)
+        if floor.contact_s and impact.after_m_s > 0.0:
+            pieces.append((time, _pressed(floor, place, arriving, velocity)))
+            place = pieces[-1][1](np.array([floor.contact_s]))[:, 0]
+            # an instant stands for it: the middle
+            impact = replace(impact, time_s=time + floor.contact_s / 2.0)
+            time += floor.contact_s
+        if impact.after_m_s < SLOWEST_REBOUND_M_S:
+            velocity = velocity - floor.normal * (floor.normal @ velocity)
+            impact = Impact(impact.time_s, impact.before_m_s, 0.0)
+            pieces.append((time, _rolling(body, floor, place, velocity)))
+        impacts.append(impact)
+        if impact.after_m_s == 0.0:
+            break
+    breaks_s = tuple(begin for begin, _ in pieces)
+    return Drop(_joined(release_m, pieces), start_s, duration_s, tuple(impacts), breaks_s)
+
+
+def _bounce(rng: np.random.Generator, floor: Floor, time_s: float, arriving: Array) -> tuple[Impact, Array]:
+    """Reverse the speed along the normal; friction takes what spin needs of the rest, roughness adds the kick."""
+    before = -float(floor.normal @ arriving)
+    along = ROLLING * (arriving + before * floor.normal)
+    kick = floor.kick_m_s * np.append(rng.standard_normal(2), 0.0)
+    along = along + kick - floor.normal * (floor.normal @ kick)
+    after = before * floor.restitution * (1.0 + floor.scatter * rng.standard_normal())
+    return Impact(time_s, before, after), along + after * floor.normal
+
+
+def _pressed(floor: Floor, place: Array, arriving: Array, leaving: Array) -> Callable[[Array], Array]:
+    """Go through a contact: along the normal half a swing of a damped spring, along the floor evenly to what is left.
+
+    -(v / w) exp(-c t) sin w t with w = pi / T is back after T with the speed v exp(-c T) = e v.
+    """
+    normal, lasts_s = floor.normal, floor.contact_s
+    before, after = -float(normal @ arriving), float(normal @ leaving)
+    along = [one - normal * (normal @ one) for one in (arriving, leaving)]
+    damping, rate = np.log(before / after) / lasts_s, np.pi / lasts_s
+
+    def position(t: Array) -> Array:
+        depth = before / rate * np.exp(-damping * t) * np.sin(rate * t)
+        level = np.outer(along[0], t) + np.outer(along[1] - along[0], t**2 / (2.0 * lasts_s))
+        return place[:, None] + level - np.outer(normal, depth)
+
+    return position
+
+
+def _rolling(body: Body, floor: Floor, place: Array, velocity: Array) -> Callable[[Array], Array]:
+    pull = np.array([0.0, 0.0, -body.acceleration_m_s2])
+    pull = ROLLING * (pull - floor.normal * (floor.normal @ pull))
+    return lambda t: place[:, None] + np.outer(velocity, t) + np.outer(pull, t**2 / 2.0)
+
+
+def _caught(place: Array, velocity: Array, depth_m: float) -> Callable[[Array], Array]:
+    """Stop within the depth by a constant force."""
+    stop_s = 2.0 * depth_m / float(np.linalg.norm(velocity))
+
+    def position(t: Array) -> Array:
+        u = np.clip(t, 0.0, stop_s)
+        return place[:, None] + np.outer(velocity, u - u**2 / (2.0 * stop_s))
+
+    return position
+
+
+def _joined(release_m: Array, pieces: list[tuple[float, Callable[[Array], Array]]]) -> Callable[[Array], Array]:
+    starts = np.array([start for start, _ in pieces])
+
+    def position(time_s: Array) -> Array:
+        out = np.repeat(release_m[:, None], time_s.size, axis=1)
+        piece = np.searchsorted(starts, time_s, side="right") - 1
+        for number, (start, solution) in enumerate(pieces):
+            inside = piece == number
+            if inside.any():
+                out[:, inside] = solution(time_s[inside] - start)[:3]
+        return out
+
+    return position

@@ -1,0 +1,1 @@
+"""A target before a radar with one receiver."""

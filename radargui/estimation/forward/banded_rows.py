@@ -13,9 +13,6 @@ from scipy.sparse import csr_matrix
 
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 
-PAIRS = tuple((k, k + distance) for distance in range(4) for k in range(4 - distance))
-"""The pairs of four neighbours, by their distance."""
-
 
 @dataclass(frozen=True)
 class BandedRows:
@@ -84,7 +81,8 @@ class BandedRows:
         """Return the diagonals (j, j + d) of R^T diag(weight) R, the release at their head, shape (4, size + 1)."""
         # cubic functions more than three apart share no span: four diagonals hold all
         out = np.zeros((4, self.size + 1))
-        for k, other in PAIRS:
-            products = weight * self.value[:, k] * self.value[:, other]
-            out[other - k] += np.bincount(self.first + k, weights=products, minlength=self.size + 1)
+        for k in range(4):
+            for other in range(k, 4):
+                products = weight * self.value[:, k] * self.value[:, other]
+                out[other - k] += np.bincount(self.first + k, weights=products, minlength=self.size + 1)
         return out

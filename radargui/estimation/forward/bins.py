@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from radargui.estimation.forward.setup_unknowns import SetupUnknowns
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.signals import ScaledSignals
 from radargui.geometry.path_length import Antennas
@@ -79,6 +80,20 @@ class Bins:
     def typical_sigma(self) -> FloatArray:
         """Median noise of a bin of one channel, mean of I and Q, shape (n_receivers,)."""
         return np.asarray(np.median(self.sigma.reshape(-1, 2, self.n_bins).mean(axis=1), axis=1))
+
+    def of(self, which: IntArray) -> Bins:
+        """Return some of the bins, by number, (n,)."""
+        return replace(
+            self,
+            time_s=self.time_s[which],
+            node_s=self.node_s[which],
+            value=self.value[:, which],
+            sigma=self.sigma[:, which],
+            count=self.count[which],
+            first_s=self.first_s[which],
+            last_s=self.last_s[which],
+            expected=self.expected[:, which],
+        )
 
     def runs(self, joins: BoolArray, most: int, settings: BinSettings = BINS) -> IntArray:
         """Return where runs of up to `most` neighbours begin, 4 ms at the longest, none across a gap.
@@ -163,6 +178,8 @@ class BinnedData:
         What the channels may have of each other; None where that is not looked for.
     slow_noise
         Functions of slow noise at the bins (`Drift.uncorrelated`), shape (n_channels, n_bins, n); None without any.
+    setup
+        What the setup leaves open; None: nothing.
     """
 
     bins: Bins
@@ -175,6 +192,7 @@ class BinnedData:
     sphere: PolarisedSphere | None = None
     multiplexer: Multiplexer | None = None
     slow_noise: FloatArray | None = None
+    setup: SetupUnknowns | None = None
 
     @property
     def drift(self) -> FloatArray:

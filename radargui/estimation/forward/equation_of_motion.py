@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from radargui.estimation.forward.banded_rows import BandedRows
 from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion
@@ -103,12 +104,15 @@ class EquationDeviation:
         |v| v in flight, else zero, shape (n_rows, 3): the slope with respect to k.
     by_breaks
         Slopes with respect to the times of the breaks before and after each row's segment, shape (n_rows, 3, 2).
+    n_breaks
+        How many breaks there are.
     """
 
     rows: EquationRows
     value: FloatArray
     drag: FloatArray
     by_breaks: FloatArray
+    n_breaks: int
 
     @staticmethod
     def of(
@@ -129,7 +133,23 @@ class EquationDeviation:
             by_breaks[flying, :, 1] = np.where(segment < n_breaks, -shorter, 0.0)
             # what is left of a = -g - k |v| v
             value[flying] += gravity_and_drag[:3] + gravity_and_drag[3] * drag[flying]
-        return EquationDeviation(rows, value, drag, by_breaks)
+        return EquationDeviation(rows, value, drag, by_breaks, n_breaks)
+
+    @property
+    def by_global(self) -> csr_matrix:
+        """Slopes of the rows in flight by the times of all breaks, by gravity and by drag, (3 n_flying, n_breaks + 4).
+
+        So do these stand among the global parameters, the breaks first.
+        """
+        flying = slice(self.rows.n_jerk, None)
+        by_breaks, drag, segment = self.by_breaks[flying], self.drag[flying], self.rows.segment[flying]
+        values = np.concatenate([by_breaks, np.ones((*drag.shape, 1)), drag[:, :, None]], axis=2)
+        columns = np.empty(values.shape, dtype=np.intp)
+        # start and end of the record are no breaks: their slopes are zero, and stand at some break
+        columns[:, :, :2] = np.clip(segment[:, None] + np.array([-1, 0]), 0, max(self.n_breaks - 1, 0))[:, None]
+        columns[:, :, 2], columns[:, :, 3] = self.n_breaks + np.arange(3), self.n_breaks + 3
+        pointer = np.arange(0, values.size + 1, 4)
+        return csr_matrix((values.ravel(), columns.ravel(), pointer), shape=(drag.size, self.n_breaks + 4))
 
 
 def spans_in_flight(motion: SplineMotion, released_s: float) -> BoolArray:

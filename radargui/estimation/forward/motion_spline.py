@@ -11,7 +11,6 @@ from scipy.interpolate import BSpline
 from scipy.sparse import csr_matrix
 
 from radargui.estimation.forward.banded_rows import BandedRows
-from radargui.estimation.forward.segments import Segments
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 
 
@@ -139,11 +138,6 @@ class MotionSpline:
         """Times of the breaks, shape (n_breaks,)."""
         return self.edge_s[1:-1]
 
-    @cached_property
-    def segments(self) -> Segments:
-        """Which coefficients lie between which breaks."""
-        return Segments(np.cumsum(np.array(self.spans[:-1], dtype=np.intp) + 2), self.size)
-
     def knots(self) -> FloatArray:
         """Return the knots with multiplicities 4, 3, ..., 3, 4, shape (size + 5,)."""
         return np.repeat(self._span_edges(), self._multiplicities)
@@ -164,7 +158,7 @@ class MotionSpline:
         """Return the spline with its breaks moved to times, shape (n_breaks,)."""
         moved = MotionSpline(np.concatenate([self.edge_s[:1], break_s, self.edge_s[-1:]]), self.fractions)
         # the same shares: found once for all times of the breaks
-        same = ("spans", "size", "segments", "polynomials", "_multiplicities")
+        same = ("spans", "size", "polynomials", "_multiplicities")
         moved.__dict__.update((name, getattr(self, name)) for name in same)
         return moved
 

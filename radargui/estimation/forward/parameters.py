@@ -103,7 +103,8 @@ class ReceiverLayout:
 class Sizes:
     """Numbers of breaks, mirrors, receivers, functions of a bias and an amplitude map, of slow noise; angles, kappa.
 
-    `flight` is 1 where something flies; `walls` is how many of the mirrors are no floor.
+    `flight` is 1 where something flies; `walls` is how many of the mirrors are no floor; `setup` how many values of the
+    setup are unknown.
     """
 
     breaks: int
@@ -116,6 +117,7 @@ class Sizes:
     crosstalk: int = 0
     flight: int = 0
     walls: int = 0
+    setup: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,6 +140,8 @@ class Layout:
         Angle of the transmitter (rad), one place; none where the sphere counts as a point.
     crosstalk
         kappa of the multiplexer, one place or none.
+    setup
+        Antennas, release and wavelength in standard uncertainties from what the setup states; none where nothing flies.
     receivers
         One a receiver.
     sizes
@@ -153,14 +157,15 @@ class Layout:
     transmitter_lobe: slice
     polarization: slice
     crosstalk: slice
+    setup: slice
     receivers: tuple[ReceiverLayout, ...]
     sizes: Sizes
     size: int
 
     @property
     def shared(self) -> slice:
-        """Places of what the receivers share besides the motion: mirrors, the transmitter's angle, crosstalk."""
-        return slice(self.planes.start, self.crosstalk.stop)
+        """Places of what the receivers share besides the motion: mirrors, the transmitter's angle, crosstalk, setup."""
+        return slice(self.planes.start, self.setup.stop)
 
     @property
     def own(self) -> ReceiverLayout:
@@ -212,13 +217,13 @@ def make_layout(sizes: Sizes) -> Layout:
     """Return the layout for these numbers of unknowns."""
     take = _Taken()
     two_a_mirror, lobe_places = 2 * sizes.mirrors, N_LOBE * (1 + sizes.walls)
-    shared = (3 * sizes.mirrors, two_a_mirror, lobe_places, sizes.polarization, sizes.crosstalk)
+    shared = (3 * sizes.mirrors, two_a_mirror, lobe_places, sizes.polarization, sizes.crosstalk, sizes.setup)
     # breaks first: where their number changes all that follows moves by it
     breaks, flight = take(sizes.breaks), take(4 * sizes.flight)
     # shared unknowns stand together: every receiver's data touch them, its own touch no other receiver
-    planes, reflection, lobe, polarization, crosstalk = (take(count) for count in shared)
+    planes, reflection, lobe, polarization, crosstalk, setup = (take(count) for count in shared)
     receivers = tuple(_receiver_layout(sizes, take) for _ in range(sizes.receivers))
-    return Layout(breaks, flight, planes, reflection, lobe, polarization, crosstalk, receivers, sizes, take.end)
+    return Layout(breaks, flight, planes, reflection, lobe, polarization, crosstalk, setup, receivers, sizes, take.end)
 
 
 class _Taken:

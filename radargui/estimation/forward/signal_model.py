@@ -10,6 +10,7 @@ import numpy as np
 from radargui.estimation.forward.lobes import Lobes, lobes_at
 from radargui.estimation.forward.mirrors import MirrorPlane, distances, turned
 from radargui.estimation.forward.parameters import N_LOBE, Layout, ReceiverLayout
+from radargui.estimation.forward.setup_unknowns import SetupUnknowns
 from radargui.estimation.forward.sphere import SphereFactors, SphereFields, point_factors
 from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import ComplexArray, FloatArray
@@ -36,6 +37,8 @@ class ModelInputs:
         What it scatters along every path at the bins; None where it counts as a point.
     body
         Factors of each receiver in its place: a sphere of which the layout has no unknowns.
+    setup, setup_at
+        What the setup leaves open, and the values for which antennas, release and wavenumber stand here; None: zero.
     """
 
     antennas: Antennas
@@ -48,6 +51,21 @@ class ModelInputs:
     drift: FloatArray
     sphere: SphereFields | None = None
     body: tuple[SphereFactors, ...] | None = None
+    setup: SetupUnknowns | None = None
+    setup_at: FloatArray | None = None
+
+    def placed(self, setup: FloatArray) -> ModelInputs:
+        """Return the inputs with antennas, release and wave where the setup's unknowns, (n,), have them."""
+        if self.setup is None or setup.size == 0:
+            return self
+        by = setup if self.setup_at is None else setup - self.setup_at
+        return replace(
+            self,
+            antennas=self.setup.antennas(self.antennas, by),
+            release_m=self.release_m + self.setup.by_release @ by,
+            wavenumber=self.wavenumber * float(np.exp(self.setup.by_log_wavenumber @ by)),
+            setup_at=setup,
+        )
 
     def of_bins(self, part: slice) -> ModelInputs:
         """Return the inputs of some of the bins."""

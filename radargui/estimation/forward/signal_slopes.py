@@ -8,6 +8,7 @@ import numpy as np
 
 from radargui.estimation.forward.lobes import Lobes
 from radargui.estimation.forward.parameters import Layout
+from radargui.estimation.forward.setup_unknowns import SetupUnknowns
 from radargui.estimation.forward.signal_model import (
     ModelInputs,
     Waves,
@@ -134,11 +135,62 @@ def receiver_slopes(
         put(own.polarization, changed[1].real[..., None])
     if excess is not None and layout.sizes.crosstalk:
         put_shared(layout.crosstalk, excess[..., None])
+    if layout.sizes.setup:
+        stated = setup_slopes(node_m, waves, theta, layout, inputs)
+        by_setup = _by_setup(stated, inputs.setup, receiver, inputs.wavenumber)
+        put_shared(layout.setup, np.moveaxis(by_setup, -3, -1))
     # amplitude and maps change over decimetres and count as constant
     lead, points = node_m.shape[:-4], waves.antenna_m.reshape(*node_m.shape[:-4], -1, 3)
     toward = points.swapaxes(-1, -2) @ pull.reshape(*lead, points.shape[-2], -1)
     at_nodes = node_m * pull.sum(axis=(-5, -4))[..., None, :, :, :] - toward.reshape(node_m.shape)
     return ReceiverSlopes(at_nodes, out, n_shared)
+
+
+@dataclass(frozen=True, slots=True)
+class SetupSlopes:
+    """Derivatives of a receiver's two channels by what the setup states; of several receivers their number first.
+
+    Attributes
+    ----------
+    by_antennas
+        By the places of transmitter and receiver, shape (2, 3, 2 channels, n_bins).
+    by_release
+        By the release, the motion going with it, shape (3, 2 channels, n_bins).
+    by_wavenumber
+        By K, shape (2 channels, n_bins).
+    """
+
+    by_antennas: FloatArray
+    by_release: FloatArray
+    by_wavenumber: FloatArray
+
+
+def setup_slopes(
+    node_m: FloatArray, waves: Waves, theta: FloatArray, layout: Layout, inputs: ModelInputs
+) -> SetupSlopes:
+    """Return how the channels change where an antenna stands elsewhere or the wave is longer; parameters as above.
+
+    A wave from a has the phase K (|p - a| - |p0 - a|), p0 the release; with an antenna its images move. An antenna and
+    the world, release and motion, that move against it are the same. Lobes and what the sphere scatters change over
+    decimetres and count as constant.
+    """
+    over = _over_points(waves)
+    pull = _pull(waves, over, inputs.wavenumber)
+    from_release = waves.antenna_m - inputs.release_m
+    rest_m = np.linalg.norm(from_release, axis=-1)
+    turning = over.imag
+    by_rest = inputs.wavenumber * _mean(turning)[..., None, :, :] * (from_release / rest_m[..., None])[..., None, None]
+    weight = _mean(pull)[..., None, :, :]
+    middle, half = _mean(node_m)[..., None, None, :, :, :], _half(node_m)[..., None, None, :, :, :]
+    by_points = weight * (waves.antenna_m[..., None, None] - middle) - _half(pull)[..., None, :, :] * half + by_rest
+    by_antennas = by_points[..., 0, :, :, :].copy()
+    for number, (plane, unknown) in enumerate(zip(inputs.planes, layout.plane_unknowns(theta), strict=True), 1):
+        # an image moves as the antenna does, mirrored
+        over_mirror = np.moveaxis(by_points[..., number, :, :, :], -3, -1)
+        by_antennas += np.moveaxis(plane.turned(over_mirror, unknown), -1, -3)
+    change = waves.length_m - rest_m[..., None, None, None]
+    by_wavenumber = -_mean(turning * change).sum(axis=(-4, -3))
+    return SetupSlopes(by_antennas, -by_points.sum(axis=(-5, -4)), by_wavenumber)
 
 
 def ways_slopes(waves: Waves, by_ways: ComplexArray) -> FloatArray:
@@ -152,6 +204,24 @@ def ways_slopes(waves: Waves, by_ways: ComplexArray) -> FloatArray:
     for side, mirror in np.ndindex(over.shape[:2]):
         out += (over[side, mirror] * by_ways[:, side, mirror, None]).real
     return out
+
+
+def _by_setup(
+    slopes: SetupSlopes, unknowns: SetupUnknowns | None, receiver: int | slice, wavenumber: float
+) -> FloatArray:
+    """Return the slopes by the setup's unknowns, shape (..., n, 2, n_bins), of those by places and wavenumber."""
+    if unknowns is None:
+        raise ValueError("theta has unknowns of a setup that the inputs do not know")
+    receivers = unknowns.by_antenna[1:][receiver]
+    ends = np.stack([np.broadcast_to(unknowns.by_antenna[0], receivers.shape), receivers], axis=-3)
+    shape = slopes.by_antennas.shape
+    flat = slopes.by_antennas.reshape(*shape[:-2], -1)
+    by_place = (ends.swapaxes(-1, -2) @ flat).sum(axis=-3)
+    by_place += unknowns.by_release.T @ slopes.by_release.reshape(*flat.shape[:-3], 3, -1)
+    out = by_place.reshape(*shape[:-4], -1, *shape[-2:])
+    return np.asarray(
+        out + wavenumber * unknowns.by_log_wavenumber[:, None, None] * slopes.by_wavenumber[..., None, :, :]
+    )
 
 
 def _mean(nodes: FloatArray) -> FloatArray:

@@ -9,15 +9,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import cho_solve, cholesky, solve_triangular
-from scipy.sparse import block_array, csr_matrix
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg.lapack import dpbtrf, dtbtrs
 
 from radargui.estimation.readout.free_motion import FreeMotion
-from radargui.estimation.solve.assemble import Assembled, DataSums, assemble, diagonal, equation_slopes
-from radargui.estimation.solve.block_tridiagonal import BlockTridiagonal, lower_band
+from radargui.estimation.solve.assemble import DataSums, assemble, equation_slope
 from radargui.estimation.solve.minimise import Solution
-from radargui.model.arrays import FloatArray, IntArray
+from radargui.estimation.solve.normal import WIDTH, FactoredNormal, NormalMatrix, band_times
+from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
 
 _JITTER = 1e-13
@@ -29,46 +28,48 @@ _UNDETERMINED = "The samples do not determine the motion of the flights."
 
 @dataclass(frozen=True)
 class _MotionAfter:
-    """The motion's unknowns from `kept` on, eliminated by their block tridiagonal factor L.
+    """The motion's unknowns from `kept` on, eliminated: their part of S is L L^T.
 
     Attributes
     ----------
     kept, touched
-        How many unknowns stay, and which of them are coupled.
-    factor
-        L L^T.
+        How many unknowns stay, and how many of these, the last, are coupled to what does not.
+    lower
+        L, a band as of `NormalMatrix`.
     near, far
         L^-1 of the coupling to those touched and to the global parameters.
     """
 
     kept: int
-    touched: IntArray
-    factor: BlockTridiagonal
+    touched: int
+    lower: FloatArray
     near: FloatArray
     far: FloatArray
 
     @staticmethod
-    def of(blocks: Assembled, kept: int) -> _MotionAfter:
+    def of(normal: NormalMatrix, kept: int) -> _MotionAfter:
         """Eliminate; SolveError where the samples do not determine it."""
-        # a cubic spline couples neighbours only: few of those that stay are touched
-        coupling = blocks.s[kept:, :kept].tocsc()
-        touched = np.flatnonzero(np.diff(coupling.indptr))
-        after = blocks.s[kept:, kept:]
-        try:
-            factor = BlockTridiagonal(lower_band(csr_matrix(after + _JITTER * diagonal(after.diagonal()))))
-        except np.linalg.LinAlgError as error:
-            raise SolveError(_UNDETERMINED) from error
-        half = factor.half_solve(np.concatenate([coupling[:, touched].toarray(), blocks.coupling[kept:]], axis=1))
-        return _MotionAfter(kept, touched, factor, half[:, : touched.size], half[:, touched.size :])
+        band, touched = normal.band[:, kept:].copy(), min(WIDTH - 1, kept)
+        band[0] *= 1.0 + _JITTER
+        lower, bad = dpbtrf(band, lower=1)
+        if bad:
+            raise SolveError(_UNDETERMINED)
+        near = np.zeros((band.shape[1], touched))
+        row, column = np.indices((min(WIDTH - 1, len(near)), touched))
+        below = row + touched - column
+        is_in = below < WIDTH
+        near[row[is_in], column[is_in]] = normal.band[below[is_in], kept - touched + column[is_in]]
+        half = dtbtrs(lower, np.concatenate([near, normal.coupling[kept:]], axis=1), uplo="L")[0]
+        return _MotionAfter(kept, touched, lower, half[:, :touched], half[:, touched:])
 
-    def taken_off(self, blocks: Assembled) -> tuple[csr_matrix, FloatArray, FloatArray]:
-        """Return the blocks S, C and M with these unknowns marginalised."""
-        kept, touched = self.kept, self.touched
-        place = np.repeat(touched, touched.size), np.tile(touched, touched.size)
-        near = csr_matrix(((self.near.T @ self.near).ravel(), place), shape=(kept, kept))
-        c = blocks.coupling[:kept].copy()
-        c[touched] -= self.near.T @ self.far
-        return csr_matrix(blocks.s[:kept, :kept] - near), c, blocks.m - self.far.T @ self.far
+    def taken_off(self, normal: NormalMatrix) -> NormalMatrix:
+        """Return H with these unknowns marginalised."""
+        band, coupling = normal.band[:, : self.kept].copy(), normal.coupling[: self.kept].copy()
+        first = self.kept - self.touched
+        row, column = np.tril_indices(self.touched)
+        band[row - column, first + column] -= (self.near.T @ self.near)[row, column]
+        coupling[first:] -= self.near.T @ self.far
+        return NormalMatrix(band, coupling, normal.corner - self.far.T @ self.far)
 
 
 @dataclass(frozen=True)
@@ -77,26 +78,27 @@ class Eliminated:
 
     Attributes
     ----------
-    kept, n_breaks
-        Unknowns of the motion and breaks that stay.
+    n_motion, kept, n_breaks
+        Unknowns of the motion, and those of them and of the breaks that stay.
     after
         The motion after them; None where all stays.
     root, lost
         Cholesky factor of the global parameters but the breaks, and P.
     """
 
+    n_motion: int
     kept: int
     n_breaks: int
     after: _MotionAfter | None
     root: FloatArray
     lost: FloatArray
 
-    def marginal(self, slope_motion: FloatArray, slope_global: FloatArray) -> FloatArray:
+    def marginal(self, slope: FloatArray) -> FloatArray:
         """Return what a slope over all unknowns leaves for x: s_x - H_xo H_oo^-1 s_o, o the others, shape (n,)."""
-        motion, rest = slope_motion[: self.kept].copy(), slope_global
+        motion, rest = slope[: self.kept].copy(), slope[self.n_motion :]
         if self.after is not None:
-            half = self.after.factor.half_solve(slope_motion[self.kept :, None])[:, 0]
-            motion[self.after.touched] -= self.after.near.T @ half
+            half = dtbtrs(self.after.lower, slope[self.kept : self.n_motion], uplo="L")[0]
+            motion[self.kept - self.after.touched :] -= self.after.near.T @ half
             rest = rest - self.after.far.T @ half
         lower = solve_triangular(self.root, rest[self.n_breaks :], lower=True)
         return np.asarray(np.concatenate([motion, rest[: self.n_breaks]]) - self.lost @ lower)
@@ -104,46 +106,57 @@ class Eliminated:
 
 @dataclass(frozen=True)
 class QuadraticForm:
-    """Lambda = K - P P^T: a band K with columns for the breaks, were the mismatch known, less what that costs.
+    """Lambda = K - P P^T: K of coefficients and breaks, were the mismatch known, less what that costs.
 
     Attributes
     ----------
-    known, lost
-        K and P, shapes (n, n) and (n, n_mismatch).
+    normal
+        K with the mismatch as the last of its border.
+    lost
+        P, shape (n, n_mismatch).
     """
 
-    known: csr_matrix
+    normal: NormalMatrix
     lost: FloatArray
 
     def times(self, vectors: FloatArray) -> FloatArray:
         """Return Lambda applied to vectors, shape (n,) or (n, m)."""
-        return np.asarray(self.known @ vectors - self.lost @ (self.lost.T @ vectors))
+        n_motion, n_breaks = self._sizes
+        motion, breaks = vectors[:n_motion], vectors[n_motion:]
+        coupling = self.normal.coupling[:, :n_breaks]
+        known = [
+            band_times(self.normal.band, motion) + coupling @ breaks,
+            coupling.T @ motion + self.normal.corner[:n_breaks, :n_breaks] @ breaks,
+        ]
+        return np.asarray(np.concatenate(known) - self.lost @ (self.lost.T @ vectors))
 
     def solve(self, right: FloatArray) -> FloatArray:
         """Return Lambda^-1 of some columns, shape (n, m); what the samples do not see stays near zero.
-
-        (K - P P^T)^-1 = K^-1 + K^-1 P (1 - P^T K^-1 P)^-1 P^T K^-1 (Woodbury).
 
         Raises
         ------
         SolveError
             K, or what is left of it, is not positive definite.
         """
-        factor, lost, root = self._factored
-        solved = factor.solve(right)
-        return np.asarray(solved + lost @ cho_solve((root, True), self.lost.T @ solved))
+        # Lambda is what is left of x where the mismatch is marginalised: it is solved for together with x
+        padded = np.concatenate([right, np.zeros((self.lost.shape[1], right.shape[1]))])
+        return self._factored.solve(padded)[: len(right)]
+
+    @property
+    def _sizes(self) -> tuple[int, int]:
+        """How many unknowns of the motion, and how many breaks."""
+        n_motion = len(self.normal.coupling)
+        return n_motion, len(self.lost) - n_motion
 
     @cached_property
-    def _factored(self) -> tuple[SuperLU, FloatArray, FloatArray]:
-        """K factored, K^-1 P, and the Cholesky factor of 1 - P^T K^-1 P."""
-        scale = self.known.diagonal() - (self.lost**2).sum(axis=1)
-        scale = np.maximum(scale, _UNSEEN * float(np.median(scale)))  # no bin may lie under a coefficient
-        try:
-            factor = splu((self.known + _UNSEEN * diagonal(scale)).tocsc(), permc_spec="MMD_AT_PLUS_A")
-        except RuntimeError as error:  # scipy's word for an exactly singular factor
-            raise SolveError(_UNDETERMINED) from error
-        lost = factor.solve(self.lost)
-        return factor, lost, _root(np.eye(lost.shape[1]) - self.lost.T @ lost)
+    def _factored(self) -> FactoredNormal:
+        n_motion, n_breaks = self._sizes
+        band, corner, breaks = self.normal.band.copy(), self.normal.corner.copy(), np.arange(n_breaks)
+        scale = np.concatenate([band[0], corner[breaks, breaks]]) - (self.lost**2).sum(axis=1)
+        added = _UNSEEN * np.maximum(scale, _UNSEEN * float(np.median(scale)))  # no bin may lie under a coefficient
+        band[0] += added[:n_motion]
+        corner[breaks, breaks] += added[n_motion:]
+        return replace(self.normal, band=band, corner=corner).factor()
 
 
 @dataclass(frozen=True)
@@ -195,8 +208,8 @@ def motion_information(
 ) -> MotionInformation:
     """Marginalise the mismatch and the motion after the first part, and lift the jerk prior from some spans.
 
-    The motion is a band: what lies beyond x is eliminated by its block tridiagonal factor (Schur complement), with a
-    cost linear in the record's length; the mismatch is eliminated densely after it. Both are exact.
+    The motion is a band: what lies beyond x is eliminated by its factor (Schur complement), the mismatch densely after
+    it. Both are exact.
 
     Parameters
     ----------
@@ -218,33 +231,31 @@ def motion_information(
     replaced = (equation.rows.span >= lifted.start) & (equation.rows.span < lifted.stop)
     without_equation = replace(problem, equation_sd=np.where(replaced, np.inf, problem.equation_sd))
     # an infinite deviation weighs nothing: the prior is lifted there
-    blocks = assemble(without_equation, state, solution.at, sums)
-    kept, breaks = 3 * size, slice(0, n_breaks)
-    band, coupling, constants = blocks.s[:kept, :kept], blocks.coupling[:kept], blocks.m
-    after = None
-    if kept < blocks.s.shape[0]:
-        after = _MotionAfter.of(blocks, kept)
-        band, coupling, constants = after.taken_off(blocks)
+    assembled = assemble(without_equation, state, solution.at, sums)
+    normal, slope, breaks = assembled.normal, assembled.slope.copy(), slice(0, n_breaks)
+    n_motion, kept, after = len(normal.coupling), 3 * size, None
+    if kept < n_motion:
+        after = _MotionAfter.of(normal, kept)
+        normal = after.taken_off(normal)
     # an impact is where two flights meet: its prior, from the adaptive rounds, has done its work
-    precision = problem.prior.sd[breaks] ** -2.0
-    between = csr_matrix(coupling[:, breaks])
-    at_breaks = constants[breaks, breaks] - np.diag(precision)
-    known = block_array([[band, between], [between.T, csr_matrix(at_breaks)]], format="csr")
-    pulls = np.concatenate([coupling[:, n_breaks:], constants[breaks, n_breaks:]])
-    root = _root(constants[n_breaks:, n_breaks:])
+    precision, corner = problem.prior.sd[breaks] ** -2.0, normal.corner.copy()
+    corner[np.arange(n_breaks), np.arange(n_breaks)] -= precision
+    normal = replace(normal, corner=corner)
+    pulls = np.concatenate([normal.coupling[:, n_breaks:], corner[breaks, n_breaks:]])
+    root = _root(corner[n_breaks:, n_breaks:])
     lost = np.ascontiguousarray(solve_triangular(root, pulls.T, lower=True).T)
-    tau = state.theta[breaks]
-    eliminated = Eliminated(kept, n_breaks, after, root, lost)
+    eliminated = Eliminated(n_motion, kept, n_breaks, after, root, lost)
     # what is left where a solution is not quite at its minimum counts, too, but not of the breaks: where one passes the
     # node of a bin the cost has a kink, and the slope on one side of it is no pull
-    whole = equation_slopes(replace(problem, equation_sd=np.where(replaced, problem.equation_sd, np.inf)), solution.at)
-    left = blocks.slope_global + whole[1]
-    left[problem.layout.breaks] = 0.0
-    slope = eliminated.marginal(blocks.slope_motion, left - whole[1])
+    whole = equation_slope(replace(problem, equation_sd=np.where(replaced, problem.equation_sd, np.inf)), solution.at)
+    at_breaks = n_motion + np.arange(problem.layout.breaks.stop)
+    slope[at_breaks] = -whole[at_breaks]
+    slope = eliminated.marginal(slope)
     # with the breaks' prior goes its pull
+    tau = state.theta[breaks]
     slope[kept:] -= precision * (tau - problem.prior.mean[breaks])
     x0 = np.concatenate([state.coefficients[:size].ravel(), tau])
-    return MotionInformation(free, size, n_breaks, x0, QuadraticForm(csr_matrix(known), lost), slope, eliminated)
+    return MotionInformation(free, size, n_breaks, x0, QuadraticForm(normal, lost), slope, eliminated)
 
 
 def _root(matrix: FloatArray) -> FloatArray:

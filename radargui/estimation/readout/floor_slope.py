@@ -43,6 +43,6 @@ def floor_slope(solution: Solution) -> FloorSlope | None:
             # a shift along the normal leans nothing: of three unknowns two count
             places = slice(first, first + 2)
             slope, by_tilts = plane.lean(unknown)
-            covariance = by_tilts @ solution.normal.global_covariance(places) @ by_tilts.T
+            covariance = by_tilts @ solution.normal.global_covariance[places, places] @ by_tilts.T
             return FloorSlope(slope, np.asarray(covariance), by_tilts, places)
     return None

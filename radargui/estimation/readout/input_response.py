@@ -17,12 +17,11 @@ from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.problem import BINS_TOGETHER, signals_in_parts
 from radargui.geometry.path_length import Antennas, place_antennas
 from radargui.model.arrays import FloatArray, pieces
-from radargui.model.assumed import SUPPOSED_POLARIZATIONS_DEG, SUPPOSED_TURNS_DEG, UncertainInput
+from radargui.model.assumed import DIAMETER, SUPPOSED_POLARIZATIONS_DEG, SUPPOSED_TURNS_DEG, UncertainInput
 from radargui.model.setup import Setup
 
 STEP = 0.01
 """Share of an uncertainty by which an input is moved: the response is linear, half a degree of an antenna is not."""
-DIAMETER = "tracer.diameter_m"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,8 +77,8 @@ class InputResponse:
 
     Attributes
     ----------
-    slope_motion, slope_global
-        By how much -ln L changes its slope, shapes (3 size,) and (n_global,).
+    slope
+        By how much -ln L changes its slope, the motion first, x, y and z interleaved, shape (3 size + n_global,).
     moved_m
         Shift of the motion at some times, shape (3, n).
     before_m_s, after_m_s
@@ -90,8 +89,7 @@ class InputResponse:
         Change of the coefficients of each receiver's bias maps, root mean square in amplitudes, shape (n_receivers,).
     """
 
-    slope_motion: FloatArray
-    slope_global: FloatArray
+    slope: FloatArray
     moved_m: FloatArray
     before_m_s: FloatArray
     after_m_s: FloatArray
@@ -120,7 +118,7 @@ def input_responses(
     if not others:
         return ()
     changes = np.stack([_change(solution, other) for other in others], axis=2)
-    by_motion, by_global = _slopes(solution, changes)
+    slopes = _slopes(solution, changes)
     spline, release = solution.at.spline, solution.problem.inputs.release_m
     bin_s, layout = solution.problem.bins.time_s, solution.problem.layout
     # a break that moves carries the knots of both flights along
@@ -129,9 +127,8 @@ def input_responses(
     loose = replace(solution.problem, equation_sd=stiff_equation_sd(solution))
     normal = assemble(loose, solution.state, solution.at, sums).factor()
     sides, floor, out = one_sided_slopes(spline), floor_slope(solution), []
-    motions, of_global = normal.solve(-by_motion, -by_global)
-    for number, (other, motion, rest) in enumerate(zip(others, motions.T, of_global.T, strict=True)):
-        coefficients = motion.reshape(-1, 3)
+    for slope, other, follows in zip(slopes.T, others, normal.solve(-slopes).T, strict=True):
+        coefficients, rest = follows[: normal.n_motion].reshape(-1, 3), follows[normal.n_motion :]
         along = solution.at.design @ coefficients + (by_breaks @ rest[layout.breaks]).reshape(-1, 3)
         # a release elsewhere carries the whole motion along, before the samples turn it back
         along = along + (other.release_m - release) / STEP
@@ -139,7 +136,7 @@ def input_responses(
         before, after = (side @ coefficients for side in sides)
         leans = np.zeros(2) if floor is None else floor.by_global @ rest[floor.places]
         bias = np.array([np.sqrt(np.mean(rest[own.bias_i.start : own.bias_q.stop] ** 2)) for own in layout.receivers])
-        out.append(InputResponse(by_motion[:, number], by_global[:, number], moved, before, after, leans, bias))
+        out.append(InputResponse(slope, moved, before, after, leans, bias))
     return tuple(out)
 
 
@@ -171,8 +168,8 @@ def _weakened(factors: SphereFactors) -> SphereFactors:
     return SphereFactors(np.exp(STEP * np.log(factors.direct)), 1.0 + STEP * (factors.mirrored - 1.0))
 
 
-def _slopes(solution: Solution, changes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return J^T W of changes of the model, (n_channels, n_bins, n): shapes (3 size, n) and (n_global, n)."""
+def _slopes(solution: Solution, changes: FloatArray) -> FloatArray:
+    """Return J^T W of changes of the model, (n_channels, n_bins, n), shape (3 size + n_global, n)."""
     problem, state, at = solution.problem, solution.state, solution.at
     layout, inputs, n_bins = problem.layout, problem.inputs, problem.bins.n_bins
     pull, by_global = np.zeros((n_bins, 3, changes.shape[2])), np.zeros((layout.size, changes.shape[2]))
@@ -192,4 +189,4 @@ def _slopes(solution: Solution, changes: FloatArray) -> tuple[FloatArray, FloatA
     flat = pull.reshape(3 * n_bins, -1)
     breaks = at.spline.break_slopes(problem.bins.time_s, state.coefficients)
     by_global[layout.breaks] += breaks.T @ flat
-    return at.series.rows().of_place.T @ flat, by_global
+    return np.concatenate([at.series.rows().of_place.T @ flat, by_global])

@@ -12,7 +12,6 @@ from radargui.estimation.select.chosen_model import Alternative
 from radargui.estimation.signals import ScaledSignals
 from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.estimation.solve.minimise import Solution, local_chi_square
-from radargui.estimation.solve.motion_covariance import MotionCovariance
 from radargui.geometry.bistatic import position_uncertainty
 from radargui.geometry.path_length import Antennas, path_gradient, path_lengths
 from radargui.model.arrays import ComplexArray, FloatArray, pieces
@@ -142,10 +141,11 @@ def _uncertainties(solution: Solution) -> tuple[FloatArray, FloatArray]:
     """Return standard uncertainties at the bins: positions (3, n_bins), changes of path (n_receivers, n_bins)."""
     problem = solution.problem
     gradient = path_gradient(positions_at_bins(solution), problem.inputs.antennas)
-    by_breaks = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients)
-    covariance = MotionCovariance(solution.normal).of(
-        solution.at.series.rows(), by_breaks=by_breaks.data.reshape(-1, 3, 2) if by_breaks.nnz else None
-    )
+    spline, time_s = solution.at.spline, problem.bins.time_s
+    # a break that moves carries the knots of both flights along
+    share, breaks = spline.break_shares(time_s)
+    by_breaks = spline.velocity(time_s, solution.state.coefficients)[:, :, None] * share[:, None]
+    covariance = solution.normal.covariance().of_rows(solution.at.series.rows(), by_global=by_breaks, places=breaks)
     # paths from the same covariance: errors of x, y and z of one motion are correlated
     of_paths = np.einsum("ran,nab,rbn->rn", gradient, covariance, gradient)
     return np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)).T, np.sqrt(of_paths)

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
-from scipy.sparse import csr_matrix
 
 from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion, make_spline
 from radargui.estimation.solve.changed_problem import span_jerk_sd
 from radargui.estimation.solve.minimise import Solution
-from radargui.estimation.solve.normal import solve_sparse
+from radargui.estimation.solve.normal import solve_band
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
@@ -188,7 +187,6 @@ def respline(old: MotionSpline, coefficients: FloatArray, break_s: FloatArray, s
     new = make_spline(float(old.edge_s[0]), float(old.edge_s[-1]), break_s, sharp_s)
     count = 8 * (sum(new.spans) + 4)
     grid = np.sort(np.concatenate([np.linspace(old.edge_s[0], old.edge_s[-1], count), new.edge_s]))
-    design = new.design(grid)
-    jerk, _, _ = new.jerk()
-    normal = design.T @ design + BREAKS.smoothing * (jerk.matrix.T @ jerk.matrix)
-    return SplineMotion(new, solve_sparse(csr_matrix(normal), design.T @ old.offset(grid, coefficients)))
+    rows, (jerk, _, _) = new.rows(grid), new.jerk()
+    band = rows.gram(np.ones(grid.size)) + jerk.gram(np.full(jerk.first.size, BREAKS.smoothing))
+    return SplineMotion(new, solve_band(band[:, 1:], rows.transposed(old.offset(grid, coefficients))))

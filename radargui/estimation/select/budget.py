@@ -7,6 +7,8 @@ from collections.abc import Callable
 
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
+from radargui.model.finding import error_of, refuse
+from radargui.model.words import sentence
 
 BIN_ROUNDS = 1.0e6
 """Rounds times bins that may be spent: a drop of 500 bins beside a floor takes 75 rounds, a wall 50 before it walks."""
@@ -28,8 +30,8 @@ class NoSingleBodyError(SolveError):
     """
 
     def __init__(self, misfit: FloatArray) -> None:
-        named = ", ".join(f"{value:.1f}" for value in misfit)
-        super().__init__(f"Its misfit (chi-square {named}) is too large.")
+        self.finding = refuse("misfit_too_large", chi_square=tuple(misfit.tolist()))
+        super().__init__(sentence(self.finding.text))
         self.misfit = misfit
 
 
@@ -65,4 +67,4 @@ class SearchBudget:
         self._round_done()
         self.left -= 1
         if self.left < 0:
-            raise BudgetSpentError(f"The search for a model did not end within {self.rounds} rounds.")
+            raise error_of(BudgetSpentError, "search_too_long", rounds=self.rounds)

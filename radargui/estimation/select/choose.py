@@ -23,6 +23,7 @@ from radargui.estimation.select.wall_grid import WALLS
 from radargui.estimation.select.wall_walk import walked
 from radargui.estimation.select.walls import WallSearch, WallTrial, search_wall
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_flights, problem_with_mirrors
+from radargui.estimation.solve.held_setup import moved_with_setup_held, setup_posterior, with_setup_held
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.minimise import Solution, chi_square, log_evidence, solved_at
 from radargui.estimation.solve.problem import Start
@@ -139,27 +140,31 @@ def choose_model(
     elif drift.count:
         choices.append("1/f noise found on the rest: its slow part is fitted, its fast part widens the noise.")
     undecided: list[Alternative] = []
+    lengths: tuple[Alternative, ...] = ()
+    ended_early = False
     entered("walls")
     try:
         if float(np.ptp(found.last.phase_rad, axis=1).min()) < 2.0 * np.pi * settings.few_fringes:
             solution, lengths = selection.other_lengths(solution)
-            alternatives += lengths
         choices.append(f"Bias maps with a correlation length of {solution.problem.bias_basis.length_m:.2f} m.")
         solution, undecided, sentences = selection.walls(solution)
         choices += sentences
     except BudgetSpentError:
-        # nobody knows what the rest of the search would have said: what it began with is as likely as what it chose
-        alternatives = tuple(Alternative(one, 1.0) for one in selection.compared if one is not solution)
+        ended_early, budget.left = True, 2 * settings.first_rounds
+        alternatives = selection.as_likely(solution, alternatives)
         choices.append(f"The search for walls was ended after {budget.rounds} rounds.")
+    alternatives += lengths
     # not before: a wall has put right what looked as lost (laboratory hand 24014226: 9 waves of offset, then 0.009 mm)
     if is_lost(solution, found.data.onset_s):
         raise LooseMapsError(selection.misfit(solution))
     # whether there is a wall, and where, is a question of its own beside floor and lengths
     among = 1.0 + sum(other.weight for other in alternatives)
     undecided = [replace(other, weight=among * other.weight) for other in undecided]
-    ended_early, budget.left = budget.left < 0, settings.last_rounds
+    budget.left = 2 * settings.last_rounds
     entered("last")
     solution = selection.converged(in_full(solution, selection.whole), settings.last_rounds, LAST)
+    if not solution.settled:
+        choices.append("The last rounds did not come to a minimum.")
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
     whole, every = selection.whole, (*alternatives, *undecided)
     others = [replace(one, solution=solved_at(with_bins_of(one.solution, whole))) for one in every]
@@ -169,7 +174,17 @@ def choose_model(
         # mirrors that nothing excludes: a question of its own beside others
         among = 1.0 + sum(other.weight for other in others)
         others += [Alternative(replace(solution, state=one), among * weight) for one in moved]
-    return ChosenModel(solution, tuple(others), tuple(choices), ended_early)
+    held = with_setup_held(solution)
+    others = [
+        replace(
+            one,
+            solution=with_setup_held(one.solution)
+            if one.solution.normal is not solution.normal
+            else moved_with_setup_held(held, solution.problem, one.solution.state),
+        )
+        for one in others
+    ]
+    return ChosenModel(held, tuple(others), tuple(choices), ended_early, setup_posterior(solution))
 
 
 class _Selection:
@@ -297,10 +312,7 @@ class _Selection:
         The breaks are settled now, or a wall has taken over what maps explained.
         """
         settings, here = self.settings, solution.problem.inputs.planes
-        walls = walls_of(here)
-        floored = here
-        if not has_floor(here):
-            floored = (self.floor_below(positions_at_bins(solution), settings.floors_below_m[0]), *walls)
+        walls, floored = self.without_and_with_floor(solution)
         bare, floor = self.raced([problem_with_mirrors(solution, planes) for planes in (walls, floored)])
         tried = [one for one in (bare, floor) if one is not None]
         if floor is not None and floored is not here and self.preferred(bare, floor) is floor:
@@ -310,6 +322,32 @@ class _Selection:
             floor = max(tried[-2:], key=log_evidence)
         best = self.preferred(bare, floor)
         return best, self.gain_of(bare, floor), self._alternatives(best, tried)
+
+    def without_and_with_floor(self, solution: Solution) -> tuple[tuple[MirrorPlane, ...], tuple[MirrorPlane, ...]]:
+        """Return the mirrors of a solution without a floor and with one."""
+        here = solution.problem.inputs.planes
+        walls = walls_of(here)
+        if has_floor(here):
+            return walls, here
+        return walls, (self.floor_below(positions_at_bins(solution), self.settings.floors_below_m[0]), *walls)
+
+    def as_likely(self, solution: Solution, alternatives: Sequence[Alternative]) -> tuple[Alternative, ...]:
+        """Return the models that a search without an end began with, each as likely as what it chose.
+
+        Nobody knows what the rest of the search would have said, not even whether there is a floor: where that was
+        left open and no alternative answers it otherwise, the motion that was found is converged with the other answer.
+        """
+        others = [one.solution for one in alternatives]
+        floored = has_floor(solution.problem.inputs.planes)
+
+        def is_otherwise(one: Solution) -> bool:
+            return has_floor(one.problem.inputs.planes) != floored
+
+        if any(map(is_otherwise, self.compared)) and not any(map(is_otherwise, others)):
+            bare, with_floor = self.without_and_with_floor(solution)
+            start = problem_with_mirrors(solution, bare if floored else with_floor)
+            others.append(self.converged(start, self.settings.first_rounds))
+        return tuple(Alternative(one, 1.0) for one in others if one.settled)
 
     def other_lengths(self, solution: Solution) -> tuple[Solution, tuple[Alternative, ...]]:
         """Return the solution with the bias maps' correlation length that the evidence prefers, and the others.
@@ -372,8 +410,8 @@ class _Selection:
         return best, undecided
 
     def _weighed(self, trials: Sequence[WallTrial]) -> list[Alternative]:
-        """Return the trials that have weight, their gains counted from the best."""
-        weighed = [Alternative(trial.solution, self._weight(trial.gain)) for trial in trials]
+        """Return the trials that have weight, their gains counted from the best; what is no minimum has none."""
+        weighed = [Alternative(one.solution, self._weight(one.gain)) for one in trials if one.solution.settled]
         return [one for one in weighed if one.weight > self.settings.least_weight]
 
     def _asks_for_walls(self, solution: Solution) -> bool:

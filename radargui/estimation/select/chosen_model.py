@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from radargui.estimation.solve.minimise import Solution
+from radargui.model.setup_posterior import SetupPosterior
 
 
 @dataclass(frozen=True)
@@ -32,9 +33,13 @@ class ChosenModel:
         Sentences for people.
     ended_early
         Whether the search ran out of its budget: then all models that were compared count alike in the uncertainty.
+    setup
+        What the recording says of antennas, release and wave, which all solutions hold where they found them; None
+        where it says nothing.
     """
 
     solution: Solution
     alternatives: tuple[Alternative, ...]
     choices: tuple[str, ...]
     ended_early: bool = False
+    setup: SetupPosterior | None = None

@@ -97,7 +97,8 @@ def converge(start: Start, rounds: int, round_done: Callable[[], None], settings
     start
         Problem and first state.
     rounds
-        At most this many.
+        At most this many, and as many again where Gauss-Newton has not come to a minimum: before it has, the evidence
+        says nothing. Where it does not then either, the solution says so (`settled`).
     round_done
         Called once a round; may raise to cancel.
     settings
@@ -123,7 +124,9 @@ def convergence(start: Start, rounds: int, settings: RoundSettings = COARSE) -> 
     known: Known | None
     solution, known = minimise_on(start, settings.steps, settings.minimise)
     yield solution, log_evidence(solution)
-    for number in range(rounds):
+    for number in range(2 * rounds):
+        if number >= rounds and solution.settled:
+            break
         problem, scale = update_priors(solution), solution.problem.noise_scale
         # too early it would take for noise what the maps are about to explain
         if number >= settings.noise_from_round:
@@ -139,7 +142,8 @@ def convergence(start: Start, rounds: int, settings: RoundSettings = COARSE) -> 
         )
         now = log_evidence(solution)
         yield solution, now
-        if number >= settings.least_rounds and abs(now - evidence) < settings.settled_ln_evidence:
+        stands = solution.settled and abs(now - evidence) < settings.settled_ln_evidence
+        if number >= settings.least_rounds and stands:
             break
         evidence = now
 
@@ -215,7 +219,11 @@ def settle_breaks(
 
 
 def _best(seen: Sequence[Solution], normal: FloatArray) -> Solution:
-    """Return the one with most impacts, best known, of those whose misfit is about the smallest."""
+    """Return the one with most impacts, best known, of those whose misfit is about the smallest.
+
+    What did not come to its minimum is none of them, unless none did.
+    """
+    seen = [one for one in seen if one.settled] or seen
     # more impacts at the same misfit: one too few is a missed bounce, one too many is judged by its jump later
     enough = COARSE.no_worse * min(_misfit(one) for one in seen)
     return max((one for one in seen if _misfit(one) <= enough), key=lambda one: _impacts(one, normal))

@@ -43,6 +43,8 @@ def race(
 ) -> list[Solution | None]:
     """Return the solutions of some starts as `converge` would, None for those that fell hopelessly behind, or met.
 
+    Those that have not come to a minimum are given up, too, unless none has: their evidence cannot be compared.
+
     Within `radargui.model.cores.on_cores` they run side by side, with the same result.
 
     Parameters
@@ -64,14 +66,19 @@ def race(
     with _Field(starts, rounds) as field:
         now = dict(field.step(range(len(starts))))
         alive = sorted(now)
-        for number in range(rounds):
-            best = max(now[k].ln_evidence for k in alive)
-            near = [k for k in alive if now[k].ln_evidence >= best - most_behind[min(number, len(most_behind) - 1)]]
-            alive = [k for k in near if not any(met(now[j], now[k]) for j in near if j < k)]
+        for number in range(2 * rounds):
+            # then only those go on that have not come to their minimum
+            if number < rounds:
+                best = max(now[k].ln_evidence for k in alive)
+                near = [k for k in alive if now[k].ln_evidence >= best - most_behind[min(number, len(most_behind) - 1)]]
+                alive = [k for k in near if not any(met(now[j], now[k]) for j in near if j < k)]
             for k, one in field.step(alive):
                 now[k] = one
                 round_done()
-        return [field.solution(k) if k in alive else None for k in range(len(starts))]
+        found = {k: field.solution(k) for k in alive}
+        has_settled = any(one.settled for one in found.values())
+        there = {k: one for k, one in found.items() if one.settled or not has_settled}
+        return [there.get(k) for k in range(len(starts))]
 
 
 FIRST = MinimiseSettings(renews_last=False)

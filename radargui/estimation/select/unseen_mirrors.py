@@ -126,7 +126,7 @@ def _moved(search: LinearisedSearch, planes: list[MirrorPlane], share: FloatArra
     """
     places = np.flatnonzero(share)
     slope, a, half = search.marginal([planes[k] for k in places])
-    both = -np.concatenate(search.normal.back_solve(half))
+    both = -search.normal.back_solve(half)
     root = np.linalg.inv(np.linalg.cholesky(a))
     spread = root.transpose(0, 2, 1)
     values = np.concatenate([-spread @ (root @ slope[:, :, None]), spread], axis=2)

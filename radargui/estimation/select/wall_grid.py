@@ -153,7 +153,7 @@ class LinearisedSearch:
         stiff = replace(stiffened(problem, settings), equation_sd=stiff_equation_sd(solution))
         assembled = assemble(stiff, solution.state, solution.at)
         self.normal = assembled.factor()
-        self.half_slope = self.normal.half_solve(assembled.slope_motion[:, None], assembled.slope_global[:, None])
+        self.half_slope = self.normal.half_solve(assembled.slope[:, None])
         self.n_bins = problem.bins.n_bins
         motion = solution.at.series.rows().of_place
         breaks = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients)
@@ -171,14 +171,14 @@ class LinearisedSearch:
     def marginal(self, planes: list[MirrorPlane]) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return g and A of the n T and R, and what half solves leave of their coupling to motion and parameters.
 
-        Shapes (n_planes, n), (n_planes, n, n) and (n_half, n_planes n), see `NormalMatrix.half_solve`.
+        Shapes (n_planes, n), (n_planes, n, n) and (n_half, n_planes n), see `FactoredNormal.half_solve`.
         """
         problem = self.solution.problem
         n_new, n_planes, layout = 2 + 2 * problem.n_receivers, len(planes), problem.layout
         # T and R are linear in the signal: their evidence needs one solve a place, no iteration
         slope, curvature = np.zeros((n_planes, n_new)), np.zeros((n_planes, n_new, n_new))
-        to_motion = np.zeros((self.n_motion, n_planes, n_new))
-        to_global = np.zeros((layout.size, n_planes, n_new))
+        coupling = np.zeros((self.n_motion + layout.size, n_planes, n_new))
+        to_motion, to_global = coupling[: self.n_motion], coupling[self.n_motion :]
         inputs, images = problem.inputs, images_of(problem.inputs.antennas, planes)
         scattered = self.scattered(planes)
         for number, (receiver, own) in enumerate(zip(self.receivers, layout.receivers, strict=True)):
@@ -205,7 +205,7 @@ class LinearisedSearch:
                 out[:, :, :2] += by_planes[:, :, :2]
                 out[:, :, 2 + 2 * number : 4 + 2 * number] = by_planes[:, :, 2:]
         # Schur complement: the motion and all global parameters taken out
-        half = self.normal.half_solve(to_motion.reshape(self.n_motion, -1), to_global.reshape(len(to_global), -1))
+        half = self.normal.half_solve(coupling.reshape(len(coupling), -1))
         slope = slope - (half.T @ self.half_slope).reshape(n_planes, n_new)
         columns = half.reshape(-1, n_planes, n_new).transpose(1, 2, 0)
         a = curvature + np.eye(n_new) / self.reflection**2 - columns @ columns.transpose(0, 2, 1)

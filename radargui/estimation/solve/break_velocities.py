@@ -12,7 +12,6 @@ import numpy as np
 from radargui.estimation.forward.banded_rows import BandedRows
 from radargui.estimation.forward.motion_spline import MotionSpline
 from radargui.estimation.solve.minimise import Solution
-from radargui.estimation.solve.motion_covariance import MotionCovariance
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.motion.impacts import IMPACT_LIMITS
@@ -221,10 +220,10 @@ def break_velocities(solution: Solution) -> BreakVelocities:
     if moments.size == 0:
         return BreakVelocities(moments, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 6, 6)))
     before, after = one_sided_slopes(spline)
-    known, covariance = MotionCovariance(solution.normal), np.empty((moments.size, 6, 6))
-    covariance[:, :3, :3], covariance[:, 3:, 3:] = known.of(before), known.of(after)
+    known, covariance = solution.normal.covariance(), np.empty((moments.size, 6, 6))
+    covariance[:, :3, :3], covariance[:, 3:, 3:] = known.of_rows(before), known.of_rows(after)
     # e is a ratio of both sides, and their errors are strongly correlated: variances alone would make u_e too large
-    covariance[:, :3, 3:] = known.of(before, after)
+    covariance[:, :3, 3:] = known.of_rows(before, after)
     covariance[:, 3:, :3] = covariance[:, :3, 3:].transpose(0, 2, 1)
     coefficients = solution.state.coefficients
     return BreakVelocities(moments, before @ coefficients, after @ coefficients, covariance)

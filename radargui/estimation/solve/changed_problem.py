@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from radargui.estimation.forward.equation_of_motion import EquationRows, spans_in_flight
+from radargui.estimation.forward.equation_of_motion import EquationDeviation, EquationRows, spans_in_flight
 from radargui.estimation.forward.mirrors import MirrorPlane, walls_of
 from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion
 from radargui.estimation.forward.parameters import (
@@ -82,25 +82,32 @@ def problem_with_flights(solution: Solution) -> Start | None:
     if not in_flight.any():
         return None
     old, rows = problem.layout, EquationRows.of(motion.spline, in_flight)
-    layout = make_layout(replace(old.sizes, flight=1))
-    new_theta, shift = np.zeros(layout.size), layout.flight.stop - layout.flight.start
+    # what does not fly tells nothing of the antennas: motion and antennas trade freely there
+    unknowns = problem.inputs.setup
+    layout = make_layout(replace(old.sizes, flight=1, setup=0 if unknowns is None else unknowns.size))
+    new_theta, mean, sd = np.zeros(layout.size), np.zeros(layout.size), np.ones(layout.size)
     source, target = carried_places(old, layout)
-    fresh = flight_prior(layout)
-    mean, sd = fresh.mean, fresh.sd
     for new, was in ((new_theta, theta), (mean, problem.prior.mean), (sd, problem.prior.sd)):
         new[target] = was[source]
+    mean[layout.flight], sd[layout.flight] = flight_prior(unknowns)
     new_theta[layout.flight] = mean[layout.flight]
-    groups = [
-        replace(group, index=group.index + shift * (group.index >= old.breaks.stop)) for group in problem.prior.groups
-    ]
+    if unknowns is not None:
+        sd[layout.setup] = unknowns.deviation
+    place = np.zeros(old.size, dtype=np.intp)
+    place[source] = target
+    groups = [replace(group, index=place[group.index]) for group in problem.prior.groups]
     jerk_sd = np.exp(_log_jerk_sd(solution)[1])
+    # antennas that are off bend it by more than a wall: held straight at once, signals lead it astray
+    n_breaks = motion.spline.break_s.size
+    bent = EquationDeviation.of(rows, motion.coefficients, mean[layout.flight], n_breaks).value[rows.is_flight]
+    off_m_s2 = max(_OFF_GRAVITY_M_S2, float(np.sqrt((bent**2).mean())))
     changed = replace(
         problem,
         spline=motion.spline,
         layout=layout,
-        prior=Prior(mean, sd, fresh.groups + groups),
+        prior=Prior(mean, sd, groups),
         in_flight=in_flight,
-        equation_sd=np.where(rows.is_flight, _OFF_GRAVITY_M_S2, jerk_sd[rows.span]),
+        equation_sd=np.where(rows.is_flight, off_m_s2, jerk_sd[rows.span]),
     )
     return Start(changed, State(solution.state.coefficients, new_theta))
 
@@ -237,6 +244,7 @@ def mirrors_changed(
             prior.mean[b], prior.sd[b] = mean[a], sd[a]
     for values, known in ((prior.mean, mean), (prior.sd, sd)):
         values[polarisation_places(layout)] = known[polarisation_places(old)]
+        values[layout.flight], values[layout.setup] = known[old.flight], known[old.setup]
     problem = replace(
         before,
         layout=layout,
@@ -270,6 +278,7 @@ def carried_places(old: Layout, new: Layout, *, bias: bool = True, last: bool = 
         (old.transmitter_lobe, new.transmitter_lobe),
         (old.polarization, new.polarization),
         (old.crosstalk, new.crosstalk),
+        (old.setup, new.setup),
     ]
     for was, now in zip(old.receivers, new.receivers, strict=True):
         pairs += [(was.constants, now.constants), (was.amplitude_map, now.amplitude_map)]

@@ -20,8 +20,7 @@ from radargui.estimation.forward.parameters import (
 from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.forward.signal_model import ModelInputs
 from radargui.estimation.hardware import LogFrontEnd
-from radargui.estimation.solve.assemble import diagonal
-from radargui.estimation.solve.normal import solve_sparse
+from radargui.estimation.solve.normal import solve_band
 from radargui.estimation.solve.priors import make_prior, with_known_front_ends, with_polarisation
 from radargui.estimation.solve.problem import JointProblem, Start, State
 from radargui.model.arrays import BoolArray, FloatArray
@@ -80,14 +79,14 @@ def first_motion(data: BinnedData, place: FloatArray, start_s: float, break_s: F
     # a microsecond more, so that the last sample is inside
     spline = make_spline(start_s, float(data.bins.last_s[-1]) + 1e-6, break_s, release_times(data.onset_s))
     moving = ~data.rest
-    design = spline.design(data.bins.time_s[moving])
+    rows = spline.rows(data.bins.time_s[moving])
     jerk, _, _ = spline.jerk()
     # long bins know their place better
     weight = data.bins.count[moving] / data.bins.count[moving].mean() / INITIAL.u_place_m**2
     # three times looser than the problem's own prior: the places shall decide, the prior fills what no bin sees
-    normal = design.T @ diagonal(weight) @ design + jerk.matrix.T @ jerk.matrix / (3.0 * INITIAL.jerk_m_s3) ** 2
+    band = rows.gram(weight) + jerk.gram(np.full(jerk.first.size, (3.0 * INITIAL.jerk_m_s3) ** -2.0))
     offset = (place[:, moving] - data.release_m[:, None]).T
-    return SplineMotion(spline, solve_sparse(normal, design.T @ (weight[:, None] * offset)))
+    return SplineMotion(spline, solve_band(band[:, 1:], rows.transposed(weight[:, None] * offset)))
 
 
 def initial_problem(
@@ -164,6 +163,7 @@ def initial_problem(
             amplitude_map=not_yet,
             range_factor=np.zeros((n_receivers, 0)),
             drift=drift,
+            setup=data.setup,
         ),
         prior=prior,
         in_flight=np.zeros(sum(spline.spans), dtype=bool),

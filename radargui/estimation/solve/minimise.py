@@ -9,7 +9,7 @@ from scipy.ndimage import uniform_filter1d
 
 from radargui.estimation.forward.parameters import with_nearest_angles
 from radargui.estimation.solve.assemble import MOST_DAMPING, Assembled, DataSums, assemble, sum_data
-from radargui.estimation.solve.normal import NormalMatrix
+from radargui.estimation.solve.normal import FactoredNormal
 from radargui.estimation.solve.priors import PRIORS
 from radargui.estimation.solve.problem import JointProblem, Linearised, Start, State, linearise, reweighed
 from radargui.model.arrays import FloatArray
@@ -58,7 +58,7 @@ class Solution:
     problem: JointProblem
     state: State
     at: Linearised
-    normal: NormalMatrix
+    normal: FactoredNormal
     settled: bool
     damping: int = 0
 
@@ -67,7 +67,7 @@ def solved_at(start: Start) -> Solution:
     """Return a start as a solution, no step taken: not a minimum, a place to search from."""
     at = linearise(start.problem, start.state)
     normal = assemble(start.problem, start.state, at).factor()
-    return Solution(start.problem, start.state, replace(at, waves=None), normal, False)
+    return Solution(start.problem.placed(start.state.theta), start.state, replace(at, waves=None), normal, False)
 
 
 @dataclass(frozen=True)
@@ -129,6 +129,7 @@ def minimise_on(
         if settled:
             break
     # the waves have served: kept with every alternative they would be most of its memory
+    problem = problem.placed(state.theta)
     solution = Solution(problem, state, replace(at, waves=None), assembled.factor(), settled, damping)
     return solution, None if is_stale else Known(problem, at, sums)
 
@@ -186,14 +187,14 @@ def _step(
     What it should gain in cost at the least: half its way down the slope.
     """
     try:
-        motion, by_global = assembled.factor(damping).solve(-assembled.slope_motion, -assembled.slope_global)
+        step = assembled.factor(damping).solve(-assembled.slope)
     except SolveError:
         return None, 0.0
-    foretold = -0.5 * float(assembled.slope_motion @ motion + assembled.slope_global @ by_global)
+    foretold, n_motion = -0.5 * float(assembled.slope @ step), state.coefficients.size
     # x, y, z are interleaved in the matrix, so that its band stays narrow
-    coefficients = state.coefficients + motion.reshape(-1, 3)
+    coefficients = state.coefficients + step[:n_motion].reshape(-1, 3)
     # signals of antennas that are off may turn an angle round and round, where the setup would pull for ever
-    theta = with_nearest_angles(state.theta + by_global, problem.layout, problem.prior.mean)
+    theta = with_nearest_angles(state.theta + step[n_motion:], problem.layout, problem.prior.mean)
     if not _is_possible(problem, coefficients, state, theta, settings):
         return None, foretold
     return State(coefficients, theta), foretold

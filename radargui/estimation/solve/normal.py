@@ -1,355 +1,262 @@
-"""The normal matrix: a band between the breaks, another over the breaks, dense in all else (method 4, Minimum)."""
+"""The normal matrix: one band with a border (method 4, Minimum)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
-from scipy.linalg import cho_factor, solve_triangular
-from scipy.linalg.blas import dtrmm
-from scipy.linalg.lapack import dtrtri
-from scipy.sparse import csc_matrix, csr_matrix
-from scipy.sparse.linalg import splu
+from scipy.linalg.blas import dsyrk
+from scipy.linalg.lapack import dpbsv, dpbtrf, dpotrf, dpotri, dtbtrs, dtrtri, dtrtrs
 
-from radargui.estimation.forward.segments import Segments
-from radargui.estimation.solve.block_tridiagonal import BlockTridiagonal, padded_size
-from radargui.model.arrays import FloatArray
+from radargui.estimation.forward.banded_rows import BandedRows
+from radargui.model.arrays import FloatArray, IntArray, pieces
 from radargui.model.errors import SolveError
 
-_AT_BREAK = 4
-"""Unknowns of a joint: the place at a break, x, y, z, and the break's time."""
-_NOT_POSITIVE = "The normal matrix of the joint estimate is not positive definite."
+WIDTH = 12
+"""Diagonals of the band, the main one and those below: x, y and z of four neighbouring coefficients meet in a bin."""
+_TOGETHER = (
+    8  # coefficients for which the inverse is found at a time: the band couples each to the next such block alone
+)
+_ROWS = 1 << 10  # covariances of so many rows at a time: bounds the memory, changes nothing
 
 
-def solve_sparse(matrix: csr_matrix, right: FloatArray) -> FloatArray:
-    """Return the solution of a sparse square system, shape as `right`.
+def solve_band(band: FloatArray, right: FloatArray) -> FloatArray:
+    """Return the solution of a symmetric banded system, (width, n) as of `NormalMatrix`, shape as `right`, (n, k).
 
     Raises
     ------
     SolveError
-        The matrix is singular.
+        The matrix is not positive definite.
     """
-    try:
-        factor = splu(csc_matrix(matrix))
-    except RuntimeError as error:  # scipy's word for an exactly singular factor
-        raise SolveError("The motion is not determined: its equations are singular.") from error
-    return np.asarray(factor.solve(right))
+    _, solution, bad = dpbsv(band, right, lower=1)
+    if bad:
+        raise SolveError("The motion is not determined: its equations are singular.")
+    return np.asarray(solution)
+
+
+def band_times(band: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Return the product of a symmetric band, (width, n) as of `NormalMatrix`, and vectors, (n,) or (n, k)."""
+    columns = vectors.reshape(len(vectors), -1)
+    out = band[0][:, None] * columns
+    for below in range(1, min(len(band), len(columns))):
+        diagonal = band[below, :-below, None]
+        out[below:] += diagonal * columns[:-below]
+        out[:-below] += diagonal * columns[below:]
+    return np.asarray(out.reshape(vectors.shape))
 
 
 @dataclass(frozen=True, slots=True)
-class NormalBlocks:
-    """H = [[S, C], [C^T, M]]: motion, and global parameters of which the breaks come first.
+class NormalMatrix:
+    """H = [[S, C], [C^T, M]]: a band, of the motion, and its border, the global parameters.
 
     Attributes
     ----------
     band
-        S as `lower_band` gives it, x, y and z interleaved, shape (12, n_motion).
-    beside
-        Coupling of each segment's functions to the breaks before and after it, shape (n_functions, 3, 2).
-    c
-        Coupling of the motion to the global parameters behind the breaks, shape (n_motion, n_rest).
-    m
-        M, shape (n_global, n_global); breaks couple to their neighbours alone.
-    segments
-        Which coefficients lie between which breaks.
+        S from its main diagonal down, x, y and z interleaved: row j + d of column j stands at (d, j), shape
+        (`WIDTH`, n_motion).
+    coupling
+        C, shape (n_motion, n_global).
+    corner
+        M, shape (n_global, n_global).
     """
 
     band: FloatArray
-    beside: FloatArray
-    c: FloatArray
-    m: FloatArray
-    segments: Segments
+    coupling: FloatArray
+    corner: FloatArray
 
-    def diagonal_raised(self, share: float) -> NormalBlocks:
+    def diagonal_raised(self, share: float) -> NormalMatrix:
         """Return H with its diagonal raised by a share."""
-        band, m = self.band.copy(), self.m.copy()
+        band, corner = self.band.copy(), self.corner.copy()
         # a share, not a sum: metres, radians and seconds stand on one diagonal (Marquardt 1963)
         band[0] *= 1.0 + share
-        m[np.diag_indices(len(m))] *= 1.0 + share
-        return replace(self, band=band, m=m)
+        corner[np.diag_indices(len(corner))] *= 1.0 + share
+        return replace(self, band=band, corner=corner)
 
-
-@dataclass(frozen=True, slots=True)
-class _Between:
-    """The motion between its breaks, S_b = L L^T, and what it couples to.
-
-    Attributes
-    ----------
-    motion
-        Factor of S with ones in place of the joints: its segments do not touch.
-    runs
-        Rows of each segment.
-    half
-        L^-1 of the coupling to place and time of the break before, of that after, and to the global parameters behind
-        the breaks, shape (rows, 8 + n_rest).
-    """
-
-    motion: BlockTridiagonal
-    runs: list[slice]
-    half: FloatArray
-
-    @property
-    def to_joints(self) -> FloatArray:
-        """L^-1 of the coupling to the joints, shape (rows, 8)."""
-        return self.half[:, : 2 * _AT_BREAK]
-
-    @property
-    def to_rest(self) -> FloatArray:
-        """L^-1 of the coupling to the rest, shape (rows, n_rest)."""
-        return self.half[:, 2 * _AT_BREAK :]
-
-    @staticmethod
-    def of(blocks: NormalBlocks) -> _Between:
-        band, segments = blocks.band.copy(), blocks.segments
-        motion_rows, n_joint = band.shape[1], 2 * _AT_BREAK
-        half = np.zeros((padded_size(motion_rows), n_joint + blocks.c.shape[1]))
-        to_joints, to_rest = half[:, :n_joint], half[:, n_joint:]
-        # both couplings side by side: one solve for all columns
-        to_rest[:motion_rows] = blocks.c
-        to_joints[:motion_rows, 3::4] = segments.folded(blocks.beside)[1:].reshape(-1, 2)
-        beside, flat = segments.beside_joints, segments.joint_rows.ravel()
-        # what couples to a joint is taken out of the band: with ones in its place the segments no longer touch
-        to_joints[beside.row, beside.side] = band[beside.near[0], beside.near[1]]
-        band[beside.all[0], beside.all[1]] = 0.0
-        band[0, flat], half[flat] = 1.0, 0.0
-        motion = BlockTridiagonal(band)
-        motion.half_solve_padded(half)
-        edges = [0, *segments.joint_rows[:, 0].tolist(), motion_rows]
-        return _Between(motion, [slice(a, b) for a, b in pairwise(edges)], half)
-
-    def joints_by(self, half: FloatArray) -> FloatArray:
-        """Return what L^-1 of vectors, (rows, n), takes from the joints beside each segment, (n_segments, 2, 4, n)."""
-        out = np.array([self.to_joints[run].T @ half[run] for run in self.runs])
-        return out.reshape(len(self.runs), 2, _AT_BREAK, -1)
-
-    def take_joints(self, half: FloatArray, beside: FloatArray) -> None:
-        """Take from L^-1 of vectors, (rows, n), what the joints beside each segment, (n_segments, 2, 4, n), add."""
-        for run, one in zip(self.runs, beside.reshape(len(self.runs), 2 * _AT_BREAK, -1), strict=True):
-            half[run] -= self.to_joints[run] @ one
-
-
-@dataclass(frozen=True, slots=True)
-class Reduced:
-    """H without the motion between the breaks: joints, each coupled to the next, and the global parameters behind them.
-
-    Attributes
-    ----------
-    between
-        What was taken out.
-    segments
-        Which coefficients lie between which breaks.
-    own, to_next
-        Blocks of the joints and of each with the one before it, shapes (n_breaks, 4, 4) and (n_breaks - 1, 4, 4).
-    to_rest
-        Coupling of the joints to the rest, shape (n_breaks, 4, n_rest).
-    rest
-        Shape (n_rest, n_rest).
-    """
-
-    between: _Between
-    segments: Segments
-    own: FloatArray
-    to_next: FloatArray
-    to_rest: FloatArray
-    rest: FloatArray
-
-    @staticmethod
-    def of(blocks: NormalBlocks) -> Reduced:
-        """Take the motion between the breaks out.
-
-        Raises
-        ------
-        SolveError
-            It is not positive definite.
-        """
-        try:
-            between = _Between.of(blocks)
-        except np.linalg.LinAlgError as error:
-            raise SolveError(_NOT_POSITIVE) from error
-        segments, m = blocks.segments, blocks.m
-        joints, n_breaks = segments.joint_rows, segments.n_breaks
-        # Schur complement C^T S_b^-1 C, from the half solves
-        rest = between.to_rest.T @ between.to_rest
-        np.subtract(m[n_breaks:, n_breaks:], rest, out=rest)
-        own = np.zeros((n_breaks, _AT_BREAK, _AT_BREAK))
-        to_next = np.zeros((max(n_breaks - 1, 0), _AT_BREAK, _AT_BREAK))
-        to_rest = np.concatenate([blocks.c[joints], m[:n_breaks, None, n_breaks:]], axis=1)
-        if n_breaks:
-            ends, every, elements = segments.ends, np.arange(n_breaks), segments.beside_joints
-            own[:, :3, :3] = blocks.band[*elements.own]
-            own[:, :3, 3] = own[:, 3, :3] = blocks.beside[ends, :, 1] + blocks.beside[ends + 1, :, 0]
-            own[:, 3, 3] = m[every, every]
-            to_next[:, :3, :3] = blocks.band[*elements.to_next]
-            to_next[:, :3, 3] = blocks.beside[ends[1:], :, 0]
-            to_next[:, 3, :3] = blocks.beside[ends[:-1] + 1, :, 1]
-            to_next[:, 3, 3] = m[every[1:], every[:-1]]
-            # Schur complement: a joint feels only the segments before and after it
-            among = between.joints_by(between.half)
-            before, after = among[:, :, :, :_AT_BREAK], among[:, :, :, _AT_BREAK : 2 * _AT_BREAK]
-            own -= before[1:, 0] + after[:-1, 1]
-            to_next -= before[1:-1, 1]
-            to_rest -= segments.of_breaks(among[:, :, :, 2 * _AT_BREAK :])
-        return Reduced(between, segments, own, to_next, to_rest, rest)
-
-    def factor(self, added: FloatArray | None = None) -> NormalMatrix:
-        """Return the factored matrix, something, (n_global,), added to the diagonal of M.
+    def factor(self) -> FactoredNormal:
+        """Return H as L L^T.
 
         Raises
         ------
         SolveError
             It is not positive definite, or not finite.
         """
-        own, n_breaks = self.own.copy(), len(self.own)
-        if added is not None:
-            own[:, 3, 3] += added[:n_breaks]
-        try:
-            breaks = BlockTridiagonal(_joint_band(own, self.to_next))
-            half = breaks.half_solve(self.to_rest.reshape(_AT_BREAK * n_breaks, len(self.rest)))
-            rest = half.T @ half
-            np.subtract(self.rest, rest, out=rest)
-            if added is not None:
-                rest[np.diag_indices(len(rest))] += added[n_breaks:]
-            schur = cho_factor(rest.T, lower=True, overwrite_a=True, check_finite=False)[0]
-        except np.linalg.LinAlgError as error:
-            raise SolveError(_NOT_POSITIVE) from error
-        if not np.isfinite(np.diag(schur)).all():  # LAPACK carries what is not a number through without a word
-            raise SolveError("The normal matrix of the joint estimate is not finite.")
-        return NormalMatrix(self.between, self.segments, breaks, half, schur)
+        lower, bad = dpbtrf(self.band, lower=1)
+        if bad:
+            raise SolveError("The normal matrix of the joint estimate is not positive definite.")
+        half = dtbtrs(lower, self.coupling, uplo="L")[0]
+        # Schur complement M - C^T S^-1 C; only its lower triangle is meant
+        left = dsyrk(-1.0, half, beta=1.0, c=self.corner.T, trans=1, lower=1)
+        return FactoredNormal(lower, half, left, _root(left))
 
 
 @dataclass(frozen=True)
-class NormalMatrix:
-    """H = L L^T, in the order: motion between the breaks, joints, global parameters behind the breaks.
+class FactoredNormal:
+    """H = L L^T with L = [[L_S, 0], [half^T, root]].
 
-    Joints part the motion, so that none of it is coupled beyond the next break and all costs are linear in its length
-    (nested dissection: George 1973).
+    Vectors have the motion first and the global parameters after it, shape (n, ...).
 
     Attributes
     ----------
-    between
-        The first part.
-    segments
-        Which coefficients lie between which breaks.
-    breaks
-        Factor of the joints, x, y, z and time of each, without the first part.
-    to_rest
-        L^-1 of their coupling to the rest.
-    schur
-        Lower Cholesky factor of H of the rest with all motion and the breaks marginalised.
+    lower
+        L_S, a band as S is.
+    half
+        L_S^-1 C, shape (n_motion, n_global).
+    left
+        What is left of M where the motion is marginalised, M - half^T half; its lower triangle.
+    root
+        The lower Cholesky factor of that.
     """
 
-    between: _Between
-    segments: Segments
-    breaks: BlockTridiagonal
-    to_rest: FloatArray
-    schur: FloatArray
+    lower: FloatArray
+    half: FloatArray
+    left: FloatArray
+    root: FloatArray
+
+    def with_added(self, added: FloatArray) -> FactoredNormal:
+        """Return the same with something, (n_global,), added to the diagonal of M; errors as of `factor`."""
+        left = self.left.copy(order="F")
+        left[np.diag_indices(len(left))] += added
+        return replace(self, left=left, root=_root(left))
 
     @property
-    def n_breaks(self) -> int:
-        """How many breaks there are."""
-        return self.segments.n_breaks
+    def n_motion(self) -> int:
+        """How many unknowns the motion has."""
+        return len(self.half)
 
-    @property
-    def n_global(self) -> int:
-        """How many global parameters there are, with the breaks."""
-        return self.n_breaks + len(self.schur)
+    def half_solve(self, right: FloatArray) -> FloatArray:
+        """Return L^-1 of vectors, (n, k)."""
+        motion = dtbtrs(self.lower, right[: self.n_motion], uplo="L")[0]
+        rest = right[self.n_motion :] - self.half.T @ motion
+        return np.concatenate([motion, dtrtrs(self.root, rest, lower=1)[0]])
 
-    def half_solve(self, motion: FloatArray, of_global: FloatArray) -> FloatArray:
-        """Return L^-1 of vectors given by their parts, (n_motion, n) and (n_global, n), in L's own order."""
-        last, n = len(self.between.to_rest), motion.shape[1]
-        end = last + len(self.to_rest)
-        out = np.zeros((end + len(self.schur), n))
-        out[: len(motion)] = motion
-        out[self.segments.joint_rows.ravel()] = 0.0
-        first = out[:last]
-        self.between.motion.half_solve_padded(first)
-        rest = of_global[self.n_breaks :] - self.between.to_rest.T @ first
-        if self.n_breaks:
-            joints = np.concatenate([motion[self.segments.joint_rows], of_global[: self.n_breaks, None]], axis=1)
-            joints -= self.segments.of_breaks(self.between.joints_by(first))
-            out[last : last + joints.size // n] = joints.reshape(-1, n)
-            self.breaks.half_solve_padded(out[last:end])
-            rest -= self.to_rest.T @ out[last:end]
-        out[end:] = solve_triangular(self.schur, rest, lower=True, check_finite=False)
-        return out
+    def back_solve(self, half: FloatArray) -> FloatArray:
+        """Return L^-T of vectors, (n, k)."""
+        rest = dtrtrs(self.root, half[self.n_motion :], lower=1, trans=1)[0]
+        motion = half[: self.n_motion] - self.half @ rest
+        return np.concatenate([dtbtrs(self.lower, motion, uplo="L", trans="T")[0], rest])
 
-    def back_solve(self, half: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return both parts, (n_motion, n) and (n_global, n), of L^-T applied to vectors in L's own order."""
-        last = len(self.between.to_rest)
-        end = last + len(self.to_rest)
-        rest = solve_triangular(self.schur, half[end:], lower=True, trans="T", check_finite=False)
-        joints = self.breaks.back_solve(half[last:end] - self.to_rest @ rest)
-        joints = joints.reshape(self.n_breaks, _AT_BREAK, joints.shape[1])
-        first = self.between.to_rest @ rest
-        np.subtract(half[:last], first, out=first)
-        return self._motion_from(first, joints), np.concatenate([joints[:, 3], rest])
-
-    def spread(self) -> tuple[FloatArray, FloatArray]:
-        """Return motion, (n_motion, n_rest), and breaks, (n_breaks, n_rest), of the last columns of L^-T."""
-        joints, first = self._joint_spread, self._by_rest(self.between.to_rest)
-        np.negative(first, out=first)
-        return self._motion_from(first, joints), joints[:, 3]
-
-    def solve(self, motion: FloatArray, of_global: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return both parts of H^-1 applied to a vector, or to some, shapes (n_motion, ...) and (n_global, ...)."""
-        half = self.half_solve(motion.reshape(len(motion), -1), of_global.reshape(len(of_global), -1))
-        by_motion, by_global = self.back_solve(half)
-        return by_motion.reshape(motion.shape), by_global.reshape(of_global.shape)
-
-    def global_variances(self) -> FloatArray:
-        """Return the variances of the global parameters, shape (n_global,)."""
-        # M^-1 = L^-T L^-1: its diagonal needs half of the work of all of it
-        rest = (self._rest_inverse**2).sum(axis=0)
-        alone = self.breaks.selected_inverse(_AT_BREAK).diagonal().reshape(-1, _AT_BREAK)[: self.n_breaks, 3]
-        return np.concatenate([alone + (self._joint_spread[:, 3] ** 2).sum(axis=1), rest])
-
-    def global_covariance(self, places: slice) -> FloatArray:
-        """Return the covariance of some neighbouring global parameters, shape (n, n)."""
-        columns = np.eye(self.n_global)[:, places]
-        motion = np.zeros((self.between.motion.size, columns.shape[1]))
-        half = self.half_solve(motion, columns)
-        return np.asarray(half.T @ half)
+    def solve(self, right: FloatArray) -> FloatArray:
+        """Return H^-1 of a vector, (n,), or of some, (n, k)."""
+        return self.back_solve(self.half_solve(right.reshape(len(right), -1))).reshape(right.shape)
 
     def log_determinant(self) -> float:
         """Return ln det H."""
-        # a determinant is the product of those of the Schur complements
-        parts = self.between.motion.log_determinant() + self.breaks.log_determinant()
-        return parts + float(2.0 * np.log(np.diag(self.schur)).sum())
-
-    def _motion_from(self, half: FloatArray, joints: FloatArray) -> FloatArray:
-        """Return the motion, (n_motion, n), of L^-T applied to vectors, in place of them where it can be."""
-        if self.n_breaks:
-            self.between.take_joints(half, self.segments.breaks_beside(joints))
-        self.between.motion.back_solve_padded(half)
-        motion = half[: self.between.motion.size]
-        motion[self.segments.joint_rows] = joints[:, :3]
-        return motion
+        return 2.0 * float(np.log(self.lower[0]).sum() + np.log(np.diag(self.root)).sum())
 
     @cached_property
-    def _joint_spread(self) -> FloatArray:
-        """Joints of the last columns of L^-T, shape (n_breaks, 4, n_rest)."""
-        joints = -self.breaks.back_solve(self._by_rest(self.to_rest))
-        return np.asarray(joints.reshape(self.n_breaks, _AT_BREAK, joints.shape[1]))
+    def global_covariance(self) -> FloatArray:
+        """The covariance of the global parameters, shape (n_global, n_global)."""
+        inverse = np.tril(dpotri(self.root, lower=1)[0])
+        return np.asarray(inverse + np.tril(inverse, -1).T)
 
-    @cached_property
-    def _rest_inverse(self) -> FloatArray:
-        """L_rest^-1, shape (n_rest, n_rest)."""
-        return np.tril(dtrtri(self.schur, lower=1)[0])
+    def global_variances(self) -> FloatArray:
+        """Return the variances of the global parameters, shape (n_global,)."""
+        return self.global_covariance.diagonal()
 
-    def _by_rest(self, half: FloatArray) -> FloatArray:
-        """Return half L_rest^-T, shape (n, n_rest)."""
-        # a product takes half the time of a solution; transposed, rows lie as BLAS wants its columns
-        return np.asarray(dtrmm(1.0, self._rest_inverse, half.T, lower=1).T) if len(half) else half
+    def covariance(self) -> Covariance:
+        """Return H^-1 beside its diagonal and in its border.
+
+        From the last block of the band to the first (Takahashi et al. 1973): with L_kk on the diagonal, W below it, and
+        B the border's, Z = H^-1 has Z_k+1,k = -(Z_k+1,k+1 W + Z_k+1,b B) / L_kk and the like for the border, and Z_kk =
+        (1 / L_kk^T - W^T Z_k+1,k - B^T Z_b,k) / L_kk.
+        """
+        size, n_global = 3 * _TOGETHER, len(self.root)
+        count = -(-self.n_motion // size)
+        # ones on the diagonal of what the last block has too much: it stays by itself
+        padded, every = np.zeros((WIDTH, count * size)), np.arange(size)
+        padded[0], padded[:, : self.n_motion] = 1.0, self.lower
+        columns = np.zeros((count, 2 * size, size))
+        for below, diagonal in enumerate(padded.reshape(WIDTH, count, size)):
+            columns[:, every + below, every] = diagonal
+        to_global = np.zeros((count * size, n_global))
+        to_global[: self.n_motion] = self.half
+        weighted = (to_global @ self.global_covariance).reshape(count, size, n_global)
+        to_global = to_global.reshape(weighted.shape)
+        near, with_global = np.zeros((count, size, 2 * size)), np.empty_like(weighted)
+        after, global_after = np.zeros((size, size)), np.zeros((size, n_global))
+        for k in range(count - 1, -1, -1):
+            inverse = dtrtri(columns[k, :size], lower=1)[0]
+            gain, own = columns[k, size:] @ inverse, inverse.T @ to_global[k]
+            with_global[k] = -(gain.T @ global_after) - inverse.T @ weighted[k]
+            beside = -(after @ gain) - global_after @ own.T
+            after = inverse.T @ inverse - gain.T @ beside - own @ with_global[k].T
+            near[k, :, :size], near[k, :, size:], global_after = after, beside.T, with_global[k]
+        near = near.reshape(count, _TOGETHER, 3, 2 * _TOGETHER, 3)
+        return Covariance(near, with_global.reshape(-1, 3, n_global), self.global_covariance)
 
 
-def _joint_band(own: FloatArray, to_next: FloatArray) -> FloatArray:
-    """Return the `lower_band` of blocks (n, 4, 4) on the diagonal and (n - 1, 4, 4) below it."""
-    out = np.zeros((2 * _AT_BREAK, _AT_BREAK * len(own)))
-    for row in range(_AT_BREAK):
-        for column in range(_AT_BREAK):
-            if row >= column:
-                out[row - column, column::_AT_BREAK] = own[:, row, column]
-            out[_AT_BREAK + row - column, column : _AT_BREAK * len(to_next) : _AT_BREAK] = to_next[:, row, column]
-    return out
+@dataclass(frozen=True, slots=True)
+class Covariance:
+    """Parts of Z = H^-1: of neighbouring coefficients, of coefficients with global parameters, and of these.
+
+    Attributes
+    ----------
+    near
+        Z of eight coefficients each with these and the next eight, shape (count, 8, 3, 16, 3).
+    with_global
+        Z of coefficients with global parameters, shape (8 count, 3, n_global).
+    of_global
+        Shape (n_global, n_global).
+    """
+
+    near: FloatArray
+    with_global: FloatArray
+    of_global: FloatArray
+
+    def of_rows(
+        self,
+        rows: BandedRows,
+        others: BandedRows | None = None,
+        *,
+        by_global: FloatArray | None = None,
+        places: IntArray | None = None,
+    ) -> FloatArray:
+        """Return the covariance of what rows give, with what as many others do (themselves where left out), (n, 3, 3).
+
+        Parameters
+        ----------
+        rows, others
+            Of the coefficients, acting alike on x, y and z; at most five apart.
+        by_global, places
+            Slopes of what the rows give besides by some global parameters, shape (n, 3, m), and which, shape (n, m).
+        """
+        others, out = rows if others is None else others, np.empty((rows.first.size, 3, 3))
+        for part in pieces(rows.first.size, _ROWS):
+            out[part] = self._of_motion(rows[part], others[part])
+            if by_global is None or places is None:
+                continue
+            slopes, place, out_part = by_global[part], places[part], out[part]
+            value, coefficient = _without_release(rows[part])
+            along = self.with_global[coefficient[:, :, None], :, place[:, None]]
+            mixed = slopes @ np.einsum("nk,nkma->nma", value, along)
+            out_part += mixed + mixed.transpose(0, 2, 1)
+            out_part += slopes @ self.of_global[place[:, :, None], place[:, None]] @ slopes.transpose(0, 2, 1)
+        return out
+
+    def _of_motion(self, rows: BandedRows, others: BandedRows) -> FloatArray:
+        (value, one), (other_value, other) = _without_release(rows), _without_release(others)
+        weight = (value[:, :, None] * other_value[:, None]).reshape(len(value), 1, 16)
+        one, other = np.repeat(one, 4, axis=1), np.tile(other, 4)
+        block, row = divmod(np.minimum(one, other), self.near.shape[1])
+        found = self.near[block, row, :, row + np.abs(one - other)]
+        # of two coefficients the earlier one has the rows
+        swapped = one > other
+        found[swapped] = found[swapped].transpose(0, 2, 1)
+        return np.asarray((weight @ found.reshape(len(value), 16, 9)).reshape(-1, 3, 3))
+
+
+def _without_release(rows: BandedRows) -> tuple[FloatArray, IntArray]:
+    """Return the values of rows and which coefficient each is of, both (n, 4); the release, which is zero, has none."""
+    coefficient = rows.first[:, None] + np.arange(-1, 3)
+    return np.where(coefficient >= 0, rows.value, 0.0), np.maximum(coefficient, 0)
+
+
+def _root(matrix: FloatArray) -> FloatArray:
+    """Return the lower Cholesky factor of the lower triangle of a matrix; errors as of `NormalMatrix.factor`."""
+    root, bad = dpotrf(matrix, lower=1, clean=1)
+    if bad:
+        raise SolveError("The normal matrix of the joint estimate is not positive definite.")
+    if not np.isfinite(np.diag(root)).all():  # LAPACK carries what is not a number through without a word
+        raise SolveError("The normal matrix of the joint estimate is not finite.")
+    return np.asarray(root)

@@ -11,7 +11,6 @@ from scipy.ndimage import gaussian_filter1d
 from radargui.estimation.forward.equation_of_motion import EquationRows
 from radargui.estimation.forward.motion_spline import MotionSpline
 from radargui.estimation.solve.minimise import Solution, local_chi_square
-from radargui.estimation.solve.motion_covariance import MotionCovariance
 from radargui.estimation.solve.priors import PRIORS, Prior
 from radargui.estimation.solve.problem import JointProblem
 from radargui.model.arrays import FloatArray
@@ -89,7 +88,7 @@ def _equation_deviation(solution: Solution, settings: DeviationSettings) -> Floa
     """
     problem, equation, old = solution.problem, solution.at.equation, solution.problem.equation_sd
     # gamma counts what the data determine of each row, x, y and z together: a fall has no direction to favour
-    variance = np.trace(MotionCovariance(solution.normal).of(equation.rows.rows), axis1=1, axis2=2)
+    variance = np.trace(solution.normal.covariance().of_rows(equation.rows.rows), axis1=1, axis2=2)
     square = (equation.value**2).sum(axis=1)
     determined = np.clip(3.0 - variance / old**2, 0.0, 3.0)
     in_flight = equation.rows.is_flight

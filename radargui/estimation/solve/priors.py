@@ -15,10 +15,11 @@ from radargui.estimation.forward.parameters import (
     of_mirror,
     polarisation_places,
 )
+from radargui.estimation.forward.setup_unknowns import SetupUnknowns
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.model.arrays import FloatArray, IntArray
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, TIDES_M_S2, U_ANYWHERE_M_S2
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +70,11 @@ class PriorSettings:
     u_wall_lobe
         The same over a wall where `lobe_prior` tells nothing better. Re-estimated from the samples they ran away, and
         two laboratory drops were 0.25 and 0.28 mm off instead of 0.09 and 0.03.
-    gravity_m_s2, drag_1_m
-        Of g, wide enough for any place and a wavelength that is wrong by per cents, and of k: a 10 mm sphere of steel
-        has 0.005, of light plastic 0.05.
+    drag_1_m
+        Of k: a 10 mm sphere of steel has 0.005, of light plastic 0.05.
     sideways_m_s2
-        Of the horizontal part of gravity: antennas whose places are wrong by a degree turn the vertical by as much.
+        Of the horizontal part of a flight's acceleration: what turns a sphere in air, and the Earth under it, make of
+        2 m/s.
     crosstalk
         kappa: a multiplexer keeps parts in a thousand of the channel before. Where the samples do not ask for it, its
         deviation shrinks and switches it off.
@@ -100,9 +101,8 @@ class PriorSettings:
     lobe: tuple[float, ...] = (0.0, -0.9, 0.0)
     u_main_lobe: tuple[float, ...] = (0.3, 2.0, 2.0)
     u_wall_lobe: tuple[float, ...] = (0.3, 0.6, 2.0)
-    gravity_m_s2: float = 0.3
     drag_1_m: float = 0.04
-    sideways_m_s2: Allowed = Allowed(0.01, 1e-4, 0.3)
+    sideways_m_s2: float = 1e-3
     crosstalk: Allowed = Allowed(0.003, 1e-5, 0.03)
     off_flight_m_s2: float = 0.02
     bias: Allowed = Allowed(0.02, 1e-4, 0.5)
@@ -190,9 +190,6 @@ def make_prior(
 
     # a group each: what one mirror or map needs is no reason to loosen another
     group([layout.crosstalk], settings.crosstalk)
-    flight = flight_prior(layout, settings)
-    mean[layout.flight], sd[layout.flight] = flight.mean[layout.flight], flight.sd[layout.flight]
-    prior.groups.extend(flight.groups)
     receivers = layout.receivers
     for m, plane in enumerate(planes):
         # T and R of one surface share their deviation: where one is hardly seen, the others say how large it is
@@ -218,16 +215,16 @@ def make_prior(
     return prior
 
 
-def flight_prior(layout: Layout, settings: PriorSettings = PRIORS) -> Prior:
-    """Return the prior of gravity and drag, every other place of the layout left at zero and one."""
-    prior = Prior(np.zeros(layout.size), np.ones(layout.size))
-    if layout.sizes.flight:
-        first, sideways = layout.flight.start, settings.sideways_m_s2
-        # along the setup's z; what antennas or a frame lean by shows as a horizontal part
-        prior.mean[first + 2] = NOMINAL_GRAVITY_M_S2
-        prior.sd[layout.flight] = sideways.start, sideways.start, settings.gravity_m_s2, settings.drag_1_m
-        prior.groups.append(PriorGroup(np.arange(first, first + 2), sideways.lowest, sideways.highest))
-    return prior
+def flight_prior(setup: SetupUnknowns | None, settings: PriorSettings = PRIORS) -> tuple[FloatArray, FloatArray]:
+    """Return mean and deviation of g_x, g_y, g_z (m/s^2) and drag (1/m): the vertical is z by the setup's definition.
+
+    What antennas lean by is an unknown of the setup, no horizontal part of gravity.
+    """
+    g, u_g = (NOMINAL_GRAVITY_M_S2, U_ANYWHERE_M_S2) if setup is None else (setup.gravity_m_s2, setup.u_gravity_m_s2)
+    sideways = settings.sideways_m_s2
+    # a g that is called exact is held by what tides make of it
+    u_g = max(u_g, TIDES_M_S2)
+    return np.array([0.0, 0.0, g, 0.0]), np.array([sideways, sideways, u_g, settings.drag_1_m])
 
 
 def with_polarisation(prior: Prior, layout: Layout, sphere: PolarisedSphere) -> Prior:

@@ -88,16 +88,21 @@ class JointProblem:
         """Number of receivers."""
         return len(self.layout.receivers)
 
+    def placed(self, theta: FloatArray) -> JointProblem:
+        """Return the problem with antennas, release and wave where theta, (n_global,), has them."""
+        return replace(self, inputs=self.inputs.placed(theta[self.layout.setup])) if self.layout.sizes.setup else self
+
     def at_places(self, place: FloatArray, theta: FloatArray) -> JointProblem:
         """Return the problem with maps, range factor and scattering evaluated at new places (3, n_bins).
 
         They change little over what a round moves the motion or a mirror: no derivative of theirs is needed.
         """
-        antennas, release, planes = self.inputs.antennas, self.inputs.release_m, self.inputs.planes
+        placed = self.inputs.placed(theta[self.layout.setup])
+        antennas, release, planes = placed.antennas, placed.release_m, placed.planes
         # images move with the planes: their scattering is taken where the last round left them
         unknown, body = self.layout.plane_unknowns(theta), self.sphere
         inputs = replace(
-            self.inputs,
+            placed,
             sphere=None if body is None else body.fields(place, antennas, release, planes, unknown),
             bias=self.bias_basis(place),
             amplitude_map=self.amplitude_basis(place),
@@ -178,6 +183,7 @@ class Linearised:
 
 def linearise(problem: JointProblem, state: State) -> Linearised:
     """Evaluate model, residuals, weights and cost."""
+    problem = problem.placed(state.theta)
     bins, theta, layout = problem.bins, state.theta, problem.layout
     spline = problem.spline.with_breaks(theta[layout.breaks])
     series = spline.series(bins.time_s)

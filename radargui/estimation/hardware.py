@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from radargui.model.finding import Finding
 from radargui.model.front_end import FrontEnd
 
 
@@ -67,8 +68,8 @@ def _pool(values: list[float], u: list[float]) -> tuple[float, float]:
     return mean, float(np.sqrt(max(birge, 1.0) / weight.sum()))
 
 
-def disagreement(own: Sequence[FrontEnd], prior: Sequence[FrontEnd]) -> str:
-    """Return in which receiver a run contradicts a prior it was estimated without, empty where it does not.
+def disagreement(own: Sequence[FrontEnd], prior: Sequence[FrontEnd]) -> Finding | None:
+    """Return in which receiver a run contradicts a prior it was estimated without, None where it does not.
 
     A difference counts beyond 3.5 of its standard uncertainties.
     """
@@ -76,11 +77,12 @@ def disagreement(own: Sequence[FrontEnd], prior: Sequence[FrontEnd]) -> str:
         u_gain = np.hypot(here.u_gain_ratio, before.u_gain_ratio)
         u_angle = np.hypot(here.u_quadrature_error_deg, before.u_quadrature_error_deg)
         if abs(here.gain_ratio - before.gain_ratio) > POOL.disagrees * u_gain:
-            return f"receiver {number}: gain Q/I {here.gain_ratio:.3f} here, {before.gain_ratio:.3f} before"
+            gains = {"here": here.gain_ratio, "before": before.gain_ratio}
+            return Finding("gain_changed", "warn", number, gains)
         if abs(here.quadrature_error_deg - before.quadrature_error_deg) > POOL.disagrees * u_angle:
-            angles = here.quadrature_error_deg, before.quadrature_error_deg
-            return f"receiver {number}: quadrature error {angles[0]:.2f} degrees here, {angles[1]:.2f} before"
-    return ""
+            angles = {"here_deg": here.quadrature_error_deg, "before_deg": before.quadrature_error_deg}
+            return Finding("quadrature_changed", "warn", number, angles)
+    return None
 
 
 def knows_more(prior: Sequence[FrontEnd], own: Sequence[FrontEnd]) -> bool:

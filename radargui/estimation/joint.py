@@ -20,6 +20,7 @@ from radargui.estimation.solve.break_velocities import break_speeds
 from radargui.estimation.solve.minimise import chi_square
 from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.errors import ProcessingError
+from radargui.model.finding import error_of
 from radargui.model.front_end import FrontEnd
 from radargui.model.setup import Setup
 
@@ -84,9 +85,8 @@ def estimate_joint(
     """
     signals = found.signals
     if signals.n_receivers < LEAST_RECEIVERS:
-        raise ProcessingError(
-            "The joint correction needs three receivers.", remedy='Choose correction = "adaptive" for one or two.'
-        )
+        remedy = 'Choose correction = "adaptive" for one or two.'
+        raise error_of(ProcessingError, "joint_needs_three_receivers", remedy=remedy)
     stage, done = "floor", 0
 
     def entered(name: str) -> None:
@@ -100,9 +100,8 @@ def estimate_joint(
             progress(_share_done(stage, done))
 
     if not signals.has_rest:
-        raise ProcessingError(
-            "The recording starts in motion.", reasons=("the trigger came late",), remedy="Record 0.1 s of rest first."
-        )
+        late = ("the trigger came late",)
+        raise error_of(ProcessingError, "starts_in_motion", reasons=late, remedy="Record 0.1 s of rest first.")
     round_done()
     prior = None if hardware is None else as_prior(remaining(hardware, signals))
     drift = measure_drift(signals, signals.rest_end_s)

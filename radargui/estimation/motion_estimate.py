@@ -9,8 +9,8 @@ import numpy as np
 from radargui.correction.quality import LIMITS, assess
 from radargui.estimation.signals import ScaledSignals
 from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.channel_quality import ChannelQuality
 from radargui.model.front_end import FrontEnd
-from radargui.model.result import ChannelQuality
 
 FEW_FRINGES, WIDEST, LEAST_FRINGES = 3.0, 4.0, 0.1
 """u is widened by sqrt(1 + (few / F)^2), at most by the second, for a receiver that saw F fringes (standing still: the

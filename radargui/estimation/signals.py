@@ -12,6 +12,7 @@ from radargui.conditioning.spectral_front_end import front_end_of
 from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError
+from radargui.model.finding import error_of
 from radargui.model.front_end import FrontEnd, noise_across, point_of, with_phase_sign
 
 
@@ -106,8 +107,8 @@ def scaled_signals(conditioned: Conditioned) -> ScaledSignals:
     # it
     scale: FloatArray = np.sqrt(2.0) * np.median(pairs.std(axis=2), axis=1)
     if not (scale > 0).all():
-        raise ProcessingError(
-            "A receiver's channels never change.", reasons=("a cable is off",), remedy="Look at the scope."
+        raise error_of(
+            ProcessingError, "channels_never_change", reasons=("a cable is off",), remedy="Look at the scope."
         )
     return ScaledSignals(
         conditioned.time_s,

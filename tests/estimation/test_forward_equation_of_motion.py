@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.normal_matrices import dense_normal
 from support.small_problem import BOUNCE_S, END_S, FLOOR_PLANE, START_S, WALL_PLANE, positions, small_problem
 
 from radargui.estimation.forward.equation_of_motion import EquationDeviation, EquationRows, spans_in_flight
@@ -126,11 +127,11 @@ def test_with_flights_the_slope_and_the_matrix_are_those_of_the_cost() -> None:
         size = 1e-7 if place < layout.breaks.stop else 1e-5
         step = size * np.eye(layout.size)[place]
         up, down = (linearise(problem, State(state.coefficients, state.theta + s * step)) for s in (1, -1))
-        scale = np.sqrt(blocks.m[place, place])
-        assert blocks.slope_global[place] == pytest.approx(
+        scale = np.sqrt(blocks.normal.corner[place, place])
+        assert blocks.slope[state.coefficients.size + place] == pytest.approx(
             (up.cost - down.cost) / (2.0 * size), rel=2e-3, abs=0.05 * scale
         )
-    whole = np.block([[blocks.s.toarray(), blocks.coupling], [blocks.coupling.T, blocks.m]])
+    whole = dense_normal(blocks.normal)
     assert whole == pytest.approx(whole.T)
     # the coupling of gravity with the motion, from the deviation itself
     moved = state.coefficients.copy()
@@ -138,7 +139,7 @@ def test_with_flights_the_slope_and_the_matrix_are_those_of_the_cost() -> None:
     weight = problem.equation_sd**-2.0
     change = (linearise(problem, State(moved, state.theta)).equation.value - at.equation.value)[:, 2] / 1e-6
     wanted = float((weight * change * at.equation.rows.is_flight).sum())
-    assert blocks.coupling[3 * 3 + 2, layout.flight.start + 2] == pytest.approx(wanted, rel=1e-3)
+    assert blocks.normal.coupling[3 * 3 + 2, layout.flight.start + 2] == pytest.approx(wanted, rel=1e-3)
 
 
 def test_gravity_is_found_and_a_motion_between_mirrors_is_better_known() -> None:

@@ -37,11 +37,15 @@ def test_the_prior_is_told_in_the_estimates_unknowns() -> None:
 def test_a_run_contradicts_a_prior_only_beyond_what_both_do_not_know() -> None:
     prior = FrontEnd(1.1, 0.002, 4.0, 0.1)
     agrees = FrontEnd(1.111, 0.003, 4.7, 0.2)
-    assert disagreement([agrees], [prior]) == ""
+    assert disagreement([agrees], [prior]) is None
     gain = FrontEnd(1.12, 0.003, 4.0, 0.2)
-    assert disagreement([agrees, gain], [prior, prior]) == "receiver 2: gain Q/I 1.120 here, 1.100 before"
+    found = disagreement([agrees, gain], [prior, prior])
+    assert found is not None
+    assert found.text == "receiver 2: gain Q/I 1.120 here, 1.100 before"
     angle = FrontEnd(1.1, 0.003, 2.0, 0.2)
-    assert disagreement([angle], [prior]) == "receiver 1: quadrature error 2.00 degrees here, 4.00 before"
+    found = disagreement([angle], [prior])
+    assert found is not None
+    assert found.text == "receiver 1: quadrature error 2.00 degrees here, 4.00 before"
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.sparse import csr_matrix
+from support.normal_matrices import dense_normal
 from support.small_problem import FLOOR_PLANE, small_problem
 
 from radargui.estimation.readout.flight_information import MotionInformation, QuadraticForm
@@ -14,6 +14,7 @@ from radargui.estimation.readout.motion_posterior import MotionPosterior
 from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.changed_problem import problem_with_flights
 from radargui.estimation.solve.minimise import Solution, minimise
+from radargui.estimation.solve.normal import NormalMatrix
 from radargui.estimation.solve.problem import State
 from radargui.model.errors import SolveError
 
@@ -32,9 +33,9 @@ def dense_of(solution: Solution, lifted: slice) -> tuple[np.ndarray, np.ndarray]
     off = (rows.span >= lifted.start) & (rows.span < lifted.stop)
     free = replace(problem, equation_sd=np.where(off, np.inf, problem.equation_sd))
     blocks, held = (assemble(one, solution.state, solution.at) for one in (free, problem))
-    whole = np.block([[blocks.s.toarray(), blocks.coupling], [blocks.coupling.T, blocks.m]])
-    slope = np.concatenate([blocks.slope_motion, blocks.slope_global])
-    slope[blocks.s.shape[0] :][problem.layout.breaks] -= held.slope_global[problem.layout.breaks]
+    whole = dense_normal(blocks.normal)
+    slope, at_breaks = blocks.slope.copy(), len(blocks.normal.coupling) + np.arange(problem.layout.breaks.stop)
+    slope[at_breaks] -= held.slope[at_breaks]
     return whole, slope
 
 
@@ -66,30 +67,36 @@ def test_the_form_and_its_slope_are_the_dense_marginal_over_everything_else(solu
     # any other slope is marginalised the same way
     rng = np.random.default_rng(2)
     other = rng.standard_normal(len(whole))
-    found = information.eliminated.marginal(other[:n_motion], other[n_motion:])
+    found = information.eliminated.marginal(other)
     marginal = other[x] - through.T @ other[rest]
     assert found == pytest.approx(marginal, rel=1e-6, abs=1e-6 * np.abs(marginal).max())
+
+
+def form_of(band: np.ndarray, lost: np.ndarray) -> QuadraticForm:
+    """Return a form without breaks, its mismatch in units of its own deviation."""
+    return QuadraticForm(NormalMatrix(band, lost, np.eye(lost.shape[1])), lost)
 
 
 def test_a_solve_is_that_of_the_dense_form_and_leaves_what_no_bin_sees() -> None:
     rng = np.random.default_rng(4)
     root = rng.standard_normal((12, 12))
     known, lost = root @ root.T + 12.0 * np.eye(12), rng.standard_normal((12, 3))
-    form = QuadraticForm(csr_matrix(known), lost)
+    band = np.zeros((12, 13))
+    for below in range(12):
+        band[below, : 12 - below] = np.diagonal(known, -below)
+    form = form_of(band[:, :12], lost)
     right = rng.standard_normal((12, 2))
     dense = known - lost @ lost.T
     assert np.linalg.eigvalsh(dense).min() > 0.0
     assert form.solve(right) == pytest.approx(np.linalg.solve(dense, right), rel=1e-6)
     assert form.times(form.solve(right)) == pytest.approx(right, abs=1e-6)
     # a coefficient that nothing touches stays where it is, and the others do not notice
-    unseen = np.zeros((13, 13))
-    unseen[:12, :12] = known
-    wider = QuadraticForm(csr_matrix(unseen), np.vstack([lost, np.zeros((1, 3))]))
+    wider = form_of(band, np.vstack([lost, np.zeros((1, 3))]))
     found = wider.solve(np.vstack([right, np.zeros((1, 2))]))
     assert found[:12] == pytest.approx(np.linalg.solve(dense, right), rel=1e-6)
     assert found[12].tolist() == [0.0, 0.0]
-    with pytest.raises(SolveError, match="do not determine"):
-        QuadraticForm(csr_matrix(known), 10.0 * lost).solve(right)
+    with pytest.raises(SolveError, match="not positive definite"):
+        form_of(band[:, :12], 10.0 * lost).solve(right)
 
 
 def test_the_minimum_is_where_the_form_and_its_slope_say(solution: Solution) -> None:

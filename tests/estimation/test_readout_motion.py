@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.sparse import eye_array, kron
-from support.normal_blocks import random_blocks
+from support.normal_matrices import dense_normal, random_normal
 
 from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
 from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
@@ -18,7 +18,6 @@ from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.motion_posterior import MotionPosterior
 from radargui.estimation.readout.samples import _hidden_m, _uncertainties, _with_alternatives
 from radargui.estimation.solve.break_velocities import one_sided_slopes
-from radargui.estimation.solve.normal import Reduced
 from radargui.geometry.path_length import Antennas, path_gradient, path_lengths
 
 RELEASE = np.array([0.01, -0.02, 0.12])
@@ -68,8 +67,8 @@ def solved() -> tuple[SimpleNamespace, np.ndarray]:
     rng, free = np.random.default_rng(7), wandering()
     spline, n_global = free.motion.spline, 5
     series = spline.series(np.linspace(0.1, 0.5, 300))
-    blocks, dense = random_blocks(rng, spline, n_global - 2)
-    inverse = np.linalg.inv(dense)
+    normal = random_normal(rng, spline, n_global)
+    inverse = np.linalg.inv(dense_normal(normal))
     inputs = SimpleNamespace(release_m=RELEASE, antennas=ANTENNAS)
     problem = SimpleNamespace(
         inputs=inputs,
@@ -80,7 +79,7 @@ def solved() -> tuple[SimpleNamespace, np.ndarray]:
         problem=problem,
         state=SimpleNamespace(coefficients=free.motion.coefficients),
         at=SimpleNamespace(spline=spline, design=series.rows().matrix, series=series),
-        normal=Reduced.of(blocks).factor(),
+        normal=normal.factor(),
     ), inverse
 
 

@@ -60,11 +60,13 @@ def test_rounds_stop_with_the_first_that_changes_little_once_there_were_enough(m
 
 def test_of_solutions_that_fit_alike_the_one_with_most_impacts_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     made: Any = [
-        SimpleNamespace(misfit=1.000, impacts=(1, -0.1)),
-        SimpleNamespace(misfit=1.019, impacts=(2, -0.3)),
-        SimpleNamespace(misfit=1.010, impacts=(2, -0.2)),
+        SimpleNamespace(settled=True, misfit=1.000, impacts=(1, -0.1)),
+        SimpleNamespace(settled=True, misfit=1.019, impacts=(2, -0.3)),
+        SimpleNamespace(settled=True, misfit=1.010, impacts=(2, -0.2)),
         # one more, and worse than what another knot changes
-        SimpleNamespace(misfit=1.021, impacts=(3, -0.1)),
+        SimpleNamespace(settled=True, misfit=1.021, impacts=(3, -0.1)),
+        # and one that came to no minimum
+        SimpleNamespace(settled=False, misfit=1.010, impacts=(4, -0.1)),
     ]
     monkeypatch.setattr(converge_module, "_misfit", lambda one: one.misfit)
     monkeypatch.setattr(converge_module, "_impacts", lambda one, normal: one.impacts)

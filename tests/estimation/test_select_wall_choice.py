@@ -19,7 +19,8 @@ UP = np.array([0.0, 0.0, 1.0])
 
 def solution_of(evidence: float, *planes: object) -> Any:
     """Return what the choice asks of a solution."""
-    return SimpleNamespace(evidence=evidence, problem=SimpleNamespace(inputs=SimpleNamespace(planes=planes)))
+    inputs = SimpleNamespace(planes=planes)
+    return SimpleNamespace(evidence=evidence, problem=SimpleNamespace(inputs=inputs), settled=True)
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.sparse import eye_array, kron
+from support.normal_matrices import dense_normal
 from support.small_problem import FLOOR_PLANE, small_problem
 
 from radargui.estimation.forward.mirrors import MirrorPlane
@@ -128,8 +129,8 @@ def test_slope_and_curvature_of_new_reflections_are_the_dense_schur_complement(s
     weight = solution.at.weight.ravel()
     stiff = replace(stiffened(problem), equation_sd=stiff_equation_sd(solution))
     blocks = assemble(stiff, solution.state, solution.at)
-    hessian = np.block([[blocks.s.toarray(), blocks.coupling], [blocks.coupling.T, blocks.m]])
-    slope = np.concatenate([blocks.slope_motion, blocks.slope_global])
+    hessian = dense_normal(blocks.normal)
+    slope = blocks.slope
     slopes, a, _ = LinearisedSearch(solution, WALLS).marginal(planes)
     for number in range(len(planes)):
         j = new[number]

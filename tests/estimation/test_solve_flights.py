@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.sparse import eye_array, kron
+from support.normal_matrices import dense_normal
 from support.small_problem import BOUNCE_S, FLOOR_PLANE, small_problem
 
 import radargui.estimation.solve.assemble as assemble_module
@@ -100,11 +101,11 @@ def test_the_normal_matrix_of_flights_is_that_of_the_dense_jacobian(
     assert problem.layout.sizes.breaks == 2
     assert solution.at.equation.rows.is_flight.sum() > 20
     blocks = assemble(problem, state, solution.at)
-    found = np.block([[blocks.s.toarray(), blocks.coupling], [blocks.coupling.T, blocks.m]])
+    found = dense_normal(blocks.normal)
     hessian, slope = dense_of(solution)
     scale = np.sqrt(np.outer(np.diag(hessian), np.diag(hessian)))
     assert np.abs((found - hessian) / scale).max() < 1e-5
-    pulls = np.concatenate([blocks.slope_motion, blocks.slope_global])
+    pulls = blocks.slope
     assert (
         np.abs((pulls - slope) / np.sqrt(np.diag(hessian))).max()
         < 1e-4 * np.abs(slope / np.sqrt(np.diag(hessian))).max()
@@ -120,7 +121,7 @@ def test_what_data_say_of_a_state_elsewhere_is_slope_and_matrix_times_the_way(so
         prior=replace(problem.prior, sd=np.full_like(problem.prior.sd, 1e12)),
     )
     blocks = assemble(free, state, at)
-    matrix = np.block([[blocks.s.toarray(), blocks.coupling], [blocks.coupling.T, blocks.m]])
+    matrix = dense_normal(blocks.normal)
     rng, sums = np.random.default_rng(5), sum_data(problem, state, at)
     coefficients = 1e-5 * rng.standard_normal(state.coefficients.shape)
     theta = 1e-3 * rng.standard_normal(state.theta.size)

@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.normal_matrices import dense_normal
 from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_problem
 
 import radargui.estimation.solve.problem as problem_module
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.forward.sphere import SphereFactors
-from radargui.estimation.solve.assemble import Assembled, assemble
+from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import solved_at
-from radargui.estimation.solve.normal import Reduced
 from radargui.estimation.solve.problem import Start, State, linearise, signals_at, signals_in_parts
 from radargui.model.errors import SolveError
 
@@ -26,10 +26,6 @@ def stacked(state: State) -> np.ndarray:
 def unstacked(vector: np.ndarray, like: State) -> State:
     count = like.coefficients.size
     return State(vector[:count].reshape(-1, 3), vector[count:])
-
-
-def dense(blocks: Assembled) -> np.ndarray:
-    return np.block([[blocks.s.toarray(), blocks.coupling], [blocks.coupling.T, blocks.m]])
 
 
 @pytest.fixture(scope="module")
@@ -56,15 +52,17 @@ def test_the_slope_of_the_cost_equals_finite_differences_in_every_global_paramet
         step = 1e-7 * np.eye(theta.size)[place]
         up, down = (linearise(problem, State(start.state.coefficients, theta + sign * step)).cost for sign in (1, -1))
         # half the cost's curvature in this place is how far one sigma reaches: a slope is known against it
-        scale = np.sqrt(blocks.m[place, place])
-        assert blocks.slope_global[place] == pytest.approx((up - down) / 2e-7, rel=2e-3, abs=0.05 * scale)
+        scale = np.sqrt(blocks.normal.corner[place, place])
+        assert blocks.slope[start.state.coefficients.size + place] == pytest.approx(
+            (up - down) / 2e-7, rel=2e-3, abs=0.05 * scale
+        )
 
 
 def test_the_slope_of_the_cost_equals_finite_differences_in_the_motion(fine: SmallProblem) -> None:
     start = fine.away(0.3)
     at = linearise(start.problem, start.state)
-    slope = assemble(start.problem, start.state, at).slope_motion
     vector = start.state.coefficients.ravel()
+    slope = assemble(start.problem, start.state, at).slope[: vector.size]
     for place in np.random.default_rng(2).choice(vector.size, 25, replace=False):
         step = 1e-8 * np.eye(vector.size)[place]
         up, down = (
@@ -93,7 +91,7 @@ def test_the_normal_matrix_is_that_of_a_dense_jacobian(made: SmallProblem) -> No
     count = state.coefficients.size
     wanted[:count, :count] += jerk
     wanted[count:, count:] += np.diag(problem.prior.sd**-2.0)
-    found = dense(assemble(problem, state, at))
+    found = dense_normal(assemble(problem, state, at).normal)
     scale = np.sqrt(np.outer(np.diag(wanted), np.diag(wanted)))
     # B is taken at the middle of a bin, not at its nodes: some per cent where bins are as long as a third of a knot
     assert np.abs((found - wanted) / scale).max() < 0.05
@@ -116,24 +114,24 @@ def test_outliers_count_by_their_size_and_bins_that_hold_a_break_not_at_all(made
 
 def test_a_matrix_that_cannot_be_factored_raises_the_solvers_own_error(made: SmallProblem) -> None:
     blocks = assemble(made.problem, made.truth, linearise(made.problem, made.truth))
+    normal = blocks.normal
     with pytest.raises(SolveError, match="not positive definite"):
-        replace(blocks, m=-blocks.m).factor()
+        replace(blocks, normal=replace(normal, corner=-normal.corner)).factor()
     with pytest.raises(SolveError, match="not positive definite"):
-        replace(blocks, blocks=-blocks.blocks).factor(5)
+        replace(blocks, normal=replace(normal, band=-normal.band)).factor(5)
 
 
 def test_rounding_is_lifted_by_the_least_share_of_the_diagonal(made: SmallProblem) -> None:
     blocks = assemble(made.problem, made.truth, linearise(made.problem, made.truth))
-    short = blocks.m.copy()
-    exact = blocks.factor()
-    schur = np.linalg.inv(exact.global_covariance(slice(0, exact.n_global)))
+    short = blocks.normal.corner.copy()
     # the one that all others explain best is what rounding takes first
-    left = 1.0 / np.diag(np.linalg.inv(schur))
-    place = int(np.argmin(left / np.diag(blocks.m)))
-    short[place, place] -= left[place] + 1e-13 * blocks.m[place, place]
+    left = 1.0 / blocks.factor().global_variances()
+    place = int(np.argmin(left / np.diag(short)))
+    short[place, place] -= left[place] + 1e-13 * short[place, place]
+    normal = replace(blocks.normal, corner=short)
     with pytest.raises(SolveError):
-        Reduced.of(replace(blocks, m=short).normal_blocks).factor()
-    assert np.isfinite(replace(blocks, m=short).factor().log_determinant())
+        normal.factor()
+    assert np.isfinite(replace(blocks, normal=normal).factor().log_determinant())
 
 
 def test_maps_are_where_they_were_evaluated_until_motion_or_mirrors_move() -> None:

@@ -22,12 +22,20 @@ def digitisation(n_receivers: int = 3, rate_hz: float = 10000.0, *, codes: bool 
     return Digitisation(iq_names(n_receivers), rate_hz, scaling)
 
 
-def codes(count: int, n_channels: int = 6, seed: int = 1, *, moving: slice = slice(0, 0)) -> RawArray:
-    """Return noise of 20 codes rms, with a line at 200 Hz where it moves; rate 10 kHz."""
+def codes(
+    count: int, n_channels: int = 6, seed: int = 1, *, moving: slice = slice(0, 0), hangs: bool = False
+) -> RawArray:
+    """Return noise of 20 codes rms, with a line at 200 Hz where it moves; rate 10 kHz.
+
+    Where it does not move there is the echo of what hangs, or nothing, as of a device that passes no direct voltage.
+    """
     samples = 20.0 * np.random.default_rng(seed).standard_normal((n_channels, count))
-    phase = 2.0 * np.pi * 200.0 * np.arange(count) / 10000.0
+    turns = np.arange(count) * 200.0 / 10000.0
+    if hangs:
+        turns = np.clip(turns, *turns[[moving.start, max(moving.start, moving.stop - 1)]])
+    shown = slice(None) if hangs else moving
     for channel in range(n_channels):
-        samples[channel, moving] += 3000.0 * np.cos(phase[moving] - 0.5 * np.pi * (channel % 2))
+        samples[channel, shown] += 3000.0 * np.cos(2.0 * np.pi * turns[shown] - 0.5 * np.pi * (channel % 2))
     return samples.astype(np.int16)
 
 

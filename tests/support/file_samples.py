@@ -16,9 +16,11 @@ from radargui.files.raw_file import RawLayout
 from radargui.files.reading import read_recording
 from radargui.files.run_writer import RunWriter
 from radargui.files.signals import assemble
+from radargui.model.channel_quality import ChannelQuality
 from radargui.model.errors import FileError
+from radargui.model.finding import as_stored, warn
 from radargui.model.recording import Block, Digitisation, Gap, Recording, Truth, iq_names
-from radargui.model.result import Bounce, Bounces, ChannelQuality, CorrectedIQ, FreeFall, PathLengths, RunResult, Track
+from radargui.model.result import Bounce, Bounces, CorrectedIQ, FreeFall, PathLengths, RunResult, Track
 from radargui.model.setup import Setup, dump_setup
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
 
@@ -154,7 +156,8 @@ def result_of(recording: Recording) -> RunResult:
     time_s = recording.time_s()
     valid = np.ones((3, n), dtype=bool)
     quality = tuple(
-        ChannelQuality(str(k), snr_db=35.0, verdict=verdict) for k, verdict in enumerate(("good", "usable", "good"), 1)
+        ChannelQuality(str(k), snr_db=35.0, finding=finding)
+        for k, finding in enumerate((None, warn("signal_low"), None), 1)
     )
     bounces = Bounces(
         (
@@ -176,5 +179,5 @@ def result_of(recording: Recording) -> RunResult:
         uncertainty_budget=UncertaintyBudget(
             e=BudgetLine(0.001, 0.002, None, 0.003), assumed={"daq.u_clock_ppm": 50.0}
         ),
-        warnings=("A warning.",),
+        findings=(as_stored("A warning."),),
     )

@@ -11,11 +11,12 @@ from support.small_setups import quick_setup
 from radargui.correction.published import ChannelSteps, PublishedSteps
 from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import FloatArray
+from radargui.model.channel_quality import ChannelQuality
+from radargui.model.finding import as_stored
 from radargui.model.recording import Digitisation, Gap, Recording, iq_names
 from radargui.model.result import (
     Bounce,
     Bounces,
-    ChannelQuality,
     CorrectedIQ,
     FreeFall,
     PathLengths,
@@ -119,7 +120,9 @@ def drop_result(
         track=track,
         bounces=Bounces(bounces, replace(fall, parabola=parabola)) if track else Bounces(),
         uncertainty_budget=BUDGET,
-        warnings=("the antennas' own uncertainty is not known",) if gap is None else ("30 ms of samples were lost",),
+        findings=(
+            as_stored("the antennas' own uncertainty is not known" if gap is None else "30 ms of samples were lost"),
+        ),
     )
 
 
@@ -129,12 +132,16 @@ def quiet_result(n_receivers: int = 3, samples: int = 1000) -> RunResult:
     recording = Recording(
         "quiet", rng.normal(0.0, 0.01, (2 * n_receivers, samples)), Digitisation(iq_names(n_receivers), 1000.0)
     )
-    return RunResult(recording, default_setup(), "no_motion", "nothing moves in this recording")
+    return RunResult(
+        recording, default_setup(), "no_motion", findings=(as_stored("nothing moves in this recording", "refuse"),)
+    )
 
 
 def rejected_result(samples: int = 1000) -> RunResult:
     """Too weak to say anything."""
-    return replace(quiet_result(samples=samples), status="rejected", reason="receiver 2: no signal")
+    return replace(
+        quiet_result(samples=samples), status="rejected", findings=(as_stored("receiver 2: no signal", "refuse"),)
+    )
 
 
 def _steps(volts: FloatArray, segment: Segment) -> ChannelSteps:

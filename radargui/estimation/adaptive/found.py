@@ -23,6 +23,7 @@ from radargui.estimation.adaptive.rounds import (
     timed_round,
 )
 from radargui.estimation.forward.bins import BinnedData, Multiplexer, bin_by_fringe
+from radargui.estimation.forward.setup_unknowns import SetupUnknowns
 from radargui.estimation.forward.sphere import polarised_sphere
 from radargui.estimation.signals import ScaledSignals, scaled_signals
 from radargui.geometry.path_length import LEAST_RECEIVERS, place_antennas
@@ -142,7 +143,7 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
     rough = rough_phases(signals, onset)
     antennas, release = place_antennas(setup), np.asarray(setup.tracer.release_position_m)
     locates = antennas.n_receivers >= LEAST_RECEIVERS
-    impacts, sphere = np.zeros(0), polarised_sphere(setup)
+    impacts, sphere, unknowns = np.zeros(0), polarised_sphere(setup), SetupUnknowns.of(setup)
     multiplexer = None if signals.before is None else Multiplexer(signals.before, 1.0 / signals.rate_hz)
     found: tuple[Round, FloatArray] | None = None
     # bins without breaks show the impacts, bins broken there the circles; where these count other fringes, once more
@@ -150,8 +151,9 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
         bins = bin_by_fringe(signals, rough.time_s, rough.turns_hz, start, impacts)
         rest = bins.last_s < start
         data = BinnedData(
-            bins, antennas, release, setup.radar.wavelength_m, rest, signals.delay_s, onset, sphere, multiplexer
-        )
+            bins, antennas, release, setup.radar.wavelength_m, rest, signals.delay_s, onset, sphere, multiplexer,
+            setup=unknowns,
+        )  # fmt: skip
         if found is not None:
             counted = best_round(data, moved_round(data, *found), stride_of(data))
             last = _recounted(data, counted) if number == 1 else counted

@@ -34,9 +34,17 @@ def build(folder: Path) -> Path:
 
 
 def environment(
-    folder: Path, codes: np.ndarray, *, realtime: bool = False, overflow_at: int | None = None
+    folder: Path,
+    codes: np.ndarray,
+    *,
+    realtime: bool = False,
+    overflow_at: int | None = None,
+    replugged: Path | None = None,
 ) -> dict[str, str]:
-    """Return the environment of a process that finds the library and gets these codes, shape (6, n), int16."""
+    """Return the environment of a process that finds the library and gets these codes, shape (6, n), int16.
+
+    Once the file `replugged` is there a process that asked before it was is not told the devices' rates any more.
+    """
     path = folder / f"codes-{codes.shape[1]}.bin"
     path.write_bytes(np.ascontiguousarray(codes, dtype=np.int16).tobytes())
     kept = {key: value for key, value in os.environ.items() if not key.startswith("RADARGUI_STAND_IN")}
@@ -45,4 +53,6 @@ def environment(
         found["RADARGUI_STAND_IN_REALTIME"] = "1"
     if overflow_at is not None:
         found["RADARGUI_STAND_IN_OVERFLOW_AT"] = str(overflow_at)
+    if replugged is not None:
+        found["RADARGUI_STAND_IN_REPLUGGED"] = str(replugged)
     return found

@@ -1,10 +1,15 @@
-/* The devices of the stand-in driver and what is asked about them; the numbers are NI-DAQmx's attributes. */
+/* The devices of the stand-in driver and what is asked about them; the numbers are NI-DAQmx's attributes.
+
+   RADARGUI_STAND_IN_REPLUGGED  a file that appears when the devices were plugged in again, with an overflow if not
+                                before: a process that asked before that is not told their rates and ranges any more,
+                                nor whether they sample simultaneously */
 #include "driver.h"
 
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 static const Device DEVICES[] = {
     {"Dev1", "DAQPad-6015", 0x0123ABCD, 16, 7, 0, 200e3, 200e3, 200e3, "/Dev1/PFI0, /Dev1/PFI1, /Dev1/ai/SampleClock"},
@@ -95,9 +100,24 @@ static int32_t answer_inputs(const Device *device, char *value, uint32_t size) {
     return answer_text(text, value, size);
 }
 
+void plug_in_again(void) {
+    const char *path = getenv("RADARGUI_STAND_IN_REPLUGGED");
+    FILE *file = path != NULL ? fopen(path, "w") : NULL;
+    if (file != NULL) fclose(file);
+}
+
+static int replugged(void) {
+    static int at_first = -1;
+    const char *path = getenv("RADARGUI_STAND_IN_REPLUGGED");
+    int now = path != NULL && access(path, F_OK) == 0;
+    if (at_first < 0) at_first = now;
+    return now && !at_first;
+}
+
 int32_t DAQmxGetDeviceAttribute(const char *name, int32_t attribute, ...) {
     const Device *device = find_device(name);
     if (device == NULL) return failed(INVALID_DEVICE);
+    if (replugged() && attribute >= 0x298c && attribute <= 0x2990) return failed(NOT_SUPPORTED);
     va_list arguments;
     va_start(arguments, attribute);
     void *value = va_arg(arguments, void *);

@@ -25,6 +25,9 @@ int32_t answer_text(const char *text, char *value, uint32_t size);
 /* The same for numbers. */
 int32_t answer_numbers(const double *numbers, uint32_t count, double *value, uint32_t size);
 
+/* Lets the devices have been plugged in again, where the environment names a file for it. */
+void plug_in_again(void);
+
 enum {
     TIMEOUT = -200284, OVERWRITTEN = -200279, INVALID_DEVICE = -200220, NO_SUCH_CHANNEL = -200170,
     NOT_SUPPORTED = -200197, RESERVED = -50103, INVALID_TASK = -200088, BAD_VALUE = -200077, TOO_FAST = -200081,

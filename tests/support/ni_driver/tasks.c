@@ -208,6 +208,7 @@ static int64_t available(Task *task, int32_t wanted, double timeout_s, int32_t *
     if (overflow != NULL && !overflowed && task->position + count > atoll(overflow)) {
         count = atoll(overflow) - task->position;
         overflowed = task->broken = 1;
+        plug_in_again();
         *status = OVERWRITTEN;
     }
     return count;

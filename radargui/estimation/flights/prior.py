@@ -1,0 +1,208 @@
+"""What is assumed of a drop before a sample is looked at (method 4, Flights first)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.estimation.flights.drop_model import DropModel, LinearPart, Parts
+from radargui.estimation.flights.setup_unknowns import StatedSetup
+from radargui.estimation.forward.bins import Bins, Multiplexer
+from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
+from radargui.estimation.forward.parameters import Sizes, make_layout
+from radargui.estimation.forward.signal_model import ModelInputs
+from radargui.estimation.forward.sphere import PolarisedSphere
+from radargui.estimation.hardware import LogFrontEnd
+from radargui.estimation.signals import ScaledSignals
+from radargui.model.arrays import FloatArray
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, drag_of_sphere_1_m, gravity_of_site, share_in_air
+from radargui.model.setup import Setup
+from radargui.motion.flights import FlightLayout
+
+
+@dataclass(frozen=True, slots=True)
+class DropPrior:
+    """Standard deviations before a sample is looked at.
+
+    Attributes
+    ----------
+    onset_s
+        Against the onset that was seen: a magnet that holds on, a hand.
+    first_velocity_m_s
+        Of each component with which the body is let go.
+    gravity_m_s2
+        Where the setup names no site: from the equator to the poles it is 0.015.
+    least_gravity_m_s2
+        Of one that is called exact: what the samples say of it can then still be told.
+    drag_share, drag_1_m
+        Of a sphere of known density, relative; of another.
+    floor_tilt_rad, floor_shift_m
+        Of the plane that reflects: below the surface that is touched lie plates of millimetres to centimetres.
+    unknown_floor_m
+        The shift before an impact has told where the floor is.
+    reflection
+        Of real and imaginary part of T and R.
+    double_reflection
+        Of X: what an even plate leaves.
+    lobe_mean, lobe
+        Of the lobe's functions (`lobes.LOBE_UNITS`).
+    crosstalk
+        kappa of a multiplexer.
+    log_gain, quadrature_error_rad
+        Of a front end nobody knows yet.
+    """
+
+    onset_s: float = 0.05
+    first_velocity_m_s: float = 0.05
+    gravity_m_s2: float = 0.03
+    least_gravity_m_s2: float = 1e-4
+    drag_share: float = 0.3
+    drag_1_m: float = 0.04
+    floor_tilt_rad: float = 0.03
+    floor_shift_m: float = 0.008
+    unknown_floor_m: float = 0.08
+    reflection: float = 0.4
+    double_reflection: float = 0.02
+    lobe_mean: tuple[float, float, float] = (0.0, -0.9, 0.0)
+    lobe: tuple[float, float, float] = (0.3, 2.0, 2.0)
+    crosstalk: float = 0.005
+    log_gain: float = 0.15
+    quadrature_error_rad: float = 0.15
+
+
+PRIOR = DropPrior()
+
+
+def gravity_prior(setup: Setup) -> tuple[float, float]:
+    """Return g of a body in air at the setup's site and its u, m/s^2."""
+    known = gravity_of_site(setup.site)
+    g, u = (NOMINAL_GRAVITY_M_S2, PRIOR.gravity_m_s2) if known is None else known[:2]
+    return g * share_in_air(setup.tracer.density_kg_m3), max(u, PRIOR.least_gravity_m_s2)
+
+
+def flights_prior(setup: Setup, onset_s: float) -> tuple[FloatArray, FloatArray]:
+    """Return mean and deviation of the unknowns of one flight from an onset (`FlightLayout`)."""
+    layout = FlightLayout(1)
+    mean, deviation = np.zeros(layout.size), np.zeros(layout.size)
+    mean[layout.onset], deviation[layout.onset] = onset_s, PRIOR.onset_s
+    mean[layout.start] = setup.tracer.release_position_m
+    mean[layout.gravity], deviation[layout.gravity] = gravity_prior(setup)
+    drag = drag_of_sphere_1_m(setup.tracer.diameter_m, setup.tracer.density_kg_m3)
+    is_known = setup.tracer.density_kg_m3 is not None
+    mean[layout.drag], deviation[layout.drag] = drag, PRIOR.drag_share * drag if is_known else PRIOR.drag_1_m
+    deviation[layout.velocity(0)] = PRIOR.first_velocity_m_s
+    return mean, deviation
+
+
+def drop_model(
+    signals: ScaledSignals,
+    setup: Setup,
+    bins: Bins,
+    flights: tuple[FloatArray, FloatArray],
+    floor_m: float,
+    known: tuple[StatedSetup, PolarisedSphere | None],
+    linear: LinearPart,
+    front_ends: Sequence[LogFrontEnd] | None = None,
+) -> DropModel:
+    """Return the model of a drop with the floor's surface at a height.
+
+    Parameters
+    ----------
+    signals
+        Delays and channels.
+    setup
+        The floor's normal, the release.
+    bins
+        Means of the samples.
+    flights
+        Mean and deviation of the unknowns of the flights.
+    floor_m
+        Where the plane that reflects is sought at the release's x and y.
+    known
+        Unknowns of the setup and the sphere, which every model of a drop shares.
+    linear
+        What is linear: a start's, or all of the forward model.
+    front_ends
+        What earlier runs say, one a receiver.
+    """
+    stated, sphere = known
+    n_receivers = stated.n_receivers
+    multiplexer = None if signals.before is None else Multiplexer(signals.before, 1.0 / signals.rate_hz)
+    layout = make_layout(
+        Sizes(
+            breaks=0,
+            mirrors=1,
+            receivers=n_receivers,
+            bias=0,
+            amplitude_map=0,
+            drift=0,
+            polarization=0 if sphere is None else 1,
+            crosstalk=0 if multiplexer is None else 1,
+        )
+    )
+    release = np.array(setup.tracer.release_position_m)
+    plane = MirrorPlane(np.array([release[0], release[1], floor_m]), np.array(setup.floor.normal), FLOOR)
+    mean, deviation = np.zeros(layout.size), np.zeros(layout.size)
+    mean[layout.transmitter_lobe] = PRIOR.lobe_mean
+    for own in layout.receivers:
+        mean[own.receiver_lobe] = PRIOR.lobe_mean
+    if sphere is not None:
+        angles = [layout.polarization, *(own.polarization for own in layout.receivers)]
+        for places, angle in zip(angles, sphere.angle_rad, strict=True):
+            mean[places] = angle
+    deviation[layout.transmitter_lobe] = PRIOR.lobe
+    for own in layout.receivers:
+        deviation[own.receiver_lobe] = PRIOR.lobe
+    if linear.free_ways:
+        # its ways have phases of their own: no alias of the floor's height
+        deviation[layout.planes.start + 2] = PRIOR.unknown_floor_m
+    else:
+        deviation[layout.planes] = PRIOR.floor_tilt_rad, PRIOR.floor_tilt_rad, PRIOR.floor_shift_m
+        deviation[layout.transmitter_reflection] = PRIOR.reflection
+        deviation[layout.crosstalk] = PRIOR.crosstalk
+        for number, own in enumerate(layout.receivers):
+            deviation[own.receiver_reflection] = PRIOR.reflection
+            deviation[own.double_reflection] = PRIOR.double_reflection
+            deviation[own.log_gain], deviation[own.quadrature_error] = PRIOR.log_gain, PRIOR.quadrature_error_rad
+            if front_ends is not None:
+                one = front_ends[number]
+                mean[own.log_gain], deviation[own.log_gain] = one.log_gain, one.u_log_gain
+                mean[own.quadrature_error] = one.quadrature_error_rad
+                deviation[own.quadrature_error] = one.u_quadrature_error_rad
+        if sphere is not None:
+            for places, u in zip(angles, sphere.u_angle_rad, strict=True):
+                deviation[places] = u
+    none = np.zeros((bins.n_bins, 0))
+    values = Parts(flights[0], stated.stated, mean)
+    inputs = ModelInputs(
+        stated.antennas(stated.stated),
+        release,
+        stated.wavenumber(stated.stated),
+        (plane,),
+        none,
+        none,
+        np.ones((n_receivers, bins.n_bins)),
+        np.zeros((2 * n_receivers, bins.n_bins, 0)),
+    )
+    model = DropModel(
+        bins,
+        np.ones(bins.n_bins, dtype=np.bool_),
+        signals.delay_s,
+        multiplexer,
+        stated,
+        sphere,
+        plane,
+        layout,
+        linear,
+        values,
+        Parts(flights[1], np.zeros(stated.stated.size), deviation),
+        inputs,
+        np.ones((1 + linear.n_functions, bins.n_bins)),
+        np.ones(n_receivers),
+        0.0,
+        np.zeros(n_receivers),
+        np.full(n_receivers, linear.u_scattered),
+    )
+    return model.renewed(values)

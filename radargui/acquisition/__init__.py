@@ -1,1 +1,1 @@
-"""The worker: reader, ring, trigger, recorder, health, live."""
+"""The threads: reader, ring, recorder, live, health."""

@@ -7,17 +7,17 @@ from datetime import datetime
 from functools import partial
 
 from radargui.acquisition.health import Health, Status, health_record, snapshot
-from radargui.acquisition.live_track import LiveTrack
-from radargui.acquisition.live_worker import LiveWorker
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.ring import Ring
 from radargui.acquisition.run_output import RunOutput
 from radargui.acquisition.run_plan import AcquisitionState, Ending
 from radargui.acquisition.stream import BlockQueue, MakeProcessor, Peaks, Stream
+from radargui.live.processor import LiveProcessor
+from radargui.live.track import LiveTrack
+from radargui.live.worker import LiveWorker
 from radargui.model.errors import RadarGuiError, SourceError, attempt
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
-from radargui.processing.live import LiveProcessor
 from radargui.sources.contract import SYSTEM_CLOCK, Source
 
 _LONGEST_STOP_S = 60.0

@@ -6,7 +6,7 @@ from collections import deque
 from enum import Enum
 from operator import itemgetter
 
-from radargui.conditioning.trigger import MotionTrigger, TriggerState
+from radargui.live.trigger import MotionTrigger, TriggerState
 from radargui.model.daq import RecordingLimits
 from radargui.model.recording import Block, Digitisation
 

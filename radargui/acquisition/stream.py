@@ -9,15 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radargui.acquisition.live_track import LiveTrack
-from radargui.acquisition.live_worker import LONGEST_LAG_S, LiveWorker
 from radargui.acquisition.ring import Ring
 from radargui.acquisition.run_output import Level, levels
+from radargui.live.processor import LiveProcessor
+from radargui.live.samples import LIVE_RATE_HZ
+from radargui.live.track import LiveTrack
+from radargui.live.worker import LONGEST_LAG_S, LiveWorker
 from radargui.model.errors import SourceError
 from radargui.model.recording import Block, Digitisation, Gap
 from radargui.model.setup import Setup
-from radargui.processing.live import LiveProcessor
-from radargui.processing.live_samples import LIVE_RATE_HZ
 from radargui.sources.contract import Clock
 
 TOO_SLOW = "the writer was too slow"

@@ -51,7 +51,7 @@ class BandSettings:
 
 SETTINGS = BandSettings()
 JOINT = BandSettings(least_hz=30000.0, per_fringe=200.0)
-"""For the joint estimate, which knows an impact to microseconds and a radius to parts in ten thousand."""
+"""For estimates that know an impact to microseconds and a radius to parts in ten thousand: joint, flights."""
 
 
 LEAST_OF_SIZE = 0.8
@@ -113,7 +113,7 @@ def band_signals(recording: Recording, samples: slice, first_index: int, setup: 
     if recording.n_receivers < LEAST_RECEIVERS or setup.processing.correction == "none":
         return _pooled(recording, samples, first_index, 1)
     # a mean blurs the turn at an impact, and only the joint estimate could have told it
-    settings = JOINT if setup.processing.correction == "joint" else SETTINGS
+    settings = JOINT if setup.processing.correction in ("joint", "flights") else SETTINGS
     # no body in a laboratory moves faster: a spectrum of all samples would cost more than all that follows
     for looked_hz, sure in ((settings.looked_hz, settings.sure), (settings.pooled_hz, 1.0)):
         size = max(1, int(rate_hz / max(looked_hz, settings.least_hz)))

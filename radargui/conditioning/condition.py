@@ -17,9 +17,10 @@ from radargui.conditioning.followed import follow_receiver
 from radargui.conditioning.onset import REST, rest_before
 from radargui.conditioning.segment import Motion
 from radargui.conditioning.skew import remove_skew
-from radargui.conditioning.stretch import NO_MOTION, NoMotion, Stretch, find_stretch, only_tones
+from radargui.conditioning.stretch import NAMED_TONES, NO_MOTION, NoMotion, Stretch, find_stretch
 from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import FloatArray, pairs_of
+from radargui.model.finding import refuse
 from radargui.model.front_end import with_phase_sign
 from radargui.model.recording import Recording, channel_skew
 from radargui.model.result import Segment
@@ -97,7 +98,7 @@ def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, ph
     faults = with_open(faults_of(volts, noise_v, usable, doppler, moving, phase_sign), opened[:, moving])
     usable &= ~opened
     if stretch.tones_hz:
-        only = f"{only_tones(stretch.tones_hz)} moves it"
+        only = refuse("tones_in_receiver", lines_hz=stretch.tones_hz[:NAMED_TONES])
         faults = tuple(only if toned else own for toned, own in zip(stretch.toned, faults, strict=True))
     return Conditioned(
         stretch.samples,

@@ -14,6 +14,7 @@ import numpy as np
 from radargui.conditioning.doppler import Doppler
 from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.finding import Finding
 from radargui.model.result import Segment
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ class Conditioned:
         Each receiver's echo as far as it can be followed by itself; None where it cannot, and of three receivers, whose
         position tells more.
     faults
-        Why a receiver is none, one a receiver; empty where nothing speaks against it.
+        Why a receiver is none, one a receiver; None where nothing speaks against it.
     delay_s
         Delay of each channel against channel 0 (multiplexer skew), shape (2 n_receivers,).
     sample_rate_hz
@@ -81,7 +82,7 @@ class Conditioned:
     rest_end_s: float
     doppler: tuple[Doppler, ...] = field(repr=False)
     echoes: tuple[Echo | None, ...] = field(repr=False)
-    faults: tuple[str, ...]
+    faults: tuple[Finding | None, ...]
     delay_s: FloatArray
     sample_rate_hz: float
     phase_sign: int

@@ -1,4 +1,4 @@
-"""The fall: tells from the signals alone, in a moment, whether a tracer fell freely, so that a hand is no drop."""
+"""The fall in the signals alone: how the phases of the receivers turn while something moves along the vertical."""
 
 from __future__ import annotations
 
@@ -6,20 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.conditioning.averager import Averager
 from radargui.geometry.path_length import path_gradient, place_antennas
-from radargui.model.arrays import BoolArray, FloatArray, RawArray, runs_of
-from radargui.model.front_end import with_phase_sign
+from radargui.model.arrays import BoolArray, FloatArray, runs_of
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
-from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
 
 RATE_HZ = 2000.0
 """Of the means: a fall of 1 m ends at 300 Hz of Doppler at 10 GHz. Chosen by hand; faster, differences are noise."""
 WINDOW_S = 0.03
 """A fall bends the phase by 0.5 rad in it at 10 GHz. By hand: shorter, noise hides it; longer, falls are missed."""
-LEAST_S = 0.045
-"""A fall of 2.5 cm is faster than the least speed for so long."""
 ACCELERATION = (0.6, 1.45)
 """Allowed share of the acceleration expected at the release: it changes as the sphere comes nearer to the floor."""
 LEAST_SPEED = 0.3
@@ -92,52 +87,6 @@ def radians_fallen(setup: Setup) -> FloatArray:
     release = np.array(setup.tracer.release_position_m)[:, None]
     along = -path_gradient(release, place_antennas(setup))[:, 2, 0]
     return np.asarray(2.0 * np.pi / setup.radar.wavelength_m * along)[:, None]
-
-
-class FallTest:
-    """Looks for a stretch in which the phases of the receivers turn with the acceleration of a free fall.
-
-    The derivative of z = I + jQ is j phase' A exp(j phase), whatever the offset: its argument turns as the phase
-    does while the tracer moves one way. In windows of 30 ms a parabola is fitted to it; in a free fall, or in any
-    flight between bounces, its second derivative is that of the path length, -g dL/dz, over the wavelength.
-
-    Parameters
-    ----------
-    setup
-        Antennas, release, wavelength.
-    digitisation
-        How the samples to be pushed are taken.
-    """
-
-    def __init__(self, setup: Setup, digitisation: Digitisation) -> None:
-        rate = digitisation.sample_rate_hz
-        self._averager = Averager(digitisation, max(1, round(rate / RATE_HZ)))
-        self._rate_hz = rate / self._averager.size
-        self._means: list[FloatArray] = []
-        self._sign, self._rad_per_m = setup.radar.phase_sign, radians_fallen(setup)
-
-    def push(self, samples: RawArray) -> None:
-        """Take the next samples of the run, shape (n_channels, n)."""
-        self._means.append(with_phase_sign(self._averager.push(samples), self._sign))
-
-    def refusal(self) -> str:
-        """Return why the run is no drop; empty where a fall is in it."""
-        return "" if self.has_fall() else "nothing in it falls freely"
-
-    def has_fall(self) -> bool:
-        """Whether all receivers, or all but one where there are three or more, see one free fall."""
-        means = np.concatenate(self._means, axis=1) if self._means else np.empty((0, 0))
-        window = window_of(self._rate_hz)
-        if means.shape[1] < 2 * window:
-            return False
-        one = vertical_motion(turning_phases(means, self._rate_hz), self._rate_hz, window, self._rad_per_m)
-        # the sign tells a fall from a throw, the size from a hand
-        falling = one.fits & (one.times_g > ACCELERATION[0]) & (one.times_g < ACCELERATION[1])
-        falling &= np.abs(one.speed_m_s) > LEAST_SPEED
-        wanted = len(falling) if len(falling) < 3 else len(falling) - 1
-        # all receivers fall at one time; a cable that is moved does not
-        longest = longest_run(falling.sum(axis=0) >= wanted)
-        return longest + window >= LEAST_S * self._rate_hz
 
 
 def longest_run(where: BoolArray) -> int:

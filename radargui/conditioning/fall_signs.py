@@ -1,6 +1,6 @@
 """Which way the phases turn in a fall: a receiver whose phase turns the other way has its wires, or sign, exchanged.
 
-One rule for a recording, of the voltages alone, and for a track while it is followed, of its paths.
+One rule for a recording, of the voltages alone, and for a track while it is followed, of its paths (`live`).
 """
 
 from __future__ import annotations
@@ -23,13 +23,11 @@ from radargui.conditioning.fall import (
     vertical_motion,
     window_of,
 )
-from radargui.model.arrays import BoolArray, FloatArray, median, runs_of
+from radargui.model.arrays import BoolArray, median, runs_of
 from radargui.model.setup import Setup
 
 LEAST_S = 0.06
 """All phases have to turn with a free fall's acceleration for so long, whatever their signs."""
-PATH_WINDOW_S, PATH_LEAST_S = 0.08, 0.1
-"""The same for paths: what is left of the mismatch ripples them, and a throw is not known before it ends. By hand."""
 FIRST_S = 0.3
 """Of the motion that is looked at first: a fall from half a metre."""
 LEAST_RECEIVERS = 3
@@ -145,39 +143,3 @@ def fall_signs(conditioned: Conditioned, setup: Setup) -> FallSigns:
         if found is None:
             break
     return nothing if found is None else found
-
-
-class FallWatch:
-    """Tells from a track that is followed which receivers fall upwards.
-
-    Parameters
-    ----------
-    setup
-        Antennas, release, wavelength.
-    rate_hz
-        Of the path lengths.
-    """
-
-    def __init__(self, setup: Setup, rate_hz: float) -> None:
-        self._rule = FallRule(setup, rate_hz, PATH_WINDOW_S, PATH_LEAST_S)
-        self._rate_hz, self._rad_per_m = rate_hz, 2.0 * np.pi / setup.radar.wavelength_m
-        self._least = round(PATH_LEAST_S * rate_hz) + 1
-        self.begin()
-
-    def begin(self) -> None:
-        """Forget the motion before: another one begins. Receivers that fell downwards once are not asked again."""
-        self._held = np.empty((0, 0))
-
-    def push(self, change_m: FloatArray) -> tuple[int, ...]:
-        """Take the next changes of path length, shape (n_receivers, n); return the receivers that fell upwards."""
-        if not self._rule.is_decisive:
-            return ()
-        held = np.concatenate([self._held, change_m], axis=1) if self._held.size else change_m
-        self._held = held[:, -self._least :]
-        if held.shape[1] < self._least:
-            return ()
-        rule = self._rule
-        signs = rule.signs(vertical_motion(self._rad_per_m * held, self._rate_hz, rule.window, rule.rad_per_m))
-        # wires are not exchanged while it runs
-        rule.is_decisive = signs is not None
-        return () if signs is None else tuple(np.flatnonzero(signs.backwards).tolist())

@@ -10,6 +10,7 @@ import numpy as np
 from radargui.conditioning.doppler import Doppler
 from radargui.conditioning.receiver_check import SETTINGS as PAIR, check_receiver, is_worse_pair, same_channels
 from radargui.model.arrays import BoolArray, FloatArray, RawArray, pairs_of, runs_of
+from radargui.model.finding import Finding, refuse
 from radargui.model.recording import iq_names
 
 CLIPPED_SHARE = 0.03
@@ -109,8 +110,8 @@ def faults_of(
     doppler: tuple[Doppler, ...],
     moving: slice,
     phase_sign: int,
-) -> tuple[str, ...]:
-    """Return why a receiver is none, one a receiver."""
+) -> tuple[Finding | None, ...]:
+    """Return why a receiver is none, one a receiver; None where nothing speaks against it."""
     faults = [
         check_receiver(own.between(moving.start, moving.stop), volts[pair, moving], noise_v[pair], usable[pair, moving])
         for own, pair in zip(doppler, pairs_of(volts), strict=True)
@@ -120,18 +121,15 @@ def faults_of(
         for one, other in ((a, b), (b, a)):
             innocent = own[other // 2] or is_worse_pair(doppler[other // 2], doppler[one // 2])
             if own[one // 2] or not innocent:
-                faults[one // 2] = f"{names[one]} shows what {names[other]} shows: one cable on both"
+                faults[one // 2] = refuse("cable_on_both", channel=names[one], other=names[other])
     return tuple(faults)
 
 
-def with_open(faults: tuple[str, ...], opened: BoolArray) -> tuple[str, ...]:
+def with_open(faults: tuple[Finding | None, ...], opened: BoolArray) -> tuple[Finding | None, ...]:
     """Return the faults, those of receivers that lack too much of a motion with which channel does."""
     out, names = list(faults), iq_names(len(faults))
-    for channel, share in enumerate(opened.mean(axis=1)):
+    for channel, share in enumerate(opened.mean(axis=1).tolist()):
         # what is known to be dead need not be open
         if share > PAIR.most_clipped and not faults[channel // 2]:
-            out[channel // 2] = (
-                f"{names[channel]} stands still in {100 * share:.0f} % of the motion, and the other channel does not: "
-                "a contact is loose, or a cable came off"
-            )
+            out[channel // 2] = refuse("channel_open", channel=names[channel], share=share)
     return tuple(out)

@@ -14,6 +14,7 @@ from radargui.conditioning.doppler import Doppler
 from radargui.conditioning.noise import LEAST_SAMPLES, SIXTH_DIFFERENCE_GAIN, sixth_differences
 from radargui.conditioning.whole_turn import turn_around_ellipse
 from radargui.model.arrays import BoolArray, FloatArray, median
+from radargui.model.finding import Finding, refuse
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,11 +94,10 @@ class PairSettings:
 
 
 SETTINGS = PairSettings()
-TOO_SHORT = "or its motion, to and fro by less than a fringe, is too short to tell"
 
 
-def check_receiver(doppler: Doppler, pair_v: FloatArray, noise_v: FloatArray, usable: BoolArray) -> str:
-    """Return why a pair of channels is no receiver of one echo; empty where nothing speaks against it.
+def check_receiver(doppler: Doppler, pair_v: FloatArray, noise_v: FloatArray, usable: BoolArray) -> Finding | None:
+    """Return why a pair of channels is no receiver of one echo; None where nothing speaks against it.
 
     Parameters
     ----------
@@ -109,25 +109,25 @@ def check_receiver(doppler: Doppler, pair_v: FloatArray, noise_v: FloatArray, us
     # first: a clipped sine has harmonics, which all that follows would take for faults
     clipped = float((~usable).any(axis=0).mean())
     if clipped > SETTINGS.most_clipped:
-        return f"{100 * clipped:.0f} % of its samples in the motion are clipped: the range is too small"
+        return refuse("samples_clipped", share=clipped)
     # less noise: a dead input still has its own
     variance = pair_v.var(axis=1)
     # what moves them beyond their own noise
     spread = np.sqrt(np.maximum(variance - noise_v**2, 0.0))
     unseen = doppler.clear.mean() < SETTINGS.least_seen
     if unseen and (spread < SETTINGS.nothing * noise_v).all():
-        return "I and Q show white noise and nothing else: a cable is off, or the receiver has no supply"
+        return refuse("antenna_off")
     weak, strong = ("I", "Q") if spread[0] < spread[1] else ("Q", "I")
     if spread.min() <= 0.02 * spread.max():
-        return f"{weak} shows nothing of the motion that {strong} shows: a cable is off, or the mixer is dead"
+        return refuse("channel_off", weak=weak, strong=strong)
     moved = pair_v - pair_v.mean(axis=1, keepdims=True)
     # either sign: where the wiring inverts Q, it was inverted again
     apart = float(variance.sum()) - 2.0 * abs(float(moved[0] @ moved[1])) / pair_v.shape[1]
     if apart < min(SETTINGS.same**2 * spread.min() ** 2 + 1.2 * float((noise_v**2).sum()), 0.05 * spread.min() ** 2):
-        return "Q shows what I shows: one signal on both inputs"
+        return refuse("signal_on_both")
     white = SETTINGS.most_white * SIXTH_DIFFERENCE_GAIN * pair_v.shape[1] * variance
     if unseen and ((sixth_differences(pair_v) ** 2).sum(axis=1) > white).all():
-        return "white noise that comes and goes moves I and Q, and no echo: a cable is loose, or a source disturbs them"
+        return refuse("noise_in_bursts")
     # slower than some bins of the spectrum, a turn round and the bias that turns with it fill the same frame
     clear = doppler.clear & (doppler.frequency_hz >= SETTINGS.least_bins * doppler.resolution_hz)
     # a hand that trembles moves I and Q to and fro along a short arc, together: only whole turns tell a pair. One that
@@ -136,38 +136,38 @@ def check_receiver(doppler: Doppler, pair_v: FloatArray, noise_v: FloatArray, us
     clear &= doppler.power > SETTINGS.least_line * whole_turns
     mixed = doppler.mixed
     if int(mixed.sum()) >= SETTINGS.least_frames and mixed.sum() > SETTINGS.most_mixed * (mixed.sum() + clear.sum()):
-        return "more than one frequency at a time: no single echo, or more than one thing moves"
+        return refuse("several_frequencies")
     if int(clear.sum()) < SETTINGS.least_frames or doppler.clear.mean() < SETTINGS.least_clear:
-        return ""
+        return None
     fault = _fault_of_lines(doppler, clear, spread)
-    if not fault:
-        return ""
+    if fault is None:
+        return None
     # a sphere that bounces low is up and down within one frame: its lines at +f and -f add up to any gain and angle
     turn = turn_around_ellipse(pair_v[:, usable.all(axis=0)], noise_v)
     if turn.is_whole:
-        return ""
-    return f"{fault}, {TOO_SHORT}" if turn.is_arc else fault
+        return None
+    return refuse("arc_too_short", cause=fault) if turn.is_arc else fault
 
 
-def _fault_of_lines(doppler: Doppler, clear: BoolArray, spread: FloatArray) -> str:
+def _fault_of_lines(doppler: Doppler, clear: BoolArray, spread: FloatArray) -> Finding | None:
     """Return what gain and phase between I and Q in some frames say against a pair; `spread` moves each, (2,)."""
     i, q = np.maximum(np.abs(doppler.i[clear]), 1e-300), np.maximum(np.abs(doppler.q[clear]), 1e-300)
     gain = float(median(q / i))
     if not 1.0 / SETTINGS.gain < gain < SETTINGS.gain:
         if spread.min() > spread.max() / SETTINGS.gain:
-            return "I and Q show different motions: they do not belong together"
+            return refuse("pair_of_two_motions")
         weak, strong = ("Q", "I") if gain < 1.0 else ("I", "Q")
-        return f"{weak} shows {100 * min(gain, 1 / gain):.0f} % of the motion that {strong} shows: the channel is dead"
+        return refuse("channel_dead", weak=weak, strong=strong, share=min(gain, 1 / gain))
     # the sign is the direction of the motion, which turns round at each bounce
     angle = _angles_deg(doppler, clear)
     typical = float(median(angle))
     if np.sin(np.radians(typical)) < SETTINGS.least_sine:
-        return f"I and Q are {typical:.0f} degrees apart instead of 90: one signal on both, or not a pair"
+        return refuse("pair_not_in_quadrature", angle_deg=typical)
     odd = (np.abs(np.log(q / i / gain)) > np.log(SETTINGS.odd_gain)) | (np.abs(angle - typical) > SETTINGS.odd_deg)
     short = doppler.size < SETTINGS.longest_s * doppler.sample_rate_hz
     if short and odd.size >= SETTINGS.frames_for_odd and odd.mean() > SETTINGS.most_odd:
-        return "I and Q keep no phase to each other: they do not belong together"
-    return ""
+        return refuse("pair_without_phase")
+    return None
 
 
 def is_worse_pair(one: Doppler, other: Doppler) -> bool:

@@ -17,6 +17,7 @@ from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
 from radargui.conditioning.onset import REST, rest_before
 from radargui.conditioning.segment import Motion, find_motion
 from radargui.model.arrays import FloatArray, pairs_of
+from radargui.model.finding import Finding, refuse
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 
@@ -25,7 +26,7 @@ from radargui.model.setup import Setup
 class NoMotion:
     """Nothing to correct in a recording, and why."""
 
-    reason: str
+    finding: Finding
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,17 +105,14 @@ def find_stretch(recording: Recording, samples: slice, first_index: int, setup: 
         if found is None or all(toned):
             found, toned = below(volts, tones_hz), (False,) * len(toned)
         if found is None:
-            return NoMotion(f"{only_tones(tones_hz)} moves the voltages")
+            return NoMotion(refuse("tones_only", lines_hz=tones_hz[:NAMED_TONES]))
         motion = found
     return Stretch(samples, replace(signals, volts=volts), noise_v, motion, hum, tones_hz, toned)
 
 
-NO_MOTION = NoMotion("the voltages do not move more than their noise")
-
-
-def only_tones(lines_hz: tuple[float, ...]) -> str:
-    """Return what moves the voltages, for a sentence."""
-    return f"nothing but a hum or tones ({', '.join(f'{frequency:.0f}' for frequency in lines_hz[:4])} Hz)"
+NO_MOTION = NoMotion(refuse("nothing_moves"))
+NAMED_TONES = 4
+"""Of the lines of a tone so many are told."""
 
 
 def _hum_at_rest(signals: BandSignals, motion: Motion, noise_v: FloatArray) -> Hum | None:

@@ -16,9 +16,11 @@ from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.published import PublishedSteps, correct_published
 from radargui.correction.quality import PHASE_OVER_ROUNDNESS, assess, circularity
 from radargui.model.arrays import BoolArray, FloatArray, median
+from radargui.model.channel_quality import ChannelQuality
 from radargui.model.errors import ProcessingError
+from radargui.model.finding import why_of
 from radargui.model.plugins import load_plugin
-from radargui.model.result import ChannelQuality, CorrectedIQ, Segment
+from radargui.model.result import CorrectedIQ, Segment
 
 Steps = PublishedSteps | Ellipse | None
 AddedCorrection = Callable[[FloatArray, Segment, BoolArray], FloatArray]
@@ -70,7 +72,7 @@ def correct(
         try:
             corrected[pair], step = _correct_one(conditioned, k, volts[pair], method)
         except ProcessingError as error:
-            channels.append(ChannelQuality(name, verdict="rejected", reason=error.message))
+            channels.append(ChannelQuality(name, finding=why_of(error)))
             valid[k] = False
         else:
             moving = np.s_[segment.first : segment.last]

@@ -12,6 +12,7 @@ import numpy as np
 from radargui.correction.extremes import prominent, spline_through, turning_points
 from radargui.model.arrays import BoolArray, FloatArray, IntArray, held_beyond, order_statistics
 from radargui.model.errors import ProcessingError
+from radargui.model.finding import error_of
 from radargui.model.result import Segment
 from radargui.model.weighed_sums import savitzky_golay
 
@@ -122,10 +123,13 @@ def _correct_channel(smoothed_v: FloatArray, segment: Segment, turning: BoolArra
     # where the motion turns round I stands still at any value: no crest of the circle
     peaks, valleys = peaks[~turning[peaks]], valleys[~turning[valleys]]
     if min(peaks.size, valleys.size) < LEAST_EXTREMES:
-        raise ProcessingError(
-            f"only {peaks.size} peaks and {valleys.size} valleys in the motion",
+        raise error_of(
+            ProcessingError,
+            "few_extremes",
             reasons=["the tracer moves less than about two fringes", "the signal is too weak"],
             remedy="Use a longer drop or a stronger signal.",
+            peaks=peaks.size,
+            valleys=valleys.size,
         )
     upper, lower = envelope(smoothed_v, peaks, segment), envelope(smoothed_v, valleys, segment)
     bias = find_bias(upper, lower, peaks, valleys, segment, smoothed_v.size)

@@ -12,7 +12,8 @@ import numpy as np
 
 from radargui.conditioning.averager import block_means
 from radargui.model.arrays import BoolArray, FloatArray, median
-from radargui.model.result import ChannelQuality
+from radargui.model.channel_quality import ChannelQuality
+from radargui.model.finding import Finding, refuse, warn
 from radargui.model.weighed_sums import savitzky_golay
 
 
@@ -152,7 +153,7 @@ def assess(
     rescaled: bool = False,
     **front_end: Any,
 ) -> ChannelQuality:
-    """Return the quality of one receiver in the motion segment, with a verdict and its reason.
+    """Return the quality of one receiver in the motion segment, with why it is not good.
 
     Parameters
     ----------
@@ -194,41 +195,40 @@ def assess(
         fraction_clipped=fraction_clipped,
         **front_end,
     )
-    verdict, reason = judge(quality, noise, noise if counted_noise is None else counted_noise, chi_square)
-    return replace(quality, verdict=verdict, reason=reason)
+    finding = judge(quality, noise, noise if counted_noise is None else counted_noise, chi_square)
+    return replace(quality, finding=finding)
 
 
-def judge(quality: ChannelQuality, noise: float, counted_noise: float, chi_square: float | None) -> tuple[str, str]:
-    """Return good, usable or rejected, and why not good; parameters as in `assess`."""
+def judge(quality: ChannelQuality, noise: float, counted_noise: float, chi_square: float | None) -> Finding | None:
+    """Return why a receiver is rejected, or usable only; None where it is good. Parameters as in `assess`."""
     roundness = float("nan") if quality.circularity is None else quality.circularity
     # along the radius noise scatters like a mismatch: their squares add
     beyond_noise = float(np.sqrt(max(roundness**2 - noise**2, 0.0))) if np.isfinite(roundness) else float("nan")
-    off_circle = f"corrected I and Q leave the circle by {100 * beyond_noise:.0f} % beyond their noise"
     # only models of the samples have one
     misfit = 0.0 if chi_square is None else chi_square
     if counted_noise > LIMITS.most_noise:
-        return "rejected", f"noise of {100 * counted_noise:.0f} % of the amplitude: fringes cannot be counted"
+        return refuse("noise_too_high", share=counted_noise)
     # not the other way round: an unknown one is no circle
     if not beyond_noise < LIMITS.most_circularity:
-        return "rejected", off_circle
+        return refuse("off_circle", share=beyond_noise)
     gain, angle_deg = quality.gain_ratio or 1.0, quality.quadrature_error_deg or 0.0
     if not 1.0 / LIMITS.most_gain < gain < LIMITS.most_gain or not abs(angle_deg) < LIMITS.most_quadrature_deg:
-        return "rejected", f"no mixer has a gain ratio of {gain:.2f} and a quadrature error of {angle_deg:.0f} deg"
+        return refuse("mixer_impossible", gain_ratio=gain, quadrature_error_deg=angle_deg)
     if not misfit <= LIMITS.most_misfit and not beyond_noise < LIMITS.most_misfit_circularity:
-        return "rejected", "the model does not describe the signal (cycles lost, or more than one thing moves)"
+        return refuse("signal_not_described")
     if quality.fringes is not None and quality.fringes < LIMITS.least_fringes:
-        return "usable", "less than one fringe: the mismatch cannot be told from the motion"
+        return warn("motion_below_fringe")
     if quality.fraction_valid is not None and quality.fraction_valid < LIMITS.least_valid:
-        return "usable", f"only {100 * quality.fraction_valid:.0f} % of the samples are valid"
+        return warn("few_samples_valid", share=quality.fraction_valid)
     if beyond_noise > LIMITS.good_circularity:
-        return "usable", off_circle
+        return warn("off_circle", share=beyond_noise)
     if quality.fraction_clipped:
-        return "usable", f"{100 * quality.fraction_clipped:.2g} % of the samples are clipped or left out"
+        return warn("some_samples_clipped", share=quality.fraction_clipped)
     if counted_noise > LIMITS.good_noise:
-        return "usable", "low signal-to-noise ratio"
+        return warn("signal_low")
     if misfit > LIMITS.good_misfit:
-        return "usable", "residuals above the noise: uncertainties are widened"
-    return "good", ""
+        return warn("residuals_above_noise")
+    return None
 
 
 def _fringes(phase_rad: FloatArray) -> float:

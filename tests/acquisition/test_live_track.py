@@ -12,11 +12,11 @@ from support.simulated_setup import simulated_setup
 from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.run_plan import AcquisitionState
+from radargui.live.estimate import LiveEstimate
 from radargui.model.arrays import RawArray
 from radargui.model.daq import RecordingLimits
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
-from radargui.processing.live_estimate import LiveEstimate
 
 LIMITS = RecordingLimits(pretrigger_s=0.2, quiet_s=0.15, maximum_s=2.0, wait_s=5.0)
 SETUP = simulated_setup(daq={"buffer_s": 0.5})

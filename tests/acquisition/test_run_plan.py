@@ -7,7 +7,7 @@ from support.controlled_source import digitisation
 
 from radargui.acquisition.run_output import History, cut
 from radargui.acquisition.run_plan import Ending, FixedPlan, IndexMap, MotionPlan
-from radargui.conditioning.trigger import TriggerState
+from radargui.live.trigger import TriggerState
 from radargui.model.arrays import RawArray
 from radargui.model.daq import RecordingLimits
 from radargui.model.recording import Block, Gap

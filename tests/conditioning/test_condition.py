@@ -10,6 +10,7 @@ from radargui.conditioning.condition import condition
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.stretch import NoMotion
 from radargui.model.arrays import FloatArray
+from radargui.model.finding import refuse
 from radargui.model.recording import Digitisation, Gap, Recording
 from radargui.model.setup import Setup
 
@@ -58,7 +59,7 @@ def test_a_drop_rests_until_a_little_before_its_release() -> None:
 
 def test_noise_alone_is_no_motion() -> None:
     found = condition(recording_of(np.random.default_rng(0).normal(0.0, 0.01, (2, 20000))), setup_of())
-    assert found == NoMotion("the voltages do not move more than their noise")
+    assert found == NoMotion(refuse("nothing_moves"))
 
 
 def test_a_few_samples_are_no_motion() -> None:

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.robust_scenes.drops import drop_setup
-from benchmarks.robust_scenes.garbage import make_garbage
-from benchmarks.robust_scenes.reflecting import make_scene_drop
+from benchmarks.world.broken.drops import drop_setup
+from benchmarks.world.broken.garbage import make_garbage
+from benchmarks.world.broken.reflecting import make_scene_drop
+from support.words import words
 
 from radargui.conditioning.condition import condition
 from radargui.conditioning.conditioned import Conditioned
@@ -133,7 +134,7 @@ def test_a_tone_that_is_left_where_the_echo_fades_does_not_lead() -> None:
 
 def test_a_sound_receiver_is_one() -> None:
     pair = echo(2 * np.pi * 240.0 * TIME, 1.6, np.radians(35.0))
-    assert check_receiver(measured(pair), pair, NOISE, usable(pair)) == ""
+    assert check_receiver(measured(pair), pair, NOISE, usable(pair)) is None
 
 
 def test_what_is_wrong_with_a_receiver_is_named() -> None:
@@ -146,25 +147,25 @@ def test_what_is_wrong_with_a_receiver_is_named() -> None:
         "0 degrees apart": np.stack([good[0], 1.2 * good[0] + noise]),
         "do not belong together": np.stack([good[0], other[1]]),
     }
-    for words, pair in cases.items():
-        assert words in check_receiver(measured(pair), pair, NOISE, usable(pair)), words
+    for told, pair in cases.items():
+        assert told in words(check_receiver(measured(pair), pair, NOISE, usable(pair))), told
     clipped = usable(good)
     clipped[0, ::3] = False
-    assert "33 % of its samples" in check_receiver(measured(good), good, NOISE, clipped)
+    assert "33 % of its samples" in words(check_receiver(measured(good), good, NOISE, clipped))
 
 
 def test_white_noise_that_comes_and_goes_is_no_echo() -> None:
     noise = np.random.default_rng(3).normal(size=(2, TIME.size))
-    assert "no echo" in check_receiver(measured(noise), noise, NOISE, usable(noise))
+    assert "no echo" in words(check_receiver(measured(noise), noise, NOISE, usable(noise)))
     drowned = noise + echo(2 * np.pi * 240.0 * TIME, amplitude=0.45)
-    assert check_receiver(measure_doppler(drowned, RATE, np.ones(2)), drowned, np.ones(2), usable(drowned)) == ""
+    assert check_receiver(measure_doppler(drowned, RATE, np.ones(2)), drowned, np.ones(2), usable(drowned)) is None
 
 
 def test_what_tones_leave_at_both_ends_is_no_motion() -> None:
     setup, recording = drop_setup(3), make_garbage(13, "sinusoids")
     found = condition(recording, setup)
     assert isinstance(found, NoMotion)
-    assert found.reason.startswith("nothing but a hum or tones (242, 226,")
+    assert found.finding.text.startswith("nothing but a hum or tones (242, 226,")
 
 
 def test_one_cable_on_two_inputs_is_found() -> None:
@@ -216,5 +217,5 @@ def test_a_cable_on_the_q_of_another_receiver_is_found_however_q_is_wired(phase_
     raw[0] = raw[3]
     found = condition(replace(drop.recording, raw=raw), drop.setup)
     assert isinstance(found, Conditioned)
-    assert found.faults[0] == "I1 shows what Q2 shows: one cable on both"
+    assert words(found.faults[0]) == "I1 shows what Q2 shows: one cable on both"
     assert not found.faults[2]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from radargui.correction.quality import LIMITS, assess, circularity, image_rejection_db, judge
-from radargui.model.result import ChannelQuality
+from radargui.model.channel_quality import ChannelQuality
 
 PHASES = {
     "steady": np.linspace(0.0, 2 * np.pi * 60, 20000),
@@ -92,10 +92,10 @@ def beyond(limit: float) -> float:
 def test_each_limit_parts_two_verdicts(
     changed: dict[str, float | None], counted_noise: float, misfit: float | None, verdict: str, words: str
 ) -> None:
-    found, reason = judge(replace(GOOD, **changed), NOISE, counted_noise, misfit)
-    assert found == verdict
-    assert words in reason
-    assert bool(reason) == (verdict != "good")
+    found = replace(GOOD, finding=judge(replace(GOOD, **changed), NOISE, counted_noise, misfit))
+    assert found.verdict == verdict
+    assert words in found.reason
+    assert bool(found.reason) == (verdict != "good")
 
 
 @pytest.mark.parametrize(
@@ -110,14 +110,16 @@ def test_each_limit_parts_two_verdicts(
     ],
 )
 def test_a_front_end_that_no_mixer_has_is_refused(gain: float, angle_deg: float, verdict: str) -> None:
-    found, reason = judge(replace(GOOD, gain_ratio=gain, quadrature_error_deg=angle_deg), NOISE, NOISE, 1.0)
-    assert found == verdict
-    assert ("no mixer" in reason) == (verdict == "rejected")
+    found = replace(
+        GOOD, finding=judge(replace(GOOD, gain_ratio=gain, quadrature_error_deg=angle_deg), NOISE, NOISE, 1.0)
+    )
+    assert found.verdict == verdict
+    assert ("no mixer" in found.reason) == (verdict == "rejected")
 
 
 def test_what_rejects_comes_before_what_only_lowers() -> None:
     poor = replace(GOOD, fringes=0.2, fraction_clipped=0.5, circularity=0.9)
-    assert judge(poor, NOISE, NOISE, None)[0] == "rejected"
+    assert replace(poor, finding=judge(poor, NOISE, NOISE, None)).verdict == "rejected"
 
 
 def assessed(iq: np.ndarray, phase: np.ndarray, **more: object) -> ChannelQuality:

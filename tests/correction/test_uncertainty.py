@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from benchmarks.laboratory.draw import draw as draw_world
-from benchmarks.laboratory.scene import make_record as make_world_record
-from benchmarks.scenes.draw import draw_scene
-from benchmarks.scenes.scene import make_record
+from benchmarks.world.draw import draw as draw_world
+from benchmarks.world.generic.draw import draw_scene
+from benchmarks.world.generic.scene import make_record
+from benchmarks.world.scene import make_record as make_world_record
 from support.changed import changed
 
-from radargui.processing.offline import process
+from radargui.processing.process import process
 
 
 @pytest.mark.parametrize(("seed", "kind"), [(9201, "generic"), (9202, "physical"), (9204, "generic")])

@@ -15,6 +15,7 @@ import nidaqmx.errors
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
+from nidaqmx.error_codes import DAQmxErrors
 from support.frozen_wire import wire_to
 from support.ni_samples import code_recording, ni_setup
 from support.ni_server import ByHand, NiServer, digital_only, serve, usb_6356
@@ -81,12 +82,15 @@ def test_a_wrong_name_is_told_with_the_devices_that_are_there() -> None:
         text = told(NiSource(ni_setup(server.address)).open)
         assert server.tasks == []
     assert "no NI device named Dev1 on 127.0.0.1" in text
-    assert "there is PXI1Slot2 (USB-6356), Dev4 (USB-6501)." in text
+    assert "NI-DAQmx 24.8.0 knows PXI1Slot2 (USB-6356), Dev4 (USB-6501)." in text
+    assert "E Series devices (DAQPad-6015, PCI-6024E ...) are reported to need 19.x" in text
 
 
 def test_no_device_at_all_is_told() -> None:
     with serve(code_recording(10), []) as server:
-        assert "No NI device is connected to 127.0.0.1" in told(NiSource(ni_setup(server.address)).open)
+        text = told(NiSource(ni_setup(server.address)).open)
+    assert "No NI device is connected to 127.0.0.1" in text
+    assert "this version does not support it: E Series devices (DAQPad-6015, PCI-6024E ...)" in text
 
 
 def test_a_device_that_is_known_but_unplugged_is_told() -> None:
@@ -328,6 +332,57 @@ def test_every_way_to_fail_has_its_own_sentence(error: Exception, text: str) -> 
         raise explained(error, "Dev1", "lab-pc:31763", "reading")
 
     assert text in told(fail)
+
+
+@pytest.mark.parametrize(
+    ("code", "text"),
+    [
+        (-88705, "Dev1 cannot be reached any more (NI-DAQmx error -88705)"),
+        (-88709, "Dev1 was reset, or taken out of the system, while it was in use (NI-DAQmx error -88709)"),
+        (-88710, "Dev1 was reset, or taken out of the system, while it was in use (NI-DAQmx error -88710)"),
+        (-50808, "The USB connection to Dev1 failed (NI-DAQmx error -50808)"),
+        (-50401, "The USB connection to Dev1 failed (NI-DAQmx error -50401)"),
+        (-200714, "Sampling of Dev1 was stopped by its driver"),
+        (-50352, "There is no memory left for the samples of Dev1 (NI-DAQmx error -50352)"),
+    ],
+)
+def test_what_a_usb_device_fails_with_is_told_by_name(code: int, text: str) -> None:
+    def fail() -> None:
+        raise explained(nidaqmx.errors.DaqError("as NI says it", code), "Dev1", "this computer", "reading")
+
+    assert text in told(fail)
+
+
+def test_every_code_is_one_of_nis_and_has_one_meaning() -> None:
+    codes = [code for words in driver.WORDS["code"] for code in words["codes"]]
+    assert {DAQmxErrors(code).value for code in codes} == set(codes)
+    assert len(set(codes)) == len(codes)
+
+
+@pytest.mark.parametrize("code", [-88705, -88709, -88710])
+def test_a_device_that_left_the_system_is_listed_as_not_connected(code: int) -> None:
+    with serve(code_recording(10)) as server:
+        server.fail("GetDeviceAttributeString", code)
+        (device,) = find_devices(server.address)
+    assert not device.connected
+
+
+def test_a_driver_that_is_too_old_is_told_which_is_the_newest_for_the_device() -> None:
+    def fail() -> None:
+        raise explained(nidaqmx.errors.DaqFunctionNotSupportedError("no such call"), "Dev1", "lab-pc", "reading")
+
+    assert "19.x for an E Series device (DAQPad-6015, PCI-6024E ...), the current one for later series" in told(fail)
+
+
+@pytest.mark.parametrize("call", ["GetDeviceAttributeDouble", "GetTimingAttributeDouble", "GetChanAttributeUInt32"])
+def test_what_a_device_server_has_forgotten_after_a_replug_is_told(call: str) -> None:
+    with serve(code_recording(400)) as server:
+        started(server).close()
+        server.fail(call, -200197, after=1 if call == "GetTimingAttributeDouble" else 0)
+        text = told(NiSource(ni_setup(server.address)).open)
+        assert server.tasks == []
+    assert "does not tell any more what it told of Dev1 (DAQPad-6015) before: " in text
+    assert "start its NI gRPC device server again" in text
 
 
 @given(st.text(max_size=30))

@@ -1,14 +1,13 @@
 """Which NI devices are there and what they can do, as the driver says."""
 
-from collections.abc import Callable
-from contextlib import closing, suppress
+from contextlib import closing
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, Literal, TypeAlias
 
 from radargui.model.errors import DeviceError
 from radargui.sources.ni.driver import Driver, device_error, load_nidaqmx
 from radargui.sources.ni.explain import NOT_CONNECTED, device_errors, error_code, of_code
+from radargui.sources.ni.questions import Questions, asked_afresh
 
 TerminalChoice: TypeAlias = Literal["differential", "rse", "nrse", "pseudodifferential"]
 TERMINALS: dict[TerminalChoice, str] = {
@@ -82,7 +81,7 @@ class NiDevice:
         return f"{self.name} ({self.product_type})" if self.product_type else self.name
 
 
-_UNREACHABLE = (-201003, -200324, -200045, -201250, -201251, -201252, -201253, -201390)
+_UNREACHABLE = (-201003, -200324, -200045, -88705, -88709, -88710, -201250, -201251, -201252, -201253, -201390)
 """NI-DAQmx: the device is configured, but it cannot be accessed."""
 
 _TRIGGER_LINES = ("PFI", "RTSI", "PXI_Trig")
@@ -99,7 +98,7 @@ def find_devices(remote: str | None = None, certificate: str | None = None) -> t
         The package or the driver is missing, or the device server cannot be reached.
     """
     with closing(Driver(remote, certificate)) as driver, device_errors("the devices", driver.place, "looking for"):
-        return tuple(_describe(device) for device in driver.system().devices)
+        return tuple(_known(driver, device)[0] for device in driver.system().devices)
 
 
 def driver_version(remote: str | None = None, certificate: str | None = None) -> str | None:
@@ -124,7 +123,7 @@ def driver_version(remote: str | None = None, certificate: str | None = None) ->
             if isinstance(error.__cause__, (nidaqmx.errors.DaqNotFoundError, nidaqmx.errors.DaqNotSupportedError)):
                 return None
             raise
-    return f"{version.major_version}.{version.minor_version}.{version.update_version}"
+    return _numbers(version)
 
 
 def find_device(driver: Driver, name: str) -> NiDevice:
@@ -133,47 +132,86 @@ def find_device(driver: Driver, name: str) -> NiDevice:
     Raises
     ------
     DeviceError
-        There is no device, none of that name (the error names those that are there), or it is not connected.
+        There is no device, none of that name (the error names those that are there), it is not connected, or the
+        driver has forgotten what it can do.
     """
     with device_errors(name, driver.place, "looking for"):
-        devices = list(driver.system().devices)
+        system = driver.system()
+        devices = list(system.devices)
         for device in devices:
             if device.name.casefold() == name.casefold():
-                found = _describe(device)
+                found, forgotten = _known(driver, device)
                 if not found.connected:
                     raise of_code(NOT_CONNECTED, found.title)
+                if forgotten is not None:
+                    raise forgotten
                 return found
-        there = [
-            NiDevice(one.name, product_type=_ask(partial(getattr, one, "product_type"), "")).title for one in devices
-        ]
+        there = [_title(driver, one) for one in devices]
+        version = _numbers(system.driver_version)
     if not there:
-        raise device_error("no_device", driver=driver)
-    raise device_error("no_such_device", name=name, driver=driver, there=", ".join(there))
+        raise no_device(driver.place, version)
+    raise device_error("no_such_device", name=name, place=driver.place, version=version, there=", ".join(there))
 
 
-def _describe(device: Any) -> NiDevice:
+def no_device(place: str, version: str) -> DeviceError:
+    """Return what is said where a driver of that version knows no device at all."""
+    return device_error("no_device", place=place, version=version)
+
+
+def _numbers(version: Any) -> str:
+    return f"{version.major_version}.{version.minor_version}.{version.update_version}"
+
+
+def _title(driver: Driver, device: Any) -> str:
+    product = Questions(driver.place, device.name).ask("product", lambda: device.product_type, "")
+    return NiDevice(device.name, product_type=product).title
+
+
+def _known(driver: Driver, device: Any) -> tuple[NiDevice, DeviceError | None]:
+    """Return a device, and what is said where the driver does not tell all of it any more, not to a new process either.
+
+    A device server's driver is in its process: there is no other to ask.
+    """
+    questions = Questions(driver.place, device.name)
+    found = _describe(questions, device)
+    if not questions.lost or not found.connected:
+        return found, None
+    afresh = asked_afresh(_described_here, device.name) if driver.remote is None else None
+    return (found, questions.forgotten(found.title)) if afresh is None else (afresh, None)
+
+
+def _described_here(name: str) -> NiDevice:
+    """Describe a device of this computer; in a process of its own."""
+    with closing(Driver()) as driver:
+        (device,) = (one for one in driver.system().devices if one.name == name)
+        return _describe(Questions(driver.place, name), device)
+
+
+def _describe(questions: Questions, device: Any) -> NiDevice:
     # devices without analogue inputs know none of these properties, and say so by an error
-    limits = _ask(lambda: list(device.ai_voltage_rngs), ())
-    channels = _ask(lambda: list(device.ai_physical_chans), ())
-    lines = _ask(lambda: list(device.terminals), ())
-    serial = _ask(lambda: device.serial_num, 0)
+    ask = questions.ask
+    limits = ask("ranges", lambda: list(device.ai_voltage_rngs), ())
+    channels = ask("inputs", lambda: list(device.ai_physical_chans), ())
+    lines = ask("terminals", lambda: list(device.terminals), ())
+    serial = ask("serial number", lambda: device.serial_num, 0)
+    usages = ask("triggers", lambda: list(device.ai_trig_usage), ())
     return NiDevice(
         name=device.name,
-        product_type=_ask(lambda: device.product_type, ""),
+        product_type=ask("product", lambda: device.product_type, ""),
         serial_number=f"{serial:08X}" if serial else "",
         channels=tuple(_bare(channel.name) for channel in channels),
-        terminals=tuple(_terminals(channel) for channel in channels),
+        terminals=tuple(_terminals(questions, channel) for channel in channels),
         # low, high, low, high, ...
         ranges_v=tuple(zip(limits[0::2], limits[1::2], strict=False)),
-        max_rate_single_hz=_ask(lambda: device.ai_max_single_chan_rate),
-        max_rate_multi_hz=_ask(lambda: device.ai_max_multi_chan_rate),
-        min_rate_hz=_ask(lambda: device.ai_min_rate),
-        simultaneous=_ask(lambda: device.ai_simultaneous_sampling_supported, default=False),
-        digital_trigger=_ask(lambda: device.dig_trig_supported, default=False),
-        analog_trigger=_ask(lambda: device.anlg_trig_supported, default=False),
-        reference_trigger="REFERENCE" in {usage.name for usage in _ask(lambda: list(device.ai_trig_usage), ())},
+        max_rate_single_hz=ask("highest rate of one channel", lambda: device.ai_max_single_chan_rate),
+        max_rate_multi_hz=ask("highest rate", lambda: device.ai_max_multi_chan_rate),
+        min_rate_hz=ask("lowest rate", lambda: device.ai_min_rate),
+        simultaneous=ask("simultaneous sampling", lambda: device.ai_simultaneous_sampling_supported, default=False),
+        digital_trigger=ask("digital trigger", lambda: device.dig_trig_supported, default=False),
+        analog_trigger=ask("analogue trigger", lambda: device.anlg_trig_supported, default=False),
+        reference_trigger="REFERENCE" in {usage.name for usage in usages},
         trigger_lines=tuple(bare for line in lines if (bare := _bare(line)).startswith(_TRIGGER_LINES)),
-        simulated=_ask(lambda: device.is_simulated, default=False),
+        simulated=ask("simulated", lambda: device.is_simulated, default=False),
         connected=_is_connected(device),
     )
 
@@ -183,8 +221,9 @@ def _bare(name: str) -> str:
     return name.rpartition("/")[2]
 
 
-def _terminals(channel: Any) -> tuple[TerminalChoice, ...]:
-    offered = {configuration.name for configuration in _ask(lambda: list(channel.ai_term_cfgs), ())}
+def _terminals(questions: Questions, channel: Any) -> tuple[TerminalChoice, ...]:
+    chosen = questions.ask(f"terminal configurations of {channel.name}", lambda: list(channel.ai_term_cfgs), ())
+    offered = {configuration.name for configuration in chosen}
     return tuple(ours for ours, theirs in TERMINALS.items() if theirs in offered)
 
 
@@ -195,10 +234,3 @@ def _is_connected(device: Any) -> bool:
     except load_nidaqmx().errors.DaqError as error:
         return error_code(error) not in _UNREACHABLE
     return True
-
-
-def _ask(question: Callable[[], Any], default: Any = None) -> Any:
-    """Return the answer of the driver, or the default where this device does not have that property."""
-    with suppress(load_nidaqmx().errors.DaqError):
-        return question()
-    return default

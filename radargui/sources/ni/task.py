@@ -1,6 +1,5 @@
 """The analogue input task of NI-DAQmx: configured, read in codes or volts, always closed."""
 
-import contextlib
 import logging
 from collections.abc import Callable
 from typing import Any
@@ -11,8 +10,9 @@ from radargui.model.arrays import RawArray
 from radargui.model.errors import DeviceError
 from radargui.sources.ni.checks import StartEdge, TaskSettings
 from radargui.sources.ni.discovery import TERMINALS, NiDevice
-from radargui.sources.ni.driver import Driver, driver_errors, load_nidaqmx
+from radargui.sources.ni.driver import Driver, driver_errors
 from radargui.sources.ni.explain import TIMEOUT, device_errors, error_code, explained
+from radargui.sources.ni.questions import Questions
 
 _log = logging.getLogger(__name__)
 
@@ -54,6 +54,7 @@ class InputTask:
         self._device = device
         self.settings = settings
         self._task: Any = None
+        self._questions = Questions(driver.place, device.name)
         self._running = False
         self.rate_hz = settings.setup.daq.rate_hz
         self.convert_rate_hz: float | None = None
@@ -97,13 +98,17 @@ class InputTask:
             self._wait_for(settings.start)
         # reserves the device now: who else has it shows before the operator drops anything
         task.control(TaskMode.TASK_COMMIT)
-        self.buffer_samples = self._asked(lambda: int(task.in_stream.input_buf_size))
+        self.buffer_samples = self._questions.ask("buffer", lambda: int(task.in_stream.input_buf_size))
         # read back: clocks divide by whole numbers, so the rate in force is seldom the one asked for
         self.rate_hz = float(task.timing.samp_clk_rate)
         if not self._device.simultaneous:
             # 0 is no rate: the skew then comes from the setup
-            self.convert_rate_hz = self._asked(lambda: float(task.timing.ai_conv_rate)) or None
+            what = f"convert rate of {len(channels)} channels"
+            self.convert_rate_hz = self._questions.ask(what, lambda: float(task.timing.ai_conv_rate)) or None
         self.scaling = self._scaling(channels)
+        # another skew or another scaling than before would be used without a word
+        if (forgotten := self._questions.forgotten(self._device.title)) is not None:
+            raise forgotten
         self._read_into = self._reader()
 
     def _wait_for(self, start: StartEdge) -> None:
@@ -120,16 +125,11 @@ class InputTask:
             configure = reference.cfg_anlg_edge_ref_trig if kept else begin.cfg_anlg_edge_start_trig
             configure(start.source, *kept, Slope[start.daq.start_edge.upper()], start.daq.start_level_v)
 
-    def _asked(self, question: Callable[[], Any]) -> Any:
-        """Return what the driver says; None where this device does not know the property."""
-        with contextlib.suppress(load_nidaqmx().errors.DaqError):
-            return question()
-        return None
-
     def _scaling(self, channels: list[Any]) -> tuple[tuple[float, ...], ...] | None:
         # codes as the converter gave them are a quarter of the bytes, and their scaling goes into the file
-        bits = self._asked(lambda: {channel.ai_raw_samp_size for channel in channels})
-        scaling = self._asked(lambda: tuple(tuple(map(float, channel.ai_dev_scaling_coeff)) for channel in channels))
+        ask = self._questions.ask
+        bits = ask("bits", lambda: {channel.ai_raw_samp_size for channel in channels})
+        scaling = ask("scaling", lambda: tuple(tuple(map(float, channel.ai_dev_scaling_coeff)) for channel in channels))
         return scaling if bits == {_CODE_BITS} and scaling and all(scaling) else None
 
     def _reader(self) -> Any:

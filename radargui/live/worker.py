@@ -1,14 +1,37 @@
 """The thread that turns samples into a live track."""
 
 import threading
+from typing import Protocol
 
-from radargui.acquisition.live_track import LiveTrack
-from radargui.acquisition.ring import Ring
+from radargui.live.processor import LiveProcessor
+from radargui.live.track import LiveTrack
 from radargui.model.recording import Block
-from radargui.processing.live import LiveProcessor
 
 LONGEST_LAG_S = 2.0
 """Catching up is many times faster than real time, and a skip loses the track until the next rest."""
+
+
+class HeldSamples(Protocol):
+    """The last samples of a source, by their absolute index; somebody else adds to them meanwhile."""
+
+    @property
+    def length(self) -> int:
+        """Samples held at the most."""
+        ...
+
+    @property
+    def first(self) -> int:
+        """Absolute index of the oldest one."""
+        ...
+
+    @property
+    def latest(self) -> int:
+        """Absolute index after the newest one."""
+        ...
+
+    def blocks(self, first: int, last: int) -> tuple[Block, ...]:
+        """Return what is held of samples first:last, one block a stretch without a gap."""
+        ...
 
 
 class LiveWorker:
@@ -29,7 +52,7 @@ class LiveWorker:
     """
 
     def __init__(
-        self, ring: Ring, processor: LiveProcessor, track: LiveTrack, longest_lag: int, together: int = 1
+        self, ring: HeldSamples, processor: LiveProcessor, track: LiveTrack, longest_lag: int, together: int = 1
     ) -> None:
         self._ring = ring
         self._processor = processor

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radargui.correction.map_filter import MapFilter
+from radargui.live.map_filter import MapFilter
 from radargui.model.arrays import FloatArray
 
 RAD_PER_M = 2.0 * np.pi / 0.03

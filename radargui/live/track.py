@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radargui.acquisition.circular_buffer import CircularBuffer
+from radargui.live.estimate import LiveEstimate
 from radargui.model.arrays import FloatArray, IntArray
-
-if TYPE_CHECKING:  # who reads a finished track needs no live processing
-    from radargui.processing.live_estimate import LiveEstimate
+from radargui.model.circular_buffer import CircularBuffer
 
 MAXIMUM_COLUMNS = 400_000
 """Bounds the memory of an hour: 13 numbers of 8 bytes each with three receivers, 42 MB; chosen by hand."""

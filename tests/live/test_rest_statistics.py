@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.drops import Drop
 
-from radargui.conditioning.trigger import MotionTrigger, TriggerState
+from radargui.live.trigger import MotionTrigger, TriggerState
 from radargui.model.arrays import FloatArray
 from radargui.model.recording import Digitisation
 
@@ -109,3 +109,17 @@ def test_after_it_has_learned_anew_nothing_is_said_before_the_next_look() -> Non
     assert trigger.objection
     trigger.relearn()
     assert trigger.objection == ""
+
+
+def test_where_no_direct_voltage_is_passed_a_motion_tells_the_echo_until_another_one_does() -> None:
+    def alternating(amplitude: float) -> FloatArray:
+        phase = np.where(time_of(2.0) < 0.7, 400.0 * np.pi * time_of(2.0), np.nan)
+        circle = np.nan_to_num(amplitude * np.stack([np.cos(phase), np.sin(phase)] * 2))
+        return np.asarray(circle + np.random.default_rng(3).normal(0.0, 0.01, circle.shape))
+
+    silent = np.random.default_rng(1).normal(0.0, 0.01, (4, 20000))
+    assert watched(np.concatenate([silent, alternating(0.3)], axis=1))[0].objection == ""
+    assert watched(np.concatenate([silent, alternating(0.3), alternating(0.0)], axis=1), 5000)[0].objection == ""
+    # louder things were near, but what hangs there now is seen: it has an echo of its own, a faint one
+    faint = silent + 0.008
+    assert watched(np.concatenate([silent, alternating(0.3), faint], axis=1))[0].objection

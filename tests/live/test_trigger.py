@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.drops import Drop
 
-from radargui.conditioning.trigger import MotionTrigger, TriggerState
+from radargui.live.trigger import MotionTrigger, TriggerState
 from radargui.model.arrays import FloatArray
 from radargui.model.recording import Digitisation
 

@@ -5,16 +5,21 @@ from __future__ import annotations
 import threading
 
 import numpy as np
+import pytest
 from hypothesis import given, strategies as st
+from support.changed import changed
+from support.controlled_source import codes, digitisation
 from support.simulated_setup import simulated_setup
 
-from radargui.acquisition.live_track import LiveTrack
-from radargui.acquisition.live_worker import LiveWorker
 from radargui.acquisition.ring import Ring
+from radargui.live.estimate import LiveEstimate
+from radargui.live.processor import LiveProcessor
+from radargui.live.track import LiveTrack
+from radargui.live.worker import LiveWorker
 from radargui.model.arrays import RawArray
 from radargui.model.recording import Block, Gap
-from radargui.processing.live import LiveProcessor
-from radargui.processing.live_estimate import LiveEstimate
+from radargui.model.resources import default_setup_path
+from radargui.model.setup import read_setup
 from radargui.sources.simulated.model import SimulatedSource
 
 
@@ -163,3 +168,23 @@ def test_the_worker_is_told_when_the_tracer_hangs_at_its_release_again() -> None
     ring.append(Block(np.zeros((2, 50), dtype=np.int16), 150))
     worker.catch_up()
     assert calls == [0, "release", 100, 150]
+
+
+@pytest.mark.parametrize("away", [(0, 0), (0, 121), (10, 70), (45, 90), (59, 62), (60, 121), (61, 110), (80, 121)])
+def test_a_gap_in_a_motion_ends_in_a_rest_that_starts_anew_whenever_the_worker_is_away(away: tuple[int, int]) -> None:
+    setup = changed(read_setup(default_setup_path()), daq={"rate_hz": 10000.0})
+    ring, track = Ring(6, 100_000, np.int16, digitisation()), LiveTrack(3, 10000.0, 10.0)
+    live = LiveWorker(ring, LiveProcessor(setup, digitisation()), track, longest_lag=20000, together=400)
+    first, second = codes(12000, moving=slice(8000, 12000), hangs=True), codes(2000, moving=slice(0, 2000), hangs=True)
+    blocks = [Block(first[:, at : at + 200], at) for at in range(0, 12000, 200)]
+    blocks.append(Block(second, 13500, Gap(12000, 1500)))
+    rest = codes(12000, seed=3, hangs=True)
+    blocks += [Block(rest[:, at : at + 200], 15500 + at) for at in range(0, 12000, 200)]
+    for number, block in enumerate(blocks):
+        ring.append(block)
+        if not away[0] <= number < away[1]:
+            live.catch_up()
+    live.catch_up()
+    assert not track.moving
+    assert track.began_anew
+    assert track.doubt == ""

@@ -31,6 +31,12 @@ QUIET_PERCENTILE = 20.0
 HUM_BEGINS, HUM_ENDS = 2.0, 1.5
 """Times the activity of the hum itself that a motion makes at the least: a lamp that doubles the hum, and a hum that
 ends or changes its phase, make no more than the hum. By hand."""
+NOTHING = 0.1
+"""Of a block mean's noise, in variance: voltages at rest that are nearer to zero show no echo. Nothing hangs there, or
+the device passes no direct voltage, as many a Doppler module does; only a motion tells then how hard one shakes them.
+By hand: an echo of the noise of one sample at 2 kS/s has five times that."""
+MOTION_S = 1.0
+"""Remembered of the last motion."""
 SEEN_AGAIN = 1.2
 """What was too weak counts as seen from so much on (see `Quiet.seen`): else it would flicker around one value."""
 
@@ -56,7 +62,7 @@ class Quiet:
         short ones.
     seen
         How many times harder than it is asked for a fall shakes the voltages, as these tell it at rest: they are the
-        echo, and an offset. None before the first look.
+        echo, and an offset. Where they are zero, as the last motion told it. None before the first look.
     is_weak
         Whether a fall may not be seen.
     """
@@ -73,10 +79,17 @@ class Quiet:
         self.long_quiet: float | None = None
         self.seen: float | None = None
         self.is_weak = False
-        self.moves()
+        self._motion: deque[float] = deque(maxlen=round(MOTION_S * self._rate_hz))
+        self._begin()
 
-    def moves(self) -> None:
-        """Tell that it moves: the rest that is learned from comes after that."""
+    def moves(self, level: FloatArray) -> None:
+        """Tell that it moves, with this activity: the rest that is learned from comes after that."""
+        if self._past:
+            self._motion.clear()
+        self._motion.extend(level)
+        self._begin()
+
+    def _begin(self) -> None:
         self._past: deque[FloatArray] = deque()
         self._count = self._unseen = 0
 
@@ -108,6 +121,9 @@ class Quiet:
         past = np.concatenate(list(self._past), axis=1)[:, -round(PAST_S * self._rate_hz) :]
         # I^2 + Q^2 at rest is A^2, and a circle of amplitude A has the variance A^2 / 2 in each of the two
         echo = float(((past.mean(axis=1) / noise_v) ** 2).mean())
+        if echo < NOTHING and self._motion:
+            # the variance of a circle that turns is the same A^2 / 2
+            echo = float(np.median(self._motion))
         is_due, had = self._hum is None or end >= self._hum_due, self._hum is not None
         if is_due:
             self._find_hum(past, end, noise_v, echo)

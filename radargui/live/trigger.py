@@ -11,8 +11,8 @@ import numpy as np
 
 from radargui.conditioning.averager import Averager, held
 from radargui.conditioning.noise import white_noise_v
-from radargui.conditioning.quiet import HUMS, QUIET_PERCENTILE, TOGETHER, Quiet
 from radargui.conditioning.segment import block_size, window_blocks
+from radargui.live.rest_statistics import HUMS, QUIET_PERCENTILE, TOGETHER, Quiet
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.recording import Digitisation
 
@@ -108,7 +108,8 @@ class MotionTrigger:
         count, before = min(count, level.size - TOGETHER + 1), self.state.since_index
         self._judge(level[-count:], np.zeros(count) if long is None else long[-count:])
         if self.state.moving or self.state.since_index != before:
-            self._rest.moves()
+            shaken = level[-count:]
+            self._rest.moves(shaken[shaken > self._rest.least_to_go_on(self._quiet)])
         elif self._rest.push(new) and self._above == 0:
             self._look_at_rest(noise_v)
         return self.state

@@ -1,0 +1,1 @@
+"""The live track: trigger, fall test, filter, place, doubts."""

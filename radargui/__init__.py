@@ -18,7 +18,8 @@ _PLACES = {
     "radargui.api": ("BounceTable", "Result", "Run", "open_run", "process"),
     "radargui.model.errors": ("RadarGuiError",),
     "radargui.model.recording": ("Recording",),
-    "radargui.model.result": ("Bounce", "ChannelQuality", "FreeFall"),
+    "radargui.model.channel_quality": ("ChannelQuality",),
+    "radargui.model.result": ("Bounce", "FreeFall"),
     "radargui.model.setup": ("Setup", "read_setup"),
 }
 _PLACE_OF = {name: place for place, names in _PLACES.items() for name in names}

@@ -5,9 +5,10 @@ from radargui.api import (
     open_run as open_run,
     process as process,
 )
+from radargui.model.channel_quality import ChannelQuality as ChannelQuality
 from radargui.model.errors import RadarGuiError as RadarGuiError
 from radargui.model.recording import Recording as Recording
-from radargui.model.result import Bounce as Bounce, ChannelQuality as ChannelQuality, FreeFall as FreeFall
+from radargui.model.result import Bounce as Bounce, FreeFall as FreeFall
 from radargui.model.setup import Setup as Setup, read_setup as read_setup
 
 __version__: str

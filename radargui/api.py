@@ -14,12 +14,13 @@ from radargui.files.access import want_file
 from radargui.files.formats import RUN, format_of, own_setup_of
 from radargui.files.reading import parse_channel_map, read_recording
 from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.channel_quality import ChannelQuality
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.recording import Recording
-from radargui.model.result import Bounce, ChannelQuality, FreeFall, RunResult, Status
+from radargui.model.result import Bounce, FreeFall, RunResult, Status
 from radargui.model.setup import Setup, changed, read_setup
 from radargui.processing.long_recording import read_for_processing
-from radargui.processing.offline import process as process_recording
+from radargui.processing.process import process as process_recording
 from radargui.report.tables import BOUNCE_HEADER, columns_of, track_header
 
 if TYPE_CHECKING:
@@ -227,7 +228,7 @@ def process(
     run
         See `open_run`.
     correction
-        Instead of the setup's: joint, adaptive, published, ellipse, none, or the name of a plug-in.
+        Instead of the setup's: joint, flights, adaptive, published, ellipse, none, or the name of a plug-in.
     geometry
         Instead of the setup's: exact, plane.
     progress

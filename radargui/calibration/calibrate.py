@@ -33,6 +33,7 @@ from radargui.calibration.verdict import (
 )
 from radargui.calibration.wall_search import n_mirrors, planes_of, some_of, with_walls
 from radargui.model.arrays import FloatArray
+from radargui.model.blas_threads import one_blas_thread
 from radargui.model.calibration import Calibration, Origin, Residual
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.setup import Setup
@@ -107,7 +108,7 @@ def calibrate(
     """
     shares, given, unfit = Shares(progress, len(recordings)), list(recordings), list[UnfitFallError]()
     # more processes than recordings would find nothing to do
-    with working(min(workers, len(recordings)), shares):
+    with one_blas_thread(), working(min(workers, len(recordings)), shares):
         while True:
             try:
                 found = _calibrated(given, setup, groups, (made_at, operator))

@@ -69,7 +69,7 @@ class Prepared:
 def _conditioned(recording: Recording, setup: Setup) -> Conditioned:
     conditioned = condition(recording, setup)
     if isinstance(conditioned, NoMotion):
-        raise ProcessingError(f"{recording.name}: {conditioned.reason}")
+        raise ProcessingError(f"{recording.name}: {conditioned.finding.text}")
     return conditioned
 
 

@@ -24,7 +24,7 @@ Layout = Annotated[
 Rate = Annotated[float | None, Option(metavar="R", help="Samples per second where the file has no rate.")]
 Paths = Annotated[list[Path], Argument(metavar="PATH...", help="Sessions, runs, or folders of them at any depth.")]
 Correction = Annotated[
-    str | None, Option(help="Instead of the setup's: joint, adaptive, published, ellipse, none, a plug-in.")
+    str | None, Option(help="Instead of the setup's: joint, flights, adaptive, published, ellipse, none, a plug-in.")
 ]
 Geometry = Annotated[str | None, Option(help="Instead of the setup's: exact, plane.")]
 Output = Annotated[Path | None, Option(metavar="DIR", help="Folder that results go below.")]

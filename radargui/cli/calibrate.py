@@ -23,7 +23,7 @@ from radargui.model.rounding import plain, quantity
 from radargui.model.setup import Setup, read_setup, write_setup
 from radargui.processing.calibration_check import check_calibration
 from radargui.processing.long_recording import read_for_processing
-from radargui.processing.offline import process
+from radargui.processing.process import process
 
 
 def calibrate_antennas(options: Calibrate) -> int:

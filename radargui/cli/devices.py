@@ -6,7 +6,7 @@ from radargui.cli.app import Devices
 from radargui.cli.bar import show_table
 from radargui.model.errors import DeviceError, UsageError
 from radargui.model.setup import Setup, read_setup
-from radargui.sources.ni.discovery import NiDevice, find_devices
+from radargui.sources.ni.discovery import NiDevice, driver_version, find_devices, no_device
 from radargui.sources.ni.driver import split_address
 from radargui.sources.ni.source import check_setup
 
@@ -34,7 +34,7 @@ def list_devices(options: Devices) -> int:
     found = find_devices(remote, certificate)
     place = remote or "this computer"
     if not found:
-        typer.echo(f"No NI device at {place}. Plug it in, switch it on and look whether NI MAX shows it.")
+        typer.echo(str(no_device(place, driver_version(remote, certificate) or "")))
     else:
         header = ("name", "product", "serial number", "analog inputs", "fastest", "ranges", "sampling", "triggers")
         show_table(header, [_row(device) for device in found])

@@ -20,7 +20,7 @@ from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN, quantity
 from radargui.model.setup import Setup, changed, read_setup
 from radargui.processing.long_recording import read_for_processing
-from radargui.processing.offline import process
+from radargui.processing.process import process
 from radargui.report.tables import write_tables
 
 Input = tuple[ImportInput, Path]

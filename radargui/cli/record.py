@@ -1,6 +1,7 @@
 """`radargui record`: drops recorded, processed and saved as a session."""
 
 from datetime import datetime
+from functools import partial
 
 import typer
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
@@ -9,10 +10,11 @@ from radargui.cli.app import Record
 from radargui.cli.bar import Bar, show_table
 from radargui.cli.console import FAILED, fail, one_line
 from radargui.cli.setup_choice import COMMAND_LINE, named_or_default, parse_release, positive
+from radargui.experiment.awake import kept_awake
 from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
 from radargui.files.formats import own_setup_of
-from radargui.files.run_card import origin_attributes, summarise
+from radargui.files.run_card import origin_attributes, origin_of_source, summarise
 from radargui.model.calibrated_setup import too_old
 from radargui.model.drop import figure_in, gravity_words, restitution_words
 from radargui.model.errors import RadarGuiError, SourceError, UsageError
@@ -46,7 +48,7 @@ def record_session(options: Record) -> int:
     session = Session.create(
         options.output or default_data_folder(),
         setup,
-        **_about(options, like),
+        **_about(options, like) | {"source": origin_of_source(options.source, options.file, setup.daq.device).badge},
         now=datetime.now().astimezone(),
     )
     typer.echo(f"Session: {session.path}")
@@ -65,7 +67,9 @@ def record_session(options: Record) -> int:
             patient=options.fast,
             # a device that waits for a start signal begins anew with each run
             continuous=setup.daq.start == "now" if options.source == "ni" else options.hands_free,
-            attributes=origin_attributes(options.source, options.file),
+            attributes=origin_attributes(options.source, options.file, setup.daq.device),
+            # a simulation that sleeps loses nothing
+            awake=partial(kept_awake, reports=options.source == "ni"),
         )
         error, status = _record(experiment, options.runs, rows)
     if rows:

@@ -96,7 +96,7 @@ def _row(folder: Path, one: SessionSummary) -> tuple[str, ...]:
         _short(one.sample) or UNKNOWN,
         runs,
         series.e.words(),
-        f"{series.e.n}{'' if series.kind in (None, 'measured') else f' {series.kind}'}",
+        f"{series.e.n} {series.mark}".rstrip(),
         _short(one.problem or one.notes),
     )
 

@@ -15,6 +15,7 @@ from radargui.files import hdf5, run_layout as layout
 from radargui.files.run_file import markers_in
 from radargui.model.arrays import FloatArray, lowest_and_highest
 from radargui.model.drop import RunOrigin
+from radargui.model.errors import FileError
 from radargui.model.result import Bounce, FreeFall, RunResult
 
 HEALTH = "health"
@@ -236,22 +237,55 @@ def read_run_card(path: Path) -> RunCard:
         )
 
 
-def origin_attributes(source: str, file: Path | None) -> dict[str, str]:
-    """Return what a run file says of its source, see `RunOrigin`; `file`: what is replayed."""
-    return {"source": source, **({"replay_of": str(file.resolve())} if file is not None else {})}
+def origin_attributes(source: str, file: Path | None, device: str) -> dict[str, str]:
+    """Return what a run file says of its source, see `RunOrigin`.
+
+    Parameters
+    ----------
+    source
+        See `sources.factory.source_kinds`.
+    file
+        What is replayed.
+    device
+        Name of the device in the setup; counts where it is read.
+    """
+    said = {"source": source}
+    if source == "replay" and file is not None:
+        said["replay_of"] = str(file.resolve())
+    return said | ({"source_device": device} if source == "ni" else {})
+
+
+def origin_of_source(source: str, file: Path | None, device: str) -> RunOrigin:
+    """Return where the samples of a source come from, before the first of them; parameters as above."""
+    if source != "replay":
+        return RunOrigin("simulated") if source == "simulated" else RunOrigin(source=_source_words(source, device))
+    of_simulated = False
+    if file is not None:
+        # no file of this program, or one that cannot be read: the source says what is wrong with it
+        with suppress(FileError):
+            played = read_run_card(file).origin
+            of_simulated = played.kind == "simulated" or played.of_simulated
+    return RunOrigin("replay", of_simulated=of_simulated)
+
+
+def _source_words(source: str, device: str) -> str:
+    return {"ni": f"NI {device}".strip(), "import": "IMPORTED"}.get(source, source)
 
 
 def _origin(file: Any) -> RunOrigin:
     attributes = file.attrs
     crcs = np.ravel(attributes.get("crc32", ())).tolist()
     samples = ":".join(map(str, [int(hdf5.number(attributes, "n_samples") or 0), *crcs])) if crcs else ""
+    # 0.1 said so only of the device, an imported simulation says no more, and a replay keeps the device of its file
+    simulated = hdf5.text(attributes, "device").startswith("simulated") or layout.TRUTH in file
     if hdf5.text(attributes, "source") == "replay":
         found = (health_in(file) or {}).get("first_sample")
         first = found if isinstance(found, int) else None
-        return RunOrigin("replay", samples, hdf5.text(attributes, "replay_of"), first)
-    # 0.1 said so only of the device, and an imported simulation says no more
-    simulated = hdf5.text(attributes, "device").startswith("simulated") or layout.TRUTH in file
-    return RunOrigin("simulated" if simulated else "measured", samples)
+        return RunOrigin("replay", samples, hdf5.text(attributes, "replay_of"), first, simulated)
+    if simulated:
+        return RunOrigin("simulated", samples)
+    source, device = (hdf5.text(attributes, key) for key in ("source", "source_device"))
+    return RunOrigin("measured", samples, source=_source_words(source, device))
 
 
 def read_origin(path: Path) -> str:

@@ -19,7 +19,7 @@ from radargui.model.errors import FileError, worded
 from radargui.model.result import Bounce, Bounces, FreeFall, RunResult
 from radargui.model.setup import Setup, dump_setup
 
-PRIOR, DECISIONS = "front_end_prior", "decisions"
+PRIOR, DECISIONS, FINDINGS, FINDING, SETUP = "front_end_prior", "decisions", "findings", "finding", "setup_posterior"
 _UNITS = {"rad": "rad", "m": "m", "s": "s"}
 ARRAYS: Mapping[str, Mapping[str, DTypeLike]] = {
     # for display, as the phase, which the path lengths give in full
@@ -134,7 +134,9 @@ def _write(group: Any, result: RunResult, raw_crc32: Any) -> None:
         "summary": {key: value for key, value in summary.items() if key != "warnings"},
         "warnings": result.warnings,
         "uncertainty_budget": result.uncertainty_budget,
-        "channels": channels,
+        SETUP: result.setup_posterior,
+        "channels": [{**one.document(), FINDING: one.finding and one.finding.document()} for one in channels],
+        FINDINGS: [one.document() for one in result.findings],
         DECISIONS: result.corrected.decisions if result.corrected else (),
         PRIOR: result.front_end_prior,
         "excerpt": excerpt,

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, get_args
 
@@ -12,14 +12,25 @@ from pydantic import TypeAdapter
 
 from radargui.files import hdf5, run_layout as layout
 from radargui.files.run_card import Thumbnail, sound_results, summary_in, thumbnail_in
-from radargui.files.run_results import ARRAYS, DECISIONS, PRIOR, are_made_of, bounces_in, made_by
+from radargui.files.run_results import (
+    ARRAYS,
+    DECISIONS,
+    FINDING,
+    FINDINGS,
+    PRIOR,
+    SETUP,
+    are_made_of,
+    bounces_in,
+    made_by,
+)
 from radargui.model.arrays import FloatArray
+from radargui.model.channel_quality import ChannelQuality
 from radargui.model.errors import FileError, SetupError
+from radargui.model.finding import Finding, Severity, as_stored, finding_in
 from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.recording import Excerpt, Recording
 from radargui.model.result import (
     Bounces,
-    ChannelQuality,
     CorrectedIQ,
     FreeFall,
     PathLengths,
@@ -29,11 +40,13 @@ from radargui.model.result import (
     Track,
 )
 from radargui.model.setup import Setup, dump_setup, parse_setup
+from radargui.model.setup_posterior import SetupValue
 from radargui.model.uncertainty_budget import UncertaintyBudget
 
 _EXCERPT = TypeAdapter[Excerpt | None](Excerpt | None)
-_CHANNELS = TypeAdapter(tuple[ChannelQuality, ...])
+_ROWS, _CHANNEL = TypeAdapter(list[dict[str, Any]]), TypeAdapter(ChannelQuality)
 _BUDGET = TypeAdapter[UncertaintyBudget | None](UncertaintyBudget | None)
+_SETUP = TypeAdapter(tuple[SetupValue, ...])
 _PRIOR = TypeAdapter[FrontEndPrior | None](FrontEndPrior | None)
 _LEFT_OUT = ("piece", "u_combined_m")
 """Arrays that not every result has."""
@@ -169,7 +182,7 @@ def read_front_ends(path: Path) -> StoredFrontEnds | None:
     """
     with suppress(FileError, SetupError, ValueError, LookupError, TypeError):
         attributes = _attributes(path)
-        channels = _CHANNELS.validate_json(hdf5.text(attributes, "channels"))
+        channels = _channels_in(attributes)
         made = hdf5.text(attributes, "status"), hdf5.text(attributes, "correction")
         if made != ("ok", "joint") or not channels or any(channel.verdict != "good" for channel in channels):
             return None
@@ -201,6 +214,20 @@ def _attributes(path: Path) -> Mapping[str, Any]:
         if (results := sound_results(file)) is None:
             raise LookupError(path)
         return dict(results.attrs)
+
+
+def _channels_in(attributes: Any) -> tuple[ChannelQuality, ...]:
+    """Return the quality of the receivers among the attributes of results."""
+    rows = _ROWS.validate_json(hdf5.text(attributes, "channels"))
+    return tuple(replace(_CHANNEL.validate_python({**row, FINDING: None}), finding=_finding_of(row)) for row in rows)
+
+
+def _finding_of(row: Mapping[str, Any]) -> Finding | None:
+    if FINDING in row:
+        return None if row[FINDING] is None else finding_in(row[FINDING])
+    # an older version kept the sentence alone
+    severity: Severity = "refuse" if row["verdict"] == "rejected" else "warn"
+    return None if row["verdict"] == "good" else as_stored(str(row["reason"]), severity)
 
 
 def _prior_in(attributes: Any) -> FrontEndPrior | None:
@@ -265,14 +292,15 @@ class _Stored:
             recording,
             setup,
             status=self._text("status"),  # type: ignore[arg-type]  # one of them, as asked above
-            reason=self._text("reason"),
             segment=self._segment(recording.n_samples),
             corrected=None if paths is None else self._corrected(paths, setup),
             paths=paths,
             track=self._track(recording),
             bounces=bounces_in(self._group, self._path),
             uncertainty_budget=_BUDGET.validate_json(self._text("uncertainty_budget")),
-            warnings=tuple(json.loads(self._text("warnings"))),
+            # what earlier versions wrote knows of none
+            setup_posterior=_SETUP.validate_json(hdf5.text(self._group.attrs, SETUP) or "[]"),
+            findings=self._findings(),
             preliminary=bool(summary_in(self._group)["preliminary"]),
             front_end_prior=_prior_in(self._group.attrs),
         )
@@ -284,7 +312,7 @@ class _Stored:
         return PathLengths(recording.time_s(), phase_rad=found["change_m"] / _per_rad(setup), **found)
 
     def _corrected(self, paths: PathLengths, setup: Setup) -> CorrectedIQ:
-        channels = _CHANNELS.validate_json(self._text("channels"))
+        channels = _channels_in(self._group.attrs)
         if len(channels) != len(paths.change_m):
             raise ValueError("channels")
         return CorrectedIQ(
@@ -326,6 +354,14 @@ class _Stored:
                 raise ValueError(name)
             found[name] = np.asarray(stored[...], {"valid": np.bool_, "piece": np.intp}.get(name, np.float64))
         return found
+
+    def _findings(self) -> tuple[Finding, ...]:
+        if FINDINGS in self._group.attrs:
+            return tuple(map(finding_in, json.loads(self._text(FINDINGS))))
+        # an older version kept sentences alone
+        reason, warnings = self._text("reason"), json.loads(self._text("warnings"))
+        refused = (as_stored(reason, "refuse"),) if reason else ()
+        return (*refused, *map(as_stored, warnings))
 
     def _text(self, key: str) -> str:
         return hdf5.text(self._group.attrs, key)

@@ -15,6 +15,8 @@ ASSUMED = {
     "u_tilt_deg": 0.5,
     "u_azimuth_deg": 0.5,
     "u_distance_m": 3e-3,
+    "u_x_m": 3e-3,
+    "u_y_m": 3e-3,
     "u_release_m": 1e-3,
     "u_diameter_m": 0.02e-3,
     "u_polarization_deg": 5.0,
@@ -25,6 +27,7 @@ ASSUMED = {
 and measured with a calliper, a floor laid with a spirit level, the clock of NI's data sheets. Units as in the names."""
 ASSUMED_FREQUENCY = 1e-6
 """The same of the frequency, relative: a synthesiser with a crystal."""
+DIAMETER = "tracer.diameter_m"
 TILT, CLOCK, CONTACT = "floor.tilt_deg", "daq.clock_ppm", "floor.contact_s"
 """No keys of the setup: what `floor.u_tilt_deg` and `daq.u_clock_ppm` belong to, and how long an impact lasts."""
 CONTACT_S = 1e-4
@@ -101,6 +104,8 @@ def uncertain_inputs(setup: Setup) -> tuple[UncertainInput, ...]:
         for name in ("tilt_deg", "azimuth_deg", "distance_m", *(("polarization_deg",) if polarized else ())):
             if f"u_{name}" in type(antenna).model_fields:
                 add(place, antenna, f"u_{name}")
+    add("transmitter", setup.transmitter, "u_x_m", "position_m[1]")
+    add("transmitter", setup.transmitter, "u_y_m", "position_m[2]")
     add("tracer", setup.tracer, "u_diameter_m")
     add("tracer", setup.tracer, "u_release_m", *(f"release_position_m[{axis}]" for axis in (1, 2, 3)))
     add("floor", setup.floor, "u_tilt_deg")
@@ -109,6 +114,9 @@ def uncertain_inputs(setup: Setup) -> tuple[UncertainInput, ...]:
     # a place that was found has its distance in the covariance already
     if any(key.startswith("transmitter.position_m") for key in keys):
         keys = (*keys, "transmitter.distance_m")
+    # the antennas that were found stand about an axis on which it was held: z is that axis
+    if any(key.startswith("transmitter.") for key in keys):
+        keys = (*keys, "transmitter.position_m[1]", "transmitter.position_m[2]")
     return (*(one for one in out if one.key not in keys), *directions)
 
 

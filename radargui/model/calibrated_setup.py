@@ -11,6 +11,7 @@ import numpy as np
 from radargui.model.arrays import FloatArray
 from radargui.model.calibration import Calibration
 from radargui.model.calibration_file import CalibrationContent, content_of
+from radargui.model.finding import Finding, warn
 from radargui.model.rounding import alone, plain as number, quantity
 from radargui.model.setup import Setup, plain, validate_setup, with_calibration
 from radargui.model.setup_error import flattened
@@ -51,18 +52,18 @@ def _agrees(setup: Setup, content: CalibrationContent, n: int) -> bool:
     return value is not None and abs(value - content.values[n]) <= most
 
 
-def edited_since(setup: Setup) -> str:
-    """Return in a sentence which antennas' values are not those of the setup's calibration; empty where all are."""
+def edited_since(setup: Setup) -> Finding | None:
+    """Return which antennas' values are not those of the setup's calibration; None where all are."""
     content = setup.calibration.content
     if content is None:
-        return ""
-    changed = [
+        return None
+    changed = tuple(
         f"{setup_key(name)} = {number(value_at(setup, name), 6)} (calibrated {number(content.values[n], 6)})"
         for n, name in enumerate(content.names)
         # of the antennas: a release is another for each drop
         if not _agrees(setup, content, n) and name.startswith(("receiver.", "transmitter."))
-    ]
-    return f"not as calibrated {day_of(content)}: {', '.join(changed)}; their own u_ hold" if changed else ""
+    )
+    return warn("not_as_calibrated", day=day_of(content), changed=changed) if changed else None
 
 
 def day_of(content: CalibrationContent) -> str:

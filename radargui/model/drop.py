@@ -24,17 +24,30 @@ class RunOrigin:
         Checksums of the channels and their length; empty where they are not known. The same: the same samples.
     file, first_sample
         Of a replay: the file, and the sample of it that the run begins with; empty and None for others.
+    of_simulated
+        Of a replay: whether what is played again was simulated.
+    source
+        Of a measurement what it came from, as people call it: `NI Dev1`, a plug-in; empty where that is not known.
     """
 
     kind: RunKind = "measured"
     samples: str = ""
     file: str = ""
     first_sample: int | None = None
+    of_simulated: bool = False
+    source: str = ""
 
     @property
     def mark(self) -> str:
         """What is said of a run that is no measurement; empty of one that is."""
+        if self.kind == "replay" and self.of_simulated:
+            return "replay of simulated"
         return "" if self.kind in ("measured", "unknown") else self.kind
+
+    @property
+    def badge(self) -> str:
+        """What stands beside everything that is shown of it: SIMULATED, NI Dev1; empty where nothing is known."""
+        return self.mark.upper() or self.source
 
     def is_same_drop(self, other: RunOrigin) -> bool:
         """Return whether both hold the same samples, or the same place of the same file."""
@@ -58,6 +71,8 @@ class Drop:
         Of the first bounce and the first fall; None where not known or not valid.
     from_rest
         Whether the rest before the fall was recorded: only then is the first bounce seen the first.
+    preliminary
+        Whether the correction asked for is still to come: what stands there meanwhile says less of its own errors.
     """
 
     name: str
@@ -71,6 +86,7 @@ class Drop:
     drop_height_m: float | None = None
     impact_speed_m_s: float | None = None
     from_rest: bool = True
+    preliminary: bool = False
 
 
 _FIGURES = [one.name for one in fields(Drop) if one.default is None]
@@ -83,6 +99,7 @@ def drop_of(name: str, origin: RunOrigin, summary: Mapping[str, object] | None) 
         origin,
         # 0.1 did not keep it
         from_rest=(summary or {}).get("from_rest") is not False,
+        preliminary=bool((summary or {}).get("preliminary")),
         **{key: figure_in(summary, key) for key in _FIGURES},
     )
 

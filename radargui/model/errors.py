@@ -1,10 +1,15 @@
 """The one tree of errors: what happened, likely why, what to do."""
 
+from __future__ import annotations
+
 import logging
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    from radargui.model.finding import Finding
 
 _logger = logging.getLogger(__name__)
 
@@ -72,7 +77,15 @@ class DeviceError(SourceError):
 
 
 class ProcessingError(RadarGuiError):
-    """The samples cannot be turned into a result."""
+    """The samples cannot be turned into a result.
+
+    Attributes
+    ----------
+    finding
+        Why; None where the message alone says it.
+    """
+
+    finding: Finding | None = None
 
 
 class SolveError(ProcessingError):

@@ -14,6 +14,10 @@ Limits and starting values use it; where g is a result it is measured. Standard 
 """
 U_NOMINAL_GRAVITY_M_S2 = 0.015
 """Of it where no site is given: from the equator to the poles, evenly spread."""
+U_ANYWHERE_M_S2 = 0.03
+"""The same as the prior of an estimate: twice as wide, for what it bends is the whole geometry."""
+TIDES_M_S2 = 2e-6
+"""By which g of a place changes in a day: no gravity is known better to whom it is only stated."""
 EARTH_GRAVITY_M_S2 = (9.76, 9.84)
 """Of all its places: from Huascaran, 9.764, to the pole, 9.834 (Hirt et al., Geophys. Res. Lett. 40, 4279, 2013)."""
 U_NORMAL_GRAVITY_M_S2 = 5e-4
@@ -54,6 +58,16 @@ def gravity_of_site(site: Site) -> tuple[float, float, bool] | None:
     if site.latitude_deg is not None and site.height_m is not None:
         return normal_gravity_m_s2(site.latitude_deg, site.height_m), U_NORMAL_GRAVITY_M_S2, False
     return None
+
+
+def expected_gravity(site: Site, density_kg_m3: float | None) -> tuple[float, float]:
+    """Return the acceleration that a sphere falls with at a site, drag apart, and its u; anywhere where none is told.
+
+    Buoyancy is part of it where the sphere's density is given.
+    """
+    here, in_air = gravity_of_site(site), share_in_air(density_kg_m3)
+    g, u = (NOMINAL_GRAVITY_M_S2, U_ANYWHERE_M_S2) if here is None else here[:2]
+    return in_air * g, in_air * u
 
 
 def share_in_air(density_kg_m3: float | None) -> float:

@@ -7,7 +7,7 @@ from pydantic import AfterValidator, Field
 from radargui.model.plugins import plugins
 from radargui.model.section import Section
 
-CORRECTIONS = ("joint", "adaptive", "published", "ellipse", "none")
+CORRECTIONS = ("joint", "flights", "adaptive", "published", "ellipse", "none")
 
 
 def _known_correction(name: str) -> str:

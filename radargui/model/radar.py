@@ -54,12 +54,16 @@ class Transmitter(Section):
         From the centre of the field of view.
     position_m
         x, y, z instead of `distance_m`, where it stands off the axis; `u_distance_m` holds along its direction.
+    u_x_m, u_y_m
+        How far it may stand beside that place.
     polarization_deg, u_polarization_deg
         Direction of the electric field, from the x axis towards the y axis; left out: the sphere counts as a point.
     """
 
     distance_m: Distance | None = None
     u_distance_m: Uncertainty | None = None
+    u_x_m: Uncertainty | None = None
+    u_y_m: Uncertainty | None = None
     position_m: Vector | None = None
     polarization_deg: Azimuth | None = None
     u_polarization_deg: AngleUncertainty | None = None

@@ -39,10 +39,11 @@ def log_path() -> Path:
 
 
 def help_page() -> Path:
-    """Return the first page of the help: built, else the text that it is built from."""
+    """Return the first page of the help: built, else the text that it is built from; there may be neither."""
     shipped, checkout = resources_folder() / "help", Path(__file__).resolve().parents[2]
-    built = (folder / "index.html" for folder in (shipped, checkout / "build" / "help"))
-    return next((page for page in built if page.is_file()), checkout / "docs" / "tutorial.md")
+    pages = [folder / "index.html" for folder in (shipped, checkout / "build" / "help")]
+    texts = [folder / "tutorial.md" for folder in (shipped, checkout / "docs")]
+    return next((page for page in (*pages, *texts) if page.is_file()), texts[-1])
 
 
 @cache

@@ -10,9 +10,12 @@ from typing import Any, Generic, Literal, TypeVar
 import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.channel_quality import ChannelQuality
+from radargui.model.finding import Finding, texts
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
+from radargui.model.setup_posterior import SetupValue
 from radargui.model.uncertainty_budget import UncertaintyBudget
 
 
@@ -146,56 +149,6 @@ class Segment:
 
 
 @dataclass(frozen=True, slots=True)
-class ChannelQuality:
-    """Quality of one IQ pair; None where the signal cannot support the figure.
-
-    Attributes
-    ----------
-    name
-        Receiver, "1" to "4".
-    snr_db
-        10 log10(A^2 / (2 sigma^2)), sigma the noise of one channel.
-    circularity
-        Root mean square of abs(z) - 1 after correction, in amplitudes.
-    image_rejection_db
-        20 log10 of the line at +f_doppler over the line at -f_doppler of I + iQ after correction.
-    fringes
-        Turns of the phase used.
-    fraction_valid
-        Share of valid samples in the motion segment.
-    fraction_clipped
-        Share of samples at the end of the range, or that are left out: an open contact, what no motion explains.
-    gain_ratio
-        Amplitude of Q over amplitude of I.
-    quadrature_error_deg
-        Departure of Q from 90 degrees after I.
-    verdict
-        good, usable or rejected.
-    reason
-        Why, when not good.
-    u_gain_ratio, u_quadrature_error_deg
-        Standard uncertainties of gain ratio and quadrature error.
-    prior_runs
-        Runs of the session whose gain ratio and quadrature error were the prior of these; empty where none was used.
-    """
-
-    name: str
-    snr_db: float | None = None
-    circularity: float | None = None
-    image_rejection_db: float | None = None
-    fringes: float | None = None
-    fraction_valid: float | None = None
-    fraction_clipped: float | None = None
-    gain_ratio: float | None = None
-    quadrature_error_deg: float | None = None
-    verdict: str = "good"
-    reason: str = ""
-    u_gain_ratio: float | None = None
-    u_quadrature_error_deg: float | None = None
-    prior_runs: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
 class CorrectedIQ:
     """I and Q without mismatch.
 
@@ -210,7 +163,7 @@ class CorrectedIQ:
     u_phase_rad
         Standard uncertainty of the phase, shape (n_receivers, n_samples).
     method, channels
-        Correction used: joint, adaptive, published, ellipse or none; quality of each receiver.
+        Correction used: joint, flights, adaptive, published, ellipse or none; quality of each receiver.
     steps
         What the correction found on its way, one entry a receiver, for display: PublishedSteps, Ellipse or None.
     decisions
@@ -336,8 +289,8 @@ class RunResult:
     ----------
     recording, setup
         What went in.
-    status, reason
-        ok; no_motion (an answer, not an error); rejected, with the reason.
+    status
+        ok; no_motion (an answer, not an error); rejected.
     segment
         The motion and the rest before it; None without motion.
     corrected, paths, track
@@ -347,8 +300,10 @@ class RunResult:
         Impacts and first fall.
     uncertainty_budget
         Whose share of the uncertainty is how large; None without a track.
-    warnings
-        Sentences for the operator.
+    setup_posterior
+        What the recording says of antennas, release and wavelength; empty where it says nothing.
+    findings
+        What is said of it: those that refuse it, else why nothing moves, and those that the operator must know.
     preliminary
         Whether the correction that the setup asks for is still being computed, or was stopped before it ended: then a
         simpler one stands here.
@@ -362,17 +317,27 @@ class RunResult:
     recording: Recording = field(repr=False)
     setup: Setup = field(repr=False)
     status: Status
-    reason: str = ""
     segment: Segment | None = None
     corrected: Deferred[CorrectedIQ] = field(default=Deferred[CorrectedIQ](), repr=False)
     paths: Deferred[PathLengths] = field(default=Deferred[PathLengths](), repr=False)
     track: Deferred[Track] = field(default=Deferred[Track](), repr=False)
     bounces: Bounces = field(default_factory=Bounces)
     uncertainty_budget: UncertaintyBudget | None = None
-    warnings: tuple[str, ...] = ()
+    setup_posterior: tuple[SetupValue, ...] = ()
+    findings: tuple[Finding, ...] = ()
     preliminary: bool = False
     front_end_prior: FrontEndPrior | None = None
     reported_quality: Quality | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def reason(self) -> str:
+        """Why the status is not ok, in words."""
+        return "; ".join(texts(one for one in self.findings if one.severity == "refuse"))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the operator must know, in words."""
+        return texts(one for one in self.findings if one.severity == "warn")
 
     @property
     def quality(self) -> Quality | None:

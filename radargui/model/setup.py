@@ -346,9 +346,7 @@ def moved(setup: Setup, key: str, by: float) -> Setup:
     by
         In the value's unit.
     """
-    place, name = key.split(".")
-    table_name, index = _indexed(place)
-    name, axis = _indexed(name)
+    table_name, index, name, axis = _parts(key)
     whole = getattr(setup, table_name)
     table = whole if index is None else whole[index]
     value = getattr(table, name)
@@ -356,6 +354,10 @@ def moved(setup: Setup, key: str, by: float) -> Setup:
         # what a tape measures wrongly is the distance, not the direction
         stretched = 1.0 + by / math.hypot(*table.position_m)
         name, value = "position_m", tuple(stretched * x for x in table.position_m)
+    elif axis is not None and value is None:
+        # beside the axis on which it was stated to stand
+        value = tuple(x + by * (n == axis) for n, x in enumerate(table.place_m))
+        table = table.model_copy(update={"distance_m": None})
     elif axis is not None:
         value = (*value[:axis], value[axis] + by, *value[axis + 1 :])
     else:
@@ -366,6 +368,25 @@ def moved(setup: Setup, key: str, by: float) -> Setup:
     table = table.model_copy(update={name: value})
     update = table if index is None else (*whole[:index], table, *whole[index + 1 :])
     return setup.model_copy(update={table_name: update})
+
+
+def value_of(setup: Setup, key: str) -> float:
+    """Return one value of a setup, a key as for `moved`; of what is not given what is taken for it."""
+    table_name, index, name, axis = _parts(key)
+    whole = getattr(setup, table_name)
+    table = whole if index is None else whole[index]
+    value = getattr(table, name)
+    if name in ("distance_m", "position_m") and value is None:
+        value = math.hypot(*table.place_m) if name == "distance_m" else table.place_m
+    if value is None:
+        value = 1.0 if index is None else setup.received_fields()[index].angle_deg
+    return float(value if axis is None else value[axis])
+
+
+def _parts(key: str) -> tuple[str, int | None, str, int | None]:
+    """Split receiver[2].position_m[1] into table, number, name and axis, counted from 0."""
+    place, name = key.split(".")
+    return *_indexed(place), *_indexed(name)
 
 
 def _indexed(part: str) -> tuple[str, int | None]:

@@ -1,1 +1,1 @@
-"""Samples to results, offline and live."""
+"""Samples to results: the chain."""

@@ -20,8 +20,10 @@ from radargui.correction.agreement import lasting, strays
 from radargui.correction.phase import join_pieces
 from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.channel_quality import ChannelQuality
+from radargui.model.finding import refuse, warn
 from radargui.model.front_end import FrontEnd
-from radargui.model.result import ChannelQuality, CorrectedIQ, Track
+from radargui.model.result import CorrectedIQ, Track
 from radargui.processing.measured_motion import MeasuredMotion
 
 if TYPE_CHECKING:
@@ -64,17 +66,6 @@ MOST_IMAGE, SURE_U = 10.0 ** (-30.0 / 20.0), 4.0
 
 A toy car whose second reflection grows as it comes nearer drew an ellipse that leaves 26 dB; its lines have 60.
 """
-ANOTHER = (
-    "its gain ratio and quadrature error are not those that I and Q of the Doppler line have: something else, a second "
-    "reflection or an offset that drifts, bends its circle"
-)
-LATE = (
-    "the echo is known from {begin_s:.2f} s on, when it was moving already: path lengths count from there, not from "
-    "the rest, and the slow beginning may shift them by a quarter of a wavelength"
-)
-LOST = "the echo was lost {times}: path lengths start anew after it"
-PLACE_LOST = ", and the position is not known there"
-"""Said too where there is a track."""
 
 
 def checked(
@@ -120,8 +111,7 @@ def checked(
             good &= without_blips(good, max(2, round(LEAST_RUN_S * rate_hz)))
             known = float(good[moving].mean())
             if channels[k].verdict != "rejected" and known < LEAST_KNOWN:
-                reason = f"only {100.0 * known:.0f} % of the motion can be followed: the echo is lost too often"
-                channels[k] = replace(channel, verdict="rejected", reason=reason)
+                channels[k] = replace(channel, finding=refuse("echo_rarely_followed", share=known))
             good &= channels[k].verdict != "rejected"
     corrected = replace(motion.corrected, channels=tuple(channels), valid=valid)
     motion = replace(motion, corrected=corrected, paths=replace(motion.paths, valid=valid))
@@ -225,7 +215,7 @@ def _judged_by_echo(
     share = 1.0 - int((valid & echo.leads)[moving].sum()) / max(before, 1)
     if share > MOST_STRAYED:
         return _strayed(channel, share)
-    return replace(channel, verdict="rejected", reason=ANOTHER) if _is_another(channel, echo.front_end) else channel
+    return replace(channel, finding=refuse("echo_of_another")) if _is_another(channel, echo.front_end) else channel
 
 
 def _is_another(channel: ChannelQuality, front_end: FrontEnd) -> bool:
@@ -255,8 +245,7 @@ def _present(corrected: CorrectedIQ, number: int, echo: Echo, moving: slice, rat
 
 
 def _strayed(channel: ChannelQuality, share: float) -> ChannelQuality:
-    reason = f"in {100.0 * share:.0f} % of the moments the phase does not turn as fast as the signal does"
-    return replace(channel, verdict="rejected", reason=f"{reason}: an offset, a hum or another target leads it")
+    return replace(channel, finding=refuse("phase_led_astray", share=share))
 
 
 def _divided(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: float) -> MeasuredMotion:
@@ -265,13 +254,12 @@ def _divided(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: flo
     phase = lay_down(phase, paths.valid, piece, slice(segment.rest_first, segment.rest_last))
     per_rad = wavelength_m / (2.0 * np.pi)
     known, lost = np.asarray(paths.valid.any(axis=0)), int(piece[-1])
-    place = "" if motion.track is None else PLACE_LOST
-    warnings = [LOST.format(times="once" if lost == 1 else f"{lost} times") + place] if lost else []
+    findings = [warn("echo_lost", times=lost, has_track=motion.track is not None)] if lost else []
     if segment.has_rest and known.any() and not known[segment.rest_first : segment.rest_last].any():
-        warnings.insert(0, LATE.format(begin_s=float(paths.time_s[np.argmax(known)])))
+        findings.insert(0, warn("path_begins_late", begin_s=float(paths.time_s[np.argmax(known)])))
     paths = replace(paths, phase_rad=phase, change_m=phase * per_rad, piece=piece)
     track = None if motion.track is None else known_where(motion.track, piece == 0)
-    return replace(motion, paths=paths, track=track, warnings=(*motion.warnings, *warnings))
+    return replace(motion, paths=paths, track=track, findings=(*motion.findings, *findings))
 
 
 def known_where(track: Track, known: BoolArray) -> Track:

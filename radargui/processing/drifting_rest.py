@@ -6,6 +6,7 @@ Method 8, An oscillator that drifts.
 import numpy as np
 
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
+from radargui.model.finding import Finding, warn
 from radargui.model.result import Segment
 
 _LEAST_M_S = 5e-5
@@ -20,8 +21,8 @@ _PATH_M = 1.4
 
 def drifting_rest(
     time_s: FloatArray, point: ComplexArray, valid: BoolArray, segment: Segment, wavelength_m: float
-) -> str:
-    """Return a sentence where all paths grow, or shrink, alike before the motion, else nothing.
+) -> Finding | None:
+    """Return a finding where all paths grow, or shrink, alike before the motion, else None.
 
     Each rest lies next to one point of the unit circle: what turns it is a path, what lengthens it is none.
 
@@ -44,13 +45,9 @@ def drifting_rest(
     size = np.abs(speed)
     alike = bool(size.min() > _ALIKE * size.max()) and abs(float(np.sign(speed).sum())) == speed.size
     if not (alike and (size > np.maximum(_SIGMAS * u, _LEAST_M_S)).all() and (np.abs(radial) < _ALIKE * size).all()):
-        return ""
+        return None
     mean = float(speed.mean())
-    return (
-        f"while the tracer hangs at rest all paths change alike, by {1e3 * mean:+.2g} mm/s: the oscillator drifts (by "
-        f"{abs(mean) / _PATH_M:.1g} of its frequency in a second), or the tracer sinks or rises before it falls: "
-        "speeds, g and e may be off by more than they say: let the radar warm up, and hold the tracer still"
-    )
+    return warn("rest_drifts", speed_m_s=mean, share_per_s=abs(mean) / _PATH_M)
 
 
 def _slopes(time_s: FloatArray, point: ComplexArray, valid: BoolArray) -> FloatArray:

@@ -14,8 +14,10 @@ import numpy as np
 from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.quality import PHASE_OVER_ROUNDNESS, assess
 from radargui.model.arrays import FloatArray, median
+from radargui.model.channel_quality import ChannelQuality
 from radargui.model.errors import ProcessingError
-from radargui.model.result import ChannelQuality, CorrectedIQ, PathLengths
+from radargui.model.finding import refuse
+from radargui.model.result import CorrectedIQ, PathLengths
 from radargui.processing.continuity import checked
 from radargui.processing.measured_motion import MeasuredMotion
 
@@ -86,7 +88,7 @@ def _in_band(conditioned: Conditioned, wavelength_m: float) -> MeasuredMotion:
     channels = []
     for k, echo in enumerate(conditioned.echoes):
         if echo is None:
-            channels.append(ChannelQuality(str(k + 1), verdict="rejected", reason="no Doppler frequency stands out"))
+            channels.append(ChannelQuality(str(k + 1), finding=refuse("no_doppler_line")))
             continue
         unit = echo.wave / echo.amplitude_v
         i[k], q[k], phase[k], valid[k] = unit.real, unit.imag, echo.phase_rad, echo.leads

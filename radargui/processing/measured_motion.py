@@ -1,13 +1,25 @@
 """What the way from conditioned signals to a track ends in, whatever the correction."""
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
+from radargui.model.arrays import BoolArray
+from radargui.model.finding import Finding
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.result import Bounces, CorrectedIQ, PathLengths, Track
+from radargui.model.setup_posterior import SetupValue
 from radargui.model.uncertainty_budget import InputChange
+from radargui.restitution.flight_test import FlightTest
+
+if TYPE_CHECKING:
+    # only who asks for it pays for loading it
+    from radargui.estimation.joint import JointEstimate
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,8 +38,14 @@ class MeasuredMotion:
         What they change by with each uncertain input of the setup, where the estimate knows it itself.
     front_end_prior
         What was known about the front ends, and whether it was used.
-    warnings
-        Sentences for the operator.
+    setup_posterior
+        What the recording says of the setup's values; empty where it says nothing.
+    findings
+        What was found on the way.
+    estimate, flights
+        The joint estimate, and what its flights say; None, and nothing, of other corrections.
+    left_out
+        Receivers, counted from 0, of which milliseconds were left out, and why.
     """
 
     corrected: CorrectedIQ
@@ -36,7 +54,28 @@ class MeasuredMotion:
     bounces: Bounces | None = None
     changes: tuple[InputChange, ...] | None = None
     front_end_prior: FrontEndPrior | None = None
-    warnings: tuple[str, ...] = ()
+    setup_posterior: tuple[SetupValue, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    estimate: JointEstimate | None = None
+    flights: FlightTest = field(default_factory=FlightTest)
+    left_out: Mapping[int, Finding] = field(default_factory=dict)
+
+    @property
+    def rejected(self) -> BoolArray:
+        """Which receivers are rejected, shape (n_receivers,)."""
+        return np.array([channel.verdict == "rejected" for channel in self.corrected.channels], dtype=np.bool_)
+
+    def said(self, *findings: Finding | None) -> MeasuredMotion:
+        """Return it with what was found besides."""
+        return replace(self, findings=(*self.findings, *(one for one in findings if one is not None)))
+
+    def refused(self, finding: Finding, receivers: BoolArray | None = None) -> MeasuredMotion:
+        """Return it with receivers, shape (n_receivers,), rejected by a finding; None: all of them."""
+        finding = replace(finding, severity="refuse")
+        wrong = np.ones(len(self.corrected.channels), dtype=np.bool_) if receivers is None else receivers
+        rows = zip(self.corrected.channels, wrong, strict=True)
+        channels = tuple(replace(own, finding=finding) if is_wrong else own for own, is_wrong in rows)
+        return replace(self, corrected=replace(self.corrected, channels=channels))
 
 
 def nothing_measured(conditioned: Conditioned, method: str) -> MeasuredMotion:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from radargui.conditioning.conditioned import Conditioned
 from radargui.geometry.path_length import LEAST_RECEIVERS
+from radargui.model.finding import Finding
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.setup import Setup
 
@@ -21,15 +22,15 @@ class Part:
     whole
         Signals of all receivers.
     faults
-        Why a receiver is left out, one a receiver; empty where it is not.
-    has_room
-        Whether the delays between channels fit into a sample.
+        Why a receiver is left out, one a receiver; None where it is not.
+    clock
+        That all phases turn too fast or too slow for a fall.
     """
 
     whole_setup: Setup
     whole: Conditioned
-    faults: tuple[str, ...]
-    has_room: bool = True
+    faults: tuple[Finding | None, ...]
+    clock: Finding | None = None
 
     @property
     def receivers(self) -> tuple[int, ...]:
@@ -51,6 +52,17 @@ class Part:
         return self.whole_setup.model_copy(update={"receiver": receivers})
 
     @property
+    def has_room(self) -> bool:
+        """Whether the delays between channels fit into a sample."""
+        # a multiplexer is through with a sample before the next one begins
+        return bool(self.whole.delay_s[-1] * self.whole.sample_rate_hz * self.whole.size < 1.0)
+
+    @property
+    def begins_after_gap(self) -> bool:
+        """Whether samples were lost right before those that are used."""
+        return int(self.whole.samples.start) > 0
+
+    @property
     def goes_on_without(self) -> bool:
         """Whether there is a track although receivers are left out."""
         return any(self.faults) and len(self.receivers) >= LEAST_RECEIVERS
@@ -61,9 +73,14 @@ class Part:
         # two of three give no track: a run that lost one is refused, one that never had more is not
         return len(self.receivers) < LEAST_RECEIVERS <= len(self.faults)
 
-    def without(self, faults: dict[int, str]) -> Part:
+    def without(self, faults: dict[int, Finding]) -> Part:
         """Return what is left without further receivers, by number, each with its reason."""
         return replace(self, faults=tuple(faults.get(number, fault) for number, fault in enumerate(self.faults)))
+
+    def with_correction(self, name: str) -> Part:
+        """Return the same for another correction."""
+        processing = self.whole_setup.processing.model_copy(update={"correction": name})
+        return replace(self, whole_setup=self.whole_setup.model_copy(update={"processing": processing}))
 
     def prior(self, known: FrontEndPrior) -> FrontEndPrior:
         """Return what is known about the front ends of these receivers."""

@@ -9,12 +9,13 @@ from pathlib import Path
 from radargui.files.run_file import read_run
 from radargui.files.stored_results import read_prior, read_stored_results, read_whole_result
 from radargui.model.errors import FileError, ProcessingError
+from radargui.model.finding import Finding, warn
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_excerpt, read_for_processing
-from radargui.processing.offline import process, steps_of
+from radargui.processing.process import process, steps_of
 
-DAMAGED = "the results stored with this run are damaged: they were computed again"
+DAMAGED = warn("results_damaged")
 
 _log = logging.getLogger(__name__)
 
@@ -46,7 +47,7 @@ def result_of_run(
     ProcessingError
         The samples do not fit the setup.
     """
-    damaged: tuple[str, ...] = ()
+    damaged: tuple[Finding, ...] = ()
     try:
         if (stored := _stored(path, setup)) is not None:
             return stored
@@ -56,7 +57,7 @@ def result_of_run(
         damaged = (DAMAGED,)
     # the prior that the stored result had, where there was one: opening a run must not change what it says
     result = process(read_for_processing(path), setup, progress, on_preliminary, read_prior(path, setup))
-    return replace(result, warnings=(*damaged, *result.warnings))
+    return replace(result, findings=(*damaged, *result.findings))
 
 
 def _stored(path: Path, setup: Setup) -> RunResult | None:

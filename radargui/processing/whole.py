@@ -11,8 +11,10 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.ellipse import Ellipse
 from radargui.correction.published import ChannelSteps, PublishedSteps
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.channel_quality import ChannelQuality
+from radargui.model.finding import Finding
 from radargui.model.recording import Recording
-from radargui.model.result import ChannelQuality, CorrectedIQ, PathLengths, Segment, Track
+from radargui.model.result import CorrectedIQ, PathLengths, Segment, Track
 
 _Values = TypeVar("_Values", FloatArray, BoolArray, IntArray)
 
@@ -47,10 +49,10 @@ class Whole:
         stored = [self._stored(edge) for edge in (segment.first, segment.last, segment.rest_first, segment.rest_last)]
         return Segment(*stored)
 
-    def channels(self, corrected: CorrectedIQ, faults: Sequence[str]) -> tuple[ChannelQuality, ...]:
+    def channels(self, corrected: CorrectedIQ, faults: Sequence[Finding | None]) -> tuple[ChannelQuality, ...]:
         """Return the quality of all receivers; those with a fault are rejected with it."""
         # all are faulty until the sound ones are laid over them
-        channels = [ChannelQuality(str(k + 1), verdict="rejected", reason=why) for k, why in enumerate(faults)]
+        channels = [ChannelQuality(str(k + 1), finding=why) for k, why in enumerate(faults)]
         for place, channel in zip(self._receivers, corrected.channels, strict=True):
             # of a sample as it was recorded: a mean of several has less noise
             snr_db = None if channel.snr_db is None else channel.snr_db - 10.0 * float(np.log10(self._size))

@@ -76,7 +76,7 @@ def _session(name: str, one: SessionFacts) -> SeriesSession:
 
 def _run(run: RunFacts) -> SeriesRun:
     impacts, budget = run.bounces.impacts, run.uncertainty_budget
-    return SeriesRun(run.drop, run.status, run.failure or run.reason, run.preliminary, impacts, budget)
+    return SeriesRun(run.drop, run.status, run.failure or run.reason, impacts, budget)
 
 
 class Glances:

@@ -12,7 +12,7 @@ from radargui.report.document import Chapter, Content, Drawing, Facts, Grid, Not
 from radargui.report.facts import ReportFacts, SessionFacts, fit_cells, session_cells
 from radargui.report.provenance import RunProvenance
 from radargui.report.publication import bibtex, methods
-from radargui.report.run_facts import RunFacts, all_simulated
+from radargui.report.run_facts import RunFacts, all_simulated, badges
 from radargui.report.setup_section import setup_blocks
 from radargui.restitution.findings import Findings, SampleFindings, SessionFindings
 from radargui.restitution.site_gravity import SiteCheck
@@ -39,8 +39,8 @@ def front_chapters(facts: ReportFacts) -> list[Chapter]:
 def _title(facts: ReportFacts) -> str:
     labels = list(dict.fromkeys(one.label for one in facts.findings.sessions if one.label))
     what = ", ".join(labels) or f"Session {', '.join(one.name for one in facts.findings.sessions)}"
-    runs = [run for one in facts.sessions for run in one.runs]
-    return f"{what}{', simulated' if all_simulated(runs) else ''}"
+    marks = {run.source.mark for one in facts.sessions for run in one.runs if run.source.kind != "unknown"}
+    return f"{what}, {marks.pop()}" if len(marks) == 1 and "" not in marks else what
 
 
 def findings_blocks(facts: ReportFacts) -> Iterator[Content]:
@@ -82,6 +82,7 @@ def _found(one: SessionFindings, session: SessionFacts) -> Iterator[Content]:
     rows = {
         "Session": one.name,
         "Fell on": one.label,
+        "Source": badges(session.runs),
         "Drops": f"{drops}{f', from {_mean(series.drop_height_m, 1e3)} mm' if series.drop_height_m.n else ''}"
         f"{f', at {_mean(series.impact_speed_m_s)} m/s' if series.impact_speed_m_s.n else ''}",
         "e of the first impact": f"{e.words()} ({'combined' if e.combined is not None else 'statistical'} u)"

@@ -166,7 +166,7 @@ def _run_document(run: RunFacts) -> dict[str, object]:
         "summary": run.figures,
         "bounces": [_from_zero(run, impact) for impact in run.bounces.impacts],
         "free_fall": _fall_document(run),
-        "channels": run.channels,
+        "channels": [channel.document() for channel in run.channels],
         "decisions": run.decisions,
         "uncertainty_budget": run.uncertainty_budget,
         "gaps": [_gap_document(run, gap) for gap in run.gaps],

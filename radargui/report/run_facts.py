@@ -11,11 +11,12 @@ import numpy as np
 
 from radargui.files.run_card import read_origin, read_run_card, summarise
 from radargui.files.stored_results import read_findings
+from radargui.model.channel_quality import ChannelQuality
 from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in
 from radargui.model.errors import CancelledError, RadarGuiError, fault_of
 from radargui.model.plugins import load_plugin, plugins
 from radargui.model.recording import Gap
-from radargui.model.result import Bounces, ChannelQuality, RunResult
+from radargui.model.result import Bounces, RunResult
 from radargui.model.rounding import UNKNOWN
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
@@ -124,6 +125,11 @@ class RunFacts:
     def preliminary(self) -> bool:
         """Whether the correction that the setup asks for was stopped, so that a simpler one stands here."""
         return bool((self.figures or {}).get("preliminary"))
+
+
+def badges(runs: Sequence[RunFacts]) -> str:
+    """Return where runs come from, each said once: `SIMULATED, REPLAY`."""
+    return ", ".join(dict.fromkeys(run.source.badge for run in runs if run.source.badge))
 
 
 def all_simulated(runs: Sequence[RunFacts]) -> bool:

@@ -73,6 +73,7 @@ def _samples(run: RunFacts) -> str:
 def _words(run: RunFacts) -> tuple[Content, ...]:
     rows = dict(_result_rows(run)) | {
         "Recorded": _when(run) or UNKNOWN,
+        "Source": run.source.badge,
         "Replay of": run.source.file,
         "Samples": _samples(run),
         "Imported from": run.origin,

@@ -115,7 +115,7 @@ def _calibration(setup: Setup) -> Iterator[Content]:
     if pairs:
         yield Note(f"Correlated by more than {CORRELATED:g}: {named}.")
     if edited := edited_since(setup):
-        yield Note(sentence(edited), warning=True)
+        yield Note(sentence(edited.text), warning=True)
 
 
 def _matrix(setup: Setup) -> Iterator[Content]:

@@ -20,6 +20,7 @@ from radargui.model.arrays import BoolArray
 from radargui.model.recording import channel_skew
 from radargui.model.result import FreeFall, RunResult
 from radargui.model.setup import Setup
+from radargui.model.setup_posterior import SetupValue
 from radargui.restitution.site_gravity import SiteCheck, site_check
 
 _PIECE = 1 << 18
@@ -79,11 +80,18 @@ def result_document(result: RunResult) -> dict[str, object]:
         "geometry_used": track and track.geometry,
         "channel_skew_s": skew.delay_s,
         "channel_skew_from": skew.known_from,
-        "channels": quality and quality.channels,
+        "channels": quality and [channel.document() for channel in quality.channels],
         "free_fall": result.bounces.free_fall and free_fall_document(result.bounces.free_fall, site_check(result)),
         "uncertainty_budget": result.uncertainty_budget,
+        "setup_posterior": setup_posterior_document(result.setup_posterior),
         "warnings": result.warnings,
+        "findings": [{**one.document(), "text": one.text} for one in result.findings],
     }
+
+
+def setup_posterior_document(values: tuple[SetupValue, ...]) -> dict[str, dict[str, object]]:
+    """Return what is written of the setup's values by their keys: stated, found, their u, and the pull."""
+    return {one.key: {name: value for name, value in asdict(one).items() if name != "key"} for one in values}
 
 
 def free_fall_document(fall: FreeFall, check: SiteCheck | None) -> dict[str, object]:

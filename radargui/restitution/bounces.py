@@ -168,7 +168,7 @@ def _free_fall(track: Track, segment: Segment, found: _Along) -> FreeFall | None
     if 0 not in flights.place:
         return None
     first = flights.samples.chosen(np.arange(flights.samples.size) == flights.place[0])
-    if first.count[0] < TRACKS.least_fall_samples:
+    if np.ptp(first.away_s[: first.count[0]]) < TRACKS.least_fall_s:
         return None
     height = flights.height_m[: first.count[0]]
     # alone: with g shared by all flights, drag and a soft floor of the later ones would hide in it

@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from radargui.model.arrays import FloatArray
+from radargui.model.finding import Finding, warn
 from radargui.model.result import Bounces
 from radargui.restitution.parabola import solve_parabolas
 from radargui.restitution.settings import CHECKS
 from radargui.restitution.stretches import Stretches
+from radargui.restitution.track_flights import are_known
 
 
 def cross_check(
@@ -69,7 +71,7 @@ def _rises_m(impact_s: FloatArray, time_s: FloatArray, height_m: FloatArray) -> 
     # the smoothed corners at the impacts would pull the parabola down
     margin = CHECKS.edge_share * span
     begin, end = np.searchsorted(time_s, [impact_s[:-1] + margin, impact_s[1:] - margin])
-    known = np.flatnonzero(end - begin >= CHECKS.least_samples)
+    known = np.flatnonzero(are_known(time_s, begin, end, CHECKS.least_known_s))
     out = np.full(span.size, np.nan)
     if known.size:
         flights = Stretches.between(time_s, begin[known], end[known])
@@ -100,8 +102,6 @@ def found_tilt(bounces: Bounces) -> tuple[str, ...]:
     return (sentence,)
 
 
-_TOGETHER = "together with the floor, or within some milliseconds of it"
-_BESIDE = "together with the floor, or in the flight before or after it"
 PARABOLAS = "parabolas with shared g"
 """Method of impacts whose speeds are those of a track's parabolas."""
 
@@ -116,19 +116,18 @@ def walls_met(bounces: Bounces) -> tuple[str, ...]:
     return (f"Walls beside the fall threw the sphere back at {moments} s: {then}.",)
 
 
-def floor_and_wall(bounces: Bounces) -> list[str]:
-    """Return a sentence for each impact at which a wall was met, too."""
+def floor_and_wall(bounces: Bounces) -> list[Finding]:
+    """Return a finding for each impact at which a wall was met, too."""
     return [
-        f"impact {number}: a wall was met {where}, and what each took of the speed is not known: no e is given"
+        warn("wall_at_impact", impact=number, where="beside" if impact.method == PARABOLAS else "within")
         for number, impact in enumerate(bounces.impacts, 1)
         if impact.time_s in bounces.with_walls_s
-        for where in [_BESIDE if impact.method == PARABOLAS else _TOGETHER]
     ]
 
 
-def disagreements(bounces: Bounces) -> list[str]:
-    """Return a sentence for each impact whose three coefficients do not agree within three standard uncertainties."""
-    sentences = []
+def disagreements(bounces: Bounces) -> list[Finding]:
+    """Return a finding for each impact whose three coefficients do not agree within three standard uncertainties."""
+    found = []
     for number, impact in enumerate(bounces.impacts, 1):
         # what is not valid is warned of already; below this speed an impact can hide in the noise; and where several
         # stand for the next one, it is not the instant at which this flight ends
@@ -140,10 +139,7 @@ def disagreements(bounces: Bounces) -> list[str]:
             continue
         # not u alone: a rigid floor without air is a model, and a good one to about a percent
         within = CHECKS.coverage * math.hypot(impact.u_e, CHECKS.model_share * impact.e)
-        for name, other in (("flight time", impact.e_flight_time), ("height", impact.e_height)):
+        for way, other in (("flight_time", impact.e_flight_time), ("height", impact.e_height)):
             if math.isfinite(other) and abs(other - impact.e) > within:
-                sentences.append(
-                    f"impact {number}: e = {impact.e:.4f} from the speeds, {other:.4f} from the {name} after it: "
-                    "an impact may be missing, the floor not level, or air drag strong"
-                )
-    return sentences
+                found.append(warn("e_disagrees", impact=number, e=impact.e, other=other, way=way))
+    return found

@@ -12,7 +12,7 @@ from radargui.model.rounding import alone, concise, plain
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
 from radargui.restitution.comparison import Comparison, Repeatability, compare, repeatability_of
-from radargui.restitution.series import Series, series_of
+from radargui.restitution.series import PRELIMINARY, Series, series_of
 from radargui.restitution.site_gravity import SiteCheck, check_against_site
 from radargui.restitution.speed_models import MODELS, ImpactPoint, ModelName, SpeedFit, fit_speed_models
 from radargui.restitution.statistics import Statistics, probability
@@ -28,8 +28,6 @@ class SeriesRun:
         Its name within the session, where its samples come from, its first fall and bounce.
     status, reason
         ok, no_motion, rejected, or failed: it could not be read or processed.
-    preliminary
-        Whether a simpler correction stands for the one that the setup asks for.
     impacts, budget
         Of its result.
     """
@@ -37,7 +35,6 @@ class SeriesRun:
     drop: Drop
     status: str = "ok"
     reason: str = ""
-    preliminary: bool = False
     impacts: tuple[Bounce, ...] = ()
     budget: UncertaintyBudget | None = None
 
@@ -97,7 +94,7 @@ class SessionFindings:
     @property
     def kind(self) -> str:
         """What is said before "drops" of what is no measurement: "simulated "; empty of measurements."""
-        return "" if self.series.kind in (None, "measured") else f"{self.series.kind} "
+        return f"{self.series.mark} " if self.series.mark else ""
 
     @property
     def label(self) -> str:
@@ -266,7 +263,7 @@ def _session_findings(session: SeriesSession, counted: Series) -> SessionFinding
     site = None if g.mean is None else check_against_site(g.mean, g.u, session.setup, g.combined)
     excluded = [Excluded(run, "set aside", why) for run, why in session.set_aside.items()]
     excluded += [one for run in session.runs if (one := _why_excluded(run, left_out))]
-    preliminary = tuple(run.drop.name for run in session.runs if run.preliminary)
+    preliminary = tuple(run.drop.name for run in session.runs if run.drop.preliminary)
     return SessionFindings(
         session.name, session.sample, session.target, series, e_budget, g_budget, site, tuple(excluded), preliminary
     )
@@ -275,7 +272,8 @@ def _session_findings(session: SeriesSession, counted: Series) -> SessionFinding
 def _why_excluded(run: SeriesRun, left_out: Mapping[str, str]) -> Excluded | None:
     name = run.drop.name
     if name in left_out:
-        return Excluded(name, run.drop.origin.mark or "twice", left_out[name])
+        kind = "preliminary" if left_out[name] == PRELIMINARY else run.drop.origin.mark or "twice"
+        return Excluded(name, kind, left_out[name])
     if run.status != "ok":
         return Excluded(name, run.status.replace("_", " "), run.reason)
     if not run.drop.from_rest:

@@ -148,9 +148,7 @@ class FlightFit:
         dq = -N^-1 J^T s with J = dx/dq, N = J^T Lambda J + prior: gravity, drag and impacts share it as they share the
         samples.
         """
-        return np.asarray(
-            self.response @ self.information.eliminated.marginal(response.slope_motion, response.slope_global)
-        )
+        return np.asarray(self.response @ self.information.eliminated.marginal(response.slope))
 
     def bends(self, responses: Sequence[InputResponse]) -> FloatArray:
         """Return the chi-square that each of some changes of the inputs gives these flights, shape (n,)."""
@@ -170,7 +168,7 @@ class FlightFit:
 
     def _slopes(self, responses: Sequence[InputResponse]) -> FloatArray:
         eliminated = self.information.eliminated
-        return np.column_stack([eliminated.marginal(one.slope_motion, one.slope_global) for one in responses])
+        return np.column_stack([eliminated.marginal(one.slope) for one in responses])
 
     def inputs(self, responses: Sequence[InputResponse], weights: FloatArray) -> FlightInputs | None:
         """Return what `displaced_after` leaves open beside the flights; None of no inputs.

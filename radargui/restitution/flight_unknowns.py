@@ -9,7 +9,7 @@ from radargui.estimation.readout.flight_information import MotionInformation
 from radargui.estimation.readout.motion_posterior import MotionPosterior
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
-from radargui.restitution.free_flight import drift_time, fall_below_apex, speed_below_apex
+from radargui.motion.free_flight import drift_time, fall_below_apex, speed_below_apex
 from radargui.restitution.settings import FLIGHTS
 
 

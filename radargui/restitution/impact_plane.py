@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray, median
+from radargui.model.finding import Finding, warn
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounces, Track
 from radargui.restitution.contact_time import contact_of_places_s, contact_of_track_s, depth_per_s
@@ -20,8 +21,8 @@ _SAMPLES = 8  # of each flight before an impact: more say the same
 
 def judged_by_floor(
     bounces: Bounces, track: Track, alike_m: float | None = None, *, by_conic: bool = False
-) -> tuple[Bounces, list[str]]:
-    """Return the bounces, and a sentence where the impacts do not lie in one plane, or take their time.
+) -> tuple[Bounces, list[Finding]]:
+    """Return the bounces, and a finding where the impacts do not lie in one plane, or take their time.
 
     Where impacts last there is no instant that has the speeds, and no e is valid. Where a rebound is faster than its
     arrival, too, the floor moves, and no e of the run is one of a floor at rest: none is valid. Off the plane alone may
@@ -49,28 +50,13 @@ def judged_by_floor(
     if contact_s is None and not faster and alike_m is None and bounces.normal is not None:
         contact_s = contact_of_track_s(bounces, track, by_conic=by_conic)
     if contact_s is not None:
-        sentence = (
-            f"the floor gives way: an impact lasts some {1e3 * contact_s:.2g} ms, in which gravity goes on, so that no "
-            "instant of impact has the speeds before and after. A ratio of them depends on what is taken for it, and "
-            "no e is given: drop on something hard, or clamp what moves"
-        )
-        return _without_e(bounces), [sentence]
+        return _without_e(bounces), [warn("floor_gives_way", contact_s=contact_s)]
     if off is None:
         return bounces, []
-    lie = (
-        f"the impacts lie up to {1e3 * off[0]:.2g} mm off one plane, where track and floor leave {1e3 * off[1]:.2g} mm"
-    )
+    lie = {"off_m": off[0], "u_m": off[1]}
     if not faster:
-        sentence = (
-            f"{lie}: the floor moves, gives way or has steps, or a receiver lost a fringe. What moves has a share in "
-            "every e: look at the heights of the impacts"
-        )
-        return bounces, [sentence]
-    sentence = (
-        f"the floor moves: after impact {faster[0]} the sphere is faster than before, and {lie}. A ratio of the "
-        "sphere's speeds is then no coefficient of restitution, and none is given"
-    )
-    return _without_e(bounces), [sentence]
+        return bounces, [warn("impacts_off_plane", **lie)]
+    return _without_e(bounces), [warn("floor_moves", impact=faster[0], **lie)]
 
 
 def _without_e(bounces: Bounces) -> Bounces:

@@ -12,7 +12,7 @@ import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.result import Bounce, FreeFall
-from radargui.restitution.free_flight import fall_below_apex, speed_below_apex
+from radargui.motion.free_flight import fall_below_apex, speed_below_apex
 from radargui.restitution.parabola import (
     FittedParabolas,
     Parabolas,

@@ -10,42 +10,25 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.estimation.joint import JointEstimate
-from radargui.estimation.readout.input_response import DIAMETER, InputResponse, moved_inputs, possible_spheres
+from radargui.estimation.readout.input_response import InputResponse, moved_inputs, possible_spheres
 from radargui.model.arrays import FloatArray
-from radargui.model.assumed import CLOCK, TILT, uncertain_inputs, usual_u
+from radargui.model.assumed import CLOCK, DIAMETER, TILT, uncertain_inputs, usual_u
+from radargui.model.finding import Finding, warn
+from radargui.model.gravity import expected_gravity
 from radargui.model.result import Bounces
 from radargui.model.setup import Setup
+from radargui.model.setup_posterior import EXACT, SetupPosterior
 from radargui.model.uncertainty_budget import InputChange, Share
-from radargui.restitution.bent_flights import bent_flights, unsteady, without_guess
-from radargui.restitution.flight_fit import FlightFit, break_velocities, first_by_flights
+from radargui.restitution.flight_fit import FlightFit, FlightInputs, break_velocities, first_by_flights
+from radargui.restitution.flight_test import FlightTest
 from radargui.restitution.settings import FLIGHTS
 from radargui.restitution.setup_chi_square import SetupChiSquare
-from radargui.restitution.setup_outlier import misstated, setup_outlier
+from radargui.restitution.setup_outlier import setup_outlier
 from radargui.restitution.track_response import tilt_and_clock
 
 INSTANTS = 8000
 """At which shifts are kept, over the whole record: each is a curve of its own, and there are two dozens."""
 SPHERE = "sphere"
-
-
-@dataclass(frozen=True, slots=True)
-class FlightTest:
-    """What the flights say: a sentence for people where they bend, what u is widened by, what likely makes them bend.
-
-    And whether that explains all of it; and by what chi-square is blurred (`SetupChiSquare.blur`).
-    """
-
-    warning: str = ""
-    widening: float = 1.0
-    cause: str = ""
-    explained: bool = True
-    blur: float = 1.0
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """All that is told, what likely makes the flights bend first, and then no guess where that explains it."""
-        sentences = tuple(one for one in (self.cause, self.warning) if one)
-        return tuple(without_guess(sentences)) if self.cause and self.explained else sentences
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,20 +44,34 @@ class SetupResponses:
     exact
         Inputs that the setup calls exact, their responses those to what a laboratory knows them to: they have no part
         in any uncertainty, but may be wrong.
+    found
+        What the estimate says of antennas, release and wave; None where nothing of them was unknown.
     """
 
     time_s: FloatArray
     keys: tuple[str, ...]
     each: tuple[InputResponse, ...]
     exact: frozenset[str] = frozenset()
+    found: SetupPosterior | None = None
 
     @property
-    def uncertain(self) -> SetupResponses:
-        """Those of what the setup does not call exact."""
-        if not self.exact:
-            return self
-        kept = [(key, one) for key, one in zip(self.keys, self.each, strict=True) if key not in self.exact]
-        return SetupResponses(self.time_s, tuple(key for key, _ in kept), tuple(one for _, one in kept))
+    def at(self) -> FloatArray:
+        """Where the inputs stand in the estimate, in their u from what is stated, shape (n,)."""
+        found = (
+            {}
+            if self.found is None
+            else dict(zip((one.key for one in self.found.inputs), self.found.mean, strict=True))
+        )
+        return np.array([found.get(key, 0.0) for key in self.keys])
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Of the inputs as the estimate has them, each within its own u where it says nothing of them, shape (n, n)."""
+        out = np.diag(1.0 / self.weights)
+        if self.found is not None:
+            places = [self.keys.index(one.key) for one in self.found.inputs]
+            out[np.ix_(places, places)] = self.found.covariance
+        return out
 
     @property
     def n_spheres(self) -> int:
@@ -84,21 +81,23 @@ class SetupResponses:
     @property
     def weights(self) -> FloatArray:
         """Of the inputs' own squares, shape (n,): of n possible spheres only one is there."""
-        return np.array([float(self.keys.count(key)) for key in self.keys])
+        return np.array([EXACT**-2.0 if key in self.exact else float(self.keys.count(key)) for key in self.keys])
 
     def bias_deviations(self) -> FloatArray:
-        """Return the deviation that inputs off by their u give to each receiver's bias maps, shape (n_receivers,)."""
-        own = self.uncertain
-        squares = [one.bias**2 / share for one, share in zip(own.each, own.weights, strict=True)]
-        return np.asarray(np.sqrt(np.sum(squares, axis=0))) if squares else np.zeros(1)
+        """Return the deviation that the inputs leave to each receiver's bias maps, shape (n_receivers,)."""
+        if not self.each:
+            return np.zeros(1)
+        return np.asarray(np.sqrt(np.diag(self.covariance) @ np.array([one.bias for one in self.each]) ** 2))
 
     def floor_covariance(self) -> FloatArray:
         """Return the covariance that the inputs leave to the slope of the floor that reflects, shape (2, 2)."""
-        out = np.zeros((2, 2))
-        for key, one in zip(self.uncertain.keys, self.uncertain.each, strict=True):
-            # no sphere is more likely than another: the mean square over them
-            out += np.outer(one.floor_slope, one.floor_slope) / (self.n_spheres if key == SPHERE else 1)
-        return out
+        slopes = np.array([one.floor_slope for one in self.each]).reshape(-1, 2)
+        return np.asarray(slopes.T @ self.covariance @ slopes)
+
+    def beside(self, fit: FlightFit) -> FlightInputs | None:
+        """Return the inputs as what flights leave open, each within its u of what is stated; None without any."""
+        inputs = fit.inputs(self.each, self.weights)
+        return None if inputs is None else replace(inputs, pull=inputs.pull + self.weights * self.at)
 
 
 def setup_responses(estimate: JointEstimate, setup: Setup) -> SetupResponses:
@@ -109,7 +108,9 @@ def setup_responses(estimate: JointEstimate, setup: Setup) -> SetupResponses:
     """
     posterior = estimate.posterior
     # the motion has polarisations as unknowns, and does not depend on the floor and the clock
-    stated = uncertain_inputs(setup)
+    stated, found = uncertain_inputs(setup), estimate.chosen.setup
+    if found is not None:
+        setup = found.applied(setup)
     exact = frozenset(one.key for one in stated if one.u == 0.0 and one.key != DIAMETER)
     asked = [
         (one.key, moved_inputs(setup, one))
@@ -124,12 +125,12 @@ def setup_responses(estimate: JointEstimate, setup: Setup) -> SetupResponses:
     # shifts are smooth: so many instants say all
     time_s = estimate.time_s[:: max(1, estimate.time_s.size // INSTANTS)]
     each = posterior.responses([other for _, other in asked], time_s)
-    return SetupResponses(time_s, tuple(key for key, _ in asked), each, exact)
+    return SetupResponses(time_s, tuple(key for key, _ in asked), each, exact, found)
 
 
 def joint_changes(
     estimate: JointEstimate, bounces: Bounces, fit: FlightFit | None, setup: Setup, responses: SetupResponses
-) -> tuple[tuple[InputChange, ...], FlightTest]:
+) -> tuple[Bounces, tuple[InputChange, ...], FlightTest]:
     """Return the change with each uncertain input of the setup, carried by the estimate's own equations (method 6).
 
     And whether the flights bend as neither the noise nor these inputs can make them. A reflector that no model tried
@@ -143,59 +144,84 @@ def joint_changes(
     setup, responses
         What it was estimated with, and how it follows that.
     """
-    time_s, out = responses.time_s, []
-    outlier, slips = None, np.ones(len(responses.keys))
-    unexplained, blur = 0.0 if fit is None else fit.excess(np.zeros(0)), 1.0
+    time_s, outlier = responses.time_s, None
+    unexplained = 0.0 if fit is None else fit.excess(np.zeros(0))
+    posterior = of_g = responses.covariance
     if fit is not None and responses.keys:
-        exact = np.array([key in responses.exact for key in responses.keys])
-        chi_square = SetupChiSquare.of(fit, responses.keys, responses.each, setup, exact)
+        chi_square = SetupChiSquare.of(fit, responses.each, responses.weights, responses.at, setup)
         outlier = setup_outlier(chi_square, responses.keys, setup)
-        slips = misstated(chi_square, responses.keys, setup)
-        unexplained, blur = chi_square.sigmas_left(chi_square.least()[1]), chi_square.blur
-    test = FlightTest() if fit is None else _tested(fit, responses.uncertain, estimate, unexplained)
-    test = replace(test, blur=blur)
-    for key, response, slip in zip(responses.keys, responses.each, slips.tolist(), strict=True):
-        if key in responses.exact and (outlier is None or key not in outlier.off):
-            continue
+        wrong = np.array([outlier is not None and key in outlier.off for key in responses.keys])
+        # what the estimate was told of g is no result
+        alone = chi_square.without_g(expected_gravity(setup.site, setup.tracer.density_kg_m3)[0])
+        posterior, of_g = (one.posterior(wrong, responses.at) for one in (chi_square, alone))
+        if bounces.free_fall is not None:
+            bounces = replace(bounces, free_fall=replace(bounces.free_fall, g_m_s2=alone.gravity()))
+        unexplained = chi_square.sigmas_left(chi_square.least()[1])
+    test = FlightTest() if fit is None else _tested(fit, estimate, unexplained)
+    test = replace(test, bias_deviations=responses.bias_deviations())
+    by_unit: list[InputChange] = []
+    for key, response in zip(responses.keys, responses.each, strict=True):
         followed = None if fit is None else fit.follow(response)
         e = _e_changes(estimate, bounces, response, followed)
         g = float("nan") if followed is None else float(followed[0])
-        # no possible sphere is more likely than another: their squares add up to the mean square
-        share = 1.0 / np.sqrt(responses.n_spheres) if key == SPHERE else 1.0
-        # as far off as the run itself says
-        share *= slip if outlier is None else max(slip, outlier.widening(key))
         kind: Share = "sphere" if key in (SPHERE, DIAMETER) else "calibration"
-        out.append(InputChange(key, kind, time_s, share * response.moved_m, share * e, share * g))
+        by_unit.append(InputChange(key, kind, time_s, response.moved_m, e, g))
+    out = _of_posterior(by_unit, posterior, of_g)
     places = _impact_breaks(estimate, bounces)
     before, after = break_velocities(estimate.posterior, fit)
     out += tilt_and_clock(time_s, lambda: (before[places], after[places]), bounces, setup)
-    return tuple(out), test if outlier is None else replace(test, cause=outlier.sentence, explained=outlier.explains)
+    test = test if outlier is None else replace(test, cause=outlier.finding)
+    return bounces, tuple(out), test
 
 
-def _tested(fit: FlightFit, responses: SetupResponses, estimate: JointEstimate, unexplained: float) -> FlightTest:
-    """Return by what flights that bend widen u, and what is reported where neither noise nor the setup explains it.
+def _of_posterior(by_unit: list[InputChange], covariance: FloatArray, of_g: FloatArray) -> list[InputChange]:
+    """Return changes that are independent of each other, of inputs with a covariance (n, n), by those of each alone.
+
+    C = D D^T, D a triangle: what the sphere's inputs share with the others counts as theirs. `of_g` is the covariance
+    that g changes with.
+    """
+    if not by_unit:
+        return []
+    # the sphere first: the rest of the triangle is what antennas leave open where it is held
+    order = sorted(range(len(by_unit)), key=lambda n: by_unit[n].share != "sphere")
+    by_unit, out = [by_unit[n] for n in order], []
+    directions, apart = (np.linalg.cholesky(one[np.ix_(order, order)]).T for one in (covariance, of_g))
+    for number, (direction, alone) in enumerate(zip(directions, apart, strict=True)):
+        with np.errstate(invalid="ignore"):
+            moved = np.tensordot(direction, np.array([one.moved_m for one in by_unit]), 1)
+            e = direction @ np.array([one.e for one in by_unit]).reshape(len(by_unit), -1)
+            g = float(alone @ np.array([one.g_m_s2 for one in by_unit]))
+        out.append(replace(by_unit[number], moved_m=moved, e=e, g_m_s2=g))
+    return out
+
+
+def _tested(fit: FlightFit, estimate: JointEstimate, unexplained: float) -> FlightTest:
+    """Return by what flights that bend widen u, and what is reported where noise does not explain it.
 
     `unexplained`: standard deviations of chi-square that inputs leave that may be off by more than their u.
     """
-    bends, keys = fit.bends(responses.each), responses.keys
-    # of the possible spheres only one is there: their mean counts as one input
-    each = np.array([bends[[other == key for other in keys]].mean() for key in dict.fromkeys(keys)])
     if estimate.u_position_m is None:
         return FlightTest()
     # two motions from the same samples: what parts them belongs to the uncertainty of both
     bend = fit.bend_over_u(estimate.time_s, estimate.u_position_m)
     apart = float(np.hypot(1.0, bend))
-    if fit.excess(each) < FLIGHTS.least_excess:
+    if fit.excess(np.zeros(0)) < FLIGHTS.least_excess:
         return FlightTest(widening=apart)
     # a misfit that noise does not make belongs to u (Birge), whether it bends the flights or not
     value, expected = fit.misfit
-    widening = max(apart, float(np.sqrt(value / (expected + each.sum()))))
+    widening = max(apart, float(np.sqrt(value / expected)))
     # what bends by less than u is known to: alternatives have said so
     if bend < FLIGHTS.least_bend:
-        is_reported = unexplained > FLIGHTS.most_unexplained
-        return FlightTest(unsteady(value, expected, widening) if is_reported else "", widening)
+        if not unexplained > FLIGHTS.most_unexplained:
+            return FlightTest(widening=widening)
+        return FlightTest(_bent("flights_unsteady", "change", value, expected, widening), widening=widening)
     widening = max(widening, FLIGHTS.least_widening)
-    return FlightTest(bent_flights(value, expected, widening, by_setup=unexplained < FLIGHTS.least_excess), widening)
+    guess = "setup" if unexplained < FLIGHTS.least_excess else "reflector"
+    return FlightTest(_bent("flights_bend", guess, value, expected, widening), widening=widening)
+
+
+def _bent(code: str, guess: str, value: float, expected: int, widening: float) -> Finding:
+    return warn(code, chi_square=value, expected=expected, widening=widening, guess=guess, remedy=guess)
 
 
 def _e_changes(

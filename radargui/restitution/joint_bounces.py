@@ -94,7 +94,7 @@ def fit_free_flights(posterior: MotionPosterior, normal: FloatArray, like: Fligh
 
     Where no two neighbours do, the first fall alone, up to where it ends or something stops it. A misfit that stays
     widens the covariance. The first 10 ms after the onset are left out, and where that fits none, all until a hand that
-    throws it has let go. Of an alternative to a fit, `like`, as many flights or one fewer: of others it says nothing.
+    throws it has let go. Of an alternative to a fit, `like`, no more flights than that has.
     Other parameters, result and errors as for `fit_with_alternatives`.
     """
     free = posterior.free
@@ -107,11 +107,10 @@ def fit_free_flights(posterior: MotionPosterior, normal: FloatArray, like: Fligh
     first = _released(posterior)
     if first >= free.segments[0].n_spans or _never_falls(free, first):
         return None
-    count, least = _likely(free, min(n_flights, _affordable(free))), 2
+    count = _likely(free, min(n_flights, _affordable(free)))
     if like is not None:
         count = min(count, like.apex_s.size)
-        least = max(least, min(count, like.apex_s.size - 1))
-    counts = range(count, least - 1, -1)
+    counts = range(count, 1, -1)
     best = _fit_run(posterior, counts, first)
     # a fall alone that begins later may be any motion that bends like one for a while
     if count > 1 and (best is None or not best.is_good) and (let_go := _let_go(free, first)) is not None:

@@ -55,8 +55,7 @@ class JointImpacts:
         posterior: MotionPosterior, fit: FlightFit | None, normal: FloatArray, responses: SetupResponses | None
     ) -> JointImpacts:
         """Return the impacts along a normal."""
-        known = None if responses is None else responses.uncertain
-        inputs = None if fit is None or known is None else fit.inputs(known.each, known.weights)
+        inputs = None if fit is None or responses is None else responses.beside(fit)
         breaks, n_fitted = posterior.breaks, 0
         time, covariance = breaks.time_s.copy(), breaks.covariance.copy()
         before, after = break_velocities(posterior, fit)

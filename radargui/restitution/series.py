@@ -11,9 +11,13 @@ KINDS: tuple[RunKind, ...] = ("measured", "simulated", "replay")
 """From the best: a series is of one kind, the best that it has; a replay is no measurement, and a simulation none."""
 
 
+PRELIMINARY = "the final result is still to be computed"
+"""Why a drop does not count that has only a preliminary result."""
+
+
 @dataclass(frozen=True, slots=True)
 class Series:
-    """What a series gave.
+    """What a series gave: means of final results alone.
 
     Attributes
     ----------
@@ -27,6 +31,8 @@ class Series:
         Names of these drops.
     outliers
         Names of those whose e stands out, see `statistics.OUTLIER_RULE`; they count like the others.
+    mark
+        What is said of drops that are no measurements, see `RunOrigin`; empty of measured ones.
     """
 
     kind: RunKind | None = None
@@ -37,15 +43,17 @@ class Series:
     impact_speed_m_s: Statistics = NO_VALUE
     seen: tuple[str, ...] = ()
     outliers: tuple[str, ...] = ()
+    mark: str = ""
 
     @property
     def words(self) -> str:
         """What people read: the mean of e, of how many drops, and how many were left out."""
         many = f"mean of {self.e.n} drops" if self.e.n > 1 else "1 drop"
         said = f"{self.e.words()} ({many})" if self.e.n else ""
-        mark = "" if self.kind in (None, "measured") else f"{self.kind}"
-        left = f"{len(self.left_out)} left out" if self.left_out else ""
-        return ", ".join(filter(None, (said, mark, left)))
+        n_preliminary = sum(why == PRELIMINARY for why in self.left_out.values())
+        preliminary = f"{n_preliminary} preliminary" if n_preliminary else ""
+        n_left = len(self.left_out) - n_preliminary
+        return ", ".join(filter(None, (said, self.mark, preliminary, f"{n_left} left out" if n_left else "")))
 
 
 def series_of(drops: Sequence[Drop]) -> Series:
@@ -68,6 +76,9 @@ def series_of(drops: Sequence[Drop]) -> Series:
             left_out[drop.name] = "a replay is no drop of its own" if drop.origin.kind == "replay" else "simulated"
         elif twin is not None:
             left_out[drop.name] = f"the same drop as {twin.name}"
+        elif drop.preliminary:
+            # its u holds less than that of the final result, which would make the mean look better than it is
+            left_out[drop.name] = PRELIMINARY
         else:
             counted.append(drop)
     # without the rest before it the first impact seen may be the third, and e depends on the speed
@@ -80,7 +91,8 @@ def series_of(drops: Sequence[Drop]) -> Series:
     e, g = of("e", "u_e", "u_e_combined"), of("g_m_s2", "u_g_m_s2", "u_g_combined_m_s2")
     names = tuple(drop.name for drop in seen)
     outliers = tuple(names[place] for place in e.outliers)
-    return Series(kind, left_out, e, g, of("drop_height_m"), of("impact_speed_m_s"), names, outliers)
+    mark = ", ".join(dict.fromkeys(drop.origin.mark for drop in drops if drop.origin.kind == kind and drop.origin.mark))
+    return Series(kind, left_out, e, g, of("drop_height_m"), of("impact_speed_m_s"), names, outliers, mark)
 
 
 def drop_labels(runs: Iterable[tuple[str, RunOrigin | None, bool]]) -> dict[str, str]:

@@ -99,10 +99,12 @@ class TrackSettings:
         Kept free after the start of the motion: the release is not a clean cut.
     least_flight_s
         Shortest flight, between the clearances.
-    rising_s, least_rising
-        The speed after the last impact comes from the track in so long after it, of so many samples.
+    rising_s, least_rising_s
+        The speed after the last impact comes from the track in so long after it, of which so much is known.
+    least_known_s
+        Of a flight, from its first known sample to its last.
     least_samples
-        Of a flight.
+        Of whatever a line or a parabola is fitted to, at any rate: twice the unknowns of a parabola, and two.
     largest_residual, least_residual_m
         A flight is no parabola where it misses its own by the second, and by the first times what the run's flights do.
     largest_shift_s
@@ -111,11 +113,11 @@ class TrackSettings:
         Flights under a g wrong by more than this share are none: what looked like impacts came from elsewhere.
     largest_u_e, sigmas_above_1
         e is valid with u_e below the first, and at most so many u_e above 1.
-    least_fall_samples
-        Of the first fall by itself.
-    side_s, least_side_samples
-        Velocities at an impact come from straight lines, gravity taken off, over so long and so many samples on each
-        side: sideways a flight is straight.
+    least_fall_s
+        Known of the first fall by itself.
+    side_s, least_side_s
+        Velocities at an impact come from straight lines, gravity taken off, over so long on each side, of which so much
+        is known: sideways a flight is straight.
     waves_in_rebounds
         u of e by what parabolas follow of waves in the track, in units of e u(height) / rebound's height: of 340
         impacts of physical, generic and laboratory drops 80 to 100 % lay within 2 u without it, 89 to 100 % with it.
@@ -131,7 +133,8 @@ class TrackSettings:
     start_clearance_s: float = 0.02
     least_flight_s: float = 0.012
     rising_s: float = 0.012
-    least_rising: int = 4
+    least_rising_s: float = 0.002
+    least_known_s: float = 0.004
     least_samples: int = 8
     largest_residual: float = 5.0
     least_residual_m: float = 1.0e-3
@@ -139,9 +142,9 @@ class TrackSettings:
     largest_g_error: float = 0.3
     largest_u_e: float = 0.1
     sigmas_above_1: float = 3.0
-    least_fall_samples: int = 16
+    least_fall_s: float = 0.008
     side_s: float = 0.03
-    least_side_samples: int = 12
+    least_side_s: float = 0.006
     waves_in_rebounds: float = 0.2
     sure_of_drag: float = 2.0
     much_drag: float = 1.5
@@ -154,7 +157,7 @@ class CheckSettings:
 
     Attributes
     ----------
-    least_samples
+    least_known_s
         Of the flight after an impact, for its height.
     edge_share
         Of that flight left out at both ends.
@@ -192,7 +195,7 @@ class CheckSettings:
         lost (30 mm, laboratory seed 820002, published).
     """
 
-    least_samples: int = 16
+    least_known_s: float = 0.008
     edge_share: float = 0.05
     coverage: float = 3.0
     model_share: float = 0.01

@@ -1,4 +1,4 @@
-"""Which place of the setup is likely wrong by more than it says: flights and g against all its inputs at once."""
+"""Which place of the setup is likely wrong by more than it says: flights and g against all of it (method 6)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,8 +7,8 @@ import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.assumed import UncertainInput, uncertain_inputs, usual_u
+from radargui.model.finding import Finding, warn
 from radargui.model.setup import Setup
-from radargui.restitution.bent_flights import CONTRADICTED, COUNTED, NAMED
 from radargui.restitution.setup_chi_square import SetupChiSquare
 
 _SIGMAS = 3.72
@@ -30,12 +30,7 @@ _MOST_LEFT = 0.1
 """Share of the flights' excess of chi-square that a wrong place leaves: what the linear answer misses of an angle off
 by 0.4 rad is 0.2 of it, 0.04 in chi-square. Wrong places left 0.0 to 0.03, walls of a box 0.24 to 0.63 (laboratory
 7047241, 770535)."""
-_AGREES = 0.5
-"""Deviations of chi-square above its mean up to which flights agree with a place: of six right setups in which one was
-named azimuths 6 to 74 degrees off left 1.3 to 9, wrong distances in as loud drops -1.2 and -0.1 (decision 51)."""
 _RELEASE = "tracer.release_position_m"
-_SLIPS = 0.01
-"""Share of places, and of values, that people misstate: chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,19 +41,12 @@ class SetupOutlier:
     ----------
     off
         What has to be added to each of its inputs, in their u, by key.
-    sentence
-        For people.
-    explains
-        Whether it makes the flights agree. Where it does not something else bends them, too.
+    finding
+        Which place, and whether it makes the flights agree. Where it does not something else bends them, too.
     """
 
     off: dict[str, float]
-    sentence: str
-    explains: bool = True
-
-    def widening(self, key: str) -> float:
-        """Return by how many u an input counts as uncertain: as far off as the run itself says."""
-        return max(1.0, abs(self.off.get(key, 0.0)))
+    finding: Finding
 
 
 def setup_outlier(chi_square: SetupChiSquare, keys: Sequence[str], setup: Setup) -> SetupOutlier | None:
@@ -97,37 +85,11 @@ def setup_outlier(chi_square: SetupChiSquare, keys: Sequence[str], setup: Setup)
     bounds = np.array([_LEAST_OFF_EXACT if key in stated and stated[key].u == 0.0 else _LEAST_OFF for key in keys])
     if gain < least or not (np.abs(off) > bounds)[freed].any():
         return None
-    # what the linear answer misses goes into azimuths, which a fall hardly shows, but makes flights agree with none
-    is_antenna = places[freed][0] != _RELEASE
-    if is_antenna and gain < chi_square.blur * least and chi_square.sigmas_left(bound + gain) > _AGREES:
-        return None
     found = {key: float(by) for key, by, one in zip(keys, off, freed, strict=True) if one}
     named, alike = str(places[freed][0]), gain - max(_ALIKE, _ALIKE_SHARE * gain)
     others = [str(places[which][0]) for other, _, which, _ in gained if other > alike and which is not freed]
     left = chi_square.share_left(bound + gain)
-    return SetupOutlier(found, _sentence(named, found, inputs, others, left), bool(left < _MOST_LEFT))
-
-
-def misstated(chi_square: SetupChiSquare, keys: Sequence[str], setup: Setup) -> FloatArray:
-    """Return by how many u inputs count as uncertain since one place may be misstated, shape (n,).
-
-    Too weakly for `setup_outlier` to name it: a release 17 mm beside the truth bends flights as angles that are off by
-    two of their u do. The setup as it is, each place and each of its values misstated are mixed by their evidence, as
-    alternatives are (method 6). What the setup calls exact stays so.
-    """
-    stated = {one.key: one.u for one in uncertain_inputs(setup)}
-    places = np.array([_place(key) if stated.get(key, 0.0) > 0.0 else "" for key in keys])
-    wholes = [np.asarray(places == place) for place in dict.fromkeys(one for one in places if one)]
-    # one number is misread more easily than three, and the flights have to say less of it
-    alone = [np.arange(len(keys)) == n for whole in wholes if whole.sum() > 1 for n in np.flatnonzero(whole)]
-    # the setup as it is first
-    logs, squares = [0.0], [np.ones(len(keys))]
-    for which in (*wholes, *alone):
-        square, evidence = chi_square.misstated(which)
-        logs.append(np.log(_SLIPS) + evidence)
-        squares.append(np.where(which, np.maximum(1.0, square), 1.0))
-    weights = np.exp(np.array(logs) - max(logs))
-    return np.asarray(np.sqrt(weights @ np.array(squares) / weights.sum()))
+    return SetupOutlier(found, _finding(named, found, inputs, others, float(left)))
 
 
 def _place(key: str) -> str:
@@ -144,24 +106,24 @@ def _most_by_chance(degrees: int) -> float:
     return degrees * float(1.0 - variance + _SIGMAS * np.sqrt(variance)) ** 3
 
 
-def _sentence(
+def _finding(
     place: str, off: dict[str, float], inputs: dict[str, UncertainInput], others: list[str], left: float
-) -> str:
-    most = f"{max(abs(by) for by in off.values()):.0f} times what it is known to"
-    by = ", ".join(_by(inputs[key], one) for key, one in off.items() if abs(one) > _WORTH_NAMING)
-    beside = f" (or {' or '.join(others)})" if others else ""
-    if sum(one.startswith("receiver") for one in (place, *others)) > 1:
-        beside = f"{beside[:-1]}, or receivers are exchanged)"
-    if not left < _MOST_LEFT:
-        what = "the calibration" if place == "calibration" else f"{place}{beside}, adding {by},"
-        return (
-            f"{CONTRADICTED}, and nothing in it alone explains that: {what} leaves {left:.0%} of it ({most}){COUNTED}"
-        )
-    if place == "calibration":
-        likely = f"the antennas stand elsewhere than their calibration says ({most}): calibrate again"
-    else:
-        likely = f"{place}{beside} is wrong, adding {by} would agree ({most}): measure it again"
-    return f"{NAMED} {likely}{COUNTED}"
+) -> Finding:
+    may_be_exchanged = sum(one.startswith("receiver") for one in (place, *others)) > 1
+    kind = "calibration" if place == "calibration" else "place"
+    return warn(
+        "setup_contradicted",
+        explains=bool(left < _MOST_LEFT),
+        is_counted=True,
+        what=kind,
+        what_in_part=kind,
+        place=place,
+        beside="exchanged" if may_be_exchanged else "others" if others else "",
+        others=" or ".join(others),
+        adding=tuple(_by(inputs[key], one) for key, one in off.items() if abs(one) > _WORTH_NAMING),
+        times_u=max(abs(by) for by in off.values()),
+        left=left,
+    )
 
 
 def _by(one: UncertainInput, off: float) -> str:

@@ -6,12 +6,13 @@ Method 5, One fall into a bed.
 import numpy as np
 
 from radargui.model.arrays import FloatArray
+from radargui.model.finding import Finding, warn
 from radargui.model.result import Bounces, FreeFall, Track
 from radargui.restitution.settings import CHECKS
 
 
-def braked_without_impact(bounces: Bounces, track: Track) -> list[str]:
-    """Return a sentence where the sphere falls freely and is then stopped on some way, not by an impact.
+def braked_without_impact(bounces: Bounces, track: Track) -> Finding | None:
+    """Return a finding where the sphere falls freely and is then stopped on some way, not by an impact.
 
     A path of the length s in a medium of refractive index n shows as n s: below the surface of grains the track is too
     deep by (n - 1) times the depth. No setup states a medium. What throws the sphere up again after some ms is no
@@ -26,30 +27,20 @@ def braked_without_impact(bounces: Bounces, track: Track) -> list[str]:
     """
     fall = bounces.free_fall
     if fall is None or bounces.impacts or bounces.normal is None:
-        return []
+        return None
     after = track.valid & (track.time_s >= fall.last_time_s)
     if not after.any():
-        return []
+        return None
     height = np.asarray(bounces.normal) @ track.position_m[:, after]
     u_m = np.linalg.norm(np.asarray(bounces.normal)[:, None] * track.u_position_m[:, after], axis=0)
     free = _last_free(fall, track.time_s[after], height, u_m)
     lowest = free + int(np.argmin(height[free:]))
     way_m, back_m = float(height[free] - height[lowest]), float(height[lowest:].max() - height[lowest])
     if way_m < CHECKS.least_braked_m:
-        return []
+        return None
     if back_m > CHECKS.least_braked_m:
-        sentence = (
-            f"the fall ends softly: the sphere is braked over {1e3 * way_m:.0f} mm and thrown up again by "
-            f"{1e3 * back_m:.0f} mm, so slowly that there is no instant of impact and no e: what it falls on gives way "
-            "for some milliseconds"
-        )
-        return [sentence]
-    sentence = (
-        f"the fall ends without a rebound, {1e3 * way_m:.0f} mm deeper: where grains or a liquid stop the sphere, the "
-        "wave is slower than in air, and below their surface the track is too deep by a share n - 1 (foam beads up to "
-        "2 %), which no uncertainty holds"
-    )
-    return [sentence]
+        return warn("fall_ends_softly", way_m=way_m, back_m=back_m)
+    return warn("fall_without_rebound", way_m=way_m)
 
 
 def _last_free(fall: FreeFall, time_s: FloatArray, height_m: FloatArray, u_m: FloatArray) -> int:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray, IntArray, median
+from radargui.model.arrays import BoolArray, FloatArray, IntArray, median
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Segment, Track
 from radargui.restitution.parabola import Parabolas, misfits_m, solve_parabolas
@@ -30,7 +30,8 @@ class Heights:
         begin = impact_s + 0.001
         inside = slice(*np.searchsorted(self.time_s, [begin, begin + TRACKS.rising_s]))
         d, height = self.time_s[inside] - impact_s, self.height_m[inside]
-        if d.size < TRACKS.least_rising:
+        # the line has one unknown, and a second says whether it is one
+        if d.size < 2 or d[-1] - d[0] < TRACKS.least_rising_s:
             return 0.0
         # gravity taken off, a line has one unknown less: so few samples bear no parabola
         straight, away = height + 0.5 * NOMINAL_GRAVITY_M_S2 * d * d, d - d.mean()
@@ -110,7 +111,7 @@ def fit_track_flights(heights: Heights, flights_s: FloatArray) -> FittedFlights 
 
     A stretch that is no parabola (an impact missed in it, a lost fringe) would spoil the shared g: it is left out.
     """
-    number, samples = samples_of_flights(heights.time_s, flights_s, TRACKS.least_samples)
+    number, samples = samples_of_flights(heights.time_s, flights_s, TRACKS.least_samples, TRACKS.least_known_s)
     if not number.size:
         return None
     if samples.size > 2:
@@ -122,11 +123,26 @@ def fit_track_flights(heights: Heights, flights_s: FloatArray) -> FittedFlights 
     return FittedFlights.of(number, samples, samples.of(heights.height_m))
 
 
-def samples_of_flights(time_s: FloatArray, flights_s: FloatArray, least: int) -> tuple[IntArray, Stretches]:
+def are_known(
+    time_s: FloatArray, begin: IntArray, end: IntArray, least_s: float, least: int = TRACKS.least_samples
+) -> BoolArray:
+    """Return which stretches of samples, from `begin` to before `end`, last so long and can bear a parabola.
+
+    How much they tell is a matter of their duration: that of so many samples is another one at each rate.
+    """
+    if time_s.size == 0:
+        return np.zeros(begin.shape, dtype=np.bool_)
+    lasts_s = time_s[np.maximum(end - 1, 0)] - time_s[np.minimum(begin, time_s.size - 1)]
+    return np.asarray((end - begin >= least) & (lasts_s >= least_s))
+
+
+def samples_of_flights(
+    time_s: FloatArray, flights_s: FloatArray, least: int, least_s: float = 0.0
+) -> tuple[IntArray, Stretches]:
     """Return the numbers of the flights that hold enough of the samples at times (n,), and these."""
     # an unknown begin and end are both after all samples: such a flight holds none
     begin, end = np.searchsorted(time_s, flights_s.T)
-    enough = end - begin >= least
+    enough = are_known(time_s, begin, end, least_s, least)
     return np.flatnonzero(enough), Stretches.between(time_s, begin[enough], end[enough])
 
 
@@ -194,5 +210,5 @@ def impact_sides(time_s: FloatArray, impact_s: FloatArray) -> tuple[IntArray, In
     near, far = TRACKS.clearance_s, TRACKS.side_s
     begin = np.searchsorted(time_s, np.stack([impact_s - far, impact_s + near]))
     end = np.searchsorted(time_s, np.stack([impact_s - near, impact_s + far]))
-    side, impact = np.nonzero(end - begin >= TRACKS.least_side_samples)
+    side, impact = np.nonzero(are_known(time_s, begin, end, TRACKS.least_side_s))
     return side, impact, Stretches.between(time_s, begin[side, impact], end[side, impact])

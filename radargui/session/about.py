@@ -22,7 +22,8 @@ _GL_NAMES = {"win32": ("opengl32",), "darwin": ("OpenGL",)}
 
 def about_lines(setup: Setup) -> tuple[str, ...]:
     """Return one fact a line, of the program, this computer and the calibration that a setup refers to."""
-    said = (calibration_words(setup), too_old(setup, datetime.now().astimezone()), edited_since(setup))
+    edited = edited_since(setup)
+    said = (calibration_words(setup), too_old(setup, datetime.now().astimezone()), edited.text if edited else "")
     facts = {
         "RadarGUI": __version__,
         "Python": f"{platform.python_version()} ({sys.executable})",

@@ -86,7 +86,7 @@ def _stamp(entry: os.DirEntry[str]) -> Stamp:
 
 
 _ANTENNAS = ("radar", "transmitter", "receiver")
-SCHEMA = 2
+SCHEMA = 3
 """Of the tables below: an index of another one is made anew."""
 IN_MEMORY = Path(":memory:")
 _SETTLES_NS = 2_000_000_000

@@ -146,7 +146,9 @@ class SessionInfo(_Record):
     notes: str = ""
     calibration: CalibrationRecord = CalibrationRecord()
     setup_name: str = ""
-    """Name of the setup file, without folder and suffix; empty where there was none."""
+    """Name of the setup file, without folder and suffix, a star behind one that was edited; empty without a file."""
+    source: str = ""
+    """Where its samples come from: SIMULATED, REPLAY, NI Dev1; empty where no record says so."""
     journal: tuple[JournalEntry, ...] = ()
     versions: dict[str, str] = Field(default_factory=dict)
     rejected: dict[str, str] = Field(default_factory=dict)
@@ -167,18 +169,23 @@ class SessionDetails(TypedDict, total=False):
     notes: str | None
     calibration: CalibrationRecord | None
     setup_name: str | None
+    source: str | None
 
 
-def about_setup_file(path: Path | None) -> SessionDetails:
-    """Return the name and the calibration of a setup file, which is when it was last changed; nothing without one."""
+def about_setup_file(path: Path | None, *, is_edited: bool = False) -> SessionDetails:
+    """Return the name and the calibration of a setup file, which is when it was last changed; nothing without one.
+
+    A setup that was edited since it was read has a star behind the name of its file.
+    """
     if path is None:
         return SessionDetails()
     try:
         changed_at = datetime.fromtimestamp(path.stat().st_mtime, UTC).astimezone().isoformat(timespec="seconds")
     except OSError:
         changed_at = ""
-    origin = f"setup file {path.name}, as last changed then"
-    return SessionDetails(calibration=CalibrationRecord(made_at=changed_at, origin=origin), setup_name=path.stem)
+    edited = ", edited in the window since" if is_edited else ""
+    record = CalibrationRecord(made_at=changed_at, origin=f"setup file {path.name}, as last changed then{edited}")
+    return SessionDetails(calibration=record, setup_name=f"{path.stem}{'*' * is_edited}")
 
 
 def copied_calibration(setup: Setup, folder: Path) -> CalibrationRecord | None:

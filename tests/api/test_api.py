@@ -104,7 +104,9 @@ def test_it_measures_what_falls(result: radargui.Result) -> None:
 def test_other_settings_and_files_of_others(path: Path, tmp_path: Path) -> None:
     run = radargui.open_run(path)
     assert radargui.process(run, correction="ellipse", geometry="plane").correction == "ellipse"
-    with pytest.raises(radargui.RadarGuiError, match=r"processing.correction = \"best\", allowed: joint, adaptive"):
+    with pytest.raises(
+        radargui.RadarGuiError, match=r"processing.correction = \"best\", allowed: joint, flights, adaptive"
+    ):
         radargui.process(run, correction="best")
     table = tmp_path / "drop.csv"
     volts = run.recording.volts()

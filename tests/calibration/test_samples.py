@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks.laboratory.calibration_scenes import circled, laboratory
+from benchmarks.scoring.calibration_scenes import circled, laboratory
 from support.changed import changed
 from support.simulated_recording import simulate_recording
 

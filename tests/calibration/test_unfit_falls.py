@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from benchmarks.laboratory.calibration_scenes import dropped, laboratory
+from benchmarks.scoring.calibration_scenes import dropped, laboratory
 from support.calibrations import calibration_of
 from support.simulated_recording import simulate_recording
 from support.simulated_setup import simulated_setup

@@ -18,7 +18,7 @@ from radargui.model.calibrated_setup import calibrated
 from radargui.model.calibration_file import read_calibration
 from radargui.model.setup import read_setup, write_setup
 from radargui.processing.calibration_check import check_calibration
-from radargui.processing.offline import process
+from radargui.processing.process import process
 from radargui.report.setup_section import setup_blocks
 from radargui.session.info import SCHEMA, read_info
 from radargui.session.session import Session

@@ -42,8 +42,10 @@ def served(setup: Setup) -> Recording:
 def radargui(library: Path, served: Recording, tmp_path: Path) -> Callable[..., Ran]:
     """Run the command line in a process that finds the library."""
 
-    def run(*arguments: object, realtime: bool = True, overflow_at: int | None = None) -> Ran:
-        found = environment(library, served.raw, realtime=realtime, overflow_at=overflow_at)
+    def run(
+        *arguments: object, realtime: bool = True, overflow_at: int | None = None, replugged: Path | None = None
+    ) -> Ran:
+        found = environment(library, served.raw, realtime=realtime, overflow_at=overflow_at, replugged=replugged)
         found |= {f"XDG_{kind}_HOME": str(tmp_path / kind) for kind in ("DATA", "STATE", "CONFIG", "CACHE")}
         found["PYTHONPATH"] = os.pathsep.join([str(ROOT / "tests"), str(ROOT)])
         done = subprocess.run(
@@ -85,7 +87,8 @@ def test_a_device_that_is_not_there_is_told_with_those_that_are(
     write_setup(changed(setup, daq={"device": "Dev7"}), tmp_path / "lab.toml")
     done = radargui("record", "--source", "ni", "--setup", tmp_path / "lab.toml", "--output", tmp_path)
     assert done.returncode == 1
-    assert "no NI device named Dev7 on this computer; there is Dev1 (DAQPad-6015), Dev2 (USB-6356)." in done.stderr
+    assert "no NI device named Dev7 on this computer" in done.stderr
+    assert "its driver NI-DAQmx 23.5.0 knows Dev1 (DAQPad-6015), Dev2 (USB-6356)." in done.stderr
 
 
 @pytest.mark.parametrize("device", ["Dev1", "Dev2"])
@@ -127,3 +130,38 @@ def test_an_overflow_with_restart_allowed_is_a_gap_in_the_file_and_a_warning(
     np.testing.assert_array_equal(run.raw[:, :1234], served.raw[:, :1234])
     np.testing.assert_array_equal(run.raw[:, 1234:], served.raw[:, : run.n_samples - 1234])
     assert run.n_samples + gap.count == 8000
+
+
+def test_a_device_that_was_plugged_in_again_goes_on_in_the_same_run(
+    radargui: Callable[..., Ran], setup: Setup, served: Recording, tmp_path: Path
+) -> None:
+    # that it samples simultaneously is what its driver has forgotten
+    allowed = changed(setup, recording={"restart_after_error": True}, daq={"device": "Dev2"})
+    again = tmp_path / "plugged in again"
+    done, path = record(radargui, allowed, tmp_path, 0.8, overflow_at=1234, replugged=again)
+    assert done.returncode == 0, done.stderr
+    assert again.exists()
+    run = read_run(path)
+    assert [gap.first_index for gap in run.gaps] == [1234]
+    assert run.digitisation.channel_skew_s == 0.0
+    np.testing.assert_array_equal(run.raw[:, 1234:], served.raw[:, : run.n_samples - 1234])
+
+
+def test_what_the_driver_has_forgotten_after_a_replug_a_new_process_is_told(
+    library: Path, served: Recording, setup: Setup, tmp_path: Path
+) -> None:
+    write_setup(setup, tmp_path / "lab.toml")
+    again = tmp_path / "plugged in again"
+    found = environment(library, served.raw, replugged=again)
+    found["PYTHONPATH"] = os.pathsep.join([str(ROOT / "tests"), str(ROOT)])
+    done = subprocess.run(
+        [sys.executable, "-m", "support.replugged", str(tmp_path / "lab.toml"), str(again)],
+        env=found,
+        capture_output=True,
+        encoding="utf-8",
+        timeout=60,
+        check=True,
+    )
+    before, after, listed = done.stdout.splitlines()
+    assert before == after == "200000.0 0.0119 1.5e-05"
+    assert listed == "[200000.0, 1250000.0]"

@@ -17,7 +17,7 @@ from support.small_setups import PLATE
 
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
-from radargui.processing.offline import process
+from radargui.processing.process import process
 
 TABLES = ["bounces.csv", "result.json", "track.csv"]
 
@@ -127,7 +127,7 @@ def test_ctrl_c_leaves_the_joint_correction_at_once_and_writes_nothing(
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        (["--correction", "best"], 'processing.correction = "best", allowed: joint, adaptive, published, '),
+        (["--correction", "best"], 'processing.correction = "best", allowed: joint, flights, adaptive, published, '),
         (["--geometry", "flat"], 'processing.geometry = "flat", allowed: exact, plane'),
         (["--rate-hz", "0"], "--rate-hz = 0, allowed: a number above 0"),
         (["--rate-hz", "inf"], "--rate-hz = inf, allowed: a number above 0"),

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.command_line import Command
+from support.inhibitor import inhibitor
 from support.run_contents import read_run_truth, read_summary
 
 from radargui.cli.record import RecordProgress
@@ -69,6 +72,18 @@ def test_seconds_records_so_long_without_waiting_for_motion(command: Command, se
     (run,) = only_session(tmp_path / "out").run_paths()
     assert ended.status == 0
     assert read_run(run).n_samples == 1000
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the stand-in is Linux's")
+def test_the_computer_is_kept_awake_meanwhile(
+    command: Command, setup_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = inhibitor(tmp_path / "bin")
+    monkeypatch.setenv("PATH", str(tmp_path / "bin"), prepend=os.pathsep)
+    command("record", "--fast", "--seconds", 0.25, "--setup", setup_file, "--output", tmp_path / "out")
+    asked, end = log.read_text(encoding="utf-8").splitlines()
+    assert asked.startswith("--what=sleep:idle --mode=block --who=RadarGUI")
+    assert end == "released"
 
 
 def test_a_source_that_ends_before_the_seconds_asked_for_is_told(

@@ -98,7 +98,8 @@ def test_no_device_is_an_answer_and_no_driver_an_error(command: Command, monkeyp
     monkeypatch.setattr("radargui.cli.devices.find_devices", lambda remote, certificate: ())
     ended = command("devices")
     assert ended.status == 0
-    assert ended.out.startswith("No NI device at this computer.")
+    assert ended.out.startswith("No NI device is connected to this computer")
+    assert "E Series" in ended.out
 
     def fail(remote: str | None, certificate: str | None) -> tuple[NiDevice, ...]:
         raise DeviceError("The NI-DAQmx driver is not installed on this computer.")

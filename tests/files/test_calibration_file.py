@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from support.calibrations import MADE_AT, antenna_names, calibration_of, u_of
 from support.small_setups import quick_setup
+from support.words import words
 
 from radargui.files.calibration_file import free_path, write_calibration
 from radargui.model.assumed import uncertain_inputs
@@ -126,14 +127,14 @@ def test_a_setup_file_refers_to_its_calibration_and_carries_it_along(tmp_path: P
 
 def test_a_value_edited_afterwards_is_named_and_keeps_its_own_u(tmp_path: Path) -> None:
     setup = calibrated(SETUP, calibration_of(SETUP), tmp_path / "c.json")
-    assert edited_since(setup) == ""
+    assert edited_since(setup) is None
     inputs = {one.key for one in uncertain_inputs(setup)}
     assert "calibration[10]" in inputs
     assert not any(key.startswith(("receiver", "transmitter")) for key in inputs)
     plain = setup.model_dump(by_alias=True)
     plain["receiver"][1]["tilt_deg"] += 1.0
     other = type(setup).model_validate(plain)
-    assert edited_since(other).startswith("not as calibrated 3 November 2025: receiver[2].tilt_deg = ")
+    assert words(edited_since(other)).startswith("not as calibrated 3 November 2025: receiver[2].tilt_deg = ")
     inputs = {one.key for one in uncertain_inputs(other)}
     assert "receiver[2].tilt_deg" in inputs
     assert "receiver[1].tilt_deg" not in inputs
@@ -153,7 +154,7 @@ def test_a_transmitter_off_the_axis_gets_a_position(tmp_path: Path) -> None:
     assert setup.transmitter.position_m == (0.01, -0.02, 0.7)
     assert setup.transmitter.distance_m is None
     assert setup.transmitter.u_distance_m == 0.002
-    assert edited_since(setup) == ""
+    assert edited_since(setup) is None
     assert not any(one.key == "transmitter.distance_m" for one in uncertain_inputs(setup))
 
 

@@ -71,7 +71,7 @@ def test_replaced_results_do_not_make_the_file_grow(tmp_path: Path) -> None:
     for _ in range(3):
         write_results(path, result)
     assert path.stat().st_size == size
-    write_results(path, RunResult(result.recording, result.setup, "no_motion", "nothing moved"))
+    write_results(path, RunResult(result.recording, result.setup, "no_motion"))
     summary = read_summary(path)
     assert summary is not None
     assert (summary["status"], summary["e"], summary["verdict"]) == ("no_motion", None, None)

@@ -12,7 +12,7 @@ from radargui.model.errors import SetupError
 from radargui.model.gravity import normal_gravity_m_s2, share_in_air
 from radargui.model.radar import SPEED_OF_LIGHT_M_S
 from radargui.model.scattering import received_direction
-from radargui.model.setup import Setup, dump_setup, moved, parse_setup
+from radargui.model.setup import Setup, dump_setup, moved, parse_setup, value_of
 
 GOOD = """\
 schema = 1
@@ -129,6 +129,8 @@ def test_what_the_setup_gives_is_taken_and_the_rest_assumed_of_every_input() -> 
         "radar.u_frequency_hz": 10.0e9 * 1e-6,
         "radar.refractive_index": 3.2e-4,
         "transmitter.u_distance_m": 3e-3,
+        "transmitter.u_x_m": 3e-3,
+        "transmitter.u_y_m": 3e-3,
         "transmitter.u_polarization_deg": 5.0,
         "receiver[1].u_azimuth_deg": 0.5,
         "receiver[1].u_distance_m": 3e-3,
@@ -148,6 +150,14 @@ def test_every_value_with_an_uncertainty_can_be_moved_by_it() -> None:
         there = moved(setup, one.key, one.u)
         assert there != setup, one.key
         assert moved(there, one.key, -one.u).radar.wavelength_m == pytest.approx(setup.radar.wavelength_m)
+
+
+def test_a_value_that_is_moved_stands_where_it_was_moved_to() -> None:
+    setup = parse_setup(GOOD)
+    for one in uncertain_inputs(setup):
+        if one.key not in ("floor.tilt_deg", "daq.clock_ppm"):
+            there = value_of(moved(setup, one.key, 2.0 * one.u), one.key)
+            assert there == pytest.approx(value_of(setup, one.key) + 2.0 * one.u), one.key
 
 
 def test_without_polarisation_no_angle_of_it_is_uncertain() -> None:

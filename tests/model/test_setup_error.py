@@ -80,7 +80,7 @@ def test_the_setup_that_all_bad_ones_are_made_from_is_good() -> None:
         (
             changed("[transmitter]\ndistance_m = 0.70", ""),
             (
-                "[transmitter] is missing, allowed: a table with distance_m, u_distance_m, position_m, "
+                "[transmitter] is missing, allowed: a table with distance_m, u_distance_m, u_x_m, u_y_m, position_m, "
                 "polarization_deg, u_polarization_deg"
             ),
         ),
@@ -118,7 +118,7 @@ def test_the_setup_that_all_bad_ones_are_made_from_is_good() -> None:
         (GOOD + "[floor]\nnormal = [0, 0, 0]", "floor.normal = [0, 0, 0], allowed: any direction, not the zero vector"),
         (
             GOOD + "[processing]\ncorrection = 'best'",
-            'processing.correction = "best", allowed: joint, adaptive, published, ellipse, none',
+            'processing.correction = "best", allowed: joint, flights, adaptive, published, ellipse, none',
         ),
         (
             GOOD + "tilt = 3",
@@ -177,7 +177,9 @@ def test_the_sign_of_the_phase_is_a_whole_one(sign: str) -> None:
 
 def test_a_correction_that_is_not_there_is_refused_by_name() -> None:
     line = line_of(GOOD + "[processing]\ncorrection = 'best'")
-    assert line == 'lab.toml: processing.correction = "best", allowed: joint, adaptive, published, ellipse, none'
+    assert (
+        line == 'lab.toml: processing.correction = "best", allowed: joint, flights, adaptive, published, ellipse, none'
+    )
 
 
 @pytest.mark.parametrize(

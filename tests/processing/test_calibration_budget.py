@@ -29,7 +29,7 @@ def certain_setup() -> Setup:
     setup = changed(quick_setup(), radar=exact, tracer={"u_release_m": 0.0, "u_diameter_m": 0.0})
     fields = {"polarization_deg": 0.0, "u_polarization_deg": 0.0}
     receivers = [one.model_copy(update={"u_polarization_deg": 0.0}) for one in setup.receiver]
-    sender = setup.transmitter.model_copy(update=fields)
+    sender = setup.transmitter.model_copy(update={**fields, "u_x_m": 0.0, "u_y_m": 0.0})
     return setup.model_copy(update={"receiver": tuple(receivers), "transmitter": sender})
 
 

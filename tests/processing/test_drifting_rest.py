@@ -7,14 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from benchmarks.accuracy import with_method
-from benchmarks.laboratory.disturbed.front_end import Oscillator
-from benchmarks.laboratory.draw import draw
-from benchmarks.laboratory.scene import make_record
+from benchmarks.world.disturbed.front_end import Oscillator
+from benchmarks.world.draw import draw
+from benchmarks.world.scene import make_record
+from support.words import words
 
 from radargui.model.arrays import ComplexArray
 from radargui.model.result import Segment
 from radargui.processing.drifting_rest import drifting_rest
-from radargui.processing.offline import process
+from radargui.processing.process import process
 
 WAVELENGTH_M, REST_S = 0.03, 0.3
 TIME_S = np.arange(3000) / 10_000.0
@@ -24,7 +25,7 @@ SEGMENT = Segment(3000, 3000, 0, 3000)
 def said(point: ComplexArray) -> str:
     noise = np.random.default_rng(1).standard_normal((2, *point.shape))
     point = point + 0.008 * (noise[0] + 1j * noise[1])
-    return drifting_rest(TIME_S, point, np.ones(point.shape, dtype=np.bool_), SEGMENT, WAVELENGTH_M)
+    return words(drifting_rest(TIME_S, point, np.ones(point.shape, dtype=np.bool_), SEGMENT, WAVELENGTH_M))
 
 
 def resting(*speeds_m_s: float) -> ComplexArray:

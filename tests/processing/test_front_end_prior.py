@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from benchmarks.scenes.draw import draw_scene
-from benchmarks.scenes.scene import SceneRecord, make_record
+from benchmarks.world.generic.draw import draw_scene
+from benchmarks.world.generic.scene import SceneRecord, make_record
 from support.changed import changed
 
 from radargui.estimation.adaptive.found import AdaptiveRounds
@@ -17,7 +17,7 @@ from radargui.estimation.joint import JointEstimate, estimate_joint
 from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
-from radargui.processing.offline import process
+from radargui.processing.process import process
 
 RUNS = ("run-0001", "run-0002", "run-0003")
 

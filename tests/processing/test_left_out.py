@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
-from benchmarks.laboratory.disturbed.draw import disturbed
-from benchmarks.laboratory.scene import make_record
-from benchmarks.robust_scenes.budget import with_correction
-from benchmarks.robust_scenes.drops import Drop, make_drop
+import pytest
+from benchmarks.scoring.budget import with_correction
+from benchmarks.world.broken.drops import Drop, make_drop
+from benchmarks.world.disturbed.draw import disturbed
+from benchmarks.world.disturbed.front_end import Dip
+from benchmarks.world.scene import make_record
 
 from radargui.model.result import RunResult
-from radargui.processing.offline import process, said_once
+from radargui.processing.process import process
 
 
 def drowned(n_receivers: int, receivers: tuple[int, ...]) -> tuple[Drop, RunResult]:
@@ -24,12 +27,6 @@ def drowned(n_receivers: int, receivers: tuple[int, ...]) -> tuple[Drop, RunResu
         pair += rng.normal(0.0, 1.2 * pair.std(), pair.shape)
     recording = replace(drop.recording, raw=np.round(raw).astype(np.int16))
     return drop, process(recording, with_correction(drop.setup, "ellipse"))
-
-
-def test_a_reason_that_several_receivers_have_is_said_once() -> None:
-    assert said_once({0: "weak", 1: "clipped", 2: "weak"}) == ["receivers 1 and 3: weak", "receiver 2: clipped"]
-    assert said_once({0: "weak", 1: "weak", 2: "weak"}, "usable") == ["receivers 1, 2 and 3 are usable: weak"]
-    assert said_once({3: "weak"}, "usable") == ["receiver 4 is usable: weak"]
 
 
 def test_four_receivers_go_on_without_the_one_that_the_correction_rejects() -> None:
@@ -74,6 +71,29 @@ def test_a_loose_contact_of_15_ms_is_left_out_and_no_fringe_is_lost() -> None:
     wrong_m = np.linalg.norm(result.track.position_m - record.truth.position_m, axis=0)[known]
     # 25 mm with the contact counted as an echo
     assert wrong_m.max() < 1e-4
+
+
+def test_a_dip_that_hardly_shows_in_the_misfit_is_left_out_and_told_by_its_time() -> None:
+    scene = disturbed("dip/echo", 4200116)
+    (dip,) = scene.disturbances
+    assert isinstance(dip, Dip)
+    record = make_record(scene)
+    result = process(record.recording, scene.setup)
+    assert result.status == "ok"
+    assert result.corrected is not None
+    assert result.corrected.method == "joint"
+    (told,) = [one for one in result.findings if one.code == "dip_left_out"]
+    assert told.receiver == dip.receiver + 1
+    begin_s, end_s = map(float, re.findall(r"[\d.]+", re.findall(r"from (.*) s what", told.text)[0]))
+    assert begin_s == pytest.approx(dip.begin_s, abs=0.01)
+    assert end_s == pytest.approx(dip.begin_s + dip.lasts_s, abs=0.01)
+    # nothing else is blamed
+    assert {one.receiver for one in result.findings} == {told.receiver}
+    assert result.track is not None
+    known = result.track.valid & (result.track.time_s > scene.drop.start_s)
+    wrong_m = np.abs(result.track.position_m - record.truth.position_m)[:, known]
+    assert (wrong_m < 2.0 * result.track.u_position_m[:, known]).mean() > 0.9
+    assert wrong_m.max() < 1e-3
 
 
 def test_a_cable_that_comes_off_for_good_is_named() -> None:

@@ -9,7 +9,7 @@ from support.simulated_recording import simulate_recording
 
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
-from radargui.processing.offline import process
+from radargui.processing.process import process
 
 CLEAN = {"mismatch": 0.0, "snr_db": 50.0, "sphere": "metal", "lateral_speed_m_s": 0.05}
 

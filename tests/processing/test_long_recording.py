@@ -19,7 +19,7 @@ from radargui.model.errors import FileError
 from radargui.model.recording import Block, Gap, Recording
 from radargui.processing import long_recording
 from radargui.processing.long_recording import read_excerpt, read_for_processing, shortened
-from radargui.processing.offline import process
+from radargui.processing.process import process
 from radargui.processing.result_of_run import result_of_run
 
 RATE_HZ = 5000.0

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benchmarks.altered import altered
-from benchmarks.robust_scenes.real_truth import known_of, read
+from benchmarks.scoring.real_truth import known_of, read
 
 from radargui.files.reading import parse_channel_map, read_mapped
 from radargui.model.arrays import FloatArray
 from radargui.model.recording import Digitisation, Recording
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
-from radargui.processing.offline import process
+from radargui.processing.process import process
 
 MID_STROKE_S = 1.0
 

@@ -21,7 +21,7 @@ from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.recording import Block, Gap
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
-from radargui.processing.offline import cut_short, process
+from radargui.processing.process import cut_short, process
 from radargui.processing.result_of_run import DAMAGED, result_of_run
 
 PRIOR = FrontEndPrior(("run-0001", "run-0003"), (FrontEnd(1.02, 0.001, -0.7, 0.03),) * 3, used=False)
@@ -181,14 +181,14 @@ def test_damaged_results_are_computed_again_and_one_sentence_says_so(run: Path, 
         content[middle : middle + 4] = bytes(255 - byte for byte in content[middle : middle + 4])
         run.write_bytes(content)
         found = result_of_run(run, SETUP)
-        assert found.warnings == (DAMAGED, *wanted.warnings), name
-        assert_same_result(replace(found, warnings=wanted.warnings), wanted)
+        assert found.warnings == (DAMAGED.text, *wanted.warnings), name
+        assert_same_result(replace(found, findings=wanted.findings), wanted)
     run.write_bytes(whole)
     with h5py.File(run, "r+") as file:
         file["results"].attrs["segment"] = (0, 1, 0, 0)
-    assert result_of_run(run, SETUP).warnings[0] == DAMAGED
+    assert result_of_run(run, SETUP).findings[0] == DAMAGED
     with_results(run, lambda results: results.attrs.__setitem__("segment", (0, 1 << 40, 0, 0)))
-    assert result_of_run(run, SETUP).warnings[0] == DAMAGED
+    assert result_of_run(run, SETUP).findings[0] == DAMAGED
     assert len(computed) == 6
 
 

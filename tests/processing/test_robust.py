@@ -6,20 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.laboratory.draw import draw
-from benchmarks.laboratory.scene import make_record
-from benchmarks.robust_scenes.disturbances import Mixer
-from benchmarks.robust_scenes.drops import drop_setup, make_drop
-from benchmarks.robust_scenes.garbage import GARBAGE, make_garbage
-from benchmarks.robust_scenes.generator import make_scene
-from benchmarks.robust_scenes.scene import Scene
-from benchmarks.robust_scenes.score import RIGHT_SHARE, judge
-from benchmarks.robust_scenes.score_drops import judge_drop
+from benchmarks.scoring.broken import judge_drop
+from benchmarks.scoring.one_receiver import RIGHT_SHARE, judge
+from benchmarks.world.broken.drops import drop_setup, make_drop
+from benchmarks.world.broken.garbage import GARBAGE, make_garbage
+from benchmarks.world.draw import draw
+from benchmarks.world.one_receiver.disturbances import Mixer
+from benchmarks.world.one_receiver.generator import make_scene
+from benchmarks.world.one_receiver.scene import Scene
+from benchmarks.world.scene import make_record
 from support.changed import changed
 
 from radargui.model.arrays import FloatArray
 from radargui.model.result import PathLengths, RunResult
-from radargui.processing.offline import process
+from radargui.processing.process import process
 
 SEED = 0
 

@@ -10,7 +10,7 @@ from support.small_setups import quick_setup
 
 from radargui.conditioning.band import band_signals
 from radargui.model.result import CorrectedIQ, RunResult
-from radargui.processing.offline import process
+from radargui.processing.process import process
 from radargui.processing.whole import interpolate
 
 

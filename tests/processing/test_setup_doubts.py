@@ -5,24 +5,26 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from benchmarks.laboratory.draw import draw
-from benchmarks.laboratory.mistaken.draw import mistaken
-from benchmarks.laboratory.scene import make_record
-from benchmarks.laboratory.stated import Stated
-from support.simulated_recording import simulate_recording
+from benchmarks.world.draw import draw
+from benchmarks.world.mistaken.draw import mistaken
+from benchmarks.world.scene import make_record
+from benchmarks.world.stated import Stated
+from support.words import words
 
+from radargui.model.finding import Finding, warn
 from radargui.model.resources import default_setup_path
 from radargui.model.result import Bounce, Bounces, FreeFall, Track
 from radargui.model.setup import Setup, changed, read_setup
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
-from radargui.processing import offline
-from radargui.processing.offline import process
-from radargui.processing.setup_doubts import contradicted, unlikely
-from radargui.restitution.bent_flights import COUNTED, NAMED, bent_flights
+from radargui.processing.checks.flights import flights_bend, g_impossible, setup_contradicted
+from radargui.processing.checks.setup import OF_SETUP, floor_elsewhere, release_assumed
+from radargui.processing.process import process
+from radargui.restitution.flight_test import FlightTest
 
 SHIPPED = sorted((Path(__file__).resolve().parents[2] / "resources" / "setups").glob("*.toml"))
 QUICK = {"rate_hz": 2000.0, "skew_s": 0.0, "walls": 0}
@@ -33,6 +35,11 @@ def plain(**tables: Any) -> Setup:
     tracer = {"release_position_m": (0.0, 0.0, 0.12), "density_kg_m3": 7800.0}
     told = {"schema": 1, "radar": {}, "transmitter": {"distance_m": 0.7}, "receiver": receivers, "tracer": tracer}
     return Setup.model_validate({**told, **tables})
+
+
+def unlikely(setup: Setup) -> list[Finding]:
+    """What is said of values that no laboratory has."""
+    return [found for check in OF_SETUP if check is not release_assumed and (found := check(setup))]
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
@@ -55,13 +62,13 @@ def test_setups_of_the_laboratorys_drops_hold_nothing_unlikely() -> None:
     ],
 )
 def test_values_that_no_laboratory_has_are_told(which: str, said: str) -> None:
-    (sentence,) = unlikely(mistaken(which, 3, **QUICK).setup)
-    assert said in sentence
+    (finding,) = unlikely(mistaken(which, 3, **QUICK).setup)
+    assert said in finding.text
 
 
 def test_a_floor_above_the_release_is_told_unless_the_release_was_left_out() -> None:
-    (sentence,) = unlikely(plain(floor={"height_m": 0.2}))
-    assert "floor.height_m = 0.2 is not below" in sentence
+    (finding,) = unlikely(plain(floor={"height_m": 0.2}))
+    assert "floor.height_m = 0.2 is not below" in finding.text
     assert unlikely(plain(floor={"height_m": -0.2})) == []
     assert unlikely(plain(floor={"height_m": 0.2}, tracer={})) == []
 
@@ -78,8 +85,11 @@ def measured(g_m_s2: float, u_m_s2: float, touch_m: float = -0.14, geometry: str
     return track, bounces, UncertaintyBudget(line, line, line)
 
 
-def doubts(setup: Setup, *found: Any) -> list[str]:
-    return contradicted(setup, 5000.0, *found)
+def doubts(setup: Setup, track: Track, bounces: Bounces, budget: UncertaintyBudget | None) -> list[Finding]:
+    exact = track if track.geometry == "exact" and budget is not None else None
+    part = SimpleNamespace(conditioned=SimpleNamespace(sample_rate_hz=5000.0))
+    evidence: Any = SimpleNamespace(setup=setup, part=part, exact_track=exact, bounces=bounces, budget=budget)
+    return [found for check in (g_impossible, floor_elsewhere) if (found := check(evidence))]
 
 
 @pytest.mark.parametrize(
@@ -95,15 +105,15 @@ def test_what_is_thrown_upwards_falls_at_no_place_that_could_be_named() -> None:
 
 
 def test_a_g_of_no_place_on_earth_is_told_with_what_would_explain_it() -> None:
-    (sentence,) = doubts(plain(), *measured(9.81 * 1.02**2, 0.02))
-    assert "on Earth it is 9.76 to 9.84" in sentence
-    assert "4902 Hz" in sentence
-    assert "10.40 GHz" in sentence
-    assert "9.612(20)" in doubts(plain(), *measured(9.612, 0.02))[0]
+    (finding,) = doubts(plain(), *measured(9.81 * 1.02**2, 0.02))
+    assert "on Earth it is 9.76 to 9.84" in finding.text
+    assert "4902 Hz" in finding.text
+    assert "10.40 GHz" in finding.text
+    assert "9.612(20)" in doubts(plain(), *measured(9.612, 0.02))[0].text
 
 
 def test_a_site_says_which_g_is_expected() -> None:
-    assert "the site has 9.8000" in doubts(plain(site={"g_m_s2": 9.80}), *measured(9.83, 0.003))[0]
+    assert "the site has 9.8000" in doubts(plain(site={"g_m_s2": 9.80}), *measured(9.83, 0.003))[0].text
     moon = plain(site={"g_m_s2": 1.62})
     assert doubts(moon, *measured(1.62, 0.003)) == []
 
@@ -123,9 +133,9 @@ def test_what_has_no_uncertainty_of_the_setup_contradicts_nothing() -> None:
 def test_a_floor_that_is_met_elsewhere_than_stated_is_told() -> None:
     told = plain(floor={"height_m": -0.14})
     assert doubts(told, *measured(9.81, 0.01, touch_m=-0.135)) == []
-    (sentence,) = doubts(told, *measured(9.81, 0.01, touch_m=-0.17))
-    assert "z = -170 mm" in sentence
-    assert "-140 mm" in sentence
+    (finding,) = doubts(told, *measured(9.81, 0.01, touch_m=-0.17))
+    assert "z = -170 mm" in finding.text
+    assert "-140 mm" in finding.text
 
 
 def test_a_floor_that_leans_is_met_lower_away_from_the_axis_and_a_table_below_it_contradicts_nothing() -> None:
@@ -134,7 +144,7 @@ def test_a_floor_that_leans_is_met_lower_away_from_the_axis_and_a_table_below_it
     track.position_m[0] = 0.1
     assert doubts(leaning, track, bounces, budget) == []
     track.position_m[0] = 0.0
-    assert "z = -157 mm on the z axis" in doubts(leaning, track, bounces, budget)[0]
+    assert "z = -157 mm on the z axis" in doubts(leaning, track, bounces, budget)[0].text
     track, bounces, budget = measured(9.81, 0.01)
     track.position_m[2, 80:] = -0.25
     below = replace(bounces, impacts=(*bounces.impacts, replace(bounces.impacts[0], time_s=0.9)))
@@ -178,15 +188,23 @@ def test_a_release_five_centimetres_off_is_named_with_where_it_is_and_the_uncert
     assert not any("contradict" in one for one in process(record.recording, right_told).warnings)
 
 
-def test_antennas_where_none_stands_are_the_cause_of_flights_that_bend(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_antennas_where_none_stands_are_the_cause_of_flights_that_bend() -> None:
     """What flights say of other places, and the guess at a reflector, would only lead astray."""
-    setup = changed(read_setup(default_setup_path()), {"processing.correction": "published", "daq.rate_hz": 5000.0})
-    recording, _ = simulate_recording(setup)
-    named, bent = f"{NAMED} receiver[1] is wrong{COUNTED}", bent_flights(500.0, 100, 2.2)
-    measured = offline._measure
-    monkeypatch.setattr(offline, "_measure", lambda *given: replace(measured(*given), warnings=(named, bent)))
-    assert {named, bent} <= set(process(recording, setup).warnings)
-    far, *others = process(recording, changed(setup, {"transmitter.distance_m": 70.0})).warnings
-    assert "from there no echo" in far
-    assert not any("receiver[1]" in one or "likely a reflector" in one for one in others)
-    assert any(one.startswith("the flights bend") for one in others)
+    named = warn("setup_contradicted", explains=False, what_in_part="place", place="receiver[1]")
+    bent = warn("flights_bend", chi_square=500.0, expected=100, widening=2.2, guess="reflector", remedy="reflector")
+    setup = read_setup(default_setup_path())
+    none = SimpleNamespace(measured=object(), exact_track=None, budget=None, bounces=Bounces())
+    part, motion = SimpleNamespace(has_room=True), SimpleNamespace(flights=FlightTest(bent, named))
+    right: Any = SimpleNamespace(**vars(none), setup=setup, part=part, motion=motion)
+    assert setup_contradicted(right) == named
+    assert flights_bend(right) == bent
+    far: Any = SimpleNamespace(**vars(none), setup=changed(setup, {"transmitter.distance_m": 70.0}))
+    far.part, far.motion = part, motion
+    assert setup_contradicted(far) is None
+    assert "likely a reflector" not in words(flights_bend(far))
+    # delays that do not fit are a cause, too
+    right.part = SimpleNamespace(has_room=False)
+    assert "likely a reflector" not in words(flights_bend(right))
+    # of a run that is refused nothing was held against the setup
+    far.measured = None
+    assert (setup_contradicted(far), flights_bend(far)) == (named, bent)

@@ -15,6 +15,7 @@ from support.changed import changed
 from support.results import default_setup, drop_result, quiet_result, rejected_result
 
 from radargui.model.arrays import FloatArray
+from radargui.model.finding import as_stored
 from radargui.model.recording import Gap
 from radargui.model.result import Bounces, RunResult
 from radargui.report.canvas import Canvas, Line, Panel
@@ -218,7 +219,7 @@ def test_long_tables_and_notes_flow_over_pages_and_stay_inside() -> None:
 @pytest.mark.parametrize("n_receivers", [1, 3])
 def test_a_run_is_one_page_on_any_paper_and_nothing_leaves_it(paper: Paper, n_receivers: int) -> None:
     result = drop_result(rate_hz=5000.0, n_receivers=n_receivers)
-    long = replace(result, warnings=("a warning that does not end " * 40,) * 5)
+    long = replace(result, findings=(as_stored("a warning that does not end " * 40),) * 5)
     (page,) = text_pages(run_page(take_facts(long, "run-0001", COMPACT)), paper)
     assert everything_is_on_the_page(page)
     assert overlapping(page) == []

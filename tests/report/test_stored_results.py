@@ -19,7 +19,7 @@ from radargui.files.run_card import read_run_card
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.model.words import sentence
-from radargui.processing.offline import STOPPED, cut_short, process
+from radargui.processing.process import STOPPED, cut_short, process
 from radargui.processing.result_of_run import result_of_run, stored_or_computed
 from radargui.report.document import Note
 from radargui.report.facts import SessionFacts, report_facts
@@ -119,7 +119,7 @@ def test_the_report_says_what_is_preliminary(tmp_path: Path, monkeypatch: pytest
         "All runs are simulated: no measurement.",
         "Preliminary, because the correction was stopped before it ended: run-0002. radargui batch makes up for it.",
     ]
-    assert Note(sentence(STOPPED), warning=True) in run_section(facts[1], session.setup).blocks
+    assert Note(sentence(STOPPED.text), warning=True) in run_section(facts[1], session.setup).blocks
 
 
 def test_what_another_setup_gave_is_shown_and_not_computed_again(

@@ -19,6 +19,7 @@ from support.work import python_calls
 
 from radargui import __version__
 from radargui.model.errors import FileError
+from radargui.model.finding import as_stored
 from radargui.model.recording import Excerpt, Recording
 from radargui.report.tables import write_tables
 
@@ -40,7 +41,9 @@ KEYS = [
     "channels",
     "free_fall",
     "uncertainty_budget",
+    "setup_posterior",
     "warnings",
+    "findings",
 ]
 
 
@@ -131,6 +134,8 @@ def test_no_motion_gives_headers_only_and_says_so(tmp_path: Path) -> None:
     assert list(document) == KEYS
     assert document["status"] == "no_motion"
     assert document["reason"] == "nothing moves in this recording"
+    said = {"code": "stored", "severity": "refuse", "receiver": None, "text": document["reason"]}
+    assert document["findings"] == [{**said, "facts": {"text": document["reason"]}}]
     for key in ("correction_used", "geometry_used", "channels", "free_fall", "uncertainty_budget"):
         assert document[key] is None
 
@@ -147,7 +152,10 @@ def test_a_rejected_run_has_its_samples_but_nothing_known_of_them(tmp_path: Path
 def test_no_row_of_a_rejected_run_is_valid_whatever_was_computed_before(tmp_path: Path, n_receivers: int) -> None:
     result = drop_result(rate_hz=1000.0, n_receivers=n_receivers)
     write_tables(result, tmp_path / "ok")
-    write_tables(replace(result, status="rejected", reason="receiver 1: constants"), tmp_path / "rejected")
+    write_tables(
+        replace(result, status="rejected", findings=(as_stored("receiver 1: constants", "refuse"),)),
+        tmp_path / "rejected",
+    )
     tables = {
         name: np.genfromtxt(tmp_path / name / "track.csv", delimiter=",", names=True) for name in ("ok", "rejected")
     }

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.laboratory.drop import Body, Floor, fall
+from benchmarks.world.drop import Body, Floor, fall
 from support.drops import Drop
 
 from radargui.model.gravity import drag_of_sphere_1_m
@@ -142,8 +142,8 @@ def test_coefficients_that_disagree_are_told() -> None:
     drop = Drop()
     track, segment = track_of(drop)
     first = replace(find_bounces(track, segment, UP, drop.rate_hz).impacts[0], e_flight_time=0.7)
-    (sentence,) = disagreements(Bounces((first,)))
-    assert "0.7000 from the flight time" in sentence
+    (finding,) = disagreements(Bounces((first,)))
+    assert "0.7000 from the flight time" in finding.text
     assert disagreements(Bounces((replace(first, valid=False),))) == [], "what is not valid is not compared"
     slow = replace(first, speed_before_m_s=0.1, speed_after_m_s=0.08)
     assert disagreements(Bounces((slow,))) == [], "the impact after it may be below what is resolved"

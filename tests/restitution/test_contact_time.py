@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from benchmarks.accuracy import with_method
-from benchmarks.laboratory.draw import draw
-from benchmarks.laboratory.scene import make_record
+from benchmarks.world.draw import draw
+from benchmarks.world.scene import make_record
 
 from radargui.model.result import RunResult
-from radargui.processing.offline import process
+from radargui.processing.process import process
 from radargui.restitution.contact_time import contact_of_places_s, depth_per_s
 
 BEFORE = np.array([2.0, 1.5, 1.1, 0.8])

@@ -70,5 +70,5 @@ def test_a_flight_that_meets_a_wall_is_not_compared(*, met: bool) -> None:
 def test_an_impact_on_floor_and_wall_is_told_by_its_number() -> None:
     impacts = tuple(Bounce(at, BEFORE, AFTER, 0.8, 1e-4, "made", valid=at < 0.2) for at in (0.1, 0.3))
     assert floor_and_wall(Bounces(impacts)) == []
-    (sentence,) = floor_and_wall(Bounces(impacts, with_walls_s=(0.3,)))
-    assert sentence.startswith("impact 2: a wall was met together with the floor")
+    (finding,) = floor_and_wall(Bounces(impacts, with_walls_s=(0.3,)))
+    assert finding.text.startswith("impact 2: a wall was met together with the floor")

@@ -79,7 +79,7 @@ def test_every_run_that_is_not_in_the_mean_says_why() -> None:
         run(8, 0.9, from_rest=False),
         run(9, 0.9, origin=RunOrigin("replay", file="a.h5", first_sample=3)),
         run(10, 0.9, origin=FIVE[1].drop.origin),
-        replace(run(11, 0.9), preliminary=True, drop=Drop("run-0011")),
+        replace(run(11, 0.9), drop=Drop("run-0011", preliminary=True)),
         replace(run(12, 0.9), status="failed", reason="damaged", drop=Drop("run-0012")),
     ]
     (found,) = findings_of([session("a", *FIVE, *other, set_aside={"run-0013": "bumped the table"})]).sessions
@@ -91,7 +91,7 @@ def test_every_run_that_is_not_in_the_mean_says_why() -> None:
         "run-0008": ("release not seen", "the rest before the fall was not recorded"),
         "run-0009": ("replay", "a replay is no drop of its own"),
         "run-0010": ("twice", "the same drop as run-0002"),
-        "run-0011": ("no valid first bounce", ""),
+        "run-0011": ("preliminary", "the final result is still to be computed"),
         "run-0012": ("failed", "damaged"),
     }
     assert found.preliminary == ("run-0011",)

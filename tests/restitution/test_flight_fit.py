@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.sparse import csr_matrix, eye_array
+from support.normal_matrices import even_information
 
 from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
-from radargui.estimation.readout.flight_information import Eliminated, MotionInformation, QuadraticForm
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.restitution.flight_fit import FlightFit, fit_flights
 from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns, UnknownLayout, impact_rows
@@ -19,6 +18,7 @@ RELEASE = np.array([0.01, -0.02, 0.12])
 UP = np.array([0.0, 0.0, 1.0])
 G, E, IMPACT_S, END_S = 9.79, 0.7, 0.2, 0.42
 SIDE_M_S = np.array([0.05, -0.03])
+WEIGHT = 1e12
 
 
 def integrated(drag_1_m: float) -> FreeMotion:
@@ -38,17 +38,8 @@ def integrated(drag_1_m: float) -> FreeMotion:
     return FreeMotion(SplineMotion(spline, coefficients), RELEASE)
 
 
-def information_of(free: FreeMotion, weight: float = 1e12) -> MotionInformation:
-    x0 = np.concatenate([free.motion.coefficients.ravel(), free.motion.spline.break_s])
-    nothing = np.zeros((x0.size, 1))
-    known, none = csr_matrix(weight * eye_array(x0.size)), np.zeros(x0.size)
-    eliminated = Eliminated(x0.size - 1, 1, None, np.eye(1), nothing)
-    form = QuadraticForm(known, nothing)
-    return MotionInformation(free, free.motion.spline.size, 1, x0, form, none, eliminated)
-
-
 def fitted(drag_1_m: float) -> FlightFit:
-    return fit_flights(information_of(integrated(drag_1_m)), FlightPlan(2, 3))
+    return fit_flights(even_information(integrated(drag_1_m), WEIGHT), FlightPlan(2, 3))
 
 
 def test_parabolas_give_their_g_and_the_velocities_of_the_closed_form() -> None:
@@ -71,9 +62,9 @@ def test_drag_is_found_in_a_motion_integrated_numerically() -> None:
 
 
 def test_the_flights_follow_a_changed_likelihood_as_a_new_fit_does() -> None:
-    information, plan = information_of(integrated(0.0)), FlightPlan(2, 3)
+    information, plan = even_information(integrated(0.0), WEIGHT), FlightPlan(2, 3)
     fit = fit_flights(information, plan)
-    size = np.sqrt(information.form.known.diagonal())
+    size = np.full(information.x0.size, np.sqrt(WEIGHT))
     slope = 1e-3 * size * np.random.default_rng(2).standard_normal(size.size)
     changed = fit_flights(replace(information, slope=information.slope + slope), plan)
     followed = fit.response @ slope
@@ -104,7 +95,7 @@ def test_what_parts_flights_and_motion_is_counted_at_the_same_instant_though_the
 
 
 def test_derivatives_are_those_of_finite_differences() -> None:
-    unknowns = FlightUnknowns(information_of(integrated(0.06)), FlightPlan(2, 3))
+    unknowns = FlightUnknowns(even_information(integrated(0.06), WEIGHT), FlightPlan(2, 3))
     q = unknowns.start()
     slopes = unknowns.slopes(q)
     for column in range(q.size):

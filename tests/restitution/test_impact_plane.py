@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from radargui.model.finding import Finding
 from radargui.model.result import Bounce, Bounces, Track
 from radargui.restitution.impact_plane import judged_by_floor
 
@@ -27,11 +28,11 @@ def dropped(floor_m: np.ndarray, aside_m: np.ndarray, u_m: float = 1e-5) -> tupl
     return Bounces(impacts, None, (0.0, 0.0, 1.0), 0.1), track
 
 
-def off_one_plane(bounces: Bounces, track: Track) -> list[str]:
+def off_one_plane(bounces: Bounces, track: Track) -> list[Finding]:
     """What is said of the floor where no rebound is too fast: e stays what it is."""
-    judged, sentences = judged_by_floor(bounces, track)
+    judged, findings = judged_by_floor(bounces, track)
     assert judged == bounces
-    return sentences
+    return findings
 
 
 LEVEL, TOGETHER = np.zeros(4), np.zeros(4)
@@ -40,9 +41,9 @@ LEVEL, TOGETHER = np.zeros(4), np.zeros(4)
 @pytest.mark.parametrize("floor_mm", [[0.0, 0.2, 0.0, 0.0], [0.1, -0.1, 0.1, -0.1]])
 def test_impacts_at_other_heights_are_told_with_what_they_are_off(floor_mm: list[float]) -> None:
     bounces, track = dropped(1e-3 * np.array(floor_mm), TOGETHER)
-    (sentence,) = off_one_plane(bounces, track)
+    (finding,) = off_one_plane(bounces, track)
     off = 1e3 * np.abs(np.array(floor_mm) - np.mean(floor_mm)).max() / 1e3
-    assert f"up to {off:.2g} mm off one plane" in sentence
+    assert f"up to {off:.2g} mm off one plane" in finding.text
 
 
 def test_a_flat_floor_is_not_mentioned_nor_what_the_track_does_not_know() -> None:
@@ -71,9 +72,9 @@ def test_a_floor_that_gives_speed_gives_no_restitution(*, valid: bool) -> None:
     bounces, track = dropped(np.array([0.0, 5e-4, 5e-3, 0.0]), TOGETHER)
     faster = replace(bounces.impacts[1], speed_after_m_s=2.1, e=1.05, u_e=0.01, valid=valid)
     moved = replace(bounces, impacts=(bounces.impacts[0], faster, *bounces.impacts[2:]))
-    judged, (sentence,) = judged_by_floor(moved, track)
+    judged, (finding,) = judged_by_floor(moved, track)
     assert not any(impact.valid for impact in judged.impacts)
-    assert "after impact 2" in sentence
+    assert "after impact 2" in finding.text
     # not beyond its uncertainty, or on a floor that keeps its place
     unsure = replace(moved, impacts=(bounces.impacts[0], replace(faster, u_e=0.02), *bounces.impacts[2:]))
     assert off_one_plane(unsure, track)
@@ -110,9 +111,9 @@ def test_impacts_after_the_last_valid_one_that_throw_the_sphere_lie_on_the_floor
     bounces, track = dropped(1e-3 * np.array([0.0, 3.0, -3.0, 0.0]), TOGETHER)
     first, *others = bounces.impacts
     thrown = tuple(replace(one, speed_after_m_s=2.6, e=1.3, valid=False) for one in others)
-    judged, (sentence,) = judged_by_floor(replace(bounces, impacts=(first, *thrown)), track)
+    judged, (finding,) = judged_by_floor(replace(bounces, impacts=(first, *thrown)), track)
     assert not judged.impacts[0].valid
-    assert "the floor moves" in sentence
+    assert "the floor moves" in finding.text
 
 
 def test_places_that_are_not_known_at_all_lie_in_any_plane() -> None:

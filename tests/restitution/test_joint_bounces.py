@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.laboratory.draw import draw
-from benchmarks.laboratory.scene import make_record as laboratory_record
-from benchmarks.scenes.draw import draw_scene
-from benchmarks.scenes.motion import GRAVITY_M_S2
-from benchmarks.scenes.scene import SceneRecord, make_record
+from benchmarks.world.draw import draw
+from benchmarks.world.generic.draw import draw_scene
+from benchmarks.world.generic.motion import GRAVITY_M_S2
+from benchmarks.world.generic.scene import SceneRecord, make_record
+from benchmarks.world.scene import make_record as laboratory_record
 from support.changed import changed
 from support.estimates import joint_of
+from support.normal_matrices import dense_normal
 from support.simulated_recording import simulate_recording
 from threadpoolctl import threadpool_limits
 
@@ -59,9 +60,9 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
     assert rows.is_flight[lifted].all()
     free = replace(problem, equation_sd=np.where(lifted, np.inf, problem.equation_sd))
     blocks, held = (assemble(one, solution.state, solution.at) for one in (free, problem))
-    size, n_motion = 3 * information.size, blocks.s.shape[0]
+    size, n_motion = 3 * information.size, len(blocks.normal.coupling)
     assert size < n_motion
-    whole = np.block([[blocks.s.toarray(), blocks.coupling], [blocks.coupling.T, blocks.m]])
+    whole = dense_normal(blocks.normal)
     x = np.concatenate([np.arange(size), n_motion + np.arange(information.n_breaks)])
     rest = np.setdiff1d(np.arange(n_motion + layout.size), x)
     through = np.linalg.solve(whole[np.ix_(rest, rest)], whole[np.ix_(rest, x)])
@@ -73,8 +74,8 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
     # the equation of later flights, as stiff as 1 mm/s^2, is eliminated: both ways keep about eight digits
     assert np.abs((information.form.times(np.eye(x.size)) - dense) / scale).max() < 1e-7
     # with the equation goes its pull; a break's balance may be a kink, and counts as one
-    pull = np.concatenate([blocks.slope_motion, blocks.slope_global])
-    pull[n_motion:][layout.breaks] -= held.slope_global[layout.breaks]
+    pull, at_breaks = blocks.slope.copy(), n_motion + np.arange(layout.breaks.stop)
+    pull[at_breaks] -= held.slope[at_breaks]
     moved = solution.state.theta[layout.breaks] - problem.prior.mean[layout.breaks]
     slope = pull[x] - through.T @ pull[rest]
     slope[size:] -= (precision * moved)[: information.n_breaks]

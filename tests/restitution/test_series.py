@@ -55,6 +55,17 @@ def test_replays_change_nothing_among_measurements() -> None:
     assert mixed.words == "0.8000 ± 0.0058 (mean of 3 drops), 2 left out"
 
 
+def test_a_mean_is_one_of_final_results_and_says_how_many_are_preliminary() -> None:
+    final = replace(drop(1, 0.8), u_e=0.01, u_e_combined=0.012)
+    quick = [replace(drop(n, 0.9), u_e=0.001, u_e_combined=0.002, preliminary=True) for n in (2, 3)]
+    found = series_of([final, *quick])
+    assert found.e == series_of([final]).e
+    assert found.words == "0.800 ± 0.012 (1 drop), 2 preliminary"
+    assert series_of(quick).words == "2 preliminary"
+    summary = {"status": "ok", "e": 0.8, "u_e": 0.001, "preliminary": True}
+    assert series_of([drop_of("run-0001", RunOrigin(), summary)]).e.n == 0
+
+
 def test_a_run_file_that_cannot_be_read_does_not_make_a_series_of_measurements() -> None:
     simulated = [drop(1, 0.79, kind="simulated"), drop(2, 0.80, kind="simulated")]
     mixed = series_of([*simulated, drop_of("run-0003", RunOrigin("unknown"), None)])

@@ -8,14 +8,18 @@ from typing import Any
 import numpy as np
 import pytest
 
+from radargui.model.gravity import expected_gravity
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
-from radargui.restitution.setup_chi_square import _MISTAKE, SetupChiSquare
+from radargui.restitution.setup_chi_square import SetupChiSquare
 
-KEYS = ("a", "b", "b", "c")
+OWN = np.array([1.0, 2.0, 2.0, 1.0])
+SETUP = read_setup(default_setup_path())
 
 
-def made(*, u_g: float = 0.004, seed: int = 1) -> tuple[SetupChiSquare, np.ndarray, np.ndarray, np.ndarray]:
+def made(
+    *, u_g: float = 0.004, seed: int = 1, at: np.ndarray | None = None
+) -> tuple[SetupChiSquare, np.ndarray, np.ndarray, np.ndarray]:
     """Return chi-square of made flights, their cost and pull, and what g follows inputs by."""
     rng = np.random.default_rng(seed)
     root = rng.normal(size=(4, 4))
@@ -25,7 +29,7 @@ def made(*, u_g: float = 0.004, seed: int = 1) -> tuple[SetupChiSquare, np.ndarr
     fit.follow = lambda response: np.array([response])
     responses: Any = by_g.tolist()
     return (
-        SetupChiSquare.of(fit, KEYS, responses, read_setup(default_setup_path()), np.zeros(4, dtype=bool)),
+        SetupChiSquare.of(fit, responses, OWN, np.zeros(4) if at is None else at, SETUP),
         cost,
         pull,
         by_g,
@@ -44,8 +48,6 @@ def test_g_of_the_flights_counts_as_one_more_difference_by_what_both_are_known_t
     assert weight[0] == pytest.approx(share * off**2)
     wide = (other.cost - cost)[0, 0] / by_g[0] ** 2
     assert 1.0 / wide - 1.0 / share == pytest.approx(0.4**2 - 0.004**2, rel=1e-6)
-    # of several things with one key one is true: they share its u
-    assert found.own.tolist() == [1.0, 2.0, 2.0, 1.0]
 
 
 def test_the_least_is_that_of_the_quadratic_form() -> None:
@@ -58,24 +60,38 @@ def test_the_least_is_that_of_the_quadratic_form() -> None:
     assert found.sigmas_left(gain) == pytest.approx(left / np.sqrt(2.0 * found.expected))
 
 
-def test_the_evidence_of_a_mistake_is_that_of_two_gaussians() -> None:
+def test_an_estimate_that_has_moved_its_inputs_says_the_same_of_what_was_stated() -> None:
+    """The same quadratic form, taken where the inputs stand and counted from where they were stated."""
+    at = np.array([0.5, -1.0, 2.0, 0.1])
+    here, *_ = made()
+    there, *_ = made(at=at)
+    for off in (np.zeros(4), at, np.array([1.0, 2.0, -1.0, 0.0])):
+        from_there = off - at
+        expected = here.value + 2.0 * here.pull @ from_there + from_there @ here.cost @ from_there
+        assert there.value + 2.0 * there.pull @ off + off @ there.cost @ off == pytest.approx(expected)
+    assert there.g_m_s2 + there.by_input @ at == pytest.approx(here.g_m_s2)
+
+
+def test_without_what_is_known_of_g_flights_alone_are_left() -> None:
+    found, cost, pull, by_g = made()
+    expected, _ = expected_gravity(SETUP.site, SETUP.tracer.density_kg_m3)
+    alone = found.without_g(expected)
+    assert alone.value == pytest.approx(250.0)
+    assert alone.cost == pytest.approx(cost)
+    assert alone.pull == pytest.approx(pull)
+    off = -np.linalg.solve(cost + np.diag(OWN), pull)
+    assert alone.gravity() == pytest.approx(9.9 + by_g @ off)
+    # what is known of g takes part in what is left open
+    right = np.zeros(4, dtype=bool)
+    of_both, of_flights = (one.posterior(right, np.zeros(4)) for one in (found, alone))
+    assert np.linalg.slogdet(of_both)[1] < np.linalg.slogdet(of_flights)[1]
+
+
+def test_an_input_that_is_wrong_leaves_open_all_the_way_to_where_it_belongs() -> None:
     found, *_ = made()
-    which = np.array([False, True, False, False])
-    square, gained = found.misstated(which)
-
-    def log_evidence(own: np.ndarray) -> float:
-        # exp(-x cost x / 2 - pull x) over x of the variances 1 / own
-        variance, u = np.diag(1.0 / own), np.linalg.inv(found.cost)
-        mean = -u @ found.pull
-        return 0.5 * float(
-            found.pull @ u @ found.pull
-            - mean @ np.linalg.solve(u + variance, mean)
-            - np.linalg.slogdet(u + variance)[1]
-            + np.linalg.slogdet(u)[1]
-        )
-
-    mistaken = np.where(which, _MISTAKE**-2.0, found.own)
-    assert gained == pytest.approx(log_evidence(mistaken) - log_evidence(found.own))
-    normal = found.cost + np.diag(mistaken)
-    mean = -np.linalg.solve(normal, found.pull)
-    assert square == pytest.approx(mean**2 + np.diag(np.linalg.inv(normal)))
+    wrong, at = np.array([False, True, False, False]), np.array([0.1, 0.2, 0.0, 0.0])
+    away = found.least(wrong)[0] - at
+    # along the way there: at least its length
+    assert away @ found.posterior(wrong, at) @ away > (away @ away) ** 2
+    right = found.posterior(np.zeros(4, dtype=bool), at)
+    assert right == pytest.approx(np.linalg.inv(found.cost + np.diag(OWN)))

@@ -26,9 +26,9 @@ def sunk(depth_m: float) -> tuple[Bounces, Track]:
 
 @pytest.mark.parametrize(("depth_m", "told"), [(0.03, True), (0.004, True), (0.0005, False)])
 def test_a_fall_that_is_braked_on_some_way_may_have_ended_in_grains(depth_m: float, *, told: bool) -> None:
-    sentences = braked_without_impact(*sunk(depth_m))
-    assert len(sentences) == told
-    assert all(f"{1e3 * depth_m:.0f} mm deeper" in one for one in sentences)
+    finding = braked_without_impact(*sunk(depth_m))
+    assert (finding is not None) == told
+    assert finding is None or f"{1e3 * depth_m:.0f} mm deeper" in finding.text
 
 
 def fell_until(end_s: float, height_m: Callable[[FloatArray], FloatArray]) -> tuple[Bounces, Track]:
@@ -41,7 +41,7 @@ def fell_until(end_s: float, height_m: Callable[[FloatArray], FloatArray]) -> tu
 
 
 def test_a_dead_stop_on_something_hard_is_no_fall_into_grains() -> None:
-    assert braked_without_impact(*fell_until(0.2, np.zeros_like)) == []
+    assert braked_without_impact(*fell_until(0.2, np.zeros_like)) is None
 
 
 def test_what_throws_the_sphere_up_again_softly_is_not_called_the_end_without_a_rebound() -> None:
@@ -51,14 +51,15 @@ def test_what_throws_the_sphere_up_again_softly_is_not_called_the_end_without_a_
         up_s = np.maximum(since_s - contact_s, 0.0)
         return down + np.maximum(out_m_s * up_s - 4.9 * up_s**2, 0.0)
 
-    (sentence,) = braked_without_impact(*fell_until(0.2, gives_way))
-    assert "without a rebound" not in sentence
-    assert "braked over 7 mm and thrown up again by 124 mm" in sentence
+    finding = braked_without_impact(*fell_until(0.2, gives_way))
+    assert finding is not None
+    assert "without a rebound" not in finding.text
+    assert "braked over 7 mm and thrown up again by 124 mm" in finding.text
 
 
 def test_after_a_rebound_without_a_fall_or_unseen_nothing_is_said() -> None:
     bounces, track = sunk(0.03)
     impact = Bounce(0.2, 2.0, 1.0, 0.5, 1e-3, "made", valid=True)
-    assert braked_without_impact(replace(bounces, impacts=(impact,)), track) == []
-    assert braked_without_impact(Bounces(), track) == []
-    assert braked_without_impact(bounces, replace(track, valid=track.time_s < 0.2)) == []
+    assert braked_without_impact(replace(bounces, impacts=(impact,)), track) is None
+    assert braked_without_impact(Bounces(), track) is None
+    assert braked_without_impact(bounces, replace(track, valid=track.time_s < 0.2)) is None

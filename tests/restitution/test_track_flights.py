@@ -7,7 +7,13 @@ import pytest
 from support.drops import Drop
 
 from radargui.restitution.settings import TRACKS
-from radargui.restitution.track_flights import Heights, find_flights, fit_track_flights, impact_velocities
+from radargui.restitution.track_flights import (
+    Heights,
+    find_flights,
+    fit_track_flights,
+    impact_sides,
+    impact_velocities,
+)
 
 
 def test_flights_keep_clear_of_impacts_and_end_where_the_sphere_is_back() -> None:
@@ -27,6 +33,21 @@ def test_parabolas_meet_at_the_impacts_although_these_were_seen_a_millisecond_of
     assert fitted is not None
     assert fitted.meet(seen)[:2] == pytest.approx(drop.impact_s[:2], abs=1e-9)
     assert heights.rising_speed(float(drop.impact_s[0])) == pytest.approx(0.8 * np.sqrt(2 * 9.81 * 0.2), rel=1e-6)
+
+
+@pytest.mark.parametrize("rate_hz", [2000.0, 8000.0, 33333.0])
+def test_what_a_stretch_tells_is_a_matter_of_its_duration_at_any_rate(rate_hz: float) -> None:
+    time_s = np.arange(round(0.2 * rate_hz)) / rate_hz
+    # known are 3 ms of a flight of 50 ms, then 6 ms of another
+    known = ((time_s > 0.02) & (time_s < 0.023)) | ((time_s > 0.12) & (time_s < 0.126))
+    heights = Heights(time_s[known], -4.905 * time_s[known] ** 2)
+    fitted = fit_track_flights(heights, np.array([[0.01, 0.06], [0.1, 0.15]]))
+    assert fitted is not None
+    assert list(fitted.place) == [1]
+    # and 25 ms beside an impact bear a line, 3 ms do not
+    beside = time_s[(time_s < 0.035) | (time_s > 0.0955)]
+    side, impact, _ = impact_sides(beside, np.array([0.04, 0.1]))
+    assert list(zip(side.tolist(), impact.tolist(), strict=True)) == [(0, 0), (1, 1)]
 
 
 def test_a_flight_that_is_no_parabola_is_left_out() -> None:

@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.sparse import csr_matrix, eye_array
+from support.normal_matrices import even_information
 
 from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
-from radargui.estimation.readout.flight_information import Eliminated, MotionInformation, QuadraticForm
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.solve.break_velocities import BreakVelocities
 from radargui.restitution.flight_fit import FlightFit, fit_flights
@@ -40,13 +39,7 @@ def bounced(late_s: float, back_m_s: float = -0.08, moved_m: tuple[float, float]
 
 def flights_of(free: FreeMotion, u_m: float) -> FlightFit:
     """Return the flights fitted to a motion whose coefficients are known to u."""
-    x0 = np.concatenate([free.motion.coefficients.ravel(), free.motion.spline.break_s])
-    nothing = np.zeros((x0.size, 1))
-    known = csr_matrix(u_m**-2.0 * eye_array(x0.size))
-    eliminated = Eliminated(x0.size - 1, 1, None, np.eye(1), nothing)
-    form, size = QuadraticForm(known, nothing), free.motion.spline.size
-    information = MotionInformation(free, size, 1, x0, form, np.zeros(x0.size), eliminated)
-    return fit_flights(information, FlightPlan(2, 3))
+    return fit_flights(even_information(free, u_m**-2.0), FlightPlan(2, 3))
 
 
 def breaks_of(time_s: list[float], before: list[list[float]], after: list[list[float]]) -> BreakVelocities:
@@ -92,7 +85,7 @@ def test_flights_that_antennas_elsewhere_would_move_so_met_no_wall() -> None:
     for u, together in ((1.0, False), (0.01, True)):
         # the slope of -ln L that moves the motion so
         slope = -fit.information.form.times(u * np.append(shift.ravel(), 0.0))
-        response: Any = SimpleNamespace(slope_motion=slope[:-1], slope_global=np.append(slope[-1:], 0.0))
+        response: Any = SimpleNamespace(slope=np.append(slope, 0.0))
         inputs = fit.inputs([response], np.ones(1))
         assert walls_at_impacts(posterior, fit, UP, inputs).tolist() == [together]
     assert fit.inputs([], np.ones(0)) is None

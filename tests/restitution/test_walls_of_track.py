@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from benchmarks.accuracy import with_method
-from benchmarks.laboratory.draw import draw
-from benchmarks.laboratory.scene import make_record
+from benchmarks.world.draw import draw
+from benchmarks.world.scene import make_record
 
 from radargui.model.result import RunResult, Track
-from radargui.processing.offline import process
+from radargui.processing.process import process
 from radargui.restitution.track_flights import ImpactVelocities
 from radargui.restitution.walls_of_track import Aside
 

@@ -14,9 +14,11 @@ from support.file_samples import codes, default_setup, int16_digitisation, resul
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.files.stored_results import read_prior
+from radargui.model.channel_quality import ChannelQuality
+from radargui.model.finding import Finding, warn
 from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.recording import Block
-from radargui.model.result import ChannelQuality, RunResult
+from radargui.model.result import RunResult
 from radargui.session.front_ends import known_front_ends
 from radargui.session.session import Session
 
@@ -35,7 +37,9 @@ def record(session: Session) -> Path:
     return writer.path
 
 
-def joint(path: Path, gain: float = GAIN, u_gain: float = 1e-3, verdict: str = "good", **keys: object) -> RunResult:
+def joint(
+    path: Path, gain: float = GAIN, u_gain: float = 1e-3, finding: Finding | None = None, **keys: object
+) -> RunResult:
     result = result_of(read_run(path))
     assert result.corrected is not None
     channels = tuple(
@@ -43,7 +47,7 @@ def joint(path: Path, gain: float = GAIN, u_gain: float = 1e-3, verdict: str = "
             str(k),
             gain_ratio=gain,
             quadrature_error_deg=ANGLE,
-            verdict=verdict,
+            finding=finding,
             u_gain_ratio=u_gain,
             u_quadrature_error_deg=0.1,
         )
@@ -77,7 +81,7 @@ def test_earlier_joint_results_are_pooled_and_named(session: Session) -> None:
 def test_runs_set_aside_or_with_other_hardware_or_without_a_good_joint_result_do_not_count(session: Session) -> None:
     paths = [record(session) for _ in range(6)]
     write_results(paths[0], result_of(read_run(paths[0])))
-    write_results(paths[1], joint(paths[1], verdict="usable"))
+    write_results(paths[1], joint(paths[1], finding=warn("signal_low")))
     other = changed(session.setup, radar={"frequency_hz": 9.5e9})
     write_results(paths[2], replace(joint(paths[2]), setup=other))
     write_results(paths[3], joint(paths[3]))

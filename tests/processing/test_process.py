@@ -6,16 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.scenes.draw import draw_scene
-from benchmarks.scenes.scene import make_record
+from benchmarks.world.generic.draw import draw_scene
+from benchmarks.world.generic.scene import make_record
 from support.changed import changed
 from support.simulated_recording import simulate_recording
 from support.small_setups import quick_setup
 
 from radargui.model.errors import ProcessingError
+from radargui.model.finding import warn
 from radargui.model.recording import Gap
 from radargui.model.setup import Setup
-from radargui.processing.offline import NOWHERE, PLANE, process
+from radargui.processing.process import process
 
 E = 0.8
 PERFECT = {"mismatch": 0.0, "noise": False, "adc_bits": 0}
@@ -76,7 +77,7 @@ def test_the_exact_geometry_gives_g_where_the_plane_wave_misses_it_by_percents(s
         fall = result.bounces.free_fall
         assert fall is not None
         # its uncertainty does not hold that error
-        assert (PLANE in result.warnings) is (geometry == "plane")
+        assert (warn("plane_geometry") in result.findings) is (geometry == "plane")
         g[geometry] = fall.g_m_s2
     assert g["exact"] == pytest.approx(9.81, rel=0.002)
     assert abs(g["plane"] / 9.81 - 1) > 0.01
@@ -114,8 +115,9 @@ def test_receivers_at_one_place_tell_no_position_and_that_is_said(setup: Setup, 
     one = changed(setup, processing={"correction": "published", "geometry": geometry})
     one = one.model_copy(update={"receiver": (setup.receiver[0],) * 3})
     recording, _ = simulate_recording(one)
-    assert NOWHERE in process(recording, one).warnings
-    assert NOWHERE not in process(recording, changed(setup, processing={"correction": "published"})).warnings
+    assert warn("no_position") in process(recording, one).findings
+    published = changed(setup, processing={"correction": "published"})
+    assert warn("no_position") not in process(recording, published).findings
 
 
 @pytest.mark.parametrize(("skew_s", "is_told"), [(1.0 / 6.0, False), (0.2, True)])

@@ -1,4 +1,4 @@
-"""What speaks against a track that fits its signals: mirrors that were not found, a place hardly known, a fringe.
+"""What speaks against an estimate that fits its signals: mirrors not found, a place hardly known, a fringe.
 
 Method 6, Hardly known.
 """
@@ -13,9 +13,12 @@ from radargui.estimation.motion_estimate import MotionEstimate
 from radargui.estimation.select.loose_maps import bias_deviations, goes_beyond_wave
 from radargui.estimation.solve.minimise import Solution
 from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.finding import Finding, warn
 from radargui.model.result import Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
+from radargui.processing.checks.evidence import Evidence
+from radargui.restitution.flight_test import NOTHING
 
 _MOST_U_M = 1.5e-4
 """Uncertainty of a place, root mean square over the motion, above which it is reported: drops of 30 dB without a wall
@@ -23,14 +26,12 @@ that nobody can tell are known to 0.01 to 0.05 mm."""
 _SURE_FRINGE_M = 1e-3
 """The same above which no fringe is sure: a lost one shifts a place by some mm. 22 dB on a shaken plate, 5 mm off, were
 known to 3 mm (laboratory shaken 931107); others whose spectra say as little, and that are right, to 0.01 to 0.1."""
-_AS_A_POINT = "; and a metal sphere counts as a point where no polarisation is given (polarization_deg)"
 _MOST_BIAS = 0.2
 """Deviation of bias maps, in amplitudes, above which they stand for what reflects: generic scenes have 0.01 to 0.07, a
 level circle over a floor and beside a wall of which the search found neither 0.5 (physical seed 6766219)."""
 _COVERAGE = 2.0
 """Times what inputs off by their u give to bias maps, that these may have beside it: in 45 dB antennas known to half a
 degree gave 0.40 and 0.52, and maps had 0.32 and 0.24 (laboratory 7304304, 7309104)."""
-NOTHING: FloatArray = np.zeros(1)
 _MOST_WAVERING = 0.4
 """Deviation of maps of ln A, where nothing flies, above which they stand for it too: level motions that are right
 within their u have up to 0.33, one that lost a fringe 0.5 (pendulum 1265520 of the laboratory, 20 mm off)."""
@@ -45,10 +46,32 @@ _LEAST_U_DEG = 0.1
 _LEAST_SHOWN = 0.1
 """Share of a polarisation's variance that the signals have to take away: else nothing is known of it."""
 
-LOOSE_MAPS = (
-    "the {what} with the place as much as the signal: likely reflectors that were not found, or a lost fringe, and the "
-    "position may be off by more than its uncertainty: cover what reflects within a metre, or let it go farther"
-)
+
+def polarization_off(evidence: Evidence) -> Finding | None:
+    """The sphere scatters as it cannot, and no place of the setup explains it."""
+    estimate, flights = evidence.motion.estimate, evidence.motion.flights
+    if estimate is None or flights.is_explained:
+        return None
+    return turned_polarisation(estimate.chosen.solution)
+
+
+def no_minimum(evidence: Evidence) -> Finding | None:
+    """The rounds ended where the chosen model has no minimum."""
+    estimate = evidence.motion.estimate
+    return None if estimate is None or estimate.chosen.solution.settled else warn("no_minimum")
+
+
+def poorly_determined(evidence: Evidence) -> Finding | None:
+    """The search was ended; or, where nothing else is said, mirrors are missing or the place is hardly known."""
+    estimate, flights = evidence.motion.estimate, evidence.motion.flights
+    if estimate is None:
+        return None
+    if estimate.chosen.ended_early:
+        return warn("search_ended_early")
+    if flights.bent is not None or flights.cause is not None or polarization_off(evidence) is not None:
+        return None
+    unseen = doubt(estimate.chosen.solution, estimate.onset_s, evidence.setup, flights.bias_deviations)
+    return unseen or hardly_known(estimate, evidence.setup, evidence.motion.changes)
 
 
 def is_unknown(track: Track, onset_s: float, wavelength_m: float) -> bool:
@@ -66,8 +89,8 @@ def _u_moving_m(u_position_m: FloatArray, moving: BoolArray) -> float:
     return float(np.sqrt(np.nanmean(square))) if np.isfinite(square).any() else 0.0
 
 
-def doubt(solution: Solution, onset_s: float, setup: Setup, by_setup: FloatArray = NOTHING) -> str:
-    """Return a sentence where maps or mirrors stand for what no laboratory has, else nothing.
+def doubt(solution: Solution, onset_s: float, setup: Setup, by_setup: FloatArray = NOTHING) -> Finding | None:
+    """Return a finding where maps or mirrors stand for what no laboratory has, else None.
 
     Parameters
     ----------
@@ -80,8 +103,8 @@ def doubt(solution: Solution, onset_s: float, setup: Setup, by_setup: FloatArray
     return missing_mirrors(solution, onset_s, setup, by_setup) or unlikely_mirrors(solution)
 
 
-def missing_mirrors(solution: Solution, onset_s: float, setup: Setup, by_setup: FloatArray = NOTHING) -> str:
-    """Return a sentence where the maps of the offsets take what only mirrors or another count make, else nothing."""
+def missing_mirrors(solution: Solution, onset_s: float, setup: Setup, by_setup: FloatArray = NOTHING) -> Finding | None:
+    """Return a finding where the maps of the offsets take what only mirrors or another count make, else None."""
     problem = solution.problem
     most = np.hypot(_MOST_BIAS, _COVERAGE * by_setup)
     # of a metal sphere that counts as a point they take what it scatters; the budget has that
@@ -89,29 +112,25 @@ def missing_mirrors(solution: Solution, onset_s: float, setup: Setup, by_setup: 
     beyond = goes_beyond_wave(solution, onset_s)
     wavers = max(float(problem.prior.sd[own.amplitude_map.start]) for own in problem.layout.receivers) > _MOST_WAVERING
     if not (grown or beyond or (wavers and not problem.in_flight.any())):
-        return ""
-    return LOOSE_MAPS.format(what="offsets change" if grown or beyond else "amplitude changes")
+        return None
+    return warn("wall_unseen", what="offsets" if grown or beyond else "amplitude")
 
 
-def unlikely_mirrors(solution: Solution) -> str:
-    """Return a sentence where mirrors that no laboratory has stand for a motion that no flight holds, else nothing."""
+def unlikely_mirrors(solution: Solution) -> Finding | None:
+    """Return a finding where mirrors that no laboratory has stand for a motion that no flight holds, else None."""
     problem, theta = solution.problem, solution.state.theta
     layout = problem.layout
     if problem.in_flight.any() or not problem.inputs.planes:
-        return ""
+        return None
     places = [layout.transmitter_reflection, *(own.receiver_reflection for own in layout.receivers)]
     most = max(float(np.abs(complex_of(theta[own])).max()) for own in places)
     if most < _MOST_REFLECTION:
-        return ""
-    return (
-        f"a mirror was found that would send back {most:.1g} of the wave: a level motion hardly tells mirrors from "
-        "itself, and the position may be off by more than its uncertainty: let it go up and down, or cover what "
-        "reflects"
-    )
+        return None
+    return warn("mirror_too_strong", share=most)
 
 
-def turned_polarisation(solution: Solution, blur: float = 1.0) -> str:
-    """Return a sentence where the sphere scatters as it cannot with the polarisations of the setup, else nothing.
+def turned_polarisation(solution: Solution) -> Finding | None:
+    """Return a finding where the sphere scatters as it cannot with the polarisations of the setup, else None.
 
     Of a Gaussian with the prior deviation s, found by d with the deviation u left: d has the variance s^2 - u^2, where
     the setup is right. Azimuths that are mirrored, or all turned, bend no flight: against the transmitter's field they
@@ -121,13 +140,10 @@ def turned_polarisation(solution: Solution, blur: float = 1.0) -> str:
     ----------
     solution
         Converged.
-    blur
-        By what chi-square may be too large since antennas that are off by their u bend loud signals in no linear way:
-        polarisations, known to degrees only, are turned to make up for them (`SetupChiSquare.blur`).
     """
     layout, prior = solution.problem.layout, solution.problem.prior
     if solution.problem.sphere is None:
-        return ""
+        return None
     places = polarisation_places(layout)
     off, square = solution.state.theta[places] - prior.mean[places], prior.sd[places] ** 2
     shown = 1.0 - solution.normal.global_variances()[places] / square
@@ -135,29 +151,20 @@ def turned_polarisation(solution: Solution, blur: float = 1.0) -> str:
     held = (shown < _LEAST_SHOWN) | (square < np.radians(_LEAST_U_DEG) ** 2)
     turned = np.where(held, 0.0, off / np.sqrt(square * np.maximum(shown, _LEAST_SHOWN)))
     worst = int(np.argmax(np.abs(turned)))
-    if abs(turned[worst]) < _MOST_TURNED * np.sqrt(blur):
-        return ""
+    if abs(turned[worst]) < _MOST_TURNED:
+        return None
     antenna = f"receiver[{worst}]" if worst else "transmitter"
-    by = np.degrees(off[worst] / shown[worst])
-    return (
-        f"the sphere scatters as if {antenna}.polarization_deg were {by:+.0f} degrees off "
-        f"({abs(turned[worst]):.0f} deviations): measure it again, and whether azimuths are mirrored or turned, or "
-        "receivers exchanged: the track would be, too, and its uncertainty does not hold that"
-    )
+    by_deg = float(np.degrees(off[worst] / shown[worst]))
+    return warn("polarization_off", antenna=antenna, by_deg=by_deg, deviations=float(abs(turned[worst])))
 
 
-def hardly_known(estimate: MotionEstimate, setup: Setup, changes: Sequence[InputChange] | None) -> str:
-    """Return a sentence where the motion is known much worse than noise and the setup let it be, else nothing."""
+def hardly_known(estimate: MotionEstimate, setup: Setup, changes: Sequence[InputChange] | None) -> Finding | None:
+    """Return a finding where the motion is known much worse than noise and the setup let it be, else None."""
     if estimate.u_position_m is None:
-        return ""
+        return None
     u_m = _u_moving_m(estimate.u_position_m, estimate.time_s > estimate.onset_s)
     # antennas known to a degree make millimetres, and their mirrors as much: the budget says so
     square = sum(_u_moving_m(one.moved_m, one.time_s > estimate.onset_s) ** 2 for one in changes or ())
     if u_m < max(_MOST_U_M, float(np.sqrt(square))):
-        return ""
-    is_polarised = setup.transmitter.polarization_deg is not None
-    return (
-        f"the position is only known to {1e3 * u_m:.1g} mm: the signals do not tell what reflects beside the motion, "
-        "or it is too short for that: cover what reflects within a metre, or let it go farther"
-        f"{'' if is_polarised else _AS_A_POINT}"
-    )
+        return None
+    return warn("position_hardly_known", u_m=u_m, is_point=setup.transmitter.polarization_deg is None)

@@ -1,0 +1,71 @@
+"""How good one IQ pair is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from radargui.model.finding import Finding
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelQuality:
+    """Quality of one IQ pair; None where the signal cannot support the figure.
+
+    Attributes
+    ----------
+    name
+        Receiver, "1" to "4".
+    snr_db
+        10 log10(A^2 / (2 sigma^2)), sigma the noise of one channel.
+    circularity
+        Root mean square of abs(z) - 1 after correction, in amplitudes.
+    image_rejection_db
+        20 log10 of the line at +f_doppler over the line at -f_doppler of I + iQ after correction.
+    fringes
+        Turns of the phase used.
+    fraction_valid
+        Share of valid samples in the motion segment.
+    fraction_clipped
+        Share of samples at the end of the range, or that are left out: an open contact, what no motion explains.
+    gain_ratio
+        Amplitude of Q over amplitude of I.
+    quadrature_error_deg
+        Departure of Q from 90 degrees after I.
+    finding
+        Why it is not good: it refuses the receiver, or warns of one that is usable.
+    u_gain_ratio, u_quadrature_error_deg
+        Standard uncertainties of gain ratio and quadrature error.
+    prior_runs
+        Runs of the session whose gain ratio and quadrature error were the prior of these; empty where none was used.
+    """
+
+    name: str
+    snr_db: float | None = None
+    circularity: float | None = None
+    image_rejection_db: float | None = None
+    fringes: float | None = None
+    fraction_valid: float | None = None
+    fraction_clipped: float | None = None
+    gain_ratio: float | None = None
+    quadrature_error_deg: float | None = None
+    finding: Finding | None = None
+    u_gain_ratio: float | None = None
+    u_quadrature_error_deg: float | None = None
+    prior_runs: tuple[str, ...] = ()
+
+    @property
+    def verdict(self) -> str:
+        """Whether it is good, usable or rejected."""
+        if self.finding is None:
+            return "good"
+        return "rejected" if self.finding.severity == "refuse" else "usable"
+
+    @property
+    def reason(self) -> str:
+        """Why, when not good, in words."""
+        return "" if self.finding is None else self.finding.text
+
+    def document(self) -> dict[str, object]:
+        """Return what JSON holds of it, its verdict and reason in words."""
+        out = {one.name: getattr(self, one.name) for one in fields(self) if one.name != "finding"}
+        return {**out, "verdict": self.verdict, "reason": self.reason}

@@ -1,0 +1,105 @@
+"""The way of the flights: a drop measured as what it is, a fall and the flights after it (method 4, Flights first)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from radargui.conditioning.conditioned import Conditioned
+from radargui.estimation.flights.estimate import DropEstimate, estimate_drop
+from radargui.estimation.flights.readout import drop_motion, place_changes
+from radargui.estimation.hardware import as_prior
+from radargui.estimation.signals import remaining, scaled_signals
+from radargui.geometry.path_length import LEAST_RECEIVERS
+from radargui.model.errors import ProcessingError
+from radargui.model.finding import Finding, error_of, warn
+from radargui.model.front_end import FrontEndPrior
+from radargui.model.result import CorrectedIQ, PathLengths, Track
+from radargui.model.setup import Setup
+from radargui.processing.locate import locate
+from radargui.processing.measured_motion import MeasuredMotion
+from radargui.restitution.drop_bounces import drop_bounces, drop_changes
+
+MOST_CHI_SQUARE = 2.0
+"""Of residuals averaged over 5 ms: above it more than noise is left, and uncertainties that are widened by it are a
+guess (method 6, Quality)."""
+
+
+def measure_by_flights(
+    conditioned: Conditioned, setup: Setup, progress: Callable[[float], None], prior: FrontEndPrior | None
+) -> MeasuredMotion:
+    """Return corrected IQ, path lengths, track and bounces of a drop by its flights.
+
+    Parameters
+    ----------
+    conditioned
+        Signals, rest, noise of three or four receivers.
+    setup
+        What it states is a measurement, too: antennas, release and wavelength are found anew within their u.
+    progress
+        Called with the share done, 0 to 1; what it raises ends the work.
+    prior
+        What is known about the front ends, as they are wired; None where nothing is.
+
+    Raises
+    ------
+    ProcessingError
+        Nothing falls from a rest at the release, or it cannot be followed to its first flight.
+    """
+    if conditioned.n_receivers < LEAST_RECEIVERS:
+        raise error_of(ProcessingError, "flights_need_three_receivers")
+    signals = scaled_signals(conditioned)
+    if not signals.has_rest:
+        raise error_of(ProcessingError, "starts_in_motion")
+    done = 0
+
+    def watch() -> None:
+        nonlocal done
+        done += 1
+        # nobody knows how many steps there will be: typically forty
+        progress(0.95 * (1.0 - float(np.exp(-done / 40.0))))
+
+    known = None
+    if prior is not None:
+        wired = tuple(front_end.with_phase_sign(setup.radar.phase_sign) for front_end in prior.front_ends)
+        known = as_prior(remaining(wired, signals))
+    estimate = estimate_drop(signals, setup, front_ends=known, watch=watch)
+    if isinstance(estimate, Finding):
+        raise error_of(ProcessingError, estimate.code, **estimate.facts)
+    changes = place_changes(estimate)
+    motion = drop_motion(estimate, signals, changes)
+    rad_per_m = 2.0 * np.pi / setup.radar.wavelength_m
+    if any(one.verdict == "rejected" for one in motion.channels):
+        raise error_of(ProcessingError, "flights_explain_little")
+    phase, u_phase = motion.change_m * rad_per_m, motion.u_change_m * rad_per_m
+    paths = PathLengths(motion.time_s, phase, motion.change_m, motion.u_change_m, motion.valid)
+    corrected = CorrectedIQ(
+        motion.time_s, motion.i, motion.q, motion.valid, u_phase, "flights", motion.channels, decisions=motion.choices
+    )
+    bounces = drop_bounces(estimate, setup)
+    if setup.processing.geometry == "plane" or motion.position_m is None or motion.u_position_m is None:
+        track = locate(paths, setup)
+    else:
+        known_where = np.asarray(motion.valid.all(axis=0) & np.isfinite(motion.position_m).all(axis=0))
+        track = Track(motion.time_s, motion.position_m, motion.u_position_m, known_where, "exact")
+    used = None if prior is None else replace(prior, used=True)
+    return MeasuredMotion(
+        corrected,
+        paths,
+        track,
+        bounces,
+        drop_changes(estimate, bounces, changes, setup),
+        used,
+        findings=_findings(estimate),
+    )
+
+
+def _findings(estimate: DropEstimate) -> tuple[Finding, ...]:
+    found, misfit = [], float(estimate.block_chi_square.max())
+    if misfit > MOST_CHI_SQUARE:
+        found.append(warn("flights_misfit", misfit=misfit))
+    if estimate.start.why is not None:
+        found.append(warn("flights_end_early", cause=estimate.start.why))
+    return tuple(found)

@@ -1,0 +1,64 @@
+"""What is no receiver, which one a run goes on without, how good the others are; a clock that is wrong by a factor."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+from radargui.conditioning.conditioned import Conditioned
+from radargui.conditioning.fall_signs import fall_signs
+from radargui.model.finding import Finding, refuse, warn
+from radargui.model.setup import Setup
+from radargui.processing.checks.evidence import Evidence
+
+
+def wired_wrongly(conditioned: Conditioned, setup: Setup) -> tuple[tuple[Finding | None, ...], Finding | None]:
+    """Return why a receiver is none, one a receiver, with the faults found before; and what is wrong with the clock.
+
+    In a fall that all receivers show none may show that the sphere falls upwards: refused before anything is measured,
+    for three receivers of which one is turned round may still find a motion that fits them.
+    """
+    signs = fall_signs(conditioned, setup)
+    if all(signs.backwards):
+        sign = -setup.radar.phase_sign
+        firsts = (number == 0 for number in range(conditioned.n_receivers))
+        return tuple(refuse("phase_sign_wrong", phase_sign=sign, is_first=first) for first in firsts), None
+    clock = None
+    if signs.times_g is not None:
+        clock = warn("clock_wrong", times_g=signs.times_g, factor=math.sqrt(signs.times_g))
+    found = zip(conditioned.faults, signs.backwards, strict=True)
+    return tuple(fault or (refuse("phase_reversed") if is_turned else None) for fault, is_turned in found), clock
+
+
+def rejected(evidence: Evidence) -> Iterator[Finding]:
+    """Receivers that the track needs are none, or were rejected."""
+    faults, without = evidence.part.faults, evidence.part.goes_on_without
+    found = [(k, one.finding) for k, one in enumerate(evidence.channels) if one.verdict == "rejected"]
+    # what is no receiver first: without it, its neighbours are hard to judge
+    for k, finding in sorted(found, key=lambda one: faults[one[0]] is None):
+        if finding is not None and not (without and faults[k]):
+            yield replace(finding, receiver=k + 1)
+
+
+def dips_left_out(evidence: Evidence) -> Iterator[Finding]:
+    """Yield where milliseconds of a receiver were left out, which no motion of the sphere explains."""
+    for number, why in evidence.motion.left_out.items():
+        yield Finding("dip_left_out", "warn", evidence.part.receivers[number] + 1, {"cause": why})
+
+
+def clock_wrong(evidence: Evidence) -> Finding | None:
+    """All phases turn as in a fall that is several times too fast or too slow."""
+    return evidence.part.clock
+
+
+def left_out(evidence: Evidence) -> Iterator[Finding]:
+    """The run goes on without receivers."""
+    for k, fault in enumerate(evidence.part.faults, 1):
+        if fault is not None and evidence.part.goes_on_without:
+            yield Finding("receiver_left_out", "warn", k, {"cause": fault})
+
+
+def usable(evidence: Evidence) -> Iterator[Finding]:
+    """Receivers are usable, and no more."""
+    for k, channel in enumerate(evidence.channels, 1):
+        if channel.finding is not None and channel.verdict == "usable":
+            yield replace(channel.finding, receiver=k)

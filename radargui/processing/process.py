@@ -1,0 +1,263 @@
+"""A whole recording to its result, step by step (method 2 to 6)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from radargui.conditioning.condition import condition
+from radargui.conditioning.stretch import NoMotion
+from radargui.correction.correct import correct
+from radargui.geometry.path_length import LEAST_RECEIVERS
+from radargui.model.blas_threads import one_blas_thread
+from radargui.model.errors import ProcessingError, worded
+from radargui.model.finding import Finding, warn, why_of
+from radargui.model.front_end import FrontEndPrior
+from radargui.model.gravity import drag_of_sphere_1_m
+from radargui.model.recording import Recording
+from radargui.model.result import Bounces, Quality, RunResult, Segment, Track
+from radargui.model.setup import Setup
+from radargui.model.uncertainty_budget import UncertaintyBudget
+from radargui.processing.by_receiver import measure_by_receiver
+from radargui.processing.checks.evidence import Evidence
+from radargui.processing.checks.receivers import wired_wrongly
+from radargui.processing.checks.run import findings_before, findings_of
+from radargui.processing.continuity import known_where
+from radargui.processing.long_recording import shortened
+from radargui.processing.measured_motion import MeasuredMotion, nothing_measured
+from radargui.processing.part import Part
+from radargui.processing.progress import Progress
+from radargui.processing.uncertainty_budget import changes_of_track, with_budget
+from radargui.processing.whole import Whole
+from radargui.restitution.bounces import find_bounces
+from radargui.restitution.cross_check import found_tilt, walls_met
+from radargui.restitution.impact_plane import judged_by_floor
+from radargui.restitution.site_gravity import with_missed_gravity
+
+ESTIMATES = ("adaptive", "joint", "flights")
+
+OnPreliminary = Callable[[RunResult], None]
+
+STOPPED = warn("joint_stopped")
+
+
+def process(
+    recording: Recording,
+    setup: Setup,
+    progress: Callable[[float], None] | None = None,
+    on_preliminary: OnPreliminary | None = None,
+    front_ends: FrontEndPrior | None = None,
+) -> RunResult:
+    """Turn the samples of one run into path lengths, track, bounces and g.
+
+    Parameters
+    ----------
+    recording
+        Raw samples; as many IQ pairs as the setup has receivers.
+    setup
+        Geometry, correction, release position.
+    progress
+        Called with the share done, 0 to 1, which never runs back; what it raises, as `CancelledError`, ends the work.
+    on_preliminary
+        Given the preliminary result of the adaptive correction while the joint one is being computed.
+    front_ends
+        What other runs say about the front ends, prior of the joint correction; None: nothing, the run speaks for
+        itself.
+
+    Returns
+    -------
+    RunResult
+        status ok, no_motion or rejected; arrays have one column a stored sample, NaN where unknown. Of a long
+        recording its `recording` is the excerpt around a motion, to which all arrays belong.
+
+    Raises
+    ------
+    ProcessingError
+        The recording does not fit the setup, or holds no samples.
+    """
+    with one_blas_thread():
+        _check(recording, setup)
+        done = Progress(progress)
+        # an hour of rest says nothing that its last seconds do not
+        recording = shortened(recording)
+        conditioned = condition(recording, setup)
+        # an answer, not a failure: a plate that hangs still is measured too
+        if isinstance(conditioned, NoMotion):
+            findings = (conditioned.finding, *findings_before(recording, setup))
+            return RunResult(recording, setup, "no_motion", findings=findings)
+        done.reach(0.1)
+        # a dead, doubled or exchanged channel is no receiver: its neighbours must not be corrected together with it
+        part = Part(setup, conditioned, *wired_wrongly(conditioned, setup))
+        # flights that explain all receivers tell more of them than circles, which a strong floor bends
+        whole = replace(part, faults=(None,) * len(part.faults))
+        flown = _by_flights(whole, done, front_ends) if setup.processing.correction == "flights" else None
+        if isinstance(flown, MeasuredMotion):
+            part, motion = whole, flown
+        else:
+            motion = _measure(recording, part, done, on_preliminary, front_ends)
+            motion = motion.said(warn("no_flights", cause=flown)) if flown else motion
+        # one at a time may reject another: without a bad receiver its neighbours are judged anew
+        while failed := _left_out(part, motion):
+            part = part.without(failed)
+            motion = _measure(recording, part, done, on_preliminary, front_ends)
+        done.reach(0.97)
+        return _result(recording, part, motion)
+
+
+def _measure(
+    recording: Recording,
+    part: Part,
+    progress: Progress,
+    on_preliminary: OnPreliminary | None,
+    front_ends: FrontEndPrior | None,
+) -> MeasuredMotion:
+    """Measure the motion by the chosen correction: of joint, adaptive and published the first that can be made."""
+    conditioned, setup = part.conditioned, part.setup
+    method = setup.processing.correction
+    if method == "flights":
+        # nothing could be followed so: what circles tell is left
+        method, setup = "adaptive", part.with_correction("adaptive").setup
+    if not part.receivers:
+        return nothing_measured(conditioned, method)
+    if part.is_too_small:
+        # the run is rejected: of the others only their quality is reported, and in a moment
+        return measure_by_receiver(conditioned, setup, "ellipse", progress.attempt())
+    if method not in ESTIMATES:
+        return measure_by_receiver(conditioned, setup, method, progress.attempt())
+    # only who asks for an estimate pays for loading it
+    from radargui.processing.by_estimate import measure_by_estimate
+
+    def preliminary(motion: MeasuredMotion) -> None:
+        if on_preliminary is not None:
+            on_preliminary(replace(_result(recording, part, motion), preliminary=True))
+
+    prior = None if front_ends is None else part.prior(front_ends)
+    try:
+        return measure_by_estimate(conditioned, setup, progress, preliminary, prior)
+    except ProcessingError as error:
+        # it needs no model of the motion but fringes
+        motion = measure_by_receiver(conditioned, setup, "published", progress.attempt())
+        return replace(motion, findings=(warn("estimate_impossible", method=method, cause=why_of(error)),))
+
+
+def _by_flights(part: Part, progress: Progress, front_ends: FrontEndPrior | None) -> MeasuredMotion | Finding:
+    """Measure a drop by its flights with all receivers; return why not where it is none that can be followed."""
+    # only who asks for them pays for loading them
+    from radargui.processing.by_flights import measure_by_flights
+
+    prior = None if front_ends is None else part.prior(front_ends)
+    try:
+        return measure_by_flights(part.conditioned, part.setup, progress.attempt(), prior)
+    except ProcessingError as error:
+        return why_of(error)
+
+
+def _left_out(part: Part, motion: MeasuredMotion) -> dict[int, Finding]:
+    """Return why receivers are left out that the correction rejected, where enough others remain; else nothing.
+
+    A correction of each receiver by itself that fails in one says little good of it in the others: they may leave the
+    circle by a third and be `usable`. Unless all of them are good the run is refused.
+    """
+    channels = motion.corrected.channels
+    if motion.corrected.method not in ESTIMATES and any(one.verdict == "usable" for one in channels):
+        return {}
+    rows = zip(part.receivers, channels, strict=True)
+    failed = {number: own.finding for number, own in rows if own.finding and own.verdict == "rejected"}
+    return failed if len(part.receivers) - len(failed) >= LEAST_RECEIVERS else {}
+
+
+def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResult:
+    """Return what was measured in all samples of the recording, with impacts, their uncertainties and findings."""
+    conditioned, corrected = part.conditioned, motion.corrected
+    whole = Whole(recording, conditioned, part.receivers)
+    evidence = Evidence(recording, part, motion, whole.channels(corrected, part.faults), motion.track)
+    is_refused, paths, track = evidence.is_refused, motion.paths, motion.track
+    if is_refused:
+        # rejected means rejected: no sample of it is called valid
+        paths = replace(paths, valid=np.zeros_like(paths.valid))
+        track = None if track is None else replace(track, valid=np.zeros_like(track.valid))
+    if track is not None and not conditioned.segment.has_rest and part.begins_after_gap:
+        track = known_where(track, np.zeros_like(track.valid))
+    if track is not None and not is_refused:
+        track, bounces, budget = _impacts(part, motion, track)
+        # the joint estimate's errors belong to the place: what mirrors do turns by one radian within this
+        alike_m = None if motion.bounces is None else part.setup.radar.wavelength_m / (4.0 * np.pi)
+        by_conic = corrected.method in ("ellipse", "none")
+        bounces, floor = judged_by_floor(bounces, track, alike_m, by_conic=by_conic)
+        evidence = replace(evidence, track=track, bounces=bounces, budget=budget, floor=floor)
+        corrected = replace(corrected, decisions=(*corrected.decisions, *found_tilt(bounces), *walls_met(bounces)))
+    return RunResult(
+        recording,
+        part.whole_setup,
+        status="rejected" if is_refused else "ok",
+        segment=whole.segment(conditioned.segment),
+        corrected=partial(whole.corrected, corrected, evidence.channels),
+        paths=partial(whole.paths, paths),
+        track=None if track is None else partial(whole.track, track),
+        bounces=evidence.bounces,
+        uncertainty_budget=evidence.budget,
+        setup_posterior=motion.setup_posterior,
+        findings=findings_of(evidence),
+        front_end_prior=motion.front_end_prior,
+        reported_quality=Quality(motion.corrected.method, evidence.channels),
+    )
+
+
+def _impacts(part: Part, motion: MeasuredMotion, track: Track) -> tuple[Track, Bounces, UncertaintyBudget | None]:
+    """Return the track and its bounces with their combined uncertainties, and the budget of these."""
+    setup, segment = part.setup, part.conditioned.segment
+    # the joint estimate knows the speeds at an impact from all samples; a track has them from its flights
+    bounces = motion.bounces or _bounces_of(track, segment, setup, part.conditioned.sample_rate_hz)
+    # without a rest the zero of L is assumed: no uncertainty of a calibration means anything then
+    if not segment.has_rest:
+        # where the sphere was at the start is assumed, not known: no e, and no g
+        return track, Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts)), None
+    changes = motion.changes
+    if changes is None:
+        changes = changes_of_track(motion.paths, bounces, setup, segment)
+    if motion.bounces is None:
+        bounces = with_missed_gravity(bounces, setup, math.hypot(*(one.g_m_s2 for one in changes)))
+    return with_budget(track, bounces, changes, segment, setup)
+
+
+def _bounces_of(track: Track, segment: Segment, setup: Setup, rate_hz: float) -> Bounces:
+    # a normal that is a default is no statement about this floor
+    given = "normal" in setup.floor.model_fields_set
+    normal = setup.floor.normal if given else None
+    drag_1_m = drag_of_sphere_1_m(setup.tracer.diameter_m, setup.tracer.density_kg_m3)
+    is_known = setup.tracer.density_kg_m3 is not None
+    return find_bounces(track, segment, normal, rate_hz, setup.floor.u_tilt_deg, drag_1_m, is_drag_known=is_known)
+
+
+def _check(recording: Recording, setup: Setup) -> None:
+    # a pair too many or too few would give every receiver another one's geometry
+    if recording.n_receivers != setup.n_receivers or len(recording.digitisation.channel_names) % 2:
+        names = ", ".join(recording.digitisation.channel_names)
+        n, n_channels = setup.n_receivers, recording.digitisation.n_channels
+        facts = {"n_channels": n_channels, "names": names, "receivers": n, "needed": 2 * n}
+        raise worded(ProcessingError, "pairs_to_process", name=recording.name, **facts)
+    if recording.n_samples == 0:
+        raise ProcessingError(f"{recording.name} holds no samples", reasons=["the recording ended before it began"])
+
+
+def steps_of(result: RunResult) -> tuple[object, ...]:
+    """Return what the correction of a result found on its way (`CorrectedIQ.steps`), found again in its samples."""
+    corrected = result.corrected
+    if corrected is None or corrected.method in ESTIMATES:
+        return ()
+    conditioned = condition(result.recording, result.setup)
+    if isinstance(conditioned, NoMotion):
+        return ()
+    part = Part(result.setup, conditioned, *wired_wrongly(conditioned, result.setup))
+    whole = Whole(result.recording, part.conditioned, part.receivers)
+    again, _ = correct(part.conditioned, corrected.method)
+    return whole.steps(again.steps)
+
+
+def cut_short(result: RunResult) -> RunResult:
+    """Return a preliminary result as it is kept where the joint correction was stopped."""
+    return replace(result, findings=(STOPPED, *result.findings))

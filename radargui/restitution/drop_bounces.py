@@ -1,0 +1,97 @@
+"""Bounces of a drop measured by its flights: e at each impact, g, what the setup leaves open of them (method 5)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from radargui.estimation.flights.estimate import DropEstimate
+from radargui.estimation.flights.readout import PlaceChanges
+from radargui.model.arrays import FloatArray
+from radargui.model.result import Bounce, Bounces, FreeFall
+from radargui.model.setup import Setup
+from radargui.model.uncertainty_budget import InputChange
+from radargui.restitution.cross_check import cross_check
+from radargui.restitution.floor_normal import FloorNormal, normal_of_impacts
+from radargui.restitution.settings import FLIGHTS
+from radargui.restitution.track_response import tilt_and_clock
+
+
+def drop_bounces(estimate: DropEstimate, setup: Setup) -> Bounces:
+    """Return the bounces between the flights; uncertainties hold what the setup states.
+
+    Speeds are along the floor's normal where the setup gives it, else along the one that the impacts support.
+    """
+    flights = estimate.flights
+    velocity, by_unknowns = estimate.impact_velocities()
+    statistical = estimate.widening**2 * np.einsum("ean,nm,ebm->eab", by_unknowns, estimate.held, by_unknowns)
+    floor = _normal(estimate, setup, velocity, statistical)
+    impacts = tuple(
+        _bounce(float(time), own, covariance, floor)
+        for time, own, covariance in zip(flights.impact_s, velocity, statistical, strict=True)
+    )
+    given = "normal" in setup.floor.model_fields_set
+    x, y, z = (float(part) for part in floor.normal)
+    bounces = Bounces(
+        impacts, _free_fall(estimate, floor.normal), (x, y, z), None if given or not impacts else floor.u_tilt_deg
+    )
+    time = np.arange(flights.onset_s, estimate.end_s, FLIGHTS.check_step_s)
+    height = floor.normal @ flights.position_m(time)
+    return cross_check(bounces, time, height, flights.g_m_s2 * z, flights.drag_1_m)
+
+
+def _normal(estimate: DropEstimate, setup: Setup, velocity: FloatArray, covariance: FloatArray) -> FloorNormal:
+    floor = FloorNormal(np.asarray(setup.floor.normal))
+    if "normal" in setup.floor.model_fields_set or not len(velocity):
+        return floor
+    change = np.concatenate([-np.eye(2, 3), np.eye(2, 3)], axis=1)
+    aside = np.trace(change @ covariance @ change.T, axis1=1, axis2=2) / 2.0
+    return normal_of_impacts(velocity[:, :3], velocity[:, 3:], np.sqrt(aside), setup.floor.u_tilt_deg)
+
+
+def _bounce(time_s: float, velocity: FloatArray, covariance: FloatArray, floor: FloorNormal) -> Bounce:
+    before_m_s, after_m_s = velocity[:3], velocity[3:]
+    before, after = -float(before_m_s @ floor.normal), float(after_m_s @ floor.normal)
+    e = after / before
+    slope = np.concatenate([e / before * floor.normal, floor.normal / before])
+    variance = float(slope @ covariance @ slope) + float(floor.e_variance(before_m_s, after_m_s))
+    u_e = float(np.sqrt(max(variance, 0.0)))
+    valid = bool(0.0 < e < FLIGHTS.most_e and u_e < FLIGHTS.usable_u_e)
+    return Bounce(time_s, before, after, e, u_e, "flights", valid)
+
+
+def _free_fall(estimate: DropEstimate, normal: FloatArray) -> FreeFall:
+    flights = estimate.flights
+    ends = flights.impact_s[:1] if flights.impact_s.size else np.array([estimate.end_s])
+    time = np.linspace(flights.onset_s, float(ends[0]), 200)
+    height = normal @ flights.position_m(time)
+    bend, slope, level = np.polyfit(time - time[0], height, 2).tolist()
+    residual = height - np.polyval([bend, slope, level], time - time[0])
+    release = float(normal @ flights.start_m)
+    drop = release - float(height[-1]) if flights.impact_s.size else float("nan")
+    g, u_g = estimate.gravity
+    rms = float(np.sqrt((residual**2).mean()))
+    return FreeFall(g, u_g, float(time[0]), float(time[-1]), release, drop, (level, slope, bend), rms)
+
+
+def drop_changes(
+    estimate: DropEstimate, bounces: Bounces, changes: PlaceChanges, setup: Setup
+) -> tuple[InputChange, ...]:
+    """Return what places, e and g change by along each direction that the posterior leaves the setup open in."""
+    velocity, by_unknowns = estimate.impact_velocities()
+    normal = np.asarray(bounces.normal)
+    speed = np.array([[one.speed_before_m_s, one.e] for one in bounces.impacts]).reshape(-1, 2)
+    by_speeds = by_unknowns[:, :3] * speed[:, 1, None, None] + by_unknowns[:, 3:]
+    e = np.einsum("a,ean->en", normal, by_speeds) / speed[:, :1]
+    out = [
+        InputChange(
+            f"setup[{number}]",
+            "calibration",
+            changes.time_s,
+            estimate.widening * np.einsum("n,nat->at", direction, changes.place),
+            estimate.widening * e @ direction,
+            0.0,
+        )
+        for number, direction in enumerate(estimate.by_setup, 1)
+    ]
+    out += tilt_and_clock(changes.time_s, lambda: (velocity[:, :3], velocity[:, 3:]), bounces, setup)
+    return tuple(out)

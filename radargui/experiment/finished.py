@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from radargui.acquisition.live_track import LiveSpan
 from radargui.files.run_results import write_results
+from radargui.live.track import LiveSpan
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.errors import CancelledError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
-from radargui.processing.offline import OnPreliminary, cut_short, process
+from radargui.processing.process import OnPreliminary, cut_short, process
 from radargui.session.front_ends import known_front_ends
 
 

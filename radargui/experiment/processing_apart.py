@@ -21,7 +21,7 @@ from radargui.model.cores import on_cores
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, fault_of, worded
 from radargui.model.result import RunResult
 from radargui.model.workers import workers_ignoring_interrupts
-from radargui.processing.offline import OnPreliminary
+from radargui.processing.process import OnPreliminary
 
 _logger = logging.getLogger(__name__)
 _STOP, _SOON = "stop", "soon"

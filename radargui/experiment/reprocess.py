@@ -16,7 +16,7 @@ from radargui.model.errors import FileError, RadarGuiError, UsageError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
-from radargui.processing.offline import OnPreliminary, process
+from radargui.processing.process import OnPreliminary, process
 from radargui.session.catalogue import Catalogue, RunLine
 from radargui.session.front_ends import known_front_ends
 from radargui.session.info import FILE_NAME

@@ -4,7 +4,7 @@ import queue
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -14,7 +14,6 @@ from radargui.acquisition.health import hardly_seen
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.run_output import FinishedRun
 from radargui.acquisition.run_plan import Ending, RecorderState
-from radargui.conditioning.fall import FallTest
 from radargui.experiment.event import (
     EventKind,
     ExperimentState,
@@ -31,10 +30,11 @@ from radargui.experiment.event import (
 )
 from radargui.experiment.finished import FinishedJob, LiveAgreement, process_finished
 from radargui.experiment.processing_apart import ProcessingApart
+from radargui.live.fall_test import FallTest
+from radargui.live.processor import LiveMemory, LiveProcessor
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, attempt
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
-from radargui.processing.live import LiveMemory, LiveProcessor
 from radargui.session.session import Session
 from radargui.sources.contract import Source
 
@@ -82,6 +82,8 @@ class RunOrder:
         Further facts to keep with each run file.
     memory
         What the live corrections of earlier runs of the session have learned.
+    awake
+        Makes what keeps the computer awake from the first run to the last result, as `kept_awake` does; None: nothing.
 
     Attributes
     ----------
@@ -109,6 +111,7 @@ class RunOrder:
     continuous: bool = False
     attributes: Mapping[str, str | float | int] = field(default_factory=dict)
     memory: LiveMemory = field(default_factory=LiveMemory)
+    awake: Callable[[], AbstractContextManager[str]] | None = None
 
     def __post_init__(self) -> None:
         self.publisher = Publisher(self.listener)
@@ -208,6 +211,13 @@ class AcquisitionSeries:
 
     def runs(self) -> Iterator[RecordedRun]:
         """Start, and yield runs until the last acquisition has ended and all are processed."""
+        with self._order.awake() if self._order.awake else nullcontext("") as why:
+            if why:
+                fact = f"This computer may fall asleep before the last run has ended ({why})."
+                self._order.publisher.report(EventKind.WARNING, f"{fact} Switch that off in its power settings.")
+            yield from self._started()
+
+    def _started(self) -> Iterator[RecordedRun]:
         try:
             if self._order.process and not self._order.patient:
                 # what fails here is reported when there is something to process

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QCloseEvent
-from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout
+from PySide6.QtWidgets import QLabel, QMainWindow, QMessageBox, QVBoxLayout, QWidget
 
 from radargui.experiment.calibrating import Calibrate, calibrate_files
 from radargui.gui.background import Jobs, WorkStrip
@@ -26,6 +26,7 @@ from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_keeping import RunKeeping
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_panel import RunPanel
+from radargui.gui.runs.situation import SituationModel
 from radargui.gui.scopes.iq_plane_panel import IQPlanePanel
 from radargui.gui.scopes.scope_panel import WINDOWS_S, ScopePanel
 from radargui.gui.series import SeriesPanel
@@ -38,6 +39,7 @@ from radargui.gui.setup.antenna_panel import AntennaPanel
 from radargui.gui.setup.hardware_panel import FindDevices, HardwarePanel
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupFileController, first_setup
+from radargui.gui.setup.words import is_of_antenna
 from radargui.gui.theme import Theme
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.gui.wiring_check import WiringCheck
@@ -94,7 +96,7 @@ class MainWindow(QMainWindow):
         self._left = self._turn = False
 
         self.hardware = HardwarePanel(self.setup_model, self.actions_, services, source, find_devices)
-        self.antennas = AntennaPanel(self.setup_model, self.jobs, theme)
+        self.antennas = AntennaPanel(self.setup_model, self.actions_, self.jobs, theme)
         data_folder = settings.path("data_folder") or default_data_folder()
         self.session_panel = SessionPanel(self.actions_, data_folder, settings.text("operator"))
         self.scopes = ScopePanel(theme, settings.number("scope_window_s", 3.0, WINDOWS_S[0], WINDOWS_S[-1]))
@@ -116,7 +118,9 @@ class MainWindow(QMainWindow):
         offers = (self.recovery, self.later)
         self.place = MessagePlace(self.bar.runs, self.closing, self.stopping, self.strip, *offers, self.work)
         self.setCentralWidget(boxed(QVBoxLayout(), self.bar, self.place, (self.panels, 1)))
+        self.sound = having(QLabel(), toolTip="Which sounds are on: menu Run")
         self.statusBar().addWidget(self.health, 1)
+        self.statusBar().addPermanentWidget(self.sound)
         self._keys = (FocusMark(self, theme.application), RunKeys(self, theme.application))
         self.titles = DockTitles(self.panels, theme)
         self.guide = FirstSteps(self.hardware, self.panels, services)
@@ -127,9 +131,9 @@ class MainWindow(QMainWindow):
         model, does = self.setup_model, self.actions_
         self.setup_file = SetupFileController(model, services)
         self.run_controller = RunController(self.runs, self.run, self.track, services)
-        said = self.health, self.bar.state, self.stopping, self.strip
-        self.keeping = RunKeeping(self.run_controller, *said, does, services)
-        self.across = AcrossView(self.keeping)
+        self.situation = SituationModel(self.runs, self.strip, self._chosen_source, services)
+        self.keeping = RunKeeping(self.run_controller, self.situation, self.stopping, does, services)
+        self.across = AcrossView(self.situation, does.across, services)
         self.wiring = WiringCheck(model, self.hardware, services)
         self.sessions = SessionController(self.session_panel, self.run_controller, self.setup_file, services)
         self.calibration = CalibrationController(self.sessions, self.antennas.calibration, calibrator)
@@ -138,6 +142,7 @@ class MainWindow(QMainWindow):
         self.panels.restore_within(self, settings)
         self._show_setup()
         self._show_state()
+        self._show_situation()
 
         self._probe = probe
         self._asks = True
@@ -155,8 +160,9 @@ class MainWindow(QMainWindow):
 
     def record(self) -> None:
         """Record as many runs as the bar says."""
-        if not self._ready() or not self.sessions.may_add(self.setup_model.setup):
+        if not self._ready() or not self.sessions.may_add(self.setup_model.own_setup):
             return
+        self.setup_model.end_review()
         self.follow_live()
         self.calibration.warn()
         self.setup_model.note_run()
@@ -169,6 +175,7 @@ class MainWindow(QMainWindow):
                 data_folder=self.session_panel.data_folder,
                 details=self.session_panel.details,
                 setup_file=self.setup_model.path,
+                is_edited=self.setup_model.modified,
             )
         )
 
@@ -183,7 +190,6 @@ class MainWindow(QMainWindow):
             if health is not None and health.live_error is not None:
                 self.board.post_once("error", str(health.live_error))
             self.keeping.look()
-            self.across.look()
         self.scopes.refresh(health)
         # each costs as much as all scopes, and fifteen pictures a second are smooth enough: they take turns
         self._turn = not self._turn
@@ -206,10 +212,6 @@ class MainWindow(QMainWindow):
         if self.hardware.kind == "replay" and not isinstance(error, SessionError) and not self.control.had_source:
             self.hardware.replay.file.fault.say(f"File: {error}")
 
-    def reprocess(self) -> None:
-        """Process the chosen run again with the setup in the window."""
-        self.run_controller.reprocess(self.setup_model.setup)
-
     def follow_live(self) -> None:
         """Show the live track and the scopes."""
         self.track.show_live()
@@ -229,6 +231,7 @@ class MainWindow(QMainWindow):
         self.scopes.pause.toggled.connect(self.track.set_paused)
         self.session_panel.folder_changed.connect(self.sessions.begin_new)
         self.setup_model.changed.connect(self._show_setup)
+        self.situation.changed.connect(self._show_situation)
 
         self.sessions.browser.compare_asked.connect(lambda _sessions: self.panels.bring_up("series"))
         self.sessions.browser.compare_asked.connect(self.series.show_beside)
@@ -243,7 +246,8 @@ class MainWindow(QMainWindow):
         self.control.session_changed.connect(self._show_session)
         self.control.failed.connect(self._say_at_field)
         self.control.warned.connect(lambda text, topic: self.board.post("warning", text, topic=topic))
-        self.runs.run_chosen.connect(lambda _entry: self.panels.bring_up("run"))
+        self.run.figures.field_asked.connect(self.go_to_field)
+        self.runs.run_wanted.connect(lambda: self.panels.bring_up("run"))
 
     def _show_setup(self) -> None:
         self._show_actions()
@@ -264,6 +268,17 @@ class MainWindow(QMainWindow):
         if not running:
             self.health.show_health(None)
 
+    def _chosen_source(self) -> tuple[SourceKind, str]:
+        return self.hardware.kind, self.setup_model.setup.daq.device
+
+    def _show_situation(self) -> None:
+        now = self.situation.now
+        self.bar.state.show_state(now.word, now.detail, now.role, now.badge)
+        self.health.show_run(now.footer)
+        self.sound.setText(now.sound)
+        self.runs.show_series(now.series)
+        self._write_title()
+
     def _show_actions(self) -> None:
         state = self.control.state
         self.actions_.enable(state, valid=self.setup_model.valid)
@@ -279,6 +294,15 @@ class MainWindow(QMainWindow):
             self.scopes.clear()
             self.planes.clear()
         self._write_title()
+
+    def go_to_field(self, key: str) -> None:
+        """Show the field of a value of the setup, and give it the keys."""
+        panel = "antennas" if is_of_antenna(key) else "hardware"
+        self.panels.go_to(panel)
+        named = {one.objectName(): one for one in self.panels.held[panel].findChildren(QWidget)}
+        # of a place in space the first coordinate
+        if (field := named.get(key) or named.get(f"{key}[1]")) is not None:
+            field.setFocus(Qt.FocusReason.ShortcutFocusReason)
 
     def write_mark(self) -> None:
         """Let the operator type a note of this moment."""
@@ -304,9 +328,10 @@ class MainWindow(QMainWindow):
     def _write_title(self) -> None:
         path, session = self.setup_model.path, self.control.session
         changed = "*" if self.setup_model.modified else ""
-        mark = " (simulated)" if self.runs.model.simulated else ""
-        where = f" · session {session.path.name}{mark}" if session else ""
-        self.setWindowTitle(f"{path.name if path else 'setup'}{changed}{where}")  # Qt adds the program's name
+        where, now = f"session {session.path.name}" if session else "", self.situation.now
+        name = f"setup of {self.setup_model.reviewed}" if self.setup_model.reviewed else "setup"
+        parts = (f"{path.name if path else name}{changed}", where, now.badge, now.title)
+        self.setWindowTitle(" · ".join(filter(None, parts)))  # Qt adds the program's name
 
     def unfinished(self) -> tuple[str, ...]:
         """Return what has to end before the window can close, in words."""
@@ -326,7 +351,14 @@ class MainWindow(QMainWindow):
         if self.closing.active:
             return
         self._left = True
-        for end in (self.jobs.rest, self.log.end, self._timer.stop, self._remember, event.accept):
+        for end in (
+            self.jobs.rest,
+            self.sessions.leave_folder,
+            self.log.end,
+            self._timer.stop,
+            self._remember,
+            event.accept,
+        ):
             end()
 
     def leave(self) -> None:
@@ -343,8 +375,9 @@ class MainWindow(QMainWindow):
         words = f"This edit of the setup cannot be kept: {self.setup_model.error} Leave all the same?"
         if self.control.state is AppState.RECORDING:
             words = "A run is being recorded. Stop it, keep what is there, and leave?"
-        answer = QMessageBox.question(self, "RadarGUI", words)
-        return answer == QMessageBox.StandardButton.Yes
+        button = QMessageBox.StandardButton
+        # whoever presses Enter without reading loses nothing
+        return QMessageBox.question(self, "RadarGUI", words, button.Yes | button.No, button.No) == button.Yes
 
     def _begin_to_close(self) -> None:
         self.sessions.flush()

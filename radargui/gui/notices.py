@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 from radargui.gui.background import Mailbox
 from radargui.gui.layout import Edge, Strip, button, fill, follow, take_out, ticking
 from radargui.gui.setup.words import in_words
-from radargui.model.errors import DeviceError, RadarGuiError
+from radargui.model.errors import RadarGuiError
 
 Level = Literal["error", "warning", "info"]
 _WORDS: dict[Level, str] = {"error": "Error", "warning": "Warning", "info": "Note"}
@@ -87,7 +87,7 @@ class NoticeBoard(QObject):
         """Show an error; one that is not ours is named as unexpected and logged with its traceback."""
         if isinstance(error, RadarGuiError):
             # of a device it says which value to set: the form has words for it, the setup file keys
-            self.post("error", in_words(str(error)) if isinstance(error, DeviceError) else str(error))
+            self.post("error", in_words(str(error)))
             return
         details = "".join(traceback.format_exception(error))
         text = (

@@ -46,6 +46,11 @@ _NARROW = 1100
 _FIRST_SIZE = (1440, 900)
 """Of the window at the first start where the screen has room: two plots of 500 pixels beside the forms."""
 
+NO_HELP = (
+    f"The help of RadarGUI {__version__} was not installed with it. Its texts are in the folder docs of the source; "
+    "begin with docs/tutorial.md. Installed from there anew, F1 opens them."
+)
+
 
 def belongs(widget: QtWidgets.QWidget, window: QtWidgets.QWidget) -> bool:
     """Return whether a widget stands in a window or in a panel that was torn off it."""
@@ -339,6 +344,10 @@ class HelpBrowser(Dialog):
 
     def __init__(self, url: QUrl, parent: QWidget, settings: Settings | None) -> None:
         super().__init__("Help", (930, 720), parent, "help", settings)
-        self.pages = having(QTextBrowser(openExternalLinks=True), source=url)
+        self.pages = QTextBrowser(openExternalLinks=True)
+        if Path(url.toLocalFile()).is_file():
+            self.pages.setSource(url)
+        else:
+            self.pages.setPlainText(NO_HELP)
         back = button("Back", self.pages.backward)
         self.lay_out(self.pages, fill(QHBoxLayout(), back, 1, button("Close", self.reject, default=True)))

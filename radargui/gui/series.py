@@ -57,8 +57,13 @@ class SeriesRow:
     scale: float = 1.0
 
 
-def _uncertainty(value: float | None, scale: float) -> str:
-    return with_powers(plain(value, _DIGITS, scale=scale))
+def _to_digits_of_u(found: Statistics, value: float | None, scale: float) -> str:
+    """Return what scatters to the decimal that the mean has: further digits say nothing, u leaves them open."""
+    if value is None or not found.u:
+        return with_powers(plain(value, _DIGITS, scale=scale))
+    shown = alone(value, found.u, scale)
+    last = f"{shown[:-1]}1"
+    return f"< {last}" if float(shown) == 0.0 and value > 0.0 else shown
 
 
 # title of a column, and what stands in it
@@ -67,9 +72,9 @@ COLUMNS: dict[str, Callable[[SeriesRow], str]] = {
     "Quantity": lambda row: row.quantity,
     "n": lambda row: str(row.found.n),
     "Mean": lambda row: alone(row.found.mean, row.found.u, row.scale),
-    "Standard\ndeviation": lambda row: _uncertainty(row.found.standard_deviation, row.scale),
-    "Standard\nerror": lambda row: _uncertainty(row.found.standard_error, row.scale),
-    "Combined\nu": lambda row: _uncertainty(row.found.combined, row.scale),
+    "Standard\ndeviation": lambda row: _to_digits_of_u(row.found, row.found.standard_deviation, row.scale),
+    "Standard\nerror": lambda row: _to_digits_of_u(row.found, row.found.standard_error, row.scale),
+    "Combined\nu": lambda row: with_powers(plain(row.found.combined, _DIGITS, scale=row.scale)),
 }
 TIP = (
     "Over the drops that count: standard deviation of one drop, standard error of the mean, and its combined standard "
@@ -317,7 +322,7 @@ class SeriesPanel(QWidget):
         self.table.setColumnHidden(0, len(found) < 2)
         self.table.show_rows(row for one in found for row in rows_of(one))
         self.alone.setVisible(len(found) > 1)
-        kind = f"{found[0].series.kind}, " if found and found[0].series.kind not in (None, "measured") else ""
+        kind = f"{found[0].series.mark}, " if found and found[0].series.mark else ""
         n_runs = sum(len(one.runs) for one in facts.sessions) if facts else 0
         named = ", ".join(one.name for one in found)
         self._title.setText(f"{named}: {kind}{counted(n_runs, 'run')}" if found else nothing)

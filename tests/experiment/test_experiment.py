@@ -25,7 +25,7 @@ from radargui.files.run_file import read_run, run_is_complete
 from radargui.files.run_results import results_are_current
 from radargui.model.errors import DeviceError, ProcessingError, SourceError
 from radargui.model.setup import Setup
-from radargui.processing.offline import STOPPED
+from radargui.processing.process import STOPPED
 from radargui.session.session import Session
 from radargui.sources.contract import Source
 from radargui.sources.simulated.model import SimulatedSource
@@ -377,13 +377,13 @@ def test_cancelling_in_the_joint_correction_keeps_the_adaptive_result_and_says_s
     assert run.error is None
     assert run.result is not None
     assert run.result.preliminary
-    assert run.result.warnings[0] == STOPPED
+    assert run.result.findings[0] == STOPPED
     assert run.path is not None
     summary = read_summary(run.path) or {}
     assert (summary["correction"], summary["preliminary"]) == ("adaptive", True)
     assert not results_are_current(run.path, JOINT_DROP), "a batch must make up for it"
     assert an_experiment.state is ExperimentState.DONE
-    assert STOPPED in [event.message for event in listener.of(EventKind.WARNING)]
+    assert STOPPED.text in [event.message for event in listener.of(EventKind.WARNING)]
 
 
 def test_who_leaves_while_a_run_is_processed_does_not_wait_for_the_joint_correction(tmp_path: Path) -> None:

@@ -17,12 +17,13 @@ from radargui.experiment import finished, reprocess
 from radargui.experiment.batch import task
 from radargui.files.run_results import write_results
 from radargui.files.stored_results import read_prior
+from radargui.model.channel_quality import ChannelQuality
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.recording import Recording
-from radargui.model.result import ChannelQuality, RunResult
+from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
-from radargui.processing.offline import process
+from radargui.processing.process import process
 from radargui.session.session import Session
 
 JOINT = changed(SETUP, processing={"correction": "joint"})

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.robust_scenes.generator import make_scene
+from benchmarks.world.one_receiver.generator import make_scene
 
-from radargui.acquisition.live_track import LiveSpan
 from radargui.experiment.finished import LiveAgreement, live_agreement
+from radargui.live.track import LiveSpan
 from radargui.model.result import PathLengths, RunResult, Segment
 
 N, LOST = 4000, slice(1900, 2100)

@@ -50,6 +50,8 @@ def fast_sources(speed: float) -> Any:
 def nothing_of_the_user_is_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Keep index and channel maps in the test's folder."""
     monkeypatch.setattr("radargui.session.catalogue.default_index_path", lambda _folder: tmp_path / "index.sqlite3")
+    name = "radargui.gui.sessions.session_controller.default_index_path"
+    monkeypatch.setattr(name, lambda _folder: tmp_path / "index.sqlite3")
     monkeypatch.setattr("radargui.session.map_memory.default_memory_path", lambda: tmp_path / "channel-maps.json")
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -17,8 +15,9 @@ from support.controlled_source import ControlledSource, codes
 from radargui.gui.control.control_bar import wrapped
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
-from radargui.gui.runs.across import _WIDEST, AcrossView, Situation
+from radargui.gui.runs.across import _LINES, _WIDEST, AcrossView
 from radargui.gui.runs.run_keeping import PATTERNS_MS
+from radargui.gui.runs.situation import Situation
 
 
 @pytest.fixture
@@ -49,7 +48,9 @@ def test_f11_fills_the_screen_and_shows_state_result_run_and_what_is_next(
     across: AcrossView, window: MainWindow, wait_for: Any
 ) -> None:
     assert across.size() == across.screen().size()
-    assert across.situation == Situation(AppState.IDLE, "", "", "Press R to record, Space to look at the signal")
+    now = across.situation
+    assert (now.word, now.result, now.run) == ("IDLE", "", "")
+    assert now.next == "Press R to record, Space to look at the signal"
     seen: list[Situation] = []
     window.control.state_changed.connect(lambda: seen.append(across.situation))
     QTest.keyClick(across, Qt.Key.Key_R)
@@ -76,11 +77,10 @@ def test_the_colour_of_done_says_how_good_the_newest_result_is(
     for summary, role in (({**(entry.summary or {}), "warnings": ["the floor moves"]}, "mark"), (bad, "alarm")):
         window.runs.change(entry.path, summary=summary)
         wait_for(lambda role=role: across.situation.role == role)
-        assert ("The floor moves." in across.situation.next) is (role == "mark")
+        assert ("The floor moves." in across.situation.why) is (role == "mark")
     assert across.situation.result == "no e"
-    assert "clipped" in across.situation.next
-    # said first: a long reason leaves no room behind it
-    assert across.situation.next.startswith(AppState.DONE.next)
+    assert "clipped" in across.situation.why
+    assert across.situation.next == AppState.DONE.next
     picture = window.bar.state.grab().toImage()
     assert picture.pixelColor(6, picture.height() // 2).name() == window.theme.colours.alarm
 
@@ -107,10 +107,10 @@ def test_closing_it_is_leaving_it(across: AcrossView, window: MainWindow) -> Non
 def test_letters_follow_the_screen_and_never_what_is_shown(across: AcrossView) -> None:
     fonts = {name: font.pixelSize() for name, font in across.fonts().items()}
     for result in ("e = 0.8 ± 0.3", "e = 0.80123 ± 0.00045"):
-        across.show_situation(Situation(AppState.PROCESSING, result, "drop 12 (12 of 100)", "Hands off"))
+        across.show_situation(Situation(AppState.PROCESSING, result=result, coming="drop 12 (12 of 100)"))
         assert {name: font.pixelSize() for name, font in across.fonts().items()} == fonts
     for name, font in across.fonts().items():
-        lines = 2 if name == "next" else 1
+        lines = _LINES.get(name, 1)
         metrics = QFontMetricsF(font)
         assert metrics.horizontalAdvance(_WIDEST[name]) <= 0.95 * across.width(), name
         assert lines * metrics.lineSpacing() <= 0.3 * across.height(), name
@@ -187,7 +187,7 @@ def test_an_error_of_many_lines_stays_in_its_place(across: AcrossView) -> None:
     assert "·" not in words
 
 
-def test_the_result_of_an_earlier_run_is_called_so_beside_a_failure(
+def test_a_failure_shows_no_result_of_an_earlier_run(
     across: AcrossView, window: MainWindow, wait_for: Any, tmp_path: Path
 ) -> None:
     QTest.keyClick(across, Qt.Key.Key_R)
@@ -197,40 +197,26 @@ def test_the_result_of_an_earlier_run_is_called_so_beside_a_failure(
     window.hardware.replay.file.line.setText(str(tmp_path / "missing.csv"))
     QTest.keyClick(across, Qt.Key.Key_R)
     wait_for(lambda: across.situation.state is AppState.FAILED)
-    assert across.situation.run == "e of drop 1"
+    assert (across.situation.run, across.situation.result) == ("", "")
     # the reason comes a moment later
     wait_for(lambda: "missing.csv" in across.situation.next)
 
 
-def test_the_result_of_an_earlier_run_is_called_so_while_another_one_is_computed(
+def test_while_a_run_is_recorded_or_computed_a_dash_stands_for_its_e(
     across: AcrossView, window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    seen: list[Situation] = []
+    window.situation.changed.connect(lambda: seen.append(window.situation.now))
     QTest.keyClick(across, Qt.Key.Key_R)
     wait_for(lambda: across.situation.state is AppState.DONE and across.situation.result)
-    one, keeping = window.runs.model.entries[0], across._keeping
-    other = replace(one, path=one.path.with_name("run-0002.h5"), label="2")
-    entries = {one.path: one, other.path: other}
-    control: Any = SimpleNamespace(
-        state=AppState.PROCESSING,
-        backlog=SimpleNamespace(computed=other.path),
-        reached=SimpleNamespace(progress=0.4),
-        waits_for="",
-    )
-    model = SimpleNamespace(entry_of=entries.get)
-    now = SimpleNamespace(
-        control=control,
-        runs=SimpleNamespace(model=model),
-        of_result=one.path,
-        coming="",
-        role="busy",
-        services=keeping.services,
-    )
-    monkeypatch.setattr(across, "_keeping", now)
-    across.look()
-    assert across.situation.run == "drop 2; e of drop 1"
-    assert across.situation.next == "The result is being computed: 40 %"
-    # its preliminary result is its own
-    now.of_result = other.path
-    across.look()
-    assert across.situation.run == "drop 2"
-    monkeypatch.setattr(across, "_keeping", keeping)
+    seen.clear()
+    QTest.keyClick(across, Qt.Key.Key_R)
+    wait_for(lambda: across.situation.state is AppState.DONE and across.situation.run == "drop 2")
+    armed = [one for one in seen if one.state is AppState.ARMED]
+    assert {(one.run, one.result == armed[0].result) for one in armed} == {("drop 2; e of drop 1", True)}
+    for state in (AppState.RECORDING, AppState.PROCESSING):
+        beside = [one for one in seen if one.state is state and one.entry is None]
+        assert beside, state
+        assert {one.result for one in beside} == {"e = –"}
+        assert {one.run for one in beside} == {"drop 2"}
+        assert all(one.detail.endswith("e = –") for one in beside)

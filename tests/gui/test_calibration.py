@@ -112,7 +112,7 @@ def test_the_keys_lead_from_recordings_to_a_setup_that_refers_to_its_calibration
     assert read_setup(setup_path).calibration == window.setup_model.setup.calibration
     # edited by hand afterwards: said by name
     window.setup_model.assign("receiver[1].tilt_deg", 30.0)
-    assert "“Tilt” = 30.0000 (calibrated 40.6000); their own u_ hold" in group.fault.text()
+    assert "“Receiver 1: Tilt” = 30.0000 (calibrated 40.6000); their own u_ hold" in group.fault.text()
 
 
 def test_the_form_offers_what_the_fit_can_find(window: MainWindow) -> None:

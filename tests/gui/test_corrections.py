@@ -23,7 +23,7 @@ from radargui.gui.theme import Theme
 from radargui.model.errors import ProcessingError
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
-from radargui.processing.offline import process
+from radargui.processing.process import process
 from radargui.report.curves import take_curves
 
 SETUP = changed(quick_setup(), daq={"rate_hz": 3000.0, "channel_skew_s": 0.0, "channels": None})

@@ -155,7 +155,7 @@ def test_the_live_view_never_waits_for_an_edge(make_window: Any, setup_path: Any
     assert asked[0].start == "now"
     assert window.setup_model.setup.daq.start == "digital"
     assert at_once(window.setup_model.setup).daq.start_source is None
-    assert window.bar.state.text == "LIVE"
+    assert window.bar.state.text == "LIVE   NOT RECORDED"
     window.actions_.stop.trigger()
     wait_for(lambda: not window.control.state.running)
 

@@ -46,3 +46,24 @@ def test_without_a_build_the_texts_are_shown(qtbot: QtBot, opened: list[QUrl], m
     browser.pages.setSource(QUrl("uncertainty.md"))
     assert browser.pages.toPlainText().startswith("Uncertainties")
     browser.close()
+
+
+def test_installed_without_pages_the_texts_beside_the_resources_are_shown(
+    window: MainWindow, opened: list[QUrl], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "help").mkdir()
+    (tmp_path / "help" / "tutorial.md").write_text("# Installed help\n", encoding="utf-8")
+    monkeypatch.setattr(resources, "resources_folder", lambda: tmp_path)
+    monkeypatch.setattr(resources, "__file__", str(tmp_path / "site" / "radargui" / "model" / "resources.py"))
+    window.actions_.help.trigger()
+    (browser,) = window.findChildren(HelpBrowser)
+    assert not opened
+    assert browser.pages.toPlainText().startswith("Installed help")
+    browser.close()
+
+
+def test_where_no_help_was_installed_it_says_where_it_is(qtbot: QtBot, tmp_path: Path) -> None:
+    parent = QWidget()
+    qtbot.addWidget(parent)
+    browser = HelpBrowser(QUrl.fromLocalFile(str(tmp_path / "tutorial.md")), parent, None)
+    assert "docs/tutorial.md" in browser.pages.toPlainText()

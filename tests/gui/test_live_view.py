@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
+from support.compare_dialog import keep_new_result
 from support.controlled_source import ControlledSource, codes
 from support.processing_here import ProcessingHere
 from support.shown_plots import points_of, shaded_of
@@ -34,7 +35,7 @@ def test_the_track_moves_while_the_simulated_sphere_falls(make_window: Any, setu
     assert all(points_of(scope) > 100 for scope in window.scopes.time.scopes)
     assert points_of(window.planes.raw[0]) > 100
     wait_for(lambda: window.health.labels["rate"].text() != "Rate –")
-    assert window.bar.state.text == "LIVE"
+    assert window.bar.state.text == "LIVE   NOT RECORDED"
     assert not window.hardware.findChild(object, "daq.rate_hz").isEnabled()
 
     window.actions_.stop.trigger()
@@ -101,9 +102,9 @@ def test_the_live_track_says_that_it_starts_anew_after_a_gap_in_a_motion(
     source = ControlledSource()
     window = make_window(setup_path, source_maker=lambda *_args, **_options: source)
     window.actions_.start.trigger()
-    source.push_all(codes(12000, moving=slice(8000, 12000)))
-    source.push(codes(2000, seed=2, moving=slice(0, 2000)), lost=1500)
-    source.push_all(codes(12000, seed=3))
+    source.push_all(codes(12000, moving=slice(8000, 12000), hangs=True))
+    source.push(codes(2000, seed=2, moving=slice(0, 2000), hangs=True), lost=1500)
+    source.push_all(codes(12000, seed=3, hangs=True))
     anew = "starts anew, as if from the release"
     wait_for(lambda: window.track._title.text() == f"Live track: at rest, {anew}")
 
@@ -194,6 +195,8 @@ def test_keys_name_only_what_is_drawn(own_window: MainWindow, record_one: Any, w
     assert "peaks" not in own_window.run.tabs.page("steps").key.text()
     own_window.setup_model.assign("processing.correction", "published")
     own_window.actions_.reprocess.trigger()
+    keep_new_result(own_window, wait_for)
+    own_window.runs.table.selectRow(0)
     wait_for(lambda: "peaks" in own_window.run.tabs.page("steps").key.text())
     # a circle asks for more samples than a drop of the tests
     own_window.setup_model.assign("daq.rate_hz", 12000.0)

@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
-from radargui.gui.control.state import AppState
+from radargui.gui.control.state import LARGE_WORDS
 from radargui.gui.main_window import MainWindow
 from radargui.gui.panels import TITLES
 from radargui.gui.plots.plot import Plot
@@ -126,9 +126,9 @@ def test_the_buttons_of_a_title_are_seen_in_every_look(window: MainWindow, choic
 def test_the_letters_of_the_state_stay_as_large_as_they_are(window: MainWindow) -> None:
     view = window.bar.state
     sizes = set()
-    for state in AppState:
+    for word in LARGE_WORDS:
         for detail in ("", "drop 1: e = 0.8002 ± 0.0011", "words " * 60):
-            view.show_state(state, detail)
+            view.show_state(word, detail, "good")
             view.grab()
             sizes.add(view.word_font().pointSizeF())
     assert len(sizes) == 1

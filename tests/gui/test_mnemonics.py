@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 from hypothesis import given, strategies as st
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, Qt, QUrl
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -148,7 +148,7 @@ DIALOGS: dict[str, Callable[[MainWindow], QDialog]] = {
     "gain": gains,
     "preview": shown("run_controller.report_preview"),
     "about": made(lambda window: About("", Path(), None, window)),
-    "help": made(lambda window: HelpBrowser(help_page().as_uri(), window, None)),
+    "help": made(lambda window: HelpBrowser(QUrl.fromLocalFile(str(help_page())), window, None)),
 }
 
 

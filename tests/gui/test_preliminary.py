@@ -10,7 +10,7 @@ import pytest
 from support.changed import changed
 from support.gui_sessions import make_session
 from support.run_contents import read_summary
-from support.stored_runs import SETUP, results_digest
+from support.stored_runs import SETUP
 
 from radargui.acquisition.run_plan import Ending
 from radargui.experiment.event import RecordedRun
@@ -20,7 +20,7 @@ from radargui.files.run_file import read_run
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.run_controller import COMPUTING
-from radargui.processing.offline import STOPPED, process
+from radargui.processing.process import STOPPED, process
 
 
 @pytest.fixture
@@ -65,13 +65,13 @@ def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_o
     (final,) = window.runs.model.entries
     assert not window.run.result.preliminary
     assert window.run.result.corrected.method == "joint"
-    assert final.verdict == "good, simulated"
+    assert final.verdict == "good, SIMULATED"
     assert window.run._title.text() == "drop 1 (run-0001, simulated)"
     assert COMPUTING not in window.run.figures.notes
     wait_for(lambda: window.track._title.text() == "drop 1 (run-0001, simulated): result")
     wait_for(lambda: window.track.shown is not quick)
     assert window.track.shown.residual_mm.tolist() != quick.residual_mm.tolist()
-    assert window.bar.state.text == f"DONE   drop 1: e = {final.restitution()}"
+    assert window.bar.state.text == f"FINAL   drop 1: e = {final.restitution()}"
     assert read_summary(final.path)["correction"] == "joint"
     assert heard == [1], "the sound comes once, with the first result"
 
@@ -86,35 +86,13 @@ def test_stop_while_the_joint_correction_is_computed_keeps_the_adaptive_result(
     wait_for(lambda: window.control.state is AppState.PROCESSING)
     window.actions_.stop.trigger()
     wait_for(lambda: window.control.state is AppState.DONE)
-    assert window.run.result.warnings[0] == STOPPED
+    assert window.run.result.findings[0] == STOPPED
     assert window.run.figures.notes[0].startswith("The joint correction was stopped before it ended")
     (entry,) = window.runs.model.entries
-    assert window.bar.state.text == f"DONE   drop 1: e = {entry.restitution()}, preliminary, 1 warning"
+    assert window.bar.state.text == f"PRELIMINARY   drop 1: e = {entry.restitution()}, 1 warning"
     summary = read_summary(entry.path)
     assert (summary["correction"], summary["preliminary"]) == ("adaptive", True)
     assert window.board.notices == ()
-
-
-def test_processing_again_can_be_cancelled_and_the_run_keeps_its_results(
-    window: MainWindow, wait_for: Any, tmp_path: Path
-) -> None:
-    window.sessions.open(make_session(tmp_path / "data", 4))
-    wait_for(lambda: window.runs.model.entries and window.runs.model.entries[0].summary)
-    window.runs.table.selectRow(0)
-    wait_for(lambda: window.run.result is not None)
-    path = window.runs.model.entries[0].path
-    before = results_digest(path)
-    window.setup_model.assign("processing.correction", "joint")
-    window.actions_.reprocess.trigger()
-    assert window.work.busy
-    wait_for(lambda: stands(window))
-    window.work.cancel()
-    wait_for(lambda: not window.work.busy)
-    wait_for(lambda: not stands(window))
-    assert window.run.result.corrected.method == "published"
-    assert results_digest(path) == before
-    assert [notice.level for notice in window.board.notices] == ["info"]
-    assert "drop 1 (run-0001, simulated) keeps the results that it had" in window.board.notices[0].text
 
 
 def test_a_quick_result_of_an_earlier_drop_does_not_take_the_eye_off_a_later_one(
@@ -131,7 +109,7 @@ def test_a_quick_result_of_an_earlier_drop_does_not_take_the_eye_off_a_later_one
         window.control.run_recorded.emit(RecordedRun(1, path, given, Ending.QUIET, ""))
         assert window.runs.table.chosen.path == second
         assert window.run._title.text().startswith("drop 2 (run-0002, simulated)")
-        assert window.keeping.last_result.startswith("drop 2: e = ")
+        assert window.situation.now.says.startswith("drop 2: e = ")
     assert all(entry.has_e for entry in window.runs.model.entries)
     wait_for(lambda: not window.jobs.running)
 
@@ -152,7 +130,7 @@ def test_a_final_result_does_not_take_the_eye_off_another_run(
     window.run_controller.add(replace(recorded, result=result))
     assert window.runs.table.chosen.path == first
     assert window.run._title.text() == "drop 1 (run-0001, simulated)"
-    assert window.runs.model.entries[1].verdict == "good, simulated"
+    assert window.runs.model.entries[1].verdict == "good, SIMULATED"
     window.runs.table.selectRow(1)
     assert window.run.result is result, "kept for the moment it is asked for"
     wait_for(lambda: not window.jobs.running)

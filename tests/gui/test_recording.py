@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from support.compare_dialog import keep_new_result
 from support.gui_sessions import make_session
+from support.inhibitor import inhibitor
 from support.run_contents import read_summary
 
 from radargui.acquisition.run_plan import RecorderState
@@ -29,7 +33,7 @@ def test_a_recorded_run_is_listed_shown_and_can_be_reported(
     summary = read_summary(entry.path)
     assert summary is not None
     assert summary["e"] == pytest.approx(0.6, rel=0.03)
-    assert window.bar.state.text == f"DONE   drop 1: e = {entry.restitution()}"
+    assert window.bar.state.text == f"FINAL   drop 1: e = {entry.restitution()}"
     assert window.control.session is not None
     assert window.control.session.info.operator == "Ada"
     assert window.track.result is not None
@@ -61,6 +65,17 @@ def test_a_recorded_run_is_listed_shown_and_can_be_reported(
     assert not [notice for notice in window.board.notices if notice.level == "error"], window.board.notices
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="the stand-in is Linux's")
+def test_the_computer_is_kept_awake_until_the_last_result(
+    window: MainWindow, record_one: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wait_for: Any
+) -> None:
+    log = inhibitor(tmp_path / "bin")
+    monkeypatch.setenv("PATH", str(tmp_path / "bin"), prepend=os.pathsep)
+    record_one(window)
+    wait_for(lambda: log.read_text(encoding="utf-8").endswith("released\n"))
+    assert log.read_text(encoding="utf-8").startswith("--what=sleep:idle --mode=block --who=RadarGUI")
+
+
 def test_two_runs_go_hands_free_into_one_session_and_can_be_chosen(
     window: MainWindow, wait_for: Any, record_one: Any
 ) -> None:
@@ -69,7 +84,7 @@ def test_two_runs_go_hands_free_into_one_session_and_can_be_chosen(
     entries = window.runs.model.entries
     assert [entry.name for entry in entries if not entry.rejected] == ["run-0001", "run-0003"]
     assert "nothing in it falls freely" in window.control.session.rejected["run-0002.h5"]
-    assert window.bar.state.text.startswith("DONE   2 drops   drop 2: e = ")
+    assert window.bar.state.text.startswith("FINAL   2 drops   drop 2: e = ")
     window.run_controller._kept.clear()
     window.runs.table.selectRow(0)
     wait_for(lambda: window.run.result is not None and window.run.result.recording.name == "run-0001")
@@ -77,6 +92,7 @@ def test_two_runs_go_hands_free_into_one_session_and_can_be_chosen(
 
     window.setup_model.assign("processing.correction", "ellipse")
     window.actions_.reprocess.trigger()
+    keep_new_result(window, wait_for)
     wait_for(lambda: not window.jobs.running)
     assert read_summary(window.runs.model.entries[0].path)["correction"] == "ellipse"
     assert window.run.result.corrected.method == "ellipse"
@@ -179,7 +195,7 @@ def test_a_session_recorded_before_can_be_opened(
     window.sessions.open(make_session(tmp_path / "data", 4))
     wait_for(lambda: window.runs.model.entries and window.runs.model.entries[0].summary)
     wait_for(lambda: not window.jobs.running)
-    assert window.runs.model.entries[0].verdict == "good, simulated"
+    assert window.runs.model.entries[0].verdict == "good, SIMULATED"
     window.runs.table.selectRow(0)
     wait_for(lambda: window.run.result is not None)
     window.sessions.open(setup_path.parent)

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from PySide6.QtCore import QEvent
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from support.gui_sessions import make_session
 from support.stored_runs import raw_digest, results_digest
@@ -61,6 +62,37 @@ def test_old_and_new_are_compared_and_nothing_changes_until_kept(
     window.panels.go_to("run")
     window.run.tabs.setCurrentWidget(window.run.samples)
     wait_for(lambda: len(window.run.samples.plots) == 3)
+
+
+def test_f8_compares_with_the_setup_in_the_window_and_overwrites_nothing(
+    window: MainWindow, wait_for: Any, tmp_path: Path
+) -> None:
+    window.sessions.open(make_session(tmp_path / "data", 4))
+    wait_for(lambda: window.runs.model.entries and not window.jobs.running)
+    window.activateWindow()
+    wait_for(window.isActiveWindow)
+    window.panels.go_to("runs")
+    window.runs.table.selectRow(0)
+    (run,) = window.control.session.run_paths()
+    before, e = results_digest(run), window.runs.model.entries[0].restitution()
+    window.setup_model.assign("processing.correction", "ellipse")
+    QTest.keyClick(window, Qt.Key.Key_F8)
+    dialog = window.transfer.dialog
+    assert isinstance(dialog, ReprocessDialog)
+    assert dialog.what.currentText().startswith("The chosen run, drop 1")
+    assert dialog.setup.currentText() == "Setup in the window", "an edit of one's own setup ends the review"
+    assert not window.work.busy, "nothing is computed before it is asked for"
+    dialog.compare.click()
+    wait_for(lambda: not dialog.work.busy)
+    stored, new = next(line[2:4] for line in dialog.table.rows.entries if line[1] == "e")
+    assert stored == e != new
+    dialog.discard.click()
+    assert (results_digest(run), window.runs.model.entries[0].restitution()) == (before, e)
+
+    # Shift+F8 begins with what the run was recorded with
+    window.actions_.compare.trigger()
+    assert window.transfer.dialog is not dialog
+    assert window.transfer.dialog.setup.currentText() == "As recorded"
 
 
 def test_discarding_or_cancelling_leaves_the_stored_results(

@@ -28,9 +28,10 @@ from radargui.gui.runs.run_panel import RunPanel, boxes
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import result_track
 from radargui.gui.track.track_panel import TrackPanel
+from radargui.model.finding import as_stored
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
-from radargui.processing.offline import process
+from radargui.processing.process import process
 from radargui.report.document import Grid, templates
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_section
@@ -137,7 +138,7 @@ def test_no_line_joins_two_pieces_of_a_path_and_the_place_is_marked(panel: RunPa
 
 def test_texts_from_files_are_no_markup(theme: Theme, setup: Setup) -> None:
     result = result_of(setup, simulation={"scene": "rest"})
-    object.__setattr__(result, "warnings", ("<b>bold</b>",))
+    object.__setattr__(result, "findings", (as_stored("<b>bold</b>"),))
     assert "&lt;b&gt;" in page_of(result, theme)
 
 
@@ -172,7 +173,8 @@ def test_what_speaks_against_a_run_is_said_with_it_in_words_and_colour(tmp_path:
     assert "the floor moves" in model.cell(moved, verdict, Qt.ItemDataRole.ToolTipRole)
     # of a run that the operator rejected that is what counts
     assert replace(moved, rejected="rejected by hand").objection == "set aside: by hand"
-    assert RunEntry(path, summary={"status": "ok", "verdict": "good"}).role == "good"
+    assert RunEntry(path, summary={"status": "ok", "verdict": "good", "e": 0.8}).role == "good"
+    assert RunEntry(path, summary={"status": "ok", "verdict": "good"}).role == "mark", "it has no e"
 
 
 def test_a_long_reason_leaves_the_other_runs_in_the_list(window: MainWindow, tmp_path: Path, wait_for: Any) -> None:
@@ -189,14 +191,14 @@ def test_a_long_reason_leaves_the_other_runs_in_the_list(window: MainWindow, tmp
 def test_the_words_of_a_run_begin_with_what_speaks_against_it_and_say_each_thing_once(theme: Theme) -> None:
     result = drop_result(rate_hz=2000.0)
     impacts = tuple(replace(one, valid=False) for one in result.bounces.impacts)
-    moved = replace(result, bounces=replace(result.bounces, impacts=impacts), warnings=("the floor moves",))
+    moved = replace(result, bounces=replace(result.bounces, impacts=impacts), findings=(as_stored("the floor moves"),))
     words = QTextDocument()
     words.setHtml(page_of(moved, theme))
     lines = [one for one in words.toPlainText().split("\n") if one]
     assert lines[:5] == ["The floor moves.", "Result", "good, 1 warning", "e of the first impact", "not valid"]
     # what is to be corrected is called as its field is
-    words.setHtml(page_of(replace(moved, warnings=("correct daq.channel_skew_s.",)), theme))
-    assert words.toPlainText().startswith("Correct “Channel skew”.")
+    words.setHtml(page_of(replace(moved, findings=(as_stored("correct daq.channel_skew_s."),)), theme))
+    assert words.toPlainText().startswith("Correct “Channel skew” (Go there).")
     entry = RunEntry(Path("run-0001.h5"), summary={"status": "ok", "warnings": ["correct daq.channel_skew_s."]})
     assert entry.objection == "correct “Channel skew”."
     words.setHtml(page_of(rejected_result(), theme))

@@ -18,7 +18,7 @@ from radargui.gui.runs.run_keeping import REASONS
 from radargui.gui.runs.run_model import COLUMNS as RUN_COLUMNS
 from radargui.gui.series import COLUMNS, SeriesRow, mark_of, role_of
 from radargui.gui.table import RowModel, RowTable, sort_key
-from radargui.model.rounding import plain
+from radargui.model.rounding import alone
 from radargui.processing.result_of_run import stored_result
 from radargui.report import facts
 from radargui.report.facts import report_facts
@@ -78,7 +78,7 @@ def test_three_heights_are_compared(window: MainWindow, wait_for: Any, three: li
     row = next(row for row in range(12) if cells(panel.table, row)[:2] == [three[1].name, "e"])
     e = next(one for one in found.sessions if one.name == three[1].name).series.e
     assert cells(panel.table, row)[2] == "2"
-    assert cells(panel.table, row)[4:6] == [plain(e.standard_deviation, 2), plain(e.standard_error, 2)]
+    assert cells(panel.table, row)[4:6] == [alone(one, e.u) for one in (e.standard_deviation, e.standard_error)]
 
     # e against the impact speed: three groups of first impacts, where the heights say
     panel.pages.setCurrentWidget(panel.pages.page("speeds"))

@@ -114,9 +114,9 @@ def test_a_session_is_opened_for_review_and_its_setup_taken(
     assert window.session_panel.details.sample == "steel sphere"
     wait_for(lambda: window.runs.model.entries and window.runs.model.entries[0].summary)
     browser.take_setup.click()
-    wait_for(lambda: window.setup_model.setup.daq.rate_hz == 2000.0)
+    wait_for(lambda: window.control.session is None)
+    assert window.setup_model.own_setup.daq.rate_hz == 2000.0
     assert window.setup_model.path is None
-    assert window.control.session is None
     wait_for(lambda: not window.jobs.running)
     assert all(owner_of(path) is None for path in data_folder.iterdir()), "other programs may write to it now"
 

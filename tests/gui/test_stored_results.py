@@ -52,7 +52,7 @@ def test_damaged_results_are_computed_again_and_the_operator_is_told(
         file["results"].attrs["reason"] = np.bytes_("spoiled")
     before = results_digest(folder / "run-0001.h5")
     choose(own_window, wait_for, folder)
-    assert own_window.run.result.warnings[0] == DAMAGED
+    assert own_window.run.result.findings[0] == DAMAGED
     assert own_window.run.result.status == "ok"
-    assert sentence(DAMAGED) in own_window.run.figures.toPlainText()
+    assert sentence(DAMAGED.text) in own_window.run.figures.toPlainText()
     assert results_digest(folder / "run-0001.h5") == before

@@ -69,7 +69,7 @@ def test_from_the_first_start_to_the_report_by_keys_alone(make_window: Any, wait
     assert window.setup_model.setup.processing.correction == "published"
     QTest.keyClick(correction, Qt.Key.Key_R)
     wait_for(lambda: window.control.state in (AppState.DONE, AppState.FAILED))
-    assert window.bar.state.text.startswith("DONE   drop 1: e = ")
+    assert window.bar.state.text.startswith("FINAL   drop 1: e = ")
     QTest.keyClick(window, Qt.Key.Key_R, Qt.KeyboardModifier.ControlModifier)
     wait_for(window.runs.open_report.isEnabled)
     session = window.control.session
@@ -121,7 +121,7 @@ def test_an_old_session_is_reviewed_then_a_new_one_recorded(
     own_window.sessions.ask_where = lambda _name: "add"
     record_one(own_window)
     assert listed(own_window) == [("1", "run-0001"), ("2", "run-0002")]
-    assert own_window.bar.state.text.startswith("DONE   drop 2: ")
+    assert own_window.bar.state.text.startswith("FINAL   drop 2: ")
     own_window.sessions.ask_where = lambda _name: pytest.fail("asked once")
     record_one(own_window)
     assert len(Session.open(old, write=False).run_paths()) == 3
@@ -176,9 +176,9 @@ def test_a_file_replayed_twice_in_a_session_of_measurements_changes_no_statistic
         own_window.actions_.record.trigger()
         wait_for(lambda: own_window.control.state in (AppState.DONE, AppState.FAILED))
         assert own_window.control.state is AppState.DONE, own_window.board.notices
-        assert own_window.bar.state.text.startswith(f"DONE   replay {number}: ")
+        assert own_window.bar.state.text.startswith(f"FINAL   replay {number}: ")
     assert listed(own_window) == [("1", "run-0001"), ("R1", "run-0002"), ("R2", "run-0003")]
-    assert [entry.verdict.split(", ")[-1] for entry in own_window.runs.model.entries][1:] == ["replay", "replay"]
+    assert [entry.verdict.split(", ")[-1] for entry in own_window.runs.model.entries][1:] == ["REPLAY OF SIMULATED"] * 2
     after = own_window.runs.model.series
     assert after.e == before.e
     assert set(after.left_out) == {"run-0002", "run-0003"}
@@ -190,7 +190,7 @@ def test_a_file_replayed_twice_in_a_session_of_measurements_changes_no_statistic
     assert series_of([one.drop for one in facts]).e == before.e
     first, *_ = front_chapters(report_facts([SessionFacts(session.info, tuple(facts))], "now"))
     left_out = [block.rows for block in first.blocks if isinstance(block, Grid) and "Not in the mean" in block.title]
-    assert left_out[0][0] == ("run-0002", "replay", "a replay is no drop of its own")
+    assert left_out[0][0] == ("run-0002", "replay of simulated", "a replay is no drop of its own")
     replays = [entry.drop for entry in own_window.runs.model.entries[1:]]
     assert series_of(replays).left_out == {"run-0003": "the same drop as run-0002"}
 
@@ -205,8 +205,7 @@ def test_a_simulated_session_says_so_in_window_and_report(
     own_window: MainWindow, wait_for: Any, record_one: Any
 ) -> None:
     record_one(own_window)
-    own_window._write_title()
-    assert "(simulated)" in own_window.windowTitle()
+    assert " · SIMULATED" in own_window.windowTitle()
     session = own_window.control.session
     assert session is not None
     facts = [study(run, session.setup, _stored) for run in session.run_paths()]
@@ -265,7 +264,7 @@ def test_drops_with_a_backlog_closed_in_the_middle_are_found_again(
     window.bar.runs.setValue(N_DROPS)
     window.actions_.record.trigger()
     # what is computed is told of its own drop, whatever was recorded meanwhile
-    wait_for(lambda: " recorded; drop 1: e = " in window.bar.state.text)
+    wait_for(lambda: " recorded;   drop 1: e = " in window.bar.state.text)
     wait_for(lambda: len(window.control.backlog) == N_DROPS - 1)
     wait_for(lambda: "Waiting for the result of drop 2 (40 % computed" in window.stopping.words.text())
     wait_for(lambda: f"{N_DROPS - 2} more after it" in window.stopping.words.text())

@@ -13,11 +13,11 @@ from pytestqt.qtbot import QtBot
 from support.results import drop_result
 from support.work_at_once import at_once
 
-from radargui.acquisition.live_track import LiveSpan
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import live_track
 from radargui.gui.track.speed_colours import N_COLOURS
 from radargui.gui.track.track_panel import TrackPanel
+from radargui.live.track import LiveSpan
 from radargui.model.result import RunResult
 from radargui.report.curves import take_track
 

@@ -17,7 +17,7 @@ from radargui.model.errors import CancelledError, FileError, ProcessingError, Ra
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup, changed
 from radargui.processing.long_recording import read_for_processing
-from radargui.processing.offline import process
+from radargui.processing.process import process
 from radargui.session.session import run_paths
 
 _logger = logging.getLogger(__name__)

@@ -2,21 +2,38 @@
 
 from PySide6 import QtWidgets
 from PySide6.QtCore import QEvent, QObject, QRectF, QSize, Qt
-from PySide6.QtGui import QAction, QColor, QFont, QFontMetrics, QFontMetricsF, QPainter, QPaintEvent
+from PySide6.QtGui import QAction, QColor, QFont, QFontMetrics, QFontMetricsF, QPainter, QPaintEvent, QPen, QWheelEvent
 
 from radargui.acquisition.health import Health
 from radargui.acquisition.run_plan import AcquisitionState
-from radargui.gui.control.state import AppState
+from radargui.gui.control.state import LARGE_WORDS, AppState
 from radargui.gui.layout import ALARM, TIPS, OneLine, Scroll, fill, having, labelled
-from radargui.gui.theme import Theme, fitting_font, scaled_font, write
+from radargui.gui.theme import Colours, Theme, fitting_font, scaled_font, write
 from radargui.model.rounding import UNKNOWN
 from radargui.model.words import counted, percent
 
 _WORD, _DETAIL = 0.42, 0.5
 """Share of the width that the longest state takes, and size of what stands behind it: two lines beside one word."""
+_BADGE = 0.75
+"""Size of the badge beside what stands behind the word."""
 _POINTS = (11.0, 34.0)
 """The most is read across a room of five metres: letters of 8 mm on a usual screen (chosen by hand). Below the least
 nothing is read across a room; where the words do not fit their end is told by the tool tip."""
+
+
+def draw_badge(painter: QPainter, box: QRectF, words: str, font: QFont, colours: Colours) -> float:
+    """Draw framed words at the right end of a box; return what they take of its width."""
+    if not words:
+        return 0.0
+    metrics = QFontMetricsF(font)
+    width, height = metrics.horizontalAdvance(words) + metrics.height(), 1.4 * metrics.height()
+    frame = QRectF(box.right() - width, box.center().y() - 0.5 * height, width, height)
+    colour = colours.text if words.startswith("NI ") else colours.mark
+    painter.setPen(QPen(QColor(colour), 1.5))
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.drawRoundedRect(frame, 4, 4)
+    write(painter, frame, words, colour, font=font)
+    return width + metrics.height()
 
 
 class StateView(QtWidgets.QWidget):
@@ -24,21 +41,26 @@ class StateView(QtWidgets.QWidget):
 
     def __init__(self, theme: Theme) -> None:
         super().__init__()
-        self._theme, self._state, self._detail, self._role = theme, AppState.IDLE, "", AppState.IDLE.role
+        self._theme, self._word, self._detail, self._role = theme, AppState.IDLE.value, "", AppState.IDLE.role
+        self.badge = ""
         self.setSizePolicy(QtWidgets.QSizePolicy.Policy.Expanding, QtWidgets.QSizePolicy.Policy.Fixed)
         self.setMinimumSize(160, 58)
 
     @property
     def text(self) -> str:
         """What is shown."""
-        return f"{self._state.value}   {self._detail}" if self._detail else self._state.value
+        return f"{self._word}   {self._detail}" if self._detail else self._word
 
-    def show_state(self, state: AppState, detail: str = "", role: str = "") -> None:
-        """Show a state and what belongs to it; in its own colour without another `role`."""
-        shown = state, detail, role or state.role
-        if shown != (self._state, self._detail, self._role):
-            self._state, self._detail, self._role = shown
-            having(self, accessibleName=self.text, toolTip=self.text).update()
+    def show_state(self, word: str, detail: str, role: str, badge: str = "") -> None:
+        """Show the word of a state, one of `LARGE_WORDS`, and what belongs to it, in the colour of a `role`.
+
+        The `badge` at the end says where it comes from.
+        """
+        shown = word, detail, role, badge
+        if shown != (self._word, self._detail, self._role, self.badge):
+            self._word, self._detail, self._role, self.badge = shown
+            whole = "   ".join(filter(None, (self.text, badge)))
+            having(self, accessibleName=whole, toolTip=whole).update()
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         """Return a size that fits most states."""
@@ -58,15 +80,16 @@ class StateView(QtWidgets.QWidget):
         painter.drawRoundedRect(frame.adjusted(0, 0, 10 - frame.width(), 0), 4, 4)
         inside = frame.adjusted(24, 0, -12, 0)
         large, left = self.word_font(), int(Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft)
-        write(painter, inside, self._state.value, colour, left, large)
-        rest = inside.adjusted(QFontMetricsF(large).horizontalAdvance(self._state.value + "  "), 0, 0, 0)
+        write(painter, inside, self._word, colour, left, large)
+        rest = inside.adjusted(QFontMetricsF(large).horizontalAdvance(self._word + "  "), 0, 0, 0)
         small = scaled_font(large, _DETAIL)
+        rest.setRight(rest.right() - draw_badge(painter, rest, self.badge, scaled_font(small, _BADGE), colours))
         lines = wrapped(self._detail, QFontMetrics(small), int(rest.width()), int(rest.height()))
         write(painter, rest, lines, colours.text, left, small)
 
     def word_font(self) -> QFont:
         """Return the letters of the state: as large as the place lets the longest one be, whatever is shown now."""
-        longest = max((state.value for state in AppState), key=self.fontMetrics().horizontalAdvance)
+        longest = max(LARGE_WORDS, key=self.fontMetrics().horizontalAdvance)
         return fitting_font(self.font(), longest, _WORD * self.width(), self.height() - 8, _POINTS)
 
 
@@ -93,12 +116,20 @@ _LOW_SCREEN = 560
 """Height below which every line is taken from the plots: 1920 x 1080 at scale 2 has 540."""
 
 
+class Count(QtWidgets.QSpinBox):
+    """A number that the wheel scrolls past, never changes."""
+
+    def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802 - Qt's name
+        """Leave the wheel to what is around it."""
+        event.ignore()
+
+
 class ControlBar(QtWidgets.QWidget):
     """Large buttons for actions that the menu has as well."""
 
     def __init__(self, theme: Theme, start: QAction, record: QAction, stop: QAction) -> None:
         super().__init__()
-        count = QtWidgets.QSpinBox(minimum=1, maximum=MOST_RUNS)
+        count = Count(minimum=1, maximum=MOST_RUNS)
         self.runs = having(count, objectName="runs", accessibleName="Number of runs to record")
         self.runs.setToolTip("How many runs Record takes, one after the other without a hand")
         column = fill(QtWidgets.QVBoxLayout(), 1, labelled("Runs", self.runs), self.runs, 1, spacing=1)

@@ -4,23 +4,24 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
 from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.health import Health
+from radargui.experiment.awake import kept_awake
 from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
-from radargui.files.run_card import RunCard, origin_attributes, read_run_card
+from radargui.files.run_card import RunCard, origin_attributes, origin_of_source, read_run_card
 from radargui.gui.background import Mailbox
 from radargui.gui.control.state import AppState, Asked, Backlog, Feed, MakeSource, RunRequest, WorkerState
+from radargui.live.processor import LiveMemory
 from radargui.model.daq import Daq
 from radargui.model.errors import RadarGuiError, SourceError
 from radargui.model.setup import Setup
 from radargui.model.words import percent
-from radargui.processing.live import LiveMemory
-from radargui.session.info import about_setup_file
 from radargui.session.session import BY_OPERATOR, Session
 from radargui.sources.contract import Source
 from radargui.sources.factory import SourceKind, at_once
@@ -73,6 +74,8 @@ class RunControl(QObject):
         self.backlog = Backlog()
         self.kept = 0
         """Runs recorded since Record was asked for, without those that were set aside."""
+        self.ended_by_hand = False
+        """Whether the operator ended what was to be recorded before any run was kept."""
 
     @property
     def health(self) -> Health | None:
@@ -107,8 +110,10 @@ class RunControl(QObject):
         if self.state.running:
             return
         self._begin(setup)
+        self.kind = kind
 
         def work(state: WorkerState) -> None:
+            state.origin = origin_of_source(kind, file, setup.daq.device)
             # to look at the signal nobody waits for an edge
             looked = at_once(setup)
             source = make(looked) if make else self._make(kind, looked, repeat=True, file=file)
@@ -147,13 +152,9 @@ class RunControl(QObject):
         memory, n_runs = self._memory, self.n_runs
 
         def work(state: WorkerState) -> None:
-            here = session or Session.create(
-                request.data_folder,
-                setup,
-                **request.details._asdict(),
-                **about_setup_file(request.setup_file),
-                now=datetime.now().astimezone(),
-            )
+            state.origin = origin_of_source(request.kind, request.file, setup.daq.device)
+            about = request.about | {"source": state.origin.badge}
+            here = session or Session.create(request.data_folder, setup, **about, now=datetime.now().astimezone())
             if session is None:
                 self._post(state, self._set_session, here)
             done = len(here.run_paths(with_rejected=True))
@@ -169,8 +170,10 @@ class RunControl(QObject):
                 here,
                 listener=lambda event: self._hear(event, state, 0 if continuous else n_runs),
                 continuous=continuous,
-                attributes=origin_attributes(request.kind, request.file if request.kind == "replay" else None),
+                attributes=origin_attributes(request.kind, request.file, setup.daq.device),
                 memory=memory,
+                # a simulation that sleeps loses nothing
+                awake=partial(kept_awake, reports=request.kind == "ni"),
             )
             state.experiment = experiment
             if state.stops:
@@ -254,7 +257,7 @@ class RunControl(QObject):
             self._memory = LiveMemory()
             self.is_reviewed = reviewed and session is not None
             self.kept = self.run_number = self.n_runs = 0
-            self.backlog = Backlog()
+            self.backlog, self.ended_by_hand = Backlog(), False
             self._set_session(session)
             self._enter(AppState.IDLE)
 
@@ -323,6 +326,8 @@ class RunControl(QObject):
 
     def _taken(self, run: RecordedRun, card: RunCard) -> None:
         self.backlog.take(run)
+        # before the list is longer: what is recorded now is called by the number of the next one
+        self.poll()
         self.run_taken.emit(run, card)
 
     def _recorded(self, recorded: RecordedRun) -> None:
@@ -336,6 +341,7 @@ class RunControl(QObject):
         if self._worker is not None:
             self._worker.join()
         request = self._next
+        self.ended_by_hand = self.reached.stops and self.reached.experiment is not None and not self.kept
         self.had_source = self.reached.source is not None
         if error is not None:
             self._finish(AppState.IDLE if self.reached.stops else AppState.FAILED)

@@ -8,13 +8,15 @@ from typing import NamedTuple, Protocol
 
 from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.health import Health
-from radargui.acquisition.live_track import LiveTrack
 from radargui.acquisition.ring import Ring
 from radargui.acquisition.run_plan import RecorderState
 from radargui.experiment.event import ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
+from radargui.live.track import LiveTrack
+from radargui.model.drop import RunOrigin
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
+from radargui.session.info import SessionDetails, about_setup_file
 from radargui.sources.contract import Source
 from radargui.sources.factory import SourceKind
 
@@ -59,6 +61,22 @@ class AppState(Enum):
     def holds_a_run(self) -> bool:
         """Whether stopping now would cut a run off."""
         return self in (AppState.RECORDING, AppState.PROCESSING)
+
+
+class RunWord(Enum):
+    """What has become of a run, in large letters where nothing runs; the value is the word shown."""
+
+    FINAL = "FINAL"
+    PRELIMINARY = "PRELIMINARY"
+    REJECTED = "REJECTED"
+    NO_E = "NO e"
+    NOT_COMPUTED = "NOT COMPUTED"
+
+
+NOT_RECORDED = "NOT RECORDED"
+"""Stands in place of a result while samples are only looked at."""
+LARGE_WORDS = (*(state.value for state in AppState), *(word.value for word in RunWord))
+"""All that is written in the letters of the state: the longest says how large they are."""
 
 
 class Feed:
@@ -116,6 +134,14 @@ class RunRequest:
     data_folder: Path
     details: Details
     setup_file: Path | None = None
+    is_edited: bool = False
+
+    @property
+    def about(self) -> SessionDetails:
+        """What is said of a session that is made for it."""
+        said, file = self.details, about_setup_file(self.setup_file, is_edited=self.is_edited)
+        own = SessionDetails(operator=said.operator, notes=said.notes, sample=said.sample, target=said.target)
+        return own | file
 
     @property
     def continuous(self) -> bool:
@@ -176,6 +202,8 @@ class WorkerState:
         The acquisition of a live view; None while runs are recorded.
     experiment
         What records; None in a live view.
+    origin
+        Where the samples come from; None until that is looked up.
     health
         Newest snapshot.
     progress
@@ -189,6 +217,7 @@ class WorkerState:
     source: Source | None = None
     live: Acquisition | None = None
     experiment: Experiment | None = None
+    origin: RunOrigin | None = None
     health: Health | None = None
     progress: float = 0.0
     run_number: int = 1

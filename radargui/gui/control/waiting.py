@@ -96,6 +96,7 @@ class StoppingStrip(Strip):
         self._control, self._clock = control, clock
         self._began_s: float | None = None
         self._run, self._run_began_s, self._run_share = "", 0.0, 0.0
+        self._share, self._ends_s = 0.0, float("inf")
 
     def look(self, computed: str) -> None:
         """Say what is waited for; `computed`: what the run is called whose result is computed."""
@@ -120,9 +121,18 @@ class StoppingStrip(Strip):
         self.show()
 
     def _left_s(self, run: str) -> float | None:
-        """Return how long the run's result will take if it goes on as since it was first seen; None: too early."""
+        """Return how long the run's result will take if it goes on as since it was first seen, never more than before.
+
+        None: it is too early to tell, or it takes longer than was foretold.
+        """
         now, share = self._clock(), self._control.reached.progress
         if run != self._run or share < self._run_share:
             self._run, self._run_began_s, self._run_share = run, now, share
+            self._share, self._ends_s = share, float("inf")
         done = share - self._run_share
-        return (1.0 - share) / done * (now - self._run_began_s) if done >= _FORETELLS_AFTER else None
+        if share > self._share and done >= _FORETELLS_AFTER:
+            # where nothing is new the time goes on: what is left would grow
+            self._share = share
+            self._ends_s = min(self._ends_s, now + (1.0 - share) / done * (now - self._run_began_s))
+        left_s = self._ends_s - now
+        return left_s if 0.0 < left_s < float("inf") else None

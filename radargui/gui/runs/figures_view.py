@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import partial
 from html import escape
 
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QTextOption
 from PySide6.QtWidgets import QTextBrowser
 
@@ -12,7 +13,7 @@ from radargui.gui.background import OneAtATime
 from radargui.gui.dialog import Dialog
 from radargui.gui.layout import having
 from radargui.gui.services import Services
-from radargui.gui.setup.words import in_words
+from radargui.gui.setup.words import LINK, in_words
 from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
 from radargui.model.uncertainty_budget import SHARES, UncertaintyBudget, variance_shares
@@ -29,10 +30,13 @@ LEAST_SHOWN = 0.005
 
 
 class FiguresView(QTextBrowser):
-    """Everything selectable."""
+    """Everything selectable; what is said of a value of the setup leads to its field."""
+
+    field_asked = Signal(str)
 
     def __init__(self, theme: Theme) -> None:
         super().__init__(openLinks=False)
+        self.anchorClicked.connect(lambda url: self.field_asked.emit(url.toString().removeprefix(LINK)))
         self.setAccessibleName("Result of the run")
         self._theme = theme
         self._result: RunResult | None = None
@@ -73,7 +77,7 @@ def page_of(result: RunResult, theme: Theme) -> str:
     """Return what the report says of a run in simple HTML; what it warns of in the colour of an alarm."""
     blocks = run_section(take_facts(result, "", columns=0), result.setup).blocks
     shown = [part for one in blocks for part in (one.within(_LETTERS) if isinstance(one, Grid) else (one,))]
-    said = in_words(templates().get_template("blocks.html").render(blocks=shown))
+    said = in_words(templates().get_template("blocks.html").render(blocks=shown), linked=True)
     stripes = _stripes(result.uncertainty_budget, theme) if result.uncertainty_budget else ()
     return SHEET.format(alarm=theme.colours.alarm) + said + "".join(stripes)
 

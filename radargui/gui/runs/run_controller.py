@@ -15,7 +15,7 @@ from radargui import __version__
 from radargui.acquisition.run_plan import Ending
 from radargui.experiment.compare import OverlaidMethod, compute_methods, overlaid
 from radargui.experiment.event import RecordedRun
-from radargui.experiment.reprocess import compute_later, own_setup, process_run
+from radargui.experiment.reprocess import compute_later, own_setup
 from radargui.files.overview import read_overview
 from radargui.files.run_card import RunCard, summarise
 from radargui.files.stored_results import read_stored_results
@@ -23,7 +23,7 @@ from radargui.gui.background import Task
 from radargui.gui.layout import ticking
 from radargui.gui.runs.figures_view import ReportPreview
 from radargui.gui.runs.run_list_panel import RunListPanel
-from radargui.gui.runs.run_model import RunEntry, entry_of_recorded, notes_of_file
+from radargui.gui.runs.run_model import RunEntry, entry_of_recorded, with_record
 from radargui.gui.runs.run_panel import SCREEN_COLUMNS, RunPanel
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_model import entry_of
@@ -32,7 +32,7 @@ from radargui.model.errors import CancelledError, FileError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.model.words import sentence
-from radargui.processing.offline import STOPPED
+from radargui.processing.process import STOPPED
 from radargui.processing.result_of_run import result_of_run, setup_of_result, stored_result
 from radargui.session.info import REPORT_FOLDER
 from radargui.session.session import Session
@@ -64,6 +64,7 @@ class RunController:
             changed.connect(lambda *_: self.report_preview.refresh())
         self._late = ticking(self._window, _LATE_MS, run.forget, once=True)
         runs.run_chosen.connect(self._choose)
+        runs.not_opened.connect(lambda folder: self._board.post("warning", f"No program here shows folders: {folder}"))
         run.methods_asked.connect(self._overlay)
 
     def show_session(self, session: Session | None, chosen: Path | None = None) -> None:
@@ -87,7 +88,7 @@ class RunController:
                 # a run that was recorded meanwhile is not among those that were found
                 entries = {one.path: one for one in (*known, *self.runs.model.entries)}
                 self.runs.show_session(session.path, list(entries.values()))
-                self.runs.table.choose(lambda one: one.path == chosen)
+                self.runs.choose_again(chosen)
 
         def work() -> tuple[list[RunEntry], Path | None]:
             # what is being recorded comes into the list once it is on the disk
@@ -96,7 +97,7 @@ class RunController:
             known = [RunEntry(path, rejected=rejected.get(path.name), note=noted(path.name)) for path in paths]
             self._jobs.post(named, known)
             report = session.path / REPORT_FOLDER / "report.html"
-            return [_entry(path) for path in paths], report if report.is_file() else None
+            return [with_record(entry_of(path)) for path in paths], report if report.is_file() else None
 
         def listed(found: tuple[list[RunEntry], Path | None]) -> None:
             for entry in found[0]:
@@ -127,6 +128,7 @@ class RunController:
         # what is set aside stays out of the way, also of the key that rejects the chosen run
         self.runs.put(entry, select=not recorded.set_aside and not follows)
         if result is None:
+            self._has_no_result(recorded.path)
             return
         self._keep(recorded.path, result)
         if not follows:
@@ -134,6 +136,15 @@ class RunController:
             self._glance(recorded.path)
         elif recorded.path == self._wanted:
             self._show(recorded.path, result, with_track=self._track.result is not None)
+
+    def _has_no_result(self, path: Path) -> None:
+        """Show a run that was left for later without the preliminary figures that stood there: they are not kept."""
+        self._kept.pop(path, None)
+        entry = self.runs.model.entry_of(path)
+        if entry is not None and path == self._wanted and self._run.result is not None:
+            self._run.forget("Not computed yet: click the run in the list.")
+            self._run.say(entry.title, "not computed yet")
+            self._track.clear()
 
     def report(self) -> None:
         """Make the report of the session in the background."""
@@ -191,20 +202,6 @@ class RunController:
 
         self._work.start("the export", work, lambda made: self._board.post("info", f"Tables written: {made}"))
 
-    def reprocess(self, setup: Setup) -> None:
-        """Process the chosen run with another setup and keep what comes out beside its samples."""
-        if (entry := self._asked) is None:
-            return
-        self._wanted = path = entry.path
-        self._run.say(entry.title)
-        self._work.start(
-            f"processing {entry.title} again",
-            lambda task: process_run(path, setup, progress=task.report, on_preliminary=self._publisher(path)),
-            lambda result: self._reprocessed(path, result),
-            partial(self._not_processed, entry),
-            partial(self._cancelled, entry),
-        )
-
     def _overlay(self, methods: tuple[str, ...]) -> None:
         """Compute the run that is shown by other methods, in the background, and lay them over it."""
         path, result, view = self._wanted, self._run.result, self._run.tabs.page("methods")
@@ -256,17 +253,6 @@ class RunController:
 
         return lambda result: self._jobs.post(show, result)
 
-    def _cancelled(self, entry: RunEntry) -> None:
-        self._board.post("info", f"Cancelled: {entry.title} keeps the results that it had.")
-        if entry.path == self._wanted:
-            self._choose(entry)
-
-    def _not_processed(self, entry: RunEntry, error: BaseException) -> None:
-        self._board.post_error(error)
-        if entry.path == self._wanted:
-            # the results that it had stay
-            self._choose(entry)
-
     def _loaded(self, path: Path, result: RunResult) -> None:
         self._keep(path, result)
         self.runs.put(RunEntry(path, result.recording.started_at, summarise(result)))
@@ -284,15 +270,11 @@ class RunController:
             lambda: path == self._wanted,
         )
 
-    def _reprocessed(self, path: Path, result: RunResult) -> None:
-        self._loaded(path, result)
-        self._board.post("info", f"{path.stem} was processed again; the new results are kept in {path}")
-
     def _show(self, path: Path, result: RunResult, *, with_track: bool = True) -> None:
         self._wanted = path
         self._late.stop()
         entry = self.runs.model.entry_of(path)
-        note = COMPUTING if _is_being_computed(result) else sentence(STOPPED) if result.preliminary else ""
+        note = COMPUTING if _is_being_computed(result) else sentence(STOPPED.text) if result.preliminary else ""
         name = entry.title if entry else path.stem
         self._run.show_result(result, name, (note, *((entry.agreement, entry.health) if entry else ())))
         if with_track:
@@ -312,13 +294,8 @@ class RunController:
         self._board.post_error(error)
 
 
-def _entry(path: Path) -> RunEntry:
-    agreement, health = notes_of_file(path)
-    return replace(entry_of(path), agreement=agreement, health=health)
-
-
 def _is_being_computed(result: RunResult) -> bool:
-    return result.preliminary and STOPPED not in result.warnings
+    return result.preliminary and STOPPED not in result.findings
 
 
 def _result_of(

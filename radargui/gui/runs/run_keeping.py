@@ -1,4 +1,4 @@
-"""What happens when a run is done, what is said of it meanwhile, and the one key that rejects it and takes it back."""
+"""What happens when a run is done, and the one key that rejects it and takes it back."""
 
 from __future__ import annotations
 
@@ -7,21 +7,20 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QApplication, QInputDialog
 
 from radargui.experiment.event import RecordedRun
-from radargui.gui.control.control_bar import HealthLine, StateView
 from radargui.gui.control.state import AppState
 from radargui.gui.control.waiting import StoppingStrip
-from radargui.gui.layout import having
-from radargui.gui.notices import Notice, NoticeStrip
+from radargui.gui.layout import follow, having
+from radargui.gui.notices import Notice
 from radargui.gui.panels import Actions
 from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_model import RunEntry
+from radargui.gui.runs.situation import SituationModel
 from radargui.gui.services import Services
 from radargui.gui.setup.words import in_words
-from radargui.model.words import percent
 from radargui.session.session import BY_OPERATOR, reason_of
 
 REASONS = ("touched something on its way", "released badly", "not the first bounce", "wrong sample")
@@ -30,30 +29,19 @@ REASONS = ("touched something on its way", "released badly", "not the first boun
 
 @dataclass(eq=False, repr=False)
 class RunKeeping(QObject):
-    """Joins the recorded runs with list, sound, health line, the state in large letters and the key.
+    """Joins the recorded runs with the list, what is said of them, the sounds and the key.
 
     Parameters
     ----------
-    view, stopping
-        Where it is said what is being done, and what is waited for.
-    strip
-        Where the reason of a failure is said, until it is dismissed there.
-
-    Attributes
-    ----------
-    last_result
-        The newest result as the banner says it: which run, what it gave; empty where there is none yet.
-    of_result
-        The run that it is of.
-    hardly_seen
-        While it is armed, why a fall may not start the run; empty where it would.
+    situation
+        What is shown of them.
+    stopping
+        Where it is said what is waited for.
     """
 
     controller: RunController
-    health: HealthLine
-    view: StateView
+    situation: SituationModel
     stopping: StoppingStrip
-    strip: NoticeStrip
     does: Actions
     services: Services
 
@@ -61,95 +49,46 @@ class RunKeeping(QObject):
         super().__init__(self.services.parent)
         self.control = control = self.services.control
         self.runs, does, put = self.controller.runs, self.does, self.services.settings.put
-        self.last_result = self._failure = self.hardly_seen = ""
-        self.of_result: Path | None = None
         self._heard: set[Path] = set()
         self.sounds = Sounds(does, self.services, self)
+        follow(self.sounds.changed, self._show_sounds)
         does.show_rejected.setChecked(self.services.settings.text("show_rejected", "no") == "yes")
         does.show_rejected.toggled.connect(lambda on: put("show_rejected", "yes" if on else "no"))
         control.run_preliminary.connect(self._preliminary)
         control.run_recorded.connect(self._recorded)
         control.run_taken.connect(self.controller.take)
-        control.session_changed.connect(self._forget)
         control.failed.connect(self._fail)
         self.services.board.changed.connect(self.look)
+
+    def _show_sounds(self) -> None:
+        self.situation.sound = self.sounds.words
+        self.situation.look()
 
     def look(self) -> None:
         """Say what is being done now."""
         self._warn_if_hardly_seen()
+        self.situation.look()
         entry = self.runs.model.entry_of(self.control.backlog.computed)
-        computed = entry.called if entry else ""
-        self.view.show_state(self.control.state, self._detail(computed), self.role)
-        self.stopping.look(computed)
+        self.stopping.look(entry.called if entry else "")
 
     def _warn_if_hardly_seen(self) -> None:
         """Say while it is armed why a fall may not start the run, once as long as it is so."""
-        control, said, board = self.control, self.hardly_seen, self.services.board
+        control, said, board = self.control, self.situation.hardly_seen, self.services.board
         health = control.health if control.state is AppState.ARMED else None
         why = in_words(health.hardly_seen) if health is not None else ""
         if bool(why) == bool(said):
             return
         # before the board: it asks for a look
-        self.hardly_seen = why
+        self.situation.hardly_seen = why
         if why:
             board.post("warning", why)
         else:
             board.dismiss(Notice("warning", said))
 
-    @property
-    def role(self) -> str:
-        """The colour of the state: where it is done, how good the newest result is."""
-        state, last = self.control.state, self.runs.model.entry_of(self.of_result)
-        return last.role if state is AppState.DONE and last is not None else state.role
-
-    def _detail(self, computed: str) -> str:
-        """Return what belongs to the present state; `computed`: what the run is called that is computed."""
-        control, news = self.control, self._news
-        coming = self.coming
-        match control.state:
-            case AppState.DONE:
-                return f"{control.kept} drops   {news}".rstrip() if control.kept > 1 else news
-            case AppState.ARMED:
-                doing = f"{coming}, waiting for {control.waits_for or 'motion'}"
-                doing += " that may not be seen: see the message below" if self.hardly_seen else ""
-            case AppState.RECORDING:
-                doing = f"{coming}, {control.recorded_s:.1f} s"
-            case AppState.SETTLING:
-                doing = f"{coming}, waiting until nothing moves"
-            case AppState.PROCESSING:
-                waiting = f", {len(control.backlog) - 1} more wait" if len(control.backlog) > 1 else ""
-                doing = f"{computed} {percent(control.reached.progress)}{waiting}"
-            case AppState.FAILED:
-                # where the reason was dismissed it stands here
-                return "see the message below" if self._failure in self.strip.texts() else self._failure
-            case _:
-                return ""
-        return f"{doing}   {news}".strip()
-
-    @property
-    def coming(self) -> str:
-        """What the run is called that is armed or recorded: `drop 3 (3 of 10)`."""
-        control, labels = self.control, [one.label for one in self.runs.model.entries]
-        n_replays, n_drops = sum(one.startswith("R") for one in labels), sum(map(str.isdecimal, labels))
-        coming = f"replay {n_replays + 1}" if control.kind == "replay" else f"drop {n_drops + 1}"
-        return coming + (f" ({control.run_number} of {control.n_runs})" if control.n_runs > 1 else "")
-
-    @property
-    def _news(self) -> str:
-        """The newest result, and what was recorded since: each with its number, never of two runs as of one."""
-        last = self.runs.model.entry_of(self.control.backlog.last_recorded)
-        recorded = f"{last.called} recorded" if last is not None and last.path != self.of_result else ""
-        return "; ".join(filter(None, (recorded, self.last_result)))
-
     def _fail(self, error: BaseException) -> None:
         self.services.board.post_error(error)
         # the newest error stands first
-        self._failure = self.services.board.notices[0].text
-        self.look()
-
-    def _forget(self) -> None:
-        self.health.show_run("")
-        self.last_result, self.of_result = "", None
+        self.situation.fail(self.services.board.notices[0].text)
 
     def toggle(self) -> None:
         """Reject the chosen runs, or the last one; take them back where all were rejected already."""
@@ -217,30 +156,22 @@ class RunKeeping(QObject):
     def _preliminary(self, recorded: RecordedRun) -> None:
         """Show what stands while the joint correction is computed; the operator can go on, and hears so."""
         self.controller.add(recorded)
+        self.sounds.play("result")
         if recorded.path is not None:
             self._heard.add(recorded.path)
-        self.sounds.play("result")
-        self._say(recorded)
+            self.situation.take(recorded.path)
 
     def _recorded(self, recorded: RecordedRun) -> None:
         self.controller.add(recorded)
         if recorded.path is None:
             return
-        self.health.show_run(f"{recorded.path.stem}: {recorded.health_line}" if recorded.health_line else "")
         if recorded.set_aside:
             self.sounds.play("rejected")
             return
         if recorded.path not in self._heard:
             self.sounds.play("result")
         self._heard.discard(recorded.path)
-        self._say(recorded)
-
-    def _say(self, recorded: RecordedRun) -> None:
-        entry = self.runs.model.entry_of(recorded.path)
-        if entry is not None and not self.runs.model.is_overtaken(entry.path):
-            self.of_result = recorded.path
-            e, more = (f"e = {entry.restitution()}", entry.reserve) if entry.has_e else ("no e", entry.objection)
-            self.last_result = f"{entry.called}: {', '.join(filter(None, (e, more)))}"
+        self.situation.take(recorded.path)
 
 
 def _named(entries: Sequence[RunEntry]) -> str:
@@ -263,6 +194,8 @@ _SWITCHES = {"result": ("sound", "on"), "trigger": ("sound_trigger", "off"), "fa
 class Sounds(QObject):
     """Plays a pattern where its switch is on; the switches are remembered."""
 
+    changed = Signal()
+
     def __init__(self, does: Actions, services: Services, parent: QObject) -> None:
         super().__init__(parent)
         control, settings = services.control, services.settings
@@ -272,10 +205,17 @@ class Sounds(QObject):
         for name, (key, at_first) in _SWITCHES.items():
             self._switches[name].setChecked(settings.text(key, at_first) == "on")
             self._switches[name].toggled.connect(lambda on, key=key: settings.put(key, "on" if on else "off"))
+            self._switches[name].toggled.connect(self.changed)
         control.state_changed.connect(self._follow)
         control.failed.connect(lambda _error: self.play("fault"))
         # a device that was started again left a gap in the run; other warnings can wait for the eye
         control.warned.connect(lambda _words, topic: self.play("fault") if topic == "restart" else None)
+
+    @property
+    def words(self) -> str:
+        """Which sounds are on."""
+        on = [name for name in _SWITCHES if self._switches[name].isChecked()]
+        return f"Sound: {', '.join(on)}" if on else "Sound off"
 
     def play(self, name: str) -> None:
         """Play the pattern of `trigger`, `result`, `rejected` or `fault`."""

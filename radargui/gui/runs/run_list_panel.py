@@ -1,5 +1,6 @@
 """The panel of the runs: the table, report and export."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,10 @@ class RunListPanel(QWidget):
     """Lists runs; choosing one asks for its result to be shown."""
 
     run_chosen = Signal(object)
+    not_opened = Signal(object)
+    """A folder that no program of this computer shows."""
+    run_wanted = Signal()
+    """The operator has chosen a run, and wants to look at it."""
 
     def __init__(self, does: Actions) -> None:
         super().__init__()
@@ -50,8 +55,9 @@ class RunListPanel(QWidget):
 
         self.report = button("Make report", does.report.trigger)
         self.preview = button("Preview", does.preview.trigger)
-        self.open_report = button("Open report", lambda: self._open(self._report_file))
-        self.open_folder = button("Open folder", lambda: self._open(self.folder))
+        # where no program opens it, its first page is shown here
+        self.open_report = button("Open report", lambda: self._open(self._report_file, does.preview.trigger))
+        self.open_folder = button("Open folder", lambda: self._open(self.folder, self._say_not_opened))
         self.export = button("Export tables…", does.export.trigger)
         tip = "Runs that do not count: no fall, or rejected (Del); Del takes the chosen one back"
         self.rejected = having(QCheckBox("Show rejected"), toolTip=tip)
@@ -67,7 +73,8 @@ class RunListPanel(QWidget):
         self.series.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         fill(QVBoxLayout(self), (self.table, 1), self.series, row)
 
-        self._report_busy = False
+        self._report_busy = self._by_program = False
+        self.show_series("")
         self.show_session(None, [])
 
     @property
@@ -84,6 +91,12 @@ class RunListPanel(QWidget):
         self._fit_columns(self.model.entries[-_MOST_FITTED:])
         self._fit_rows()
         self._refresh_buttons()
+
+    def choose_again(self, path: Path | None) -> None:
+        """Choose the run that was chosen before it was read anew: what is looked at meanwhile stays in front."""
+        self._by_program = True
+        self.table.choose(lambda one: one.path == path)
+        self._by_program = False
 
     def put(self, entry: RunEntry, *, select: bool = False) -> None:
         """Add or update a run."""
@@ -112,11 +125,18 @@ class RunListPanel(QWidget):
         self._report_busy, self._report_file = busy, file or self._report_file
         self._refresh_buttons()
 
+    def show_series(self, said: str) -> None:
+        """Show what the drops that count gave together; empty: there are none."""
+        having(self.series, text=said, visible=bool(said))
+        self.series.setToolTip(f"Mean and standard error of e over the drops that count, each once. {said}")
+
     def _chosen(self) -> None:
         self._refresh_buttons()
         # who selects many wants to look at none
         if len(chosen := self.table.all_chosen) == 1:
             self.run_chosen.emit(chosen[0])
+            if not self._by_program:
+                self.run_wanted.emit()
 
     def _hide_rows(self) -> None:
         for row, entry in enumerate(self.model.entries):
@@ -152,10 +172,6 @@ class RunListPanel(QWidget):
             self._settle.start()
 
     def _refresh_buttons(self) -> None:
-        series = self.model.series
-        said = f"e = {series.words}" if series.e.n else series.words and f"no e yet, {series.words}"
-        having(self.series, text=said, visible=bool(said))
-        self.series.setToolTip(f"Mean and standard error of e over the drops that count, each once. {said}")
         self.report.setText("Making report …" if self._report_busy else "Make report")
         self.report.setEnabled(bool(self.model.entries) and not self._report_busy)
         self.open_report.setEnabled(self._report_file is not None)
@@ -163,6 +179,10 @@ class RunListPanel(QWidget):
         self.export.setEnabled(self.table.chosen is not None)
 
     @staticmethod
-    def _open(path: Path | None) -> None:
-        if path is not None:
-            QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
+    def _open(path: Path | None, otherwise: Callable[[], None]) -> None:
+        """Let a program of this computer open a file or folder; where none does, do something else."""
+        if path is not None and not QDesktopServices.openUrl(QUrl.fromLocalFile(str(path))):
+            otherwise()
+
+    def _say_not_opened(self) -> None:
+        self.not_opened.emit(self.folder)

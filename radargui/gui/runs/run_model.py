@@ -13,8 +13,10 @@ from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QApplication
 
+from radargui.acquisition.run_plan import Ending
 from radargui.experiment.event import RecordedRun
 from radargui.files.run_card import RunCard, Thumbnail, read_health, summarise
+from radargui.gui.control.state import RunWord
 from radargui.gui.setup.words import in_words
 from radargui.gui.table import RowModel
 from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in, gravity_words, restitution_words
@@ -41,8 +43,9 @@ class RunEntry:
         Why the file cannot be used; empty where it can.
     rejected
         Why the run does not count; empty where it does. None: as it was known before.
-    agreement, health
-        How far live was from offline, how the recording went; empty where unknown, or as it was known before.
+    agreement, health, ending
+        How far live was from offline, how the recording went, why it ended (see `Ending`); empty where unknown, or as
+        it was known before.
     origin
         Where the samples come from; None where unknown, or as it was known before.
     label
@@ -64,6 +67,7 @@ class RunEntry:
     rejected: str | None = None
     agreement: str = ""
     health: str = ""
+    ending: str = ""
     origin: RunOrigin | None = None
     label: str = UNKNOWN
     left_out: str = ""
@@ -101,9 +105,9 @@ class RunEntry:
 
     @property
     def verdict(self) -> str:
-        """How good the run is, in words; and that it is no measurement, where it is none."""
-        mark = self.origin.mark if self.origin and not self.rejected else ""
-        return ", ".join(filter(None, (self.quality, mark)))
+        """How good the run is, in words, and where it comes from."""
+        badge = self.origin.badge if self.origin and not self.rejected else ""
+        return ", ".join(filter(None, (self.quality, badge)))
 
     @property
     def quality(self) -> str:
@@ -114,14 +118,37 @@ class RunEntry:
             return f"set aside: {self.rejected.removeprefix('rejected ')}"
         if self.summary is None:
             return "recorded, result to come" if self.waits else "not processed"
-        says = self.summary.get
+        says, by_hand = self.summary.get, "ended by hand" if self.ended_by_hand else ""
         if says("status") == "no_motion":
-            return "no motion"
+            return ", ".join(filter(None, ("no motion", by_hand)))
         if says("status") == "rejected":
-            return f"rejected: {says('reason') or 'no reason given'}"
+            reason = in_words(str(says("reason") or "no reason given"))
+            return ", ".join(filter(None, (f"rejected: {reason}", by_hand)))
         warned = counted(len(self.warnings), "warning") if self.warnings else ""
         made = "preliminary" if says("preliminary") else ""
-        return ", ".join(filter(None, (made, says("verdict") or UNKNOWN, warned)))
+        return ", ".join(filter(None, (made, says("verdict") or UNKNOWN, warned, by_hand)))
+
+    @property
+    def ended_by_hand(self) -> bool:
+        """Whether the operator ended its recording before the sphere was at rest."""
+        return self.ending == Ending.STOPPED.value
+
+    @property
+    def word(self) -> RunWord:
+        """What has become of it."""
+        summary = self.summary or {}
+        if self.rejected or summary.get("status") == "rejected":
+            return RunWord.REJECTED
+        if self.problem or self.summary is None:
+            return RunWord.NOT_COMPUTED
+        if summary.get("preliminary"):
+            return RunWord.PRELIMINARY
+        return RunWord.FINAL if self.has_e else RunWord.NO_E
+
+    @property
+    def result(self) -> str:
+        """What it gave, as banner, title and footer say it."""
+        return f"e = {self.restitution()}" if self.has_e else "no e"
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -140,11 +167,18 @@ class RunEntry:
         return self.warnings[0] if is_measured and self.warnings else self.quality
 
     @property
+    def spoken_reserve(self) -> str:
+        """What is said behind its result: with what reserve it is to be read, or why there is none."""
+        if self.word is RunWord.NOT_COMPUTED:
+            return self.problem
+        return self.reserve if self.has_e or self.rejected or self.quality == "good" else self.objection
+
+    @property
     def role(self) -> str:
         """The colour that says how good it is: nothing to object, something to look at, or refused."""
-        if self.problem or (self.summary or {}).get("status") == "rejected":
+        if self.problem or self.word is RunWord.REJECTED:
             return "alarm"
-        return "mark" if self.reserve else "good"
+        return "good" if self.has_e and not self.reserve else "mark"
 
     @property
     def has_e(self) -> bool:
@@ -203,18 +237,13 @@ class RunModel(RowModel[RunEntry]):
             self.entries.insert(row, entry)
             self.endInsertRows()
         else:
-            names = ("started_at", "agreement", "health", "origin")
+            names = ("started_at", "agreement", "health", "ending", "origin")
             known: dict[str, Any] = {name: getattr(entry, name) or getattr(old, name) for name in names}
             known |= {name: getattr(old, name) for name in ("rejected", "note") if getattr(entry, name) is None}
             row = self.entries.index(old)
             self.entries[row] = replace(entry, **known)
         self._recount()
         return row
-
-    @property
-    def simulated(self) -> bool:
-        """Whether there are runs, and all of them are simulated."""
-        return bool(self.entries) and all(one.origin and one.origin.kind == "simulated" for one in self.entries)
 
     def _recount(self) -> None:
         """Number the drops, and tell of each whether it is in the statistics."""
@@ -270,17 +299,19 @@ def entry_of_recorded(recorded: RecordedRun, path: Path, card: RunCard | None = 
         rejected=recorded.set_aside or None,
         agreement=agreement_words(agreement.record()) if agreement else "",
         health=recorded.health_line,
+        ending=str(recorded.health.get("ending", "")),
         origin=card.origin if card else None,
         waits=card is not None and not recorded.set_aside,
     )
 
 
-def notes_of_file(path: Path) -> tuple[str, str]:
-    """Return the agreement of live and offline, and the health line, from a run's file; empty where unknown."""
-    health: Mapping[str, object] = {}
+def with_record(entry: RunEntry) -> RunEntry:
+    """Return an entry with what its file says of the recording: live against offline, health, ending."""
     with suppress(RadarGuiError):
-        health = read_health(path) or {}
-    return agreement_words(health), str(health.get("line", ""))
+        health = read_health(entry.path) or {}
+        line, ending = (str(health.get(key, "")) for key in ("line", "ending"))
+        return replace(entry, agreement=agreement_words(health), health=line, ending=ending)
+    return entry
 
 
 def agreement_words(health: Mapping[str, object]) -> str:

@@ -16,11 +16,14 @@ from radargui.gui.runs.run_controller import RunController
 from radargui.gui.services import Services
 from radargui.gui.sessions.browser import SessionBrowser
 from radargui.gui.setup.session_panel import SessionPanel
-from radargui.gui.setup.setup_model import SetupFileController
-from radargui.model.errors import CancelledError
+from radargui.gui.setup.setup_model import SetupFileController, keys_unlike, named
+from radargui.model.errors import CancelledError, SessionError
 from radargui.model.setup import Setup
+from radargui.model.words import counted
 from radargui.processing.result_of_run import stored_or_computed
+from radargui.session.index import default_index_path
 from radargui.session.info import SessionInfo, read_info
+from radargui.session.lock import Owner, SessionLock, SessionLockedError, owner_of
 from radargui.session.session import Session
 
 
@@ -53,6 +56,10 @@ _SAVE_DETAILS_MS = 800
 """After the last key (chosen by hand): a shorter wait writes within a word, a longer one loses more at a crash."""
 
 
+_ENTER_MS = 500
+"""After which it is looked who else works in the data folder (chosen by hand): nobody waits for that."""
+
+
 class SessionController(QObject):
     """Joins browser, session panel and the session that is open."""
 
@@ -68,13 +75,54 @@ class SessionController(QObject):
         self.browser.elsewhere_asked.connect(self.ask_folder)
         self.browser.series_asked.connect(self.report_series)
         self._save = ticking(self, _SAVE_DETAILS_MS, self._save_aside, once=True)
-        panel.details_changed.connect(self._save.start)
+        panel.details_changed.connect(self._said)
+        self._asks = False
+        self._corrected: dict[str, str] = {}
+        """Names that are on their way to the disk."""
         self._held: Session | None = None
         self._opening: Path | None = None
         self._writes: list[Future[None]] = []
         self._typed: Details | None = None
         self.control.session_changed.connect(self._let_go)
+        self._right: SessionLock | None = None
+        # once the window is drawn, and once the path is typed
+        self._entering = ticking(self, _ENTER_MS, self._enter_folder, once=True)
+        self._entering.start()
+        panel.folder_changed.connect(self._entering.start)
         panel.mark_asked.connect(self.mark)
+
+    def _enter_folder(self) -> None:
+        """Say where another window works in the data folder; sessions are locked each by itself, whatever is said."""
+        folder, board = self.panel.data_folder, self.services.board
+
+        def work() -> SessionLock | Owner | None:
+            # beside the index, where it can be written although there may be no data folder yet
+            place = default_index_path(folder).with_suffix(".window")
+            try:
+                place.mkdir(parents=True, exist_ok=True)
+                return SessionLock(place)
+            except SessionLockedError:
+                return owner_of(place)
+            except (SessionError, OSError):
+                return None
+
+        def show(found: SessionLock | Owner | None) -> None:
+            self.leave_folder()
+            if isinstance(found, SessionLock):
+                self._right = found
+            elif found is not None:
+                others = "what is recorded there is seen here once the list of sessions is opened anew"
+                board.post("warning", f"A second window works in {folder} ({found}): {others}.")
+
+        self.services.jobs.start(
+            "looking for a second window", work, show, wanted=lambda: folder == self.panel.data_folder
+        )
+
+    def leave_folder(self) -> None:
+        """Let another window work in the data folder alone."""
+        if self._right is not None:
+            self._right.release()
+            self._right = None
 
     def begin_new(self) -> None:
         """Let the next Record make a new session."""
@@ -143,7 +191,12 @@ class SessionController(QObject):
 
     def may_add(self, setup: Setup) -> bool:
         """Return whether Record may begin; asks where it would add to a session that was opened for review."""
+        if not self._settle_names():
+            return False
         session = self.control.session
+        if session is not None and session.setup != setup:
+            changed = named(keys_unlike(session.setup, setup))
+            self.services.board.post("info", f"New session begins: {changed} changed.")
         if session is None or session.read_only or not self.control.is_reviewed or session.setup != setup:
             return True
         answer = self.ask_where(session.path.name)
@@ -201,8 +254,14 @@ class SessionController(QObject):
         if not self.control.state.running:
             # what is still being read was asked for before
             self._opening = None
-        if before is not None and before is not self._held:
-            self._leave(before)
+        if before is not self._held:
+            self._corrected = {}
+            if before is not None:
+                self._leave(before)
+        if self._held is not None and self.control.is_reviewed:
+            self.setup_file.model.review(self._held.setup, self._held.path.name)
+        else:
+            self.setup_file.model.end_review()
         if not self.control.is_reviewed and self._typed is not None:
             # what an old session says of itself is not said of the next one
             self.panel.set_details(*self._typed)
@@ -218,11 +277,80 @@ class SessionController(QObject):
 
         self.services.jobs.start("the end of a session", work)
 
+    @property
+    def _renamed(self) -> dict[str, str]:
+        """Of sample and target what is called otherwise now than runs of the session are, with the name they have."""
+        session, said = self.control.session, self.panel.details._asdict()
+        if session is None or session.read_only or not self.runs.model.entries:
+            return {}
+        known = {"sample": session.info.sample, "target": session.info.target} | self._corrected
+        return {key: was for key, was in known.items() if said[key] != was}
+
+    def _said(self) -> None:
+        if self._renamed:
+            self._settle_names()
+        else:
+            self._save.start()
+
+    def _settle_names(self) -> bool:
+        """Ask what another name means where runs have one: what comes next, or a mistake; return whether it is settled.
+
+        The runs that are there would be called by it, and pooled with the next ones.
+        """
+        session, renamed = self.control.session, self._renamed
+        if session is None or not renamed or self._asks:
+            return not renamed
+        self._asks = True
+        n_runs, said = len(self.runs.model.entries), self.panel.details._asdict()
+        known = ", ".join(f"{key} “{was}”" for key, was in renamed.items())
+        answer = self.ask_name(n_runs, known, may_begin=not self.control.state.running)
+        self._asks = False
+        if answer == "new":
+            # what was typed is said of the next one
+            self._typed = None
+            self.control.use_session(None)
+        elif answer == "correct":
+            now, words = (
+                datetime.now().astimezone(),
+                [
+                    f"{key.capitalize()} of {counted(n_runs, 'run')} corrected: “{was}” is “{said[key]}”"
+                    for key, was in renamed.items()
+                ],
+            )
+
+            def correct() -> None:
+                session.update(**{key: said[key] for key in renamed})
+                for text in words:
+                    session.mark(text, now=now)
+
+            self._write("the session's record", correct, lambda _done: None)
+            self._corrected = {key: said[key] for key in renamed}
+        else:
+            self.panel.set_details(**said | renamed)
+        return answer != ""
+
+    def ask_name(self, n_runs: int, known: str, *, may_begin: bool) -> Literal["new", "correct", ""]:
+        """Ask what another sample or target means; empty: the name stays as it was."""
+        box = having(QMessageBox(self.services.parent), windowTitle="RadarGUI")
+        has = "has" if n_runs == 1 else "have"
+        box.setText(
+            f"{counted(n_runs, 'run')} of this session {has} {known}. Does another one come now, or was that wrong?"
+        )
+        new = box.addButton("New session", QMessageBox.ButtonRole.AcceptRole)
+        new.setEnabled(may_begin)
+        correct = box.addButton(f"Correct the name of {counted(n_runs, 'run')}", QMessageBox.ButtonRole.ActionRole)
+        cancel = box.addButton(QMessageBox.StandardButton.Cancel)
+        box.setDefaultButton(new if may_begin else cancel)
+        box.exec()
+        chosen = box.clickedButton()
+        return "new" if chosen is new else "correct" if chosen is correct else ""
+
     def _save_aside(self) -> None:
         session, panel = self.control.session, self.panel
         if session is None or session.read_only:
             return
-        details = panel.details._asdict()
+        # another name is asked for, never taken over beside something else
+        details = panel.details._asdict() | self._renamed
         self._write("the session's record", lambda: session.update(**details), lambda _done: None)
 
     def _write(self, what: str, work: Work, then: Then) -> None:

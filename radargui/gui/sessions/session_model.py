@@ -37,8 +37,7 @@ def _runs(found: SessionSummary) -> str:
 def _restitution(found: SessionSummary) -> str:
     series = series_of(found.drops)
     many = f" (n = {series.e.n})" if series.e.n > 1 else ""
-    mark = "" if series.kind in (None, "measured") else f", {series.kind}"
-    return f"{series.e.words()}{many}{mark}"
+    return ", ".join(filter(None, (f"{series.e.words()}{many}", series.mark)))
 
 
 COLUMNS: dict[str, Callable[[SessionSummary], str]] = {

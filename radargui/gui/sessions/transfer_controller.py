@@ -39,12 +39,32 @@ _SHOWN = {
 
 
 class ReprocessDialog(Dialog):
-    """The samples are never touched; stored results stay until the new ones are kept."""
+    """The samples are never touched; stored results stay until the new ones are kept.
+
+    Parameters
+    ----------
+    runs, chosen
+        Those of the session, and the one that is chosen in the list.
+    setup, setup_words
+        The operator's own, and what it is called: while a session is reviewed the window shows that one's.
+    read_only
+        Whether the session takes no results.
+    with_setup
+        Whether the setup in the window is what shall be compared at first, else that of the recording.
+    """
 
     kept = Signal(object)
 
     def __init__(
-        self, services: Services, runs: tuple[Path, ...], chosen: RunEntry | None, setup: Setup, *, read_only: bool
+        self,
+        services: Services,
+        runs: tuple[Path, ...],
+        chosen: RunEntry | None,
+        setup: Setup,
+        *,
+        read_only: bool,
+        with_setup: bool = False,
+        setup_words: str = "Setup in the window",
     ) -> None:
         super().__init__("Process again and compare", (760, 620), services.parent, "compare", services.settings)
         self._read_only = read_only
@@ -52,7 +72,9 @@ class ReprocessDialog(Dialog):
         self._good: tuple[Path, ...] = ()
         one = [((chosen.path,), f"The chosen run, {chosen.title}")] if chosen is not None else []
         self.what = Choice((*one, (runs, f"All {len(runs)} runs of the session")))
-        self.setup = Choice(((None, "As recorded"), (setup, "Setup in the window")))
+        self.setup = Choice(((None, "As recorded"), (setup, setup_words)))
+        if with_setup:
+            self.setup.setCurrentIndex(1)
         self.correction, self.geometry_choice = (
             Choice(((None, "As in the setup"), *words_of(f"processing.{name}").choices.items()))
             for name in ("correction", "geometry")
@@ -225,14 +247,24 @@ class TransferController:
         dialog = ExportDialog(self.services, session.path, self.sessions.runs.table.chosen)
         self._show(dialog, dialog.ordered, self.take_out)
 
-    def ask_compare(self) -> None:
+    def ask_with_this_setup(self) -> None:
+        """Let the operator process the chosen run with the setup in the window, beside what is stored."""
+        self.ask_compare(with_setup=True)
+
+    def ask_compare(self, *, with_setup: bool = False) -> None:
         """Let the operator process runs with other settings."""
         session, runs = self.services.control.session, self.sessions.runs.counting
         if session is None or not runs or self.services.control.state.holds_a_run:
             self.services.board.post("warning", "There is no run to process again: record one, or open a session.")
             return
-        setup, chosen = self.setup_model.setup, self.sessions.runs.table.chosen
-        dialog = ReprocessDialog(self.services, runs, chosen, setup, read_only=bool(session.read_only))
+        setup, chosen = self.setup_model.own_setup, self.sessions.runs.table.chosen
+        read_only, path = bool(session.read_only), self.setup_model.own_path
+        own = (
+            {"setup_words": f"Your own setup, {path.name if path else 'not saved'}"}
+            if self.setup_model.reviewed
+            else {}
+        )
+        dialog = ReprocessDialog(self.services, runs, chosen, setup, read_only=read_only, with_setup=with_setup, **own)
         self._show(dialog, dialog.kept, self.sessions.reread)
 
     def bring_in(self, order: ImportOrder) -> None:

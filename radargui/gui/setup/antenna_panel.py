@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QLabel, QSizePolicy, QToolButton, QWidget
 from radargui.geometry.path_length import LEAST_RECEIVERS, condition_number, place_antennas, t_matrix
 from radargui.gui.background import Jobs
 from radargui.gui.layout import Answer, FaultText, Group, PlainLabel, button, having
+from radargui.gui.panels import Actions
 from radargui.gui.setup.fields import AntennaGrid, FormPanel, ModelGroup, SetupForm
 from radargui.gui.setup.geometry_sketch import GeometrySketch
 from radargui.gui.setup.setup_model import SetupModel
@@ -197,8 +198,8 @@ SINGULAR_CONDITION = 1e6
 class AntennaPanel(FormPanel):
     """Entry of the geometry; closed for changes while samples come in."""
 
-    def __init__(self, model: SetupModel, jobs: Jobs, theme: Theme) -> None:
-        super().__init__(model)
+    def __init__(self, model: SetupModel, does: Actions, jobs: Jobs, theme: Theme) -> None:
+        super().__init__(model, does.take_over.trigger)
         self.sketch, self.map = GeometrySketch(model, theme), UncertaintyMapView(model, jobs, theme)
         self.only_shows = (self.map,)
         self.table, self.matrix, self.calibration = ReceiverTable(model), TMatrixView(model), CalibrationGroup(model)
@@ -285,5 +286,7 @@ class CalibrationGroup(ModelGroup):
         setup = self._model.setup
         words = calibration_words(setup) or "none: angles and distances as measured by hand"
         self.words.setText(f"{words[0].upper()}{words[1:]}")
-        faults = filter(None, (too_old(setup, datetime.now().astimezone()), in_words(edited_since(setup))))
+        edited = edited_since(setup)
+        old = too_old(setup, datetime.now().astimezone())
+        faults = filter(None, (old, in_words(edited.text) if edited else ""))
         self.fault.say(". ".join(f"{one[0].upper()}{one[1:]}" for one in faults))

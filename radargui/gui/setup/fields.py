@@ -4,10 +4,22 @@ from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 from PySide6 import QtWidgets
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QKeySequence
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import QKeyEvent, QKeySequence
 
-from radargui.gui.layout import FRAMED, Choice, FaultText, FormScroll, Group, PlainLabel, fill, follow, side_by_side
+from radargui.gui.layout import (
+    FRAMED,
+    Answer,
+    Choice,
+    FaultText,
+    FormScroll,
+    Group,
+    PlainLabel,
+    button,
+    fill,
+    follow,
+    side_by_side,
+)
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.words import FORMS, READERS, called, kind_of, show_number, words_of
 from radargui.model.assumed import ASSUMED
@@ -18,6 +30,8 @@ _ARROW = 22
 _EDGE = 3
 """Between a field's edge and what stands in it, in pixels."""
 _TAKEN_BACK = "background: palette(link-visited); color: palette(base); border: none; font-weight: bold;"
+UNDO_KEY = QKeySequence("Ctrl+U")
+"""In a field: takes its value back to what the file says."""
 _MOST_NAMED = 3
 """Changes named in the line beneath a form; more would take the room of the form. All stand in its tool tip."""
 
@@ -49,7 +63,7 @@ class Changed(QtWidgets.QToolButton):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         self.clicked.connect(self._undo)
-        action = field.addAction("Undo this value", QKeySequence("Ctrl+U"), self._undo)
+        action = field.addAction("Undo this value", UNDO_KEY, self._undo)
         action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
         self.setFixedWidth(field.sizeHint().height() - 2 * _EDGE)
         self.setSizePolicy(QtWidgets.QSizePolicy.Policy.Fixed, QtWidgets.QSizePolicy.Policy.Expanding)
@@ -92,6 +106,15 @@ class LineField(QtWidgets.QLineEdit):
         self.setInputMethodHints(hints.ImhNone if kind in ("string", "array") else hints.ImhFormattedNumbersOnly)
         self.textEdited.connect(self._edited)
         self.changed = Changed(self, model, key, self._show_draft)
+
+    def event(self, event: QEvent) -> bool:
+        """Leave the key that undoes the value to its action: on Linux Qt would empty the field instead."""
+        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
+            key = QKeySequence(event.keyCombination())
+            if key == UNDO_KEY:
+                event.ignore()
+                return True
+        return bool(super().event(event))
 
     def _edited(self, text: str) -> None:
         value = self._read(text, self._words.scale)
@@ -223,21 +246,34 @@ class AntennaGrid(QtWidgets.QWidget):
 
 
 class FormPanel(QtWidgets.QWidget):
-    """Groups of fields that scroll; beneath them what changed since the last run, and what is wrong out of sight."""
+    """Groups of fields that scroll; beneath them what changed since the last run, and what is wrong out of sight.
 
-    def __init__(self, model: SetupModel) -> None:
+    Attributes
+    ----------
+    only_shows, no_setup
+        Groups that stay open while samples come in, and while the setup of a session is reviewed.
+    """
+
+    def __init__(self, model: SetupModel, take_over: Callable[[], object]) -> None:
         super().__init__()
         self._model = model
-        self._closed = PlainLabel("Stop to change this.")
-        self._closed.hide()
+        self._running, self._closed = False, Answer()
+        self.take_over = button("Take it over", take_over)
         self.only_shows: tuple[QtWidgets.QWidget, ...] = ()
+        self.no_setup: tuple[QtWidgets.QWidget, ...] = ()
         self.changes, self.elsewhere = PlainLabel(), FaultText()
 
     def lay_out(self, *groups: QtWidgets.QWidget, above: QtWidgets.QWidget | None = None) -> None:
         """Put the groups into the panel, and what stays in sight `above` them."""
         self._form, self._groups = FormScroll(*groups), groups
         foot = fill(
-            QtWidgets.QVBoxLayout(), self._closed, self.changes, self.elsewhere, margins=(8, 0, 8, 0), spacing=4
+            QtWidgets.QVBoxLayout(),
+            self._closed,
+            self.take_over,
+            self.changes,
+            self.elsewhere,
+            margins=(8, 0, 8, 0),
+            spacing=4,
         )
         parts = () if above is None else ((above, 2),)
         fill(QtWidgets.QVBoxLayout(self), *parts, (self._form, 3), foot)
@@ -245,12 +281,20 @@ class FormPanel(QtWidgets.QWidget):
 
     def set_running(self, running: bool) -> None:
         """Close or open the form for changes; what only shows stays as it is."""
+        self._running = running
+        self._close_what_must_not_change()
+
+    def _close_what_must_not_change(self) -> None:
+        running, session = self._running, self._model.reviewed
         for group in self._groups:
-            group.setEnabled(not running or group in self.only_shows)
-        self._closed.setVisible(running)
+            stays = group in self.only_shows or (not running and group in self.no_setup)
+            group.setEnabled(stays or not (running or session))
+        self._closed.say("Stop to change this." if running else f"Setup of {session}, read only." if session else "")
+        self.take_over.setVisible(bool(session) and not running)
 
     def refresh(self) -> None:
         """Show what the draft is now."""
+        self._close_what_must_not_change()
         changes = [
             f"{called(key)} (was {words_of(key).with_unit(was)})" for key, was in self._model.since_last_run.items()
         ]

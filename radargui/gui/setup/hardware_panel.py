@@ -220,7 +220,10 @@ class NiForm(SetupForm):
         self.found.offer(titles, self._model.value("daq.device"))
         self.found.setVisible(bool(devices))
         if not devices:
-            self.answer.say("No device found. Is it plugged in and powered, and does NI MAX show it?")
+            self.answer.say(
+                "No device found. Is it plugged in and powered, does NI MAX show it, does this NI-DAQmx support it? "
+                "E Series devices (DAQPad-6015 ...) are reported to need 19.x: see Help, The NI device."
+            )
             return
         self.answer.say(f"{counted(len(devices), 'device')} found: choose one.")
         if len(devices) == 1:
@@ -242,8 +245,10 @@ class SetupFileGroup(ModelGroup):
 
     def refresh(self) -> None:
         """Show what is unlike the file."""
-        path, changed = self._model.path, self._model.unsaved
-        name = path.name if path else "not saved yet"
+        path, changed = self._model.path, () if self._model.reviewed else self._model.unsaved
+        name = (
+            path.name if path else f"of {self._model.reviewed}, read only" if self._model.reviewed else "not saved yet"
+        )
         kind = " (shipped)" if self._model.shipped else ""
         edited = f", {counted(len(changed), 'value')} changed" if changed else ""
         having(self._name, text=f"{name}{kind}{edited}", toolTip=str(path or ""))
@@ -262,7 +267,7 @@ class HardwarePanel(FormPanel):
     def __init__(
         self, model: SetupModel, does: Actions, services: Services, source: SourceKind, find_devices: FindDevices
     ) -> None:
-        super().__init__(model)
+        super().__init__(model, does.take_over.trigger)
         self.source = Choice([*SOURCES.items(), *((name, name) for name in plugins("sources"))])
         group = Group("Source", ("Samples from", having(self.source, objectName="source")))
         self.replay = ReplayForm(model, services.jobs, services.settings.path("replay_file"))
@@ -273,6 +278,7 @@ class HardwarePanel(FormPanel):
         self._forms: dict[str, Group] = {"simulated": simulated, "ni": self.ni, "replay": self.replay}
         others = (SetupForm(name, model) for name in ("recording", "processing"))
         self.file = SetupFileGroup(model, does)
+        self.no_setup = (self.file, group, self.replay)
         self.lay_out(self.file, group, *self._forms.values(), self.rates, self.channels, *others)
         self.choose(source)
         self.source.currentIndexChanged.connect(self._show_form)

@@ -1,6 +1,6 @@
 """The setup that is edited: a draft that may be wrong for a moment, the last one that was right, and its file."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from radargui.model.radar import MOST_RECEIVERS, Radar
 from radargui.model.resources import default_setup_path, shipped_setups
 from radargui.model.setup import Setup, dump_setup, parse_setup, plain, read_setup, write_setup
 from radargui.model.setup_error import flattened
+from radargui.model.words import counted
 
 _TABLES = {name: info.default for name, info in Setup.model_fields.items()} | {"radar": Radar()}
 _DEFAULTS = {name: table.model_dump() for name, table in _TABLES.items() if isinstance(table, BaseModel)}
@@ -26,7 +27,13 @@ _DEFAULTS = {name: table.model_dump() for name, table in _TABLES.items() if isin
 class SetupModel(QObject):
     """Keeps the draft, validates it at each change, reads and writes the setup file.
 
-    Keys are dotted as in error messages, receivers counted from 1: `receiver[2].tilt_deg`.
+    Keys are dotted as in error messages, receivers counted from 1: `receiver[2].tilt_deg`. While a session is reviewed
+    its setup stands in place of the operator's own one, which comes back as it was left.
+
+    Attributes
+    ----------
+    reviewed
+        Name of the session whose setup is shown; empty: the operator's own is.
     """
 
     changed = Signal()
@@ -40,6 +47,34 @@ class SetupModel(QObject):
         self._draft: dict[str, Any] = plain(setup)
         self._saved, self._of_file = setup, setup.model_dump()
         self._of_last_run: Setup | None = None
+        self.reviewed = ""
+        self._own: tuple[Path | None, Setup, Setup, dict[str, Any]] | None = None
+
+    def review(self, setup: Setup, name: str) -> None:
+        """Show the setup of a session, which is not edited; where it is the operator's own nothing changes."""
+        self.end_review()
+        if setup != self.setup:
+            self._own = self.path, self._saved, self.setup, self._draft
+            self.path, self.reviewed = None, name
+            self._saved, self._of_file, self._draft = setup, setup.model_dump(), plain(setup)
+            self._validate()
+
+    def end_review(self) -> None:
+        """Show the operator's own setup again, as it was left."""
+        if self._own is not None:
+            (self.path, self._saved, _, self._draft), self._own, self.reviewed = self._own, None, ""
+            self._of_file = self._saved.model_dump()
+            self._validate()
+
+    @property
+    def own_setup(self) -> Setup:
+        """The operator's own setup, also while that of a session is shown."""
+        return self.setup if self._own is None else self._own[2]
+
+    @property
+    def own_path(self) -> Path | None:
+        """The file of the operator's own setup."""
+        return self.path if self._own is None else self._own[0]
 
     @property
     def valid(self) -> bool:
@@ -69,14 +104,15 @@ class SetupModel(QObject):
     @property
     def since_last_run(self) -> dict[str, Any]:
         """Keys whose values are others now than at the last run, with those of then; empty before the first run."""
-        if self._of_last_run is None or not self.valid:
+        if self._of_last_run is None or not self.valid or self.reviewed:
             return {}
         return _changes(self._of_last_run.model_dump(), self.setup.model_dump())
 
     @property
     def unsaved(self) -> tuple[str, ...]:
-        """Keys whose values are not those of the file."""
-        return tuple(_changes(plain(self._saved), self._draft))
+        """Keys whose values are not those of the file, of the operator's own setup."""
+        saved, draft = (self._saved, self._draft) if self._own is None else (self._own[1], self._own[3])
+        return tuple(_changes(plain(saved), draft))
 
     def fault_of(self, key: str) -> str:
         """Return what is wrong with a value, in the words and the unit of its field; empty where nothing is."""
@@ -97,7 +133,7 @@ class SetupModel(QObject):
 
     def unlike(self, other: Setup) -> list[str]:
         """Return the keys whose values are not those of another setup."""
-        return list(_changes(other.model_dump(), self.setup.model_dump()))
+        return list(keys_unlike(other, self.setup))
 
     def undo(self, key: str) -> None:
         """Take back a value that was changed since the file was read or saved."""
@@ -109,6 +145,7 @@ class SetupModel(QObject):
 
     def take(self, setup: Setup, path: Path | None = None) -> None:
         """Begin with a setup; without a path it belongs to no file."""
+        self._own, self.reviewed = None, ""
         self.path, self._saved, self._of_file = path, setup, setup.model_dump()
         self.replace(setup)
 
@@ -125,6 +162,7 @@ class SetupModel(QObject):
 
     def replace(self, setup: Setup) -> None:
         """Take over a whole setup."""
+        self.end_review()
         self._draft = plain(setup)
         self._validate()
 
@@ -136,7 +174,8 @@ class SetupModel(QObject):
         return drafted if drafted is not None else _found(_DEFAULTS, key)
 
     def assign(self, key: str, value: object) -> None:
-        """Set a value of the draft; None takes the key out, so that the default holds."""
+        """Set a value of the operator's own draft; None takes the key out, so that the default holds."""
+        self.end_review()
         *way, name = parts_of(key)
         table: Any = self._draft
         for number, part in enumerate(way):
@@ -204,6 +243,11 @@ def _found(tables: Any, key: str) -> Any:
     return tables
 
 
+def keys_unlike(one: Setup, other: Setup) -> tuple[str, ...]:
+    """Return the keys whose values are not the same in two setups."""
+    return tuple(_changes(one.model_dump(), other.model_dump()))
+
+
 def _changes(tables: Any, others: Any) -> dict[str, Any]:
     """Return the keys whose values differ, with those of the first tables."""
     before, now = (dict(flattened(one, every=True)) for one in (tables, others))
@@ -232,8 +276,16 @@ def first_setup(path: Path | None, settings: Settings, board: NoticeBoard) -> Se
                 model.replace(parse_setup(text, "the setup edited last"))
             except SetupError as error:
                 board.post("warning", f"What was edited last could not be taken over. {error}")
+        if changed := model.unsaved:
+            many = f"{counted(len(changed), 'value')} changed since {candidate.name} was saved"
+            board.post("warning", f"The setup is as you left it: {many} ({named(changed)}).")
         return model
     return SetupModel(read_setup(default_setup_path()), default_setup_path())
+
+
+def named(keys: Sequence[str]) -> str:
+    """Return what values are called, the first ones of many."""
+    return ", ".join(map(called, keys[:MOST_NAMED])) + (" …" if len(keys) > MOST_NAMED else "")
 
 
 def tried(step: Callable[[], None], say: Callable[[RadarGuiError], object]) -> bool:
@@ -257,16 +309,18 @@ class SetupFileController:
         changed = self.model.unsaved
         if not changed:
             return True
-        named = ", ".join(map(called, changed[:MOST_NAMED])) + (" …" if len(changed) > MOST_NAMED else "")
         button = QMessageBox.StandardButton
         answer = QMessageBox.question(
             self._services.parent,
             "RadarGUI",
-            f"Changes of the setup are not saved: {named}. Without saving they are lost.",
+            f"Changes of the setup are not saved: {named(changed)}. Without saving they are lost.",
             button.Save | button.Discard | button.Cancel,
             button.Cancel,
         )
-        return answer == button.Discard or (answer == button.Save and self.save())
+        if answer == button.Save:
+            self.model.end_review()
+            return self.save()
+        return answer == button.Discard
 
     def ask_open(self) -> None:
         """Let the operator choose a setup file."""
@@ -276,6 +330,12 @@ class SetupFileController:
         name, _ = QFileDialog.getOpenFileName(self._services.parent, "Open setup", start, FILTER)
         if name:
             self.open(Path(name))
+
+    def take_over(self) -> None:
+        """Make the setup of the session that is reviewed the operator's own, which is asked for where it was edited."""
+        setup = self.model.setup
+        if self.model.reviewed and self.may_discard():
+            self.model.take(setup)
 
     def open(self, path: Path) -> bool:
         """Read a setup file; what is wrong with it is shown and the setup stays."""
@@ -304,6 +364,7 @@ class SetupFileController:
     def remember(self) -> None:
         """Keep the file's name, and edits that were not saved."""
         settings, model = self._services.settings, self.model
+        model.end_review()
         if model.path is not None:
             settings.put(_FILE, model.path)
         if model.valid and (model.modified or model.path is None):

@@ -12,6 +12,8 @@ from radargui.model.resources import resource_table
 from radargui.model.setup import Setup
 from radargui.model.setup_error import describe, dotted, faults_in_order, find_place
 
+LINK = "setup:"
+"""Before a key in the link that leads to its field."""
 _KEY = re.compile(r"\b[a-z]+(?:\[\d+\])?\.[a-z_0-9]+(?:\[\d+\])?")
 _OPTION = re.compile(r" \(or --[a-z]+\)")
 
@@ -107,6 +109,13 @@ UNKNOWNS: dict[str, dict[str, Any]] = _TABLE["unknowns"]
 _ANTENNAS: dict[str, str] = _TABLE["antennas"]
 _WORDS = {key: Words(**found | {"choices": dict(found.get("choices", ()))}) for key, found in _TABLE["values"].items()}
 _BY = _WORDS["processing.correction"]
+_BARE = re.compile(r"(?<![\w.:\]])[a-z]+(?:_[a-z0-9]+)+\b")
+_RECEIVER = re.compile(r"\breceiver\[(\d+)\](?!\.)")
+_LAST: dict[str, set[str]] = {}
+for _key, _value in _WORDS.items():
+    _LAST.setdefault(_key.rpartition(".")[2], set()).add(_value.name)
+_NAMES = {last: next(iter(names)) for last, names in _LAST.items() if len(names) == 1}
+"""What a key is called that stands without its table, where that is told by its last word alone."""
 _ADDED = {name: name for name in plugins("corrections")}
 _WORDS["processing.correction"] = replace(_BY, choices={**_BY.choices, **_ADDED})
 
@@ -142,6 +151,11 @@ def kind_of(key: str) -> str:
     return "place" if is_vector else str(place.schema["type"])
 
 
+def is_of_antenna(key: str) -> bool:
+    """Return whether the field of a key stands in the panel of the antennas."""
+    return re.split(r"[.\[]", key)[0] in _ANTENNAS
+
+
 def called(key: str) -> str:
     """Return whose value it is and what it is called: `Receiver 2: Tilt`."""
     table, _, _ = key.partition(".")
@@ -150,16 +164,27 @@ def called(key: str) -> str:
     return f"{whose}: {words_of(key).name}" if whose else words_of(key).name
 
 
-def in_words(text: str) -> str:
-    """Return a sentence about the setup file with the names that the fields have; other words with a point stay."""
+def in_words(text: str, *, linked: bool = False) -> str:
+    """Return a sentence about the setup with the names that the fields have; other words with a point stay.
+
+    Parameters
+    ----------
+    text
+        With keys as in the setup file, receivers counted from 1; a key may stand without its table.
+    linked
+        Whether a link to its field follows each key that is named whole; `text` is HTML then.
+    """
 
     def named(found: re.Match[str]) -> str:
-        name = words_of(found[0]).name
-        return found[0] if name == found[0] else f"“{name}”"
+        key = found[0]
+        if words_of(key).name == key:
+            return key
+        return f"“{called(key)}”" + (f' (<a href="{LINK}{key}">Go there</a>)' if linked else "")
 
     # the form has no options of the command line
-    text = _OPTION.sub("", text)
-    return _KEY.sub(named, text).replace("[[receiver]]", "receivers")
+    text = _KEY.sub(named, _OPTION.sub("", text)).replace("[[receiver]]", "receivers")
+    text = _BARE.sub(lambda found: f"“{_NAMES[found[0]]}”" if found[0] in _NAMES else found[0], text)
+    return _RECEIVER.sub(r"receiver \1", text)
 
 
 def faults_of(error: ValidationError) -> tuple[dict[str, str], str]:
@@ -182,6 +207,6 @@ def faults_of(error: ValidationError) -> tuple[dict[str, str], str]:
         faults.setdefault(key, text)
     key, text = next(iter(faults.items()))
     more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""
-    panel = "Antenna calibration" if re.split(r"[.\[]", key)[0] in _ANTENNAS else "Hardware setup"
+    panel = "Antenna calibration" if is_of_antenna(key) else "Hardware setup"
     has_field = _WORDS.get(re.sub(r"\[\d+\]", "", key)) is not None
     return faults, f"{panel}, {called(key)}: {text}{more}" if has_field else describe(error, Setup)

@@ -1,0 +1,193 @@
+"""Banner, list, view across the room, series, title and footer say one thing of the run, after whatever was done."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from support.compare_dialog import keep_new_result
+from support.gui_sessions import make_session
+
+from radargui.acquisition.run_plan import Ending
+from radargui.experiment.event import RecordedRun
+from radargui.experiment.reprocess import own_setup
+from radargui.files.run_file import read_run
+from radargui.gui.control.state import AppState
+from radargui.gui.main_window import MainWindow
+from radargui.gui.runs.run_model import COLUMNS
+from radargui.processing.process import process
+from radargui.restitution.series import series_of
+
+
+@pytest.fixture
+def one_window(own_window: MainWindow, wait_for: Any) -> MainWindow:
+    """A window with the keys, beside it the view across the room."""
+    own_window.activateWindow()
+    wait_for(own_window.isActiveWindow)
+    own_window.panels.go_to("series")
+    return own_window
+
+
+def settled(window: MainWindow, wait_for: Any) -> None:
+    wait_for(lambda: not window.control.state.running and not window.jobs.running and not window.work.busy)
+    window.situation.look()
+
+
+def agree(window: MainWindow, wait_for: Any, word: str, e: str) -> None:
+    """Check that all six places say `word` and `e` of one run; `e` empty: that it has none."""
+    settled(window, wait_for)
+    window.actions_.across.setChecked(True)
+    across = window.across.situation
+    window.actions_.across.setChecked(False)
+    entry = across.entry
+    assert entry is not None
+    said = f"e = {e}" if e else {"NOT COMPUTED": "e = –"}.get(word, "no e")
+    # the line of the list, as it is drawn
+    row = window.runs.model.entries.index(entry)
+    cell = window.runs.model.index(row, list(COLUMNS).index("e")).data()
+    assert cell == (e or "–")
+    assert window.bar.state.text.startswith(f"{word}   ")
+    assert f"{entry.called}: {said}" in window.bar.state.text
+    assert (across.word, across.result, across.run) == (word, said, entry.called)
+    assert f"{entry.called}: {said}" in window.windowTitle()
+    assert f"({word})" in window.windowTitle()
+    assert window.health.run.text().startswith(f"{entry.name}: {word}, {said}")
+    # the line of the series, and its panel, which reads the files
+    series = series_of([one.drop for one in window.runs.model.entries if not one.rejected])
+    assert (f"e = {series.words}" if series.e.n else "") == (window.runs.series.text() if series.e.n else "")
+    wait_for(lambda: window.series.facts is not None and not window.jobs.running)
+    (found,) = window.series.facts.findings.sessions
+    assert (found.series.e.n, found.series.e.mean) == (series.e.n, series.e.mean)
+
+
+def shown_e(window: MainWindow, row: int = 0) -> str:
+    return window.runs.model.entries[row].restitution()
+
+
+def test_all_six_agree_after_a_drop_another_rejection_undo_and_an_edited_setup(
+    one_window: MainWindow, wait_for: Any, record_one: Any
+) -> None:
+    window = one_window
+    record_one(window)
+    first = shown_e(window)
+    agree(window, wait_for, "FINAL", first)
+    record_one(window)
+    agree(window, wait_for, "FINAL", shown_e(window, 1))
+    assert "drop 2: " in window.bar.state.text
+
+    # the chosen run is spoken of
+    window.runs.table.selectRow(0)
+    agree(window, wait_for, "FINAL", first)
+    assert "drop 1: " in window.bar.state.text
+
+    window.actions_.reject.trigger()
+    agree(window, wait_for, "REJECTED", first)
+    assert window.runs.model.series.e.n == 1
+    window.actions_.reject.trigger()
+    agree(window, wait_for, "FINAL", first)
+    assert window.runs.model.series.e.n == 2
+
+    # another result in place of the stored one
+    window.setup_model.assign("tracer.diameter_m", 0.03)
+    window.panels.go_to("runs")
+    QTest.keyClick(window, Qt.Key.Key_F8)
+    dialog = window.transfer.dialog
+    dialog.compare.click()
+    settled(window, wait_for)
+    agree(window, wait_for, "FINAL", first)
+    keep_new_result(window, wait_for)
+    settled(window, wait_for)
+    agree(window, wait_for, "FINAL", shown_e(window))
+    assert shown_e(window) != first
+
+    path = window.control.session.path
+    window.actions_.new_session.trigger()
+    settled(window, wait_for)
+    assert window.bar.state.text == "IDLE"
+    assert window.health.run.text() == ""
+    assert "drop" not in window.windowTitle()
+    window.sessions.open(path)
+    wait_for(lambda: len(window.runs.model.entries) == 2 and window.runs.model.entries[1].summary)
+    window.runs.table.selectRow(1)
+    agree(window, wait_for, "FINAL", shown_e(window, 1))
+
+
+def test_all_six_agree_where_a_preliminary_result_is_left_for_later(
+    one_window: MainWindow, wait_for: Any, tmp_path: Path
+) -> None:
+    window = one_window
+    session = make_session(tmp_path / "data", 4, finish=False)
+    window.sessions.open(session)
+    settled(window, wait_for)
+    path = session / "run-0001.h5"
+    quick = replace(process(read_run(path), own_setup(path)), preliminary=True)
+    recorded = RecordedRun(1, path, quick, Ending.QUIET, "")
+    window.control.run_preliminary.emit(recorded)
+    wait_for(lambda: window.bar.state.text.startswith("PRELIMINARY   drop 1: e = "))
+    assert window.run.result is quick
+    wait_for(lambda: window.runs.series.text() == "no e yet, simulated, 1 preliminary")
+    window.control.run_recorded.emit(replace(recorded, result=None))
+    agree(window, wait_for, "NOT COMPUTED", "")
+    assert window.run.result is None, "no figure stands there that is kept nowhere"
+
+
+def test_all_six_agree_where_a_recording_is_ended_by_hand_and_where_it_is_read_again(
+    seen_window: MainWindow, wait_for: Any
+) -> None:
+    window = seen_window
+    window.activateWindow()
+    wait_for(window.isActiveWindow)
+    window.panels.go_to("series")
+    window.actions_.record.trigger()
+    wait_for(lambda: window.control.state is AppState.RECORDING)
+    wait_for(lambda: window.control.recorded_s > 0.9)
+    QTest.keyClick(window, Qt.Key.Key_Escape)
+    settled(window, wait_for)
+    (entry,) = window.runs.model.entries
+    agree(window, wait_for, entry.word.value, entry.restitution() if entry.has_e else "")
+    assert "ended by hand" in window.bar.state.text
+    assert "ended by hand" in entry.verdict
+    path = window.control.session.path
+    window.actions_.new_session.trigger()
+    window.sessions.open(path)
+    wait_for(lambda: window.runs.model.entries and window.runs.model.entries[0].summary)
+    assert "ended by hand" in window.runs.model.entries[0].verdict
+
+
+def test_esc_while_armed_leaves_a_trace(make_window: Any, setup_path: Path, wait_for: Any) -> None:
+    window = make_window(setup_path)
+    window.setup_model.assign("simulation.scene", "rest")
+    window.setup_model.assign("simulation.rest_s", 60.0)
+    window.actions_.record.trigger()
+    wait_for(lambda: window.control.state is AppState.ARMED)
+    window.actions_.stop.trigger()
+    wait_for(lambda: window.bar.state.text == "IDLE   ended by hand, no run was kept")
+    window.actions_.start.trigger()
+    wait_for(lambda: window.bar.state.text == "LIVE   NOT RECORDED")
+
+
+@pytest.mark.parametrize(
+    ("summary", "word"),
+    [
+        ({"status": "rejected", "reason": "receiver 2: clipped"}, "REJECTED"),
+        ({"status": "no_motion"}, "NO e"),
+        ({"status": "ok", "verdict": "good"}, "NO e"),
+        ({"status": "ok", "verdict": "good", "e": 0.8, "u_e": 0.1, "preliminary": True}, "PRELIMINARY"),
+        (None, "NOT COMPUTED"),
+    ],
+)
+def test_the_large_word_says_what_has_become_of_the_run(
+    window: MainWindow, wait_for: Any, tmp_path: Path, summary: Any, word: str
+) -> None:
+    window.sessions.open(make_session(tmp_path / "data", 4))
+    wait_for(lambda: window.runs.model.entries and not window.jobs.running)
+    path = window.runs.model.entries[0].path
+    window.runs.table.selectRow(0)
+    wait_for(lambda: not window.jobs.running)
+    window.runs.change(path, summary=summary)
+    wait_for(lambda: window.bar.state.text.startswith(f"{word}   drop 1: "))
+    assert window.situation.now.role != "good"

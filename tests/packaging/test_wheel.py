@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import tarfile
@@ -13,6 +14,7 @@ import pytest
 from radargui import __version__
 
 ROOT = Path(__file__).resolve().parents[2]
+HELP = "radargui/resources/help/"
 
 
 @pytest.fixture(scope="module")
@@ -39,9 +41,19 @@ def test_the_wheel_holds_package_and_resources(made: Path) -> None:
     assert f"radargui-{__version__}.dist-info/licenses/LICENSE" in names
     assert "radargui = radargui.cli:main" in entry
     assert "License-Expression: MIT" in metadata
-    help_pages = {name for name in names if name.startswith("radargui/resources/help/")}
-    # the help is in it where it was built
-    assert bool(help_pages) == (ROOT / "build" / "help").is_dir()
+
+
+def test_the_wheel_has_help_whether_or_not_its_pages_were_built(made: Path) -> None:
+    with zipfile.ZipFile(made / f"radargui-{__version__}-py3-none-any.whl") as wheel:
+        there = {name.removeprefix(HELP) for name in wheel.namelist() if name.startswith(HELP)}
+        texts = {name: wheel.read(HELP + name).decode() for name in there if name.endswith(".md") and "/" not in name}
+    if (ROOT / "build" / "help").is_dir():
+        assert "index.html" in there
+        return
+    assert "tutorial.md" in there
+    linked = {link for text in texts.values() for link in re.findall(r"\]\(([^)#:]+)", text)}
+    assert linked - there == set(), "pictures, and what the texts lead to"
+    assert not any(name.endswith(".py") for name in there)
 
 
 def test_the_source_distribution_can_be_built_and_tested_from(made: Path) -> None:

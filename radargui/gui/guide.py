@@ -114,9 +114,11 @@ class FirstSteps(Dialog):
 
     def _state_changed(self) -> None:
         state = self._control.state
-        # who starts has chosen, be it what stood there; a short drop is seen only while it is processed
-        does = {"source": state.running, "monitor": state is AppState.LIVE, "arm": state is AppState.ARMED}
-        for name, done in (does | {"drop": state.holds_a_run}).items():
+        # who starts has chosen, be it what stood there; a short drop is seen only while it is processed: it was armed
+        holds = state.holds_a_run
+        armed = holds or state is AppState.ARMED
+        does = {"source": state.running, "monitor": state is AppState.LIVE, "arm": armed, "drop": holds}
+        for name, done in does.items():
             if done:
                 self.tick(name)
 

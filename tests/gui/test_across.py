@@ -21,10 +21,9 @@ from radargui.gui.runs.situation import Situation
 
 
 @pytest.fixture
-def window(make_window: Any, setup_path: Any) -> MainWindow:
-    """A window whose time runs so slowly that no state is over before it was looked at."""
-    made: MainWindow = make_window(setup_path, speed=2.0)
-    return made
+def window(seen_window: MainWindow) -> MainWindow:
+    """A window in which no state is over before it was looked at."""
+    return seen_window
 
 
 @pytest.fixture

@@ -33,20 +33,22 @@ class FastClock:
 
 
 class SeenClock:
-    """Time that goes on with each picture of a window: nothing that a source does passes while nobody looks."""
+    """Time that goes on with each picture of a window, once its reader has what there is: nothing passes unseen."""
 
     def __init__(self, step_s: float = 0.05) -> None:
         self._now_s, self._step_s = 1000.0, step_s
+        self._due_s = 0.0
 
     def go_on(self) -> None:
-        self._now_s += self._step_s
+        if self._due_s > self._now_s:
+            self._now_s += self._step_s
 
     def now(self) -> float:
         return self._now_s
 
     def wait(self, seconds: float, interrupt: threading.Event) -> bool:
-        until_s = self._now_s + seconds
-        while self._now_s < until_s:
+        self._due_s = self._now_s + seconds
+        while self._now_s < self._due_s:
             if interrupt.wait(0.002):
                 return True
         return interrupt.is_set()

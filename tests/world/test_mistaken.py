@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from benchmarks.world.draw import draw
@@ -18,12 +20,27 @@ REFUSED = {"polarization/receiver", "polarization/transmitter", "skew/sample"}
 SEEDS = range(4)
 
 
+@cache
+def told_wrongly(which: str, seed: int = 3, strength: float | None = 1.0) -> Scene:
+    return mistaken(which, seed, strength=strength, **QUICK)
+
+
+@cache
+def as_it_is(seed: int = 3) -> Scene:
+    return draw(seed, **QUICK)
+
+
+@cache
+def true_codes(seed: int) -> np.ndarray:
+    return make_record(as_it_is(seed)).recording.raw
+
+
 def told(which: str, seed: int = 3, strength: float | None = 1.0) -> Setup:
-    return mistaken(which, seed, strength=strength, **QUICK).setup
+    return told_wrongly(which, seed, strength).setup
 
 
 def true(seed: int = 3) -> Setup:
-    return draw(seed, **QUICK).setup
+    return as_it_is(seed).setup
 
 
 def changed(which: str, seed: int = 3, strength: float | None = 1.0) -> dict[str, int]:
@@ -42,11 +59,11 @@ def _different(mine: object, right: object) -> int:
 @pytest.mark.parametrize("which", EACH)
 def test_the_world_stays_true_and_what_is_told_of_it_is_wrong(which: str) -> None:
     try:
-        scene = mistaken(which, 3, strength=1.0, **QUICK)
+        scene = told_wrongly(which)
     except ValidationError:
         assert which in REFUSED
         return
-    plain = draw(3, **QUICK)
+    plain = as_it_is()
     assert scene.is_mistaken
     assert scene.name == f"{which}-3"
     assert (scene.body, scene.mixers, scene.noise, scene.converter) == (
@@ -170,7 +187,7 @@ def test_strength_changes_the_size_and_nothing_else() -> None:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_release_and_floor_are_off_by_what_they_say(seed: int) -> None:
-    scene = draw(seed, **QUICK)
+    scene = as_it_is(seed)
     release = scene.setup.tracer.release_position_m
     touch_m = float(scene.drop.position(np.array([scene.drop.impacts[0].time_s]))[2, 0])
 
@@ -190,8 +207,8 @@ def test_release_and_floor_are_off_by_what_they_say(seed: int) -> None:
 
 def rows(which: str, seed: int = 3) -> tuple[Scene, np.ndarray, np.ndarray]:
     """The drop and its codes, as they are called and as they are."""
-    scene = mistaken(which, seed, strength=1.0, **QUICK)
-    return scene, make_record(scene).recording.raw, make_record(draw(seed, **QUICK)).recording.raw
+    scene = told_wrongly(which, seed)
+    return scene, make_record(scene).recording.raw, true_codes(seed)
 
 
 def test_wires_bring_the_channels_of_others() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -111,10 +112,12 @@ class Drop:
 def flight(body: Body, floor: Floor, place: Array, velocity: Array) -> tuple[float, Callable[[Array], Array]]:
     """Return the time until the floor is touched and the dense solution: place and velocity, shape (6, n)."""
 
+    drag_1_m, down_m_s2 = body.drag_1_m, body.acceleration_m_s2
+
     def slope(_time: float, state: Array) -> Array:
-        speed = state[3:]
-        braked = -body.drag_1_m * np.linalg.norm(speed) * speed
-        return np.concatenate([speed, braked - [0.0, 0.0, body.acceleration_m_s2]])
+        x, y, z = state[3:].tolist()
+        braked = -drag_1_m * math.sqrt(x * x + y * y + z * z)
+        return np.array([x, y, z, braked * x, braked * y, braked * z - down_m_s2])
 
     def touching(_time: float, state: Array) -> float:
         above = float(floor.normal @ (state[:3] - floor.touch_m))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -76,14 +77,21 @@ class Sphere:
         With pi_n = P_n'(mu) and tau_n = mu P_n'(mu) - (1 - mu^2) P_n''(mu), the sums over n are derivatives of two
         Legendre series: no recurrence, and nothing is singular forward or backward.
         """
+        slope_a, slope_b, bend_a, bend_b = legendre.legval(cosine, self._derivatives)
+        tau_a, tau_b = (cosine * s - (1.0 - cosine**2) * c for s, c in ((slope_a, bend_a), (slope_b, bend_b)))
+        return slope_a + tau_b, tau_a + slope_b
+
+    @cached_property
+    def _derivatives(self) -> Complex:
+        """First derivatives of the Legendre series of a and of b, then the second ones, shape (n, 4)."""
         a, b = self.series()
         order = np.arange(1, a.size + 1)
         weight = (2.0 * order + 1.0) / (order * (order + 1.0))
-        series = [np.concatenate([[0.0], weight * one]) for one in (a, b)]
-        slopes = [legendre.legval(cosine, legendre.legder(one)) for one in series]
-        bends = [legendre.legval(cosine, legendre.legder(one, 2)) for one in series]
-        tau_a, tau_b = (cosine * s - (1.0 - cosine**2) * c for s, c in zip(slopes, bends, strict=True))
-        return slopes[0] + tau_b, tau_a + slopes[1]
+        series = np.zeros((a.size + 1, 2), complex)
+        series[1:] = weight[:, None] * np.stack([a, b], axis=1)
+        slopes = legendre.legder(series)
+        bends = legendre.legder(series, 2)
+        return np.concatenate([slopes, np.pad(bends, ((0, 1), (0, 0)))], axis=1)
 
     def scattered(self, incoming: Array, field: Complex, outgoing: Array, receiving: Complex) -> Complex:
         """Return what a receiver gets of the wave that the sphere scatters, without the range to it, shape (n,).
@@ -104,14 +112,20 @@ class Sphere:
 
         S2 goes with the parts in the plane of scattering, S1 with those across it.
         """
-        across = np.cross(incoming, outgoing, axis=0)
+        across = _cross(incoming, outgoing)
         sine = np.linalg.norm(across, axis=0)
-        spare = np.cross(incoming, _least_along(incoming), axis=0)
+        spare = _cross(incoming, _least_along(incoming))
         across = np.where(sine > _PARALLEL, across, spare)
         across = across / np.linalg.norm(across, axis=0)
         s1, s2 = self.amplitudes(np.einsum("in,in->n", incoming, outgoing))
-        before, after = (np.cross(way, across, axis=0) for way in (incoming, outgoing))
+        before, after = (_cross(way, across) for way in (incoming, outgoing))
         return s2 * _dot(before, field) * after + s1 * _dot(across, field) * across
+
+
+def _cross(left: Array, right: Array) -> Array:
+    """Return the cross product of vectors (3, n); numpy's moves axes about for longer than few of them take."""
+    (a, b, c), (x, y, z) = left, right
+    return np.stack([b * z - c * y, c * x - a * z, a * y - b * x])
 
 
 def _dot(left: Complex, right: Complex) -> Complex:

@@ -82,82 +82,82 @@ def test_from_the_first_start_to_the_report_by_keys_alone(make_window: Any, wait
     wait_for(lambda: not window.jobs.running)
 
 
-def test_the_samples_that_a_run_tells_are_its_own(own_window: MainWindow, record_one: Any) -> None:
-    own_window.bar.runs.setValue(2)
-    record_one(own_window)
-    for entry in own_window.runs.model.entries:
+def test_the_samples_that_a_run_tells_are_its_own(window: MainWindow, record_one: Any) -> None:
+    window.bar.runs.setValue(2)
+    record_one(window)
+    for entry in window.runs.model.entries:
         with h5py.File(entry.path) as file:
             own = file["raw"].shape[1]
         assert entry.health.startswith(f"{own} samples, "), entry.health
 
 
 def test_an_old_session_is_reviewed_then_a_new_one_recorded(
-    own_window: MainWindow, wait_for: Any, record_one: Any, tmp_path: Path
+    window: MainWindow, wait_for: Any, record_one: Any, tmp_path: Path
 ) -> None:
-    own_window.session_panel.set_details("Ada", "today", "steel", "glass")
-    own_window.setup_model.path = None
-    own_window.setup_model.replace(SETUP)
+    window.session_panel.set_details("Ada", "today", "steel", "glass")
+    window.setup_model.path = None
+    window.setup_model.replace(SETUP)
     old = make_session(tmp_path / "data", 4, operator="Grace", notes="of May")
-    opened(own_window, old, wait_for)
-    shown(own_window, wait_for)
-    assert own_window.track.result is not None
-    assert own_window.run._title.text() == "drop 1 (run-0001, simulated)"
-    assert own_window.session_panel.details[:2] == ("Grace", "of May")
+    opened(window, old, wait_for)
+    shown(window, wait_for)
+    assert window.track.result is not None
+    assert window.run._title.text() == "drop 1 (run-0001, simulated)"
+    assert window.session_panel.details[:2] == ("Grace", "of May")
     asked: list[str] = []
-    own_window.sessions.ask_where = lambda name: asked.append(name) or ""
-    own_window.actions_.record.trigger()
+    window.sessions.ask_where = lambda name: asked.append(name) or ""
+    window.actions_.record.trigger()
     assert asked == [old.name]
-    assert own_window.control.state is AppState.IDLE, "not answered: nothing is recorded"
+    assert window.control.state is AppState.IDLE, "not answered: nothing is recorded"
 
-    own_window.sessions.ask_where = lambda _name: "new"
-    record_one(own_window)
-    session = own_window.control.session
+    window.sessions.ask_where = lambda _name: "new"
+    record_one(window)
+    session = window.control.session
     assert session is not None
     assert session.path != old
     assert (session.info.operator, session.info.notes) == ("Ada", "today")
     assert len(Session.open(old, write=False).run_paths()) == 1
-    assert listed(own_window) == [("1", "run-0001")]
-    assert own_window.runs.model.entries[0].path.parent == session.path
+    assert listed(window) == [("1", "run-0001")]
+    assert window.runs.model.entries[0].path.parent == session.path
 
-    opened(own_window, old, wait_for)
-    own_window.sessions.ask_where = lambda _name: "add"
-    record_one(own_window)
-    assert listed(own_window) == [("1", "run-0001"), ("2", "run-0002")]
-    assert own_window.bar.state.text.startswith("FINAL   drop 2: ")
-    own_window.sessions.ask_where = lambda _name: pytest.fail("asked once")
-    record_one(own_window)
+    opened(window, old, wait_for)
+    window.sessions.ask_where = lambda _name: "add"
+    record_one(window)
+    assert listed(window) == [("1", "run-0001"), ("2", "run-0002")]
+    assert window.bar.state.text.startswith("FINAL   drop 2: ")
+    window.sessions.ask_where = lambda _name: pytest.fail("asked once")
+    record_one(window)
     assert len(Session.open(old, write=False).run_paths()) == 3
 
 
-def test_a_new_session_is_empty(own_window: MainWindow, wait_for: Any, record_one: Any) -> None:
-    record_one(own_window)
-    shown(own_window, wait_for)
-    assert "drop 1: e = " in own_window.bar.state.text
-    assert all(points_of(scope) > 0 for scope in own_window.scopes.time.scopes)
-    own_window.panels.go_to("run")
-    own_window.run.tabs.setCurrentWidget(own_window.run.samples)
-    wait_for(lambda: own_window.run.samples.plots)
-    own_window.actions_.new_session.trigger()
-    assert own_window.bar.state.text == "IDLE"
-    assert own_window.run.result is None
-    assert own_window.run._title.text() == "No run chosen"
-    assert own_window.run.figures.toPlainText() == ""
-    assert own_window.run.samples.plots == []
-    assert own_window.track.shown is None
-    assert own_window.track.result is None
-    assert own_window.track._title.text() == "Live track: nothing yet"
-    assert own_window.runs.model.entries == []
-    assert own_window.runs.series.isHidden()
-    assert own_window.health.run.text() == ""
-    assert all(points_of(scope) == 0 for scope in own_window.scopes.time.scopes)
-    assert all(points_of(plane) == 0 for plane in (*own_window.planes.raw, *own_window.planes.corrected))
+def test_a_new_session_is_empty(window: MainWindow, wait_for: Any, record_one: Any) -> None:
+    record_one(window)
+    shown(window, wait_for)
+    assert "drop 1: e = " in window.bar.state.text
+    assert all(points_of(scope) > 0 for scope in window.scopes.time.scopes)
+    window.panels.go_to("run")
+    window.run.tabs.setCurrentWidget(window.run.samples)
+    wait_for(lambda: window.run.samples.plots)
+    window.actions_.new_session.trigger()
+    assert window.bar.state.text == "IDLE"
+    assert window.run.result is None
+    assert window.run._title.text() == "No run chosen"
+    assert window.run.figures.toPlainText() == ""
+    assert window.run.samples.plots == []
+    assert window.track.shown is None
+    assert window.track.result is None
+    assert window.track._title.text() == "Live track: nothing yet"
+    assert window.runs.model.entries == []
+    assert window.runs.series.isHidden()
+    assert window.health.run.text() == ""
+    assert all(points_of(scope) == 0 for scope in window.scopes.time.scopes)
+    assert all(points_of(plane) == 0 for plane in (*window.planes.raw, *window.planes.corrected))
 
 
 def test_a_file_replayed_twice_in_a_session_of_measurements_changes_no_statistics(
-    own_window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    own_window.setup_model.path = None
-    own_window.setup_model.replace(SETUP)
+    window.setup_model.path = None
+    window.setup_model.replace(SETUP)
     path = make_session(tmp_path / "data", 4)
     # as a device gave it
     measured = RunOrigin("measured", "the samples of the device")
@@ -167,33 +167,33 @@ def test_a_file_replayed_twice_in_a_session_of_measurements_changes_no_statistic
     origin_in = run_card._origin
     monkeypatch.setattr(real, lambda file: measured if file.filename.endswith("run-0001.h5") else origin_in(file))
     copy = Path(shutil.copy(path / "run-0001.h5", tmp_path / "drop.h5"))
-    opened(own_window, path, wait_for)
-    before = own_window.runs.model.series
+    opened(window, path, wait_for)
+    before = window.runs.model.series
     assert (before.kind, before.e.n) == ("measured", 1)
 
-    own_window.sessions.ask_where = lambda _name: "add"
-    own_window.hardware.choose("replay")
-    own_window.hardware.replay.file.line.setText(str(copy))
+    window.sessions.ask_where = lambda _name: "add"
+    window.hardware.choose("replay")
+    window.hardware.replay.file.line.setText(str(copy))
     for number in (1, 2):
-        own_window.actions_.record.trigger()
-        wait_for(lambda: own_window.control.state in (AppState.DONE, AppState.FAILED))
-        assert own_window.control.state is AppState.DONE, own_window.board.notices
-        assert own_window.bar.state.text.startswith(f"FINAL   replay {number}: ")
-    assert listed(own_window) == [("1", "run-0001"), ("R1", "run-0002"), ("R2", "run-0003")]
-    assert [entry.verdict.split(", ")[-1] for entry in own_window.runs.model.entries][1:] == ["REPLAY OF SIMULATED"] * 2
-    after = own_window.runs.model.series
+        window.actions_.record.trigger()
+        wait_for(lambda: window.control.state in (AppState.DONE, AppState.FAILED))
+        assert window.control.state is AppState.DONE, window.board.notices
+        assert window.bar.state.text.startswith(f"FINAL   replay {number}: ")
+    assert listed(window) == [("1", "run-0001"), ("R1", "run-0002"), ("R2", "run-0003")]
+    assert [entry.verdict.split(", ")[-1] for entry in window.runs.model.entries][1:] == ["REPLAY OF SIMULATED"] * 2
+    after = window.runs.model.series
     assert after.e == before.e
     assert set(after.left_out) == {"run-0002", "run-0003"}
-    assert own_window.runs.series.text().endswith("2 left out")
+    assert window.runs.series.text().endswith("2 left out")
 
-    session = own_window.control.session
+    session = window.control.session
     assert session is not None
     facts = [study(run, session.setup, _stored) for run in session.run_paths()]
     assert series_of([one.drop for one in facts]).e == before.e
     first, *_ = front_chapters(report_facts([SessionFacts(session.info, tuple(facts))], "now"))
     left_out = [block.rows for block in first.blocks if isinstance(block, Grid) and "Not in the mean" in block.title]
     assert left_out[0][0] == ("run-0002", "replay of simulated", "a replay is no drop of its own")
-    replays = [entry.drop for entry in own_window.runs.model.entries[1:]]
+    replays = [entry.drop for entry in window.runs.model.entries[1:]]
     assert series_of(replays).left_out == {"run-0003": "the same drop as run-0002"}
 
 
@@ -203,12 +203,10 @@ def _stored(path: Path, setup: Any) -> Any:
     return result_of_run(path, setup)
 
 
-def test_a_simulated_session_says_so_in_window_and_report(
-    own_window: MainWindow, wait_for: Any, record_one: Any
-) -> None:
-    record_one(own_window)
-    assert " · SIMULATED" in own_window.windowTitle()
-    session = own_window.control.session
+def test_a_simulated_session_says_so_in_window_and_report(window: MainWindow, wait_for: Any, record_one: Any) -> None:
+    record_one(window)
+    assert " · SIMULATED" in window.windowTitle()
+    session = window.control.session
     assert session is not None
     facts = [study(run, session.setup, _stored) for run in session.run_paths()]
     found = report_facts([SessionFacts(session.info, tuple(facts))], "now")
@@ -219,11 +217,11 @@ def test_a_simulated_session_says_so_in_window_and_report(
 
 
 def test_the_list_keeps_the_order_of_the_drops_and_the_banner_never_mixes_two(
-    own_window: MainWindow, tmp_path: Path
+    window: MainWindow, tmp_path: Path
 ) -> None:
-    model = own_window.runs.model
+    model = window.runs.model
     for number in (9999, 1, 2, 10000):
-        own_window.runs.put(RunEntry(tmp_path / f"run-{number:04d}.h5", rejected="no fall" if number == 2 else None))
+        window.runs.put(RunEntry(tmp_path / f"run-{number:04d}.h5", rejected="no fall" if number == 2 else None))
     assert [(one.label, one.name) for one in model.entries] == [
         ("1", "run-0001"),
         ("–", "run-0002"),
@@ -342,50 +340,50 @@ def test_what_was_left_for_later_is_computed_in_a_process_of_its_own(
     wait_for(lambda: not multiprocessing.active_children())
 
 
-def test_a_full_disk_is_not_hidden_by_clipping_warnings(own_window: MainWindow, wait_for: Any) -> None:
+def test_a_full_disk_is_not_hidden_by_clipping_warnings(window: MainWindow, wait_for: Any) -> None:
     full = FileError("run-0007.h5 cannot be written: no space left on device.", remedy="Make room.")
-    own_window.control.failed.emit(full)
+    window.control.failed.emit(full)
     for number in range(1, 50):
-        own_window.control.warned.emit(f"I1 sat at the end of its range in {number} samples", "signal")
+        window.control.warned.emit(f"I1 sat at the end of its range in {number} samples", "signal")
     for number in range(60):
-        own_window.board.post("info", f"note {number}")
-    worst = own_window.strip.texts()[0]
+        window.board.post("info", f"note {number}")
+    worst = window.strip.texts()[0]
     assert "no space left" in worst
-    wait_for(lambda: own_window.strip.texts()[1] == "I1 sat at the end of its range in 49 samples")
-    assert own_window.board.notices[1].count == 49
-    own_window.control._enter(AppState.FAILED)
-    assert own_window.bar.state.text == "FAILED   see the message below"
-    own_window.board.dismiss(own_window.board.notices[0])
-    assert own_window.bar.state.text == f"FAILED   {full}"
+    wait_for(lambda: window.strip.texts()[1] == "I1 sat at the end of its range in 49 samples")
+    assert window.board.notices[1].count == 49
+    window.control._enter(AppState.FAILED)
+    assert window.bar.state.text == "FAILED   see the message below"
+    window.board.dismiss(window.board.notices[0])
+    assert window.bar.state.text == f"FAILED   {full}"
 
 
 def test_the_report_of_a_session_can_be_opened_where_it_is_there(
-    own_window: MainWindow, wait_for: Any, tmp_path: Path
+    window: MainWindow, wait_for: Any, tmp_path: Path
 ) -> None:
     path = make_session(tmp_path / "data", 4)
-    opened(own_window, path, wait_for)
-    assert not own_window.runs.open_report.isEnabled()
+    opened(window, path, wait_for)
+    assert not window.runs.open_report.isEnabled()
     (path / "report").mkdir()
     (path / "report" / "report.html").write_text("<p>", encoding="utf-8")
-    own_window.control.use_session(None)
-    opened(own_window, path, wait_for)
-    assert own_window.runs.open_report.isEnabled()
+    window.control.use_session(None)
+    opened(window, path, wait_for)
+    assert window.runs.open_report.isEnabled()
 
 
 def test_nobody_is_told_that_this_window_writes_to_its_own_session(
-    own_window: MainWindow, wait_for: Any, tmp_path: Path
+    window: MainWindow, wait_for: Any, tmp_path: Path
 ) -> None:
-    opened(own_window, make_session(tmp_path / "data", 4), wait_for)
-    own_window.actions_.sessions.trigger()
-    browser = own_window.sessions.browser
+    opened(window, make_session(tmp_path / "data", 4), wait_for)
+    window.actions_.sessions.trigger()
+    browser = window.sessions.browser
     wait_for(lambda: not browser.looks.busy)
     browser.table.selectRow(0)
-    wait_for(lambda: not own_window.jobs.running)
+    wait_for(lambda: not window.jobs.running)
     assert "writes to it" not in browser.details.text()
 
 
 def test_the_preview_follows_the_runs_and_reads_nothing_before_it_is_opened(
-    own_window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     read: list[str] = []
 
@@ -395,19 +393,19 @@ def test_the_preview_follows_the_runs_and_reads_nothing_before_it_is_opened(
 
     monkeypatch.setattr("radargui.report.facts.glance", noted)
     path = make_session(tmp_path / "data", 4, sample="<b>steel</b>")
-    opened(own_window, path, wait_for)
-    wait_for(lambda: not own_window.jobs.running)
+    opened(window, path, wait_for)
+    wait_for(lambda: not window.jobs.running)
     assert read == []
-    own_window.actions_.preview.trigger()
-    page = own_window.run_controller.report_preview.page
+    window.actions_.preview.trigger()
+    page = window.run_controller.report_preview.page
     wait_for(lambda: "run-0001" in page.toPlainText())
     assert "of <b>steel</b>: e = 0.50" in page.toPlainText()
     (second,) = make_session(tmp_path / "other", 5).glob("run-0001.h5")
     second.rename(path / "run-0002.h5")
-    own_window.runs.put(RunEntry(path / "run-0002.h5"))
+    window.runs.put(RunEntry(path / "run-0002.h5"))
     wait_for(lambda: "run-0002" in page.toPlainText())
     assert read == ["run-0001", "run-0002"], "a run is read once"
-    own_window.run_controller.report_preview.close()
-    own_window.runs.put(RunEntry(path / "run-0002.h5"))
-    wait_for(lambda: not own_window.jobs.running)
+    window.run_controller.report_preview.close()
+    window.runs.put(RunEntry(path / "run-0002.h5"))
+    wait_for(lambda: not window.jobs.running)
     assert len(read) == 2

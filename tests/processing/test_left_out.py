@@ -78,7 +78,7 @@ def test_a_loose_contact_of_15_ms_is_left_out_and_no_fringe_is_lost() -> None:
 
 
 def test_a_dip_that_hardly_shows_in_the_misfit_is_left_out_and_told_by_its_time() -> None:
-    scene = disturbed("dip/echo", 4200116)
+    scene = disturbed("dip/echo", 4200116, walls=0)
     (dip,) = scene.disturbances
     assert isinstance(dip, Dip)
     record = make_record(scene)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -15,9 +16,14 @@ FASTEST_M_S = 2.7
 MODES = {"shaken": 2, "box": 2, "loose": 4}
 
 
+@cache
+def drawn(motion: str, seed: int) -> Scene:
+    return draw(seed, motion=motion)
+
+
 @pytest.fixture(scope="module", params=EXPERIMENTS)
 def scenes(request: pytest.FixtureRequest) -> list[Scene]:
-    return [draw(seed, motion=request.param) for seed in range(4 if request.param == "shaken" else 10)]
+    return [drawn(request.param, seed) for seed in range(4 if request.param == "shaken" else 10)]
 
 
 def looked_at(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
@@ -112,7 +118,7 @@ def test_a_shaken_sphere_s_own_speeds_do_not_give_e() -> None:
 def test_a_box_has_impacts_on_its_walls_that_are_no_floor_impacts() -> None:
     met = 0
     for seed in range(12):
-        scene = draw(seed, motion="box")
+        scene = drawn("box", seed)
         for time_s in scene.facts.get("side_impacts", []):
             met += 1
             assert all(abs(one.time_s - scene.drop.start_s - time_s) > 1e-4 for one in scene.drop.impacts)
@@ -125,7 +131,7 @@ def test_walls_of_glass_send_back_little_and_those_of_foam_nothing() -> None:
 
 
 def test_twice_begins_its_second_fall_near_the_first_and_lies_between() -> None:
-    scene = draw(1, motion="twice")
+    scene = drawn("twice", 1)
     _, places = looked_at(scene)
     again = scene.drop.start_s + scene.facts["again_s"]
     second = scene.drop.position(np.array([again]))[:, 0]
@@ -151,7 +157,7 @@ def test_a_bad_release_moves_by_some_millimetres_and_its_speed_has_no_jump(mode:
 
 def test_an_edge_has_two_floors() -> None:
     for seed in (*range(8), 931105):
-        scene = draw(seed, motion="edge")
+        scene = drawn("edge", seed)
         heights = scene.drop.position(np.array([one.time_s for one in scene.drop.impacts]))[2]
         on_block = int(scene.facts["on_block"])
         assert 1 <= on_block < heights.size

@@ -22,7 +22,6 @@ from radargui.sources.factory import SourceKind
 NO_RESULT_YET = f"e = {UNKNOWN}"
 """Stands in place of a result while a run is recorded or computed: an earlier one would be taken for its own."""
 ENDED_BY_HAND = "ended by hand, no run was kept"
-_COMING = (AppState.ARMED, AppState.RECORDING, AppState.SETTLING)
 _COMPUTING = (AppState.PROCESSING, AppState.STOPPING)
 
 

@@ -44,6 +44,8 @@ def first_bounce(live: LiveTrack, first_index: int, setup: Setup) -> Bounce | No
     if setup.n_receivers < LEAST_RECEIVERS or live.began_anew:
         return None
     span = live.since(first_index)
+    if span.index.size == 0:
+        return None
     known = np.asarray(np.isfinite(span.position_m).all(axis=0))
     release_m = np.array(setup.tracer.release_position_m)
     away_m = np.linalg.norm(span.position_m - release_m[:, None], axis=0)

@@ -1,5 +1,6 @@
 """A series: runs of one acquisition or several, each processed while the next one is armed."""
 
+import math
 import queue
 import threading
 import time
@@ -279,9 +280,14 @@ class AcquisitionSeries:
         self._look_due_s = now_s + LOOK_S
         if live is None or (output := recorder.output) is None:
             return
-        with suppress(RadarGuiError):
-            self._bounce = first_bounce(live, output.first_index, self._order.setup)
-        if (bounce := self._bounce) is not None:
+        found: list[Bounce | None] = []
+        # a run that is being recorded cannot be repeated: it goes on without a live e
+        error = attempt(lambda: found.append(first_bounce(live, output.first_index, self._order.setup)), "The live e")
+        if error is not None:
+            self._look_due_s = math.inf
+            self._order.publisher.report(EventKind.WARNING, str(error))
+        elif (bounce := found[0]) is not None:
+            self._bounce = bounce
             said = f"live e = {quantity(bounce.e, bounce.u_stated)}"
             self._order.publisher.report(EventKind.BOUNCE, said, bounce=bounce)
 

@@ -22,7 +22,7 @@ from radargui.sources.factory import SourceKind
 NO_RESULT_YET = f"e = {UNKNOWN}"
 """Stands in place of a result until the live track or the first computation tells one: an earlier one would be taken
 for its own."""
-ENDED_BY_HAND = "ended by hand, no run was kept"
+ENDED_BY_HAND = "the last recording was ended by hand, no run was kept"
 _COMPUTING = (AppState.PROCESSING, AppState.STOPPING)
 
 

@@ -335,12 +335,12 @@ class RunControl(QObject):
         self.bounced.emit()
 
     def _taken(self, run: RecordedRun, card: RunCard) -> None:
-        # it stands in the run's own line from now on
-        self.live_bounce = None
         self.backlog.take(run)
         # before the list is longer: what is recorded now is called by the number of the next one
         self.poll()
         self.run_taken.emit(run, card)
+        # it stands in the run's own line from now on
+        self.live_bounce = None
 
     def _recorded(self, recorded: RecordedRun) -> None:
         if recorded.path is not None and recorded.path in self.backlog:

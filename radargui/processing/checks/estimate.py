@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from radargui.correction.quality import WEAK
 from radargui.estimation.forward.parameters import polarisation_places
 from radargui.estimation.forward.signal_model import complex_of
 from radargui.estimation.motion_estimate import MotionEstimate
@@ -167,4 +168,6 @@ def hardly_known(estimate: MotionEstimate, setup: Setup, changes: Sequence[Input
     square = sum(_u_moving_m(one.moved_m, one.time_s > estimate.onset_s) ** 2 for one in changes or ())
     if u_m < max(_MOST_U_M, float(np.sqrt(square))):
         return None
-    return warn("position_hardly_known", u_m=u_m, is_point=setup.transmitter.polarization_deg is None)
+    is_weak = any(one.finding is not None and one.finding.code == WEAK for one in estimate.channels)
+    because, is_point = "noise" if is_weak else "reflectors", setup.transmitter.polarization_deg is None
+    return warn("position_hardly_known", u_m=u_m, because=because, is_point=is_point)

@@ -21,7 +21,7 @@ from support.words import words
 from radargui.estimation.select.budget import LooseMapsError, NoSingleBodyError
 from radargui.estimation.solve.problem import State, linearise
 from radargui.model.errors import ProcessingError, SolveError
-from radargui.model.finding import as_stored, warn
+from radargui.model.finding import as_stored
 from radargui.model.recording import Recording, Truth
 from radargui.model.resources import default_setup_path
 from radargui.model.result import RunResult, Track
@@ -283,13 +283,13 @@ def test_a_mirror_that_no_laboratory_has_is_told_where_no_flight_holds_the_motio
 def test_a_position_that_is_hardly_known_is_told_with_its_uncertainty(setup: Setup) -> None:
     # the rest is known by the setup, however little the motion
     u_m = np.append(np.zeros((3, 50)), np.full((3, 100), 1.2e-4), axis=1)
-    channels = [SimpleNamespace(finding=None), SimpleNamespace(finding=warn("residuals_above_noise"))]
+    channels = [SimpleNamespace(snr_db=30.0), SimpleNamespace(snr_db=None)]
     estimate: Any = SimpleNamespace(time_s=np.arange(150.0), onset_s=49.5, u_position_m=u_m, channels=channels)
     found = hardly_known(estimate, setup, ())
     assert found is not None
     assert found.text.startswith("the position is only known to 0.2 mm: the signals do not tell what reflects")
     # what noise explains is not blamed on reflectors
-    channels[0].finding = warn("signal_low")
+    channels[0].snr_db = 20.0
     weak = hardly_known(estimate, setup, ())
     assert weak is not None
     assert "reflects" not in weak.text

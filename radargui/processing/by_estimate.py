@@ -80,7 +80,8 @@ def measure_drop(
 ) -> MeasuredMotion | None:
     """Return what the joint estimate makes of a drop that begins from its flights; None where circles have to tell.
 
-    Where no joint estimate stands and the flights explain the signals, they stand.
+    They have to where the flights do not explain the signals, and where their joint estimate is refused for what it
+    says of setup, receivers or fringes. Where none stands the flights do.
 
     Parameters
     ----------
@@ -89,12 +90,13 @@ def measure_drop(
     conditioned, setup, progress, prior
         As of `measure_by_estimate`.
     """
-    if not drop.is_whole:
+    if not drop.is_explained:
         return None
     joint = _joint_estimate(prior, setup, FoundFall.of(drop.estimate, drop.signals, setup), progress)
     if isinstance(joint.found, ProcessingError):
-        stands = drop.is_explained and not isinstance(joint.found, UnexplainedError)
-        return drop.motion.said(warn("joint_not_used", cause=why_of(joint.found))) if stands else None
+        # milliseconds that nothing explains are left out by circles
+        is_left_out = isinstance(joint.found, UnexplainedError)
+        return None if is_left_out else drop.motion.said(warn("joint_not_used", cause=why_of(joint.found)))
     motion = _judged(motion_of_joint(joint.found, conditioned, setup), joint.found, drop.motion, setup)
     if motion.estimate is None or motion.rejected.any():
         return None

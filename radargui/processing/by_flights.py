@@ -44,13 +44,8 @@ class MeasuredDrop:
     signals: ScaledSignals
 
     @property
-    def is_whole(self) -> bool:
-        """Whether it was followed to its end."""
-        return self.estimate.start.why is None
-
-    @property
     def is_explained(self) -> bool:
-        """Whether nothing but noise is left of the signals, to its end."""
+        """Whether its flights explain the signals to its end."""
         return not self.motion.findings
 
 

@@ -172,7 +172,7 @@ def _of_drop(
         return None if is_first else why_of(error)
     if not is_first:
         return drop.motion
-    if on_preliminary is not None:
+    if on_preliminary is not None and drop.is_explained:
         on_preliminary(replace(_result(recording, part, drop.motion), preliminary=True))
     from radargui.processing.by_estimate import measure_drop
 

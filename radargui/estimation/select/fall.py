@@ -147,10 +147,10 @@ class FoundFall:
             own_names += ["receiver_reflection", "double_reflection"]
             # the shift is in the plane's foot
             out[layout.planes.start : layout.planes.start + 2] = was[old.planes.start : old.planes.start + 2]
-        pairs = [(layout, old, names)]
-        pairs += [(now, before, own_names) for now, before in zip(layout.receivers, old.receivers, strict=True)]
-        for now, before, which in pairs:
-            for name in which:
+        for name in names:
+            out[getattr(layout, name)] = was[getattr(old, name)]
+        for now, before in zip(layout.receivers, old.receivers, strict=True):
+            for name in own_names:
                 out[getattr(now, name)] = was[getattr(before, name)]
         return out
 

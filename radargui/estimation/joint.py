@@ -15,6 +15,7 @@ from radargui.estimation.readout.motion_posterior import AlternativeMotion, Moti
 from radargui.estimation.readout.samples import AtSamples, at_samples
 from radargui.estimation.select.choose import choose_model
 from radargui.estimation.select.chosen_model import ChosenModel
+from radargui.estimation.select.fall import FoundFall
 from radargui.estimation.signals import ScaledSignals, composed, remaining
 from radargui.estimation.solve.break_velocities import break_speeds
 from radargui.estimation.solve.minimise import chi_square
@@ -58,7 +59,7 @@ class JointEstimate(MotionEstimate):
 
 
 def estimate_joint(
-    found: AdaptiveRounds,
+    found: AdaptiveRounds | FoundFall,
     setup: Setup,
     *,
     hardware: tuple[FrontEnd, ...] | None = None,
@@ -69,7 +70,7 @@ def estimate_joint(
     Parameters
     ----------
     found
-        The adaptive rounds of three or four receivers.
+        A drop by its flights, or the adaptive rounds, of three or four receivers.
     setup
         Its floor's normal.
     hardware

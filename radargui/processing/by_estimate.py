@@ -25,6 +25,7 @@ from radargui.estimation.readout.unexplained import (
     unexplained_stretches,
 )
 from radargui.estimation.select.budget import LooseMapsError, NoSingleBodyError
+from radargui.estimation.select.fall import FoundFall
 from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError
@@ -32,6 +33,7 @@ from radargui.model.finding import Finding, error_of, refuse, warn, why_of
 from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.setup import Setup
+from radargui.processing.by_flights import MeasuredDrop
 from radargui.processing.checks.estimate import doubt, is_fringe_sure, is_unknown
 from radargui.processing.drifting_rest import drifting_rest
 from radargui.processing.in_band import measure_in_band
@@ -71,6 +73,36 @@ class _Joint:
     found: JointEstimate | ProcessingError
     prior: FrontEndPrior | None = None
     unused: Finding | None = None
+
+
+def measure_drop(
+    drop: MeasuredDrop, conditioned: Conditioned, setup: Setup, progress: Progress, prior: FrontEndPrior | None
+) -> MeasuredMotion | None:
+    """Return what the joint estimate makes of a drop that begins from its flights; None where circles have to tell.
+
+    They have to where the flights do not explain the signals, and where their joint estimate is refused for what it
+    says of setup, receivers or fringes. Where none stands the flights do.
+
+    Parameters
+    ----------
+    drop
+        By its flights.
+    conditioned, setup, progress, prior
+        As of `measure_by_estimate`.
+    """
+    if not drop.is_explained:
+        return None
+    joint = _joint_estimate(prior, setup, FoundFall.of(drop.estimate, drop.signals, setup), progress)
+    if isinstance(joint.found, ProcessingError):
+        # milliseconds that nothing explains are left out by circles
+        is_left_out = isinstance(joint.found, UnexplainedError)
+        return None if is_left_out else drop.motion.said(warn("joint_not_used", cause=why_of(joint.found)))
+    motion = _judged(motion_of_joint(joint.found, conditioned, setup), joint.found, drop.motion, setup)
+    if motion.estimate is None or motion.rejected.any():
+        return None
+    own = drop.motion.corrected
+    drift = drifting_rest(own.time_s, own.i + 1j * own.q, own.valid, conditioned.segment, setup.radar.wavelength_m)
+    return _with_prior(motion, joint).said(drift)
 
 
 def measure_by_estimate(
@@ -251,9 +283,11 @@ def _falls(estimate: MotionEstimate) -> bool:
     return bool(abs(-2.0 * bend / NOMINAL_GRAVITY_M_S2 - 1.0) < TRACKS.largest_g_error)
 
 
-def _joint_estimate(prior: FrontEndPrior | None, setup: Setup, rounds: AdaptiveRounds, progress: Progress) -> _Joint:
+def _joint_estimate(
+    prior: FrontEndPrior | None, setup: Setup, found: AdaptiveRounds | FoundFall, progress: Progress
+) -> _Joint:
     """Return the joint estimate of the run by itself; with a prior where it agrees with that and knows much less."""
-    alone = _tried(setup, rounds, progress.attempt())
+    alone = _tried(setup, found, progress.attempt())
     if prior is None or isinstance(alone, NoSingleBodyError):
         return _Joint(alone)
     # kept as they are wired; the estimate sees the sign already applied
@@ -265,18 +299,18 @@ def _joint_estimate(prior: FrontEndPrior | None, setup: Setup, rounds: AdaptiveR
         if differs or not knows_more(known, alone.constants):
             return _Joint(alone, unused, differs)
     # anew from the start: with the constants held, walls and floor may be chosen otherwise
-    helped = _tried(setup, rounds, progress.attempt(), known)
+    helped = _tried(setup, found, progress.attempt(), known)
     if isinstance(helped, JointEstimate):
         return _Joint(helped, replace(prior, used=True))
     return _Joint(alone, unused, why_of(helped))
 
 
 def _tried(
-    setup: Setup, rounds: AdaptiveRounds, progress: Report, front_ends: tuple[FrontEnd, ...] | None = None
+    setup: Setup, found: AdaptiveRounds | FoundFall, progress: Report, front_ends: tuple[FrontEnd, ...] | None = None
 ) -> JointEstimate | ProcessingError:
     """Return the joint estimate, or why it does not stand."""
     try:
-        joint = estimate_joint(rounds, setup, hardware=front_ends, progress=progress)
+        joint = estimate_joint(found, setup, hardware=front_ends, progress=progress)
     except ProcessingError as error:
         return error
     # a matrix without inverse says that the signal holds too little; every other fault is one

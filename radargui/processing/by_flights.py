@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.estimation.flights.estimate import DropEstimate, estimate_drop
 from radargui.estimation.flights.readout import drop_motion, place_changes
 from radargui.estimation.hardware import as_prior
-from radargui.estimation.signals import remaining, scaled_signals
+from radargui.estimation.signals import ScaledSignals, remaining, scaled_signals
 from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.errors import ProcessingError
 from radargui.model.finding import Finding, error_of, warn
@@ -27,10 +27,32 @@ MOST_CHI_SQUARE = 2.0
 guess (method 6, Quality)."""
 
 
+@dataclass(frozen=True, slots=True)
+class MeasuredDrop:
+    """A drop by its flights.
+
+    Attributes
+    ----------
+    motion
+        Corrected IQ, path lengths, track and bounces.
+    estimate, signals
+        What it was found by, in which samples.
+    """
+
+    motion: MeasuredMotion
+    estimate: DropEstimate
+    signals: ScaledSignals
+
+    @property
+    def is_explained(self) -> bool:
+        """Whether its flights explain the signals to its end."""
+        return not self.motion.findings
+
+
 def measure_by_flights(
     conditioned: Conditioned, setup: Setup, progress: Callable[[float], None], prior: FrontEndPrior | None
-) -> MeasuredMotion:
-    """Return corrected IQ, path lengths, track and bounces of a drop by its flights.
+) -> MeasuredDrop:
+    """Return a drop by its flights.
 
     Parameters
     ----------
@@ -85,15 +107,9 @@ def measure_by_flights(
         known_where = np.asarray(motion.valid.all(axis=0) & np.isfinite(motion.position_m).all(axis=0))
         track = Track(motion.time_s, motion.position_m, motion.u_position_m, known_where, "exact")
     used = None if prior is None else replace(prior, used=True)
-    return MeasuredMotion(
-        corrected,
-        paths,
-        track,
-        bounces,
-        drop_changes(estimate, bounces, changes, setup),
-        used,
-        findings=_findings(estimate),
-    )
+    moved = drop_changes(estimate, bounces, changes, setup)
+    found = MeasuredMotion(corrected, paths, track, bounces, moved, used, findings=_findings(estimate))
+    return MeasuredDrop(found, estimate, signals)
 
 
 def _findings(estimate: DropEstimate) -> tuple[Finding, ...]:

@@ -38,6 +38,8 @@ ESTIMATES = ("adaptive", "joint", "flights")
 OnPreliminary = Callable[[RunResult], None]
 
 STOPPED = warn("joint_stopped")
+_OF_FLIGHTS = 0.1
+"""Share of the bar that flights take before the joint estimate: 1 to 3 s of 10 to 20."""
 
 
 def process(
@@ -89,7 +91,7 @@ def process(
         part = Part(setup, conditioned, *wired_wrongly(conditioned, setup))
         # flights that explain all receivers tell more of them than circles, which a strong floor bends
         whole = replace(part, faults=(None,) * len(part.faults))
-        flown = _by_flights(whole, done, front_ends) if setup.processing.correction == "flights" else None
+        flown = _of_drop(recording, whole, done, on_preliminary, front_ends)
         if isinstance(flown, MeasuredMotion):
             part, motion = whole, flown
         else:
@@ -139,16 +141,37 @@ def _measure(
         return replace(motion, findings=(warn("estimate_impossible", method=method, cause=why_of(error)),))
 
 
-def _by_flights(part: Part, progress: Progress, front_ends: FrontEndPrior | None) -> MeasuredMotion | Finding:
-    """Measure a drop by its flights with all receivers; return why not where it is none that can be followed."""
+def _of_drop(
+    recording: Recording,
+    part: Part,
+    progress: Progress,
+    on_preliminary: OnPreliminary | None,
+    front_ends: FrontEndPrior | None,
+) -> MeasuredMotion | Finding | None:
+    """Measure a drop by its flights, or by the joint estimate begun from them, with all receivers.
+
+    None where another correction is wanted or needed; why not where flights are and nothing can be followed so.
+    """
+    method = part.setup.processing.correction
+    if method not in ("joint", "flights"):
+        return None
     # only who asks for them pays for loading them
     from radargui.processing.by_flights import measure_by_flights
 
     prior = None if front_ends is None else part.prior(front_ends)
+    is_first = method == "joint"
+    report = progress.attempt(_OF_FLIGHTS) if is_first else progress.attempt()
     try:
-        return measure_by_flights(part.conditioned, part.setup, progress.attempt(), prior)
+        drop = measure_by_flights(part.conditioned, part.setup, report, prior)
     except ProcessingError as error:
-        return why_of(error)
+        return None if is_first else why_of(error)
+    if not is_first:
+        return drop.motion
+    if on_preliminary is not None and drop.is_explained:
+        on_preliminary(replace(_result(recording, part, drop.motion), preliminary=True))
+    from radargui.processing.by_estimate import measure_drop
+
+    return measure_drop(drop, part.conditioned, part.setup, progress, prior)
 
 
 def _left_out(part: Part, motion: MeasuredMotion) -> dict[int, Finding]:

@@ -29,12 +29,12 @@ class Progress:
         self._done = max(self._done, share)
         self._report(self._done)
 
-    def attempt(self) -> Report:
+    def attempt(self, share: float = _OF_REST) -> Report:
         """Return what is called with the share of an attempt that is done, 0 to 1.
 
         It begins where the last one has come to: an estimate that is made again, without a receiver or without some
-        milliseconds, with a prior, or by a simpler method instead.
+        milliseconds, with a prior, or by a simpler method instead. It takes a share of what is left of the bar.
         """
         begin = self._done
-        span = _OF_REST * (1.0 - begin)
+        span = share * (1.0 - begin)
         return lambda share: self.reach(begin + span * share)

@@ -107,7 +107,7 @@ def test_release_and_seed_stand_in_the_sessions_setup(command: Command, setup_fi
     assert setup.simulation.seed == 7
 
 
-def test_ctrl_c_while_the_joint_correction_is_computed_keeps_the_adaptive_result(
+def test_ctrl_c_while_the_joint_correction_is_computed_keeps_the_preliminary_result(
     command: Command, setup_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text = setup_file.read_text(encoding="utf-8")
@@ -126,7 +126,7 @@ def test_ctrl_c_while_the_joint_correction_is_computed_keeps_the_adaptive_result
     run, *_ = only_session(tmp_path / "out").run_paths()
     summary = read_summary(run)
     assert summary is not None
-    assert (summary["status"], summary["correction"], summary["preliminary"]) == ("ok", "adaptive", True)
+    assert (summary["status"], summary["correction"], summary["preliminary"]) == ("ok", "flights", True)
 
 
 @pytest.mark.parametrize(

@@ -107,6 +107,22 @@ def test_circles_that_a_floor_of_metal_bends_are_no_hindrance() -> None:
     _assert_right(record, process(record.recording, setup))
 
 
+def test_the_joint_estimate_begins_from_the_flights_which_stand_meanwhile() -> None:
+    record, setup = _scene(floor=0.8, exact=True)
+    joint = setup.model_copy(update={"processing": setup.processing.model_copy(update={"correction": "joint"})})
+    standing: list[RunResult] = []
+    result = process(record.recording, joint, on_preliminary=standing.append)
+    (meanwhile,) = standing
+    assert meanwhile.preliminary
+    _assert_right(record, meanwhile)
+    assert result.corrected is not None
+    assert result.corrected.method == "joint"
+    assert result.status == "ok"
+    first = result.bounces.impacts[0]
+    assert first.e == pytest.approx(record.impacts[0][3], rel=1e-3)
+    assert first.e == pytest.approx(record.impacts[0][3], abs=4.0 * first.u_stated)
+
+
 def test_a_receiver_that_turns_backwards_is_named() -> None:
     record, setup = _scene(floor=0.1, exact=True)
     raw = record.recording.raw.copy()

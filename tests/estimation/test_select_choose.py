@@ -56,6 +56,7 @@ def rounds(made: SmallProblem, *, lands: bool = True) -> SimpleNamespace:
         data=data,
         first=first,
         last=next_round(data, first, 0.13),
+        fringes=np.ptp(counted, axis=1) / (2.0 * np.pi),
         impact_s=np.array([BOUNCE_S] if lands else []),
         break_s=np.array([BOUNCE_S]),
         signals=SimpleNamespace(rest_end_s=START_S),

@@ -76,7 +76,7 @@ def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_o
     assert heard == [1], "the sound comes once, with the first result"
 
 
-def test_stop_while_the_joint_correction_is_computed_keeps_the_adaptive_result(
+def test_stop_while_the_joint_correction_is_computed_keeps_the_preliminary_result(
     joint_window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     window = joint_window
@@ -91,7 +91,7 @@ def test_stop_while_the_joint_correction_is_computed_keeps_the_adaptive_result(
     (entry,) = window.runs.model.entries
     assert window.bar.state.text == f"PRELIMINARY   drop 1: e = {entry.restitution()}, 1 warning"
     summary = read_summary(entry.path)
-    assert (summary["correction"], summary["preliminary"]) == ("adaptive", True)
+    assert (summary["correction"], summary["preliminary"]) == ("flights", True)
     assert window.board.notices == ()
 
 

@@ -98,10 +98,10 @@ def test_the_joint_correction_is_ten_times_nearer_to_the_truth_than_the_publishe
         told.clear()
     # the published procedure has none
     ((stood, so_far),) = standing
-    assert so_far == 0.1
+    assert 0.1 < so_far < 0.2
     assert stood.preliminary
     assert stood.corrected is not None
-    assert stood.corrected.method == "adaptive"
+    assert stood.corrected.method == "flights"
     assert stood.bounces.impacts[0].e == pytest.approx(e, rel=2e-3)
     assert rms["joint"] < 0.02e-3
     assert rms["joint"] < rms["published"] / 10

@@ -22,11 +22,9 @@ from radargui.estimation.adaptive.rounds import (
     stride_of,
     timed_round,
 )
-from radargui.estimation.forward.bins import BinnedData, Multiplexer, bin_by_fringe
-from radargui.estimation.forward.setup_unknowns import SetupUnknowns
-from radargui.estimation.forward.sphere import polarised_sphere
+from radargui.estimation.forward.bins import BinnedData, bin_by_fringe
 from radargui.estimation.signals import ScaledSignals, scaled_signals
-from radargui.geometry.path_length import LEAST_RECEIVERS, place_antennas
+from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import FloatArray, robust_sd
 from radargui.model.setup import Setup
 from radargui.motion.impacts import find_impacts, find_stops, find_turns
@@ -91,6 +89,11 @@ class AdaptiveRounds:
         return np.sort(np.concatenate([self.impact_s, self.turn_s]))
 
     @property
+    def fringes(self) -> FloatArray:
+        """How many each receiver saw, shape (n_receivers,)."""
+        return np.asarray(np.ptp(self.last.phase_rad, axis=1) / (2.0 * np.pi))
+
+    @property
     def first(self) -> Round:
         """The first round (range factor alone), made when it is asked for."""
         return first_round(self.data, _still(self.data, self.rough))
@@ -115,7 +118,7 @@ class AdaptiveRounds:
         for last in tried:
             if all(_counts_otherwise(last, one.last) for one in counts):
                 counts.append(self._ending_with(last, normal))
-        if self.impact_s.size == 0 and float(np.ptp(self.last.phase_rad, axis=1).min()) < 2.0 * np.pi:
+        if self.impact_s.size == 0 and self.fringes.min() < 1.0:
             # same count, another circle
             counts.append(self._ending_with(_still(self.data, self.rough), normal))
         return counts[1:]
@@ -139,21 +142,14 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
         A receiver shows no signal at all.
     """
     signals = scaled_signals(conditioned)
-    onset, start = signals.onset_s, signals.rest_end_s
-    rough = rough_phases(signals, onset)
-    antennas, release = place_antennas(setup), np.asarray(setup.tracer.release_position_m)
-    locates = antennas.n_receivers >= LEAST_RECEIVERS
-    impacts, sphere, unknowns = np.zeros(0), polarised_sphere(setup), SetupUnknowns.of(setup)
-    multiplexer = None if signals.before is None else Multiplexer(signals.before, 1.0 / signals.rate_hz)
+    rough = rough_phases(signals, signals.onset_s)
+    locates = signals.n_receivers >= LEAST_RECEIVERS
+    impacts = np.zeros(0)
     found: tuple[Round, FloatArray] | None = None
     # bins without breaks show the impacts, bins broken there the circles; where these count other fringes, once more
     for number in range(3):
-        bins = bin_by_fringe(signals, rough.time_s, rough.turns_hz, start, impacts)
-        rest = bins.last_s < start
-        data = BinnedData(
-            bins, antennas, release, setup.radar.wavelength_m, rest, signals.delay_s, onset, sphere, multiplexer,
-            setup=unknowns,
-        )  # fmt: skip
+        bins = bin_by_fringe(signals, rough.time_s, rough.turns_hz, signals.rest_end_s, impacts)
+        data = BinnedData.of(bins, signals, setup)
         if found is not None:
             counted = best_round(data, moved_round(data, *found), stride_of(data))
             last = _recounted(data, counted) if number == 1 else counted

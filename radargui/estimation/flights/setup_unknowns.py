@@ -24,6 +24,8 @@ class StatedSetup:
         logarithm of the wavelength.
     stated
         What the setup says, in the units of its keys, shape (n_keys,).
+    inputs
+        Which uncertain input of the setup each direction is (`UncertainInput.key`).
     directions
         Covariance = directions^T directions, shape (n_directions, n_keys).
     wavelength_m
@@ -32,6 +34,7 @@ class StatedSetup:
 
     keys: tuple[str, ...]
     stated: FloatArray
+    inputs: tuple[str, ...]
     directions: FloatArray
     wavelength_m: float
 
@@ -70,15 +73,16 @@ def setup_unknowns(setup: Setup) -> StatedSetup:
     release = [f"tracer.release_position_m[{axis}]" for axis in (1, 2, 3)]
     keys = (*place, *receivers, *release, _WAVELENGTH)
     stated = [*setup.transmitter.place_m, *receiver_values(setup).T.ravel(), *setup.tracer.release_position_m, 0.0]
-    rows = [row for row in _directions(setup, keys) if row.any()]
-    return StatedSetup(keys, np.array(stated), np.array(rows).reshape(-1, len(keys)), setup.radar.wavelength_m)
+    found = {one: row for one, row in _directions(setup, keys) if row.any()}
+    directions = np.array([*found.values()]).reshape(-1, len(keys))
+    return StatedSetup(keys, np.array(stated), tuple(found), directions, setup.radar.wavelength_m)
 
 
 _OF_A_RECEIVER = ("tilt_deg", "azimuth_deg", "distance_m")
 _WAVELENGTH = "radar.log_wavelength"
 
 
-def _directions(setup: Setup, keys: tuple[str, ...]) -> Iterator[FloatArray]:
+def _directions(setup: Setup, keys: tuple[str, ...]) -> Iterator[tuple[str, FloatArray]]:
     for one in uncertain_inputs(setup):
         row = np.zeros(len(keys))
         for key, by in one.together or ((one.key, one.u),):
@@ -90,4 +94,4 @@ def _directions(setup: Setup, keys: tuple[str, ...]) -> Iterator[FloatArray]:
                 row[2] += by
             elif key in keys:
                 row[keys.index(key)] += by
-        yield row
+        yield one.key, row

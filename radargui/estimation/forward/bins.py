@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.estimation.forward.setup_unknowns import SetupUnknowns
-from radargui.estimation.forward.sphere import PolarisedSphere
+from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere
 from radargui.estimation.signals import ScaledSignals
-from radargui.geometry.path_length import Antennas
+from radargui.geometry.path_length import Antennas, place_antennas
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.setup import Setup
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,6 +194,22 @@ class BinnedData:
     multiplexer: Multiplexer | None = None
     slow_noise: FloatArray | None = None
     setup: SetupUnknowns | None = None
+
+    @staticmethod
+    def of(bins: Bins, signals: ScaledSignals, setup: Setup) -> BinnedData:
+        """Return the data of bins of some signals, with what the setup says of geometry and sphere."""
+        return BinnedData(
+            bins,
+            place_antennas(setup),
+            np.asarray(setup.tracer.release_position_m),
+            setup.radar.wavelength_m,
+            bins.last_s < signals.rest_end_s,
+            signals.delay_s,
+            signals.onset_s,
+            polarised_sphere(setup),
+            None if signals.before is None else Multiplexer(signals.before, 1.0 / signals.rate_hz),
+            setup=SetupUnknowns.of(setup),
+        )
 
     @property
     def drift(self) -> FloatArray:

@@ -15,6 +15,7 @@ from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select.budget import BudgetSpentError, LooseMapsError, NoSingleBodyError, SearchBudget
 from radargui.estimation.select.chosen_model import Alternative, ChosenModel
 from radargui.estimation.select.converge import COARSE, LAST, RoundSettings, converge, settle_breaks
+from radargui.estimation.select.fall import FoundFall
 from radargui.estimation.select.fewer_bins import fewer_bins, in_full, misfit_on, with_bins_of
 from radargui.estimation.select.loose_maps import bias_deviations, is_lost
 from radargui.estimation.select.race import best_started, race
@@ -92,7 +93,7 @@ CHOICES = ChoiceSettings()
 
 
 def choose_model(
-    found: AdaptiveRounds,
+    found: AdaptiveRounds | FoundFall,
     drift: Drift,
     normal: FloatArray,
     round_done: Callable[[], None],
@@ -105,7 +106,7 @@ def choose_model(
     Parameters
     ----------
     found
-        The adaptive rounds.
+        What it begins with: a drop by its flights, or the adaptive rounds.
     drift
         Slow noise.
     normal
@@ -144,7 +145,7 @@ def choose_model(
     ended_early = False
     entered("walls")
     try:
-        if float(np.ptp(found.last.phase_rad, axis=1).min()) < 2.0 * np.pi * settings.few_fringes:
+        if found.fringes.min() < settings.few_fringes:
             solution, lengths = selection.other_lengths(solution)
         choices.append(f"Bias maps with a correlation length of {solution.problem.bias_basis.length_m:.2f} m.")
         solution, undecided, sentences = selection.walls(solution)
@@ -192,7 +193,7 @@ class _Selection:
 
     def __init__(
         self,
-        found: AdaptiveRounds,
+        found: AdaptiveRounds | FoundFall,
         drift: Drift,
         normal: FloatArray,
         round_done: Callable[[], None],
@@ -255,9 +256,11 @@ class _Selection:
         has_all = solution.problem.inputs.drift.shape == data.drift.shape
         return solution if has_all else solved_at(with_bins_of(solution, data))
 
-    def floor(self) -> tuple[Solution, float, tuple[Alternative, ...]]:
-        """Return the solution with or without a floor, its breaks settled, what the floor gains, and what is left."""
+    def starts(self) -> list[Start]:
+        """Return where to begin: without a floor first, then with floors."""
         found, settings = self.found, self.settings
+        if isinstance(found, FoundFall):
+            return found.starts(self.data, settings.shortest_length_m, self.known_front_ends)
         # shorter maps than that take what mirrors do, and hold these down
         length = found.last.bias.length_m if found.last.bias is not None else settings.shortest_length_m
         length = max(settings.shortest_length_m, length)
@@ -271,8 +274,13 @@ class _Selection:
             ]
             # nobody knows how far below a motion without an impact it is
             starts += [floored[0], *best_started(floored[1:], settings.deep_floors, self.round_done)]
+        return starts
+
+    def floor(self) -> tuple[Solution, float, tuple[Alternative, ...]]:
+        """Return the solution with or without a floor, its breaks settled, what the floor gains, and what is left."""
+        settings = self.settings
         # side by side: who is hopelessly behind costs no further round
-        bare, *floors = self.raced(starts)
+        bare, *floors = self.raced(self.starts())
         tried = (bare, max(filter(None, floors), key=log_evidence, default=None))
         gain = self.gain_of(*tried)
         self.compared = [one for one in tried if one is not None]
@@ -292,6 +300,9 @@ class _Selection:
 
         From here on mirrors are told apart by what they make of the flights, too.
         """
+        if solution.problem.layout.sizes.flight:
+            # begun so
+            return solution, alternatives
         flying = problem_with_flights(solution)
         if flying is None:
             return solution, alternatives

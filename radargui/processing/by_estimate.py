@@ -16,7 +16,7 @@ from radargui.correction.quality import LIMITS
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import AdaptiveRounds, adaptive_rounds
 from radargui.estimation.hardware import disagreement, knows_more
-from radargui.estimation.joint import JointEstimate, estimate_joint
+from radargui.estimation.joint import JointEstimate, estimate_joint, with_setup_known
 from radargui.estimation.motion_estimate import MotionEstimate
 from radargui.estimation.readout.unexplained import (
     UnexplainedError,
@@ -29,9 +29,10 @@ from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.finding import Finding, error_of, refuse, warn, why_of
-from radargui.model.front_end import FrontEnd, FrontEndPrior
+from radargui.model.front_end import FrontEnd, FrontEndPrior, run_names
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.setup import Setup
+from radargui.model.setup_pool import SetupPrior, bumped
 from radargui.processing.checks.estimate import doubt, is_fringe_sure, is_unknown
 from radargui.processing.drifting_rest import drifting_rest
 from radargui.processing.in_band import measure_in_band
@@ -79,6 +80,7 @@ def measure_by_estimate(
     progress: Progress,
     on_preliminary: Callable[[MeasuredMotion], None],
     prior: FrontEndPrior | None,
+    others: SetupPrior | None = None,
 ) -> MeasuredMotion:
     """Return corrected IQ, path lengths and track by the joint or the adaptive estimate, as the setup wants.
 
@@ -98,6 +100,9 @@ def measure_by_estimate(
     prior
         What is known about the front ends, as they are wired. The joint estimate is made without it, and again with it
         where the run by itself does not contradict it and knows much less: short drops.
+    others
+        What other runs say of antennas, release and wavelength. The joint estimate is moved to what it and they say
+        together where the run by itself does not contradict them.
 
     Raises
     ------
@@ -110,7 +115,7 @@ def measure_by_estimate(
         return alone.said(warn("joint_not_used", cause=refuse("needs_three_receivers")) if asked else None)
     left_out: tuple[UnexplainedStretch, ...] = ()
     for _ in range(_MOST_ESTIMATES):
-        found = _attempt(conditioned, setup, progress, on_preliminary, prior)
+        found = _attempt(conditioned, setup, progress, on_preliminary, prior, others)
         if not found.unexplained:
             return _with_left_out(found.motion, unexplained_of(left_out))
         # what bent the motion may have hidden another one
@@ -127,6 +132,7 @@ def _attempt(
     progress: Progress,
     on_preliminary: Callable[[MeasuredMotion], None],
     prior: FrontEndPrior | None,
+    others: SetupPrior | None,
 ) -> _Candidate:
     rounds = adaptive_rounds(conditioned, setup)
     # always: it starts the joint estimate, and stands where that does not
@@ -148,9 +154,11 @@ def _attempt(
             warn("joint_not_used", cause=why_of(joint.found))
         )
         return _Candidate(motion, joint.found.stretches if isinstance(joint.found, UnexplainedError) else ())
-    motion = _judged(motion_of_joint(joint.found, conditioned, setup), joint.found, tested, setup)
+    found, others, moved = _pooled(joint.found, rounds, setup, others)
+    motion = _judged(motion_of_joint(found, conditioned, setup), found, tested, setup)
     if motion.estimate is not None:
-        motion = _with_prior(motion, joint).said(_drift_at_rest(adaptive, conditioned, setup))
+        motion = replace(_with_prior(motion, joint), setup_prior=others)
+        motion = motion.said(moved, _drift_at_rest(adaptive, conditioned, setup))
     return _Candidate(motion)
 
 
@@ -289,6 +297,22 @@ def _tried(
     return joint if joint.fits else NoSingleBodyError(joint.chi_square)
 
 
+def _pooled(
+    alone: JointEstimate, rounds: AdaptiveRounds, setup: Setup, others: SetupPrior | None
+) -> tuple[JointEstimate, SetupPrior | None, Finding | None]:
+    """Return the estimate with what other runs say of the setup, whether that was used, and what is said of it."""
+    own = alone.chosen.setup
+    if own is None or others is None:
+        return alone, None, None
+    if moved := bumped(own.alone, others, setup):
+        # an antenna that was pushed: nothing of before it holds for this run, nor for those after
+        return alone, replace(others, used=False), warn("setup_differs", runs=run_names(others.runs), cause=moved)
+    try:
+        return with_setup_known(alone, rounds, setup, others.likelihood(own.deviation)), others, None
+    except SolveError:
+        return alone, None, None
+
+
 def _with_prior(motion: MeasuredMotion, joint: _Joint) -> MeasuredMotion:
     """Return the motion with which runs its prior came from, or why it was not used."""
     prior = joint.prior
@@ -300,5 +324,4 @@ def _with_prior(motion: MeasuredMotion, joint: _Joint) -> MeasuredMotion:
         return replace(motion, corrected=replace(motion.corrected, channels=channels))
     if joint.unused is None:
         return motion
-    runs = prior.runs[0] if len(prior.runs) == 1 else f"{prior.runs[0]} to {prior.runs[-1]}"
-    return motion.said(warn("front_ends_differ", runs=runs, cause=joint.unused))
+    return motion.said(warn("front_ends_differ", runs=run_names(prior.runs), cause=joint.unused))

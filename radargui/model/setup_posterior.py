@@ -72,11 +72,6 @@ class SetupLikelihood:
         matrix = precision[:n, :n] - mixed @ rest @ mixed.T
         return SetupLikelihood.sound(matrix, vector[:n] - mixed @ rest @ vector[n:])
 
-    @property
-    def most(self) -> float:
-        """By how much -2 ln L is lessened at the most, from what is stated on."""
-        return float(self.vector @ np.linalg.pinv(self.matrix, rcond=1e-9, hermitian=True) @ self.vector)
-
     def smeared(self, spread: FloatArray) -> SetupLikelihood:
         """Return the likelihood of what this run's unknowns scatter about by N(0, spread spread^T), spread (n, k)."""
         across = self.matrix @ spread

@@ -162,12 +162,14 @@ def joint_changes(
     unexplained = 0.0 if fit is None else fit.excess(np.zeros(0))
     posterior = of_g = responses.covariance
     if fit is not None and responses.keys:
-        chi_square = SetupChiSquare.of(fit, responses.each, responses.weights, responses.at, setup, responses.others)
+        chi_square = SetupChiSquare.of(fit, responses.each, responses.weights, responses.at, setup)
         outlier = setup_outlier(chi_square, responses.keys, setup)
         wrong = np.array([outlier is not None and key in outlier.off for key in responses.keys])
         # what the estimate was told of g is no result
         alone = chi_square.without_g(expected_gravity(setup.site, setup.tracer.density_kg_m3)[0])
-        posterior, of_g = (one.posterior(wrong, responses.at) for one in (chi_square, alone))
+        # what other runs say tells where the inputs are, not whether this run agrees with what is stated
+        known, alone = (one.with_others(responses.others) for one in (chi_square, alone))
+        posterior, of_g = (one.posterior(wrong, responses.at) for one in (known, alone))
         if bounces.free_fall is not None:
             bounces = replace(bounces, free_fall=replace(bounces.free_fall, g_m_s2=alone.gravity()))
         unexplained = chi_square.sigmas_left(chi_square.least()[1])

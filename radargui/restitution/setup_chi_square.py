@@ -51,13 +51,7 @@ class SetupChiSquare:
 
     @classmethod
     def of(
-        cls,
-        fit: FlightFit,
-        responses: Sequence[InputResponse],
-        own: FloatArray,
-        at: FloatArray,
-        setup: Setup,
-        others: SetupLikelihood | None = None,
+        cls, fit: FlightFit, responses: Sequence[InputResponse], own: FloatArray, at: FloatArray, setup: Setup
     ) -> SetupChiSquare:
         """Return that of fitted flights.
 
@@ -71,8 +65,6 @@ class SetupChiSquare:
             Where the inputs stand in the estimate, in their u from what is stated, shape (n,).
         setup
             Its site and the sphere's density.
-        others
-            What other runs say of the inputs; None: nothing.
         """
         cost, pull = fit.against(responses)
         g, u = expected_gravity(setup.site, setup.tracer.density_kg_m3)
@@ -83,10 +75,11 @@ class SetupChiSquare:
         cost, pull = cost + weight * np.outer(by_input, by_input), pull + weight * off * by_input
         # back to what is stated, where the inputs' own squares count from
         value += weight * off**2 - 2.0 * float(pull @ at) + float(at @ cost @ at)
-        pull = pull - cost @ at
-        if others is not None:
-            value, cost, pull = value + others.most, cost + others.matrix, pull - others.vector
-        return cls(value, expected, cost, pull, own, fit.g_m_s2 - float(by_input @ at), by_input, weight)
+        return cls(value, expected, cost, pull - cost @ at, own, fit.g_m_s2 - float(by_input @ at), by_input, weight)
+
+    def with_others(self, others: SetupLikelihood) -> SetupChiSquare:
+        """Return chi-square with what other runs say of the inputs."""
+        return replace(self, cost=self.cost + others.matrix, pull=self.pull - others.vector)
 
     def posterior(self, wrong: BoolArray, at: FloatArray) -> FloatArray:
         """Return the covariance of the inputs where flights are rigid and g is within what is known of it, (n, n).

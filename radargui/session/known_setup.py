@@ -1,9 +1,14 @@
 """What the other runs of a session say about antennas, release and wavelength: the prior of a run."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
+from radargui import __version__
+from radargui.files.access import sha256_of
 from radargui.files.stored_results import read_setup_likelihood
+from radargui.model.calibration import Calibration, Origin
 from radargui.model.errors import RadarGuiError
+from radargui.model.pooled_calibration import pooled_calibration
 from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior, known_setup
 from radargui.session.info import read_info
@@ -45,3 +50,26 @@ def known_setup_of_run(run: Path, setup: Setup, *, only_again: bool = False) -> 
         [one for path in side if path.name not in rejected and (one := read_setup_likelihood(path))] for side in sides
     )
     return known_setup(before, after, setup)
+
+
+def calibration_of_runs(runs: Sequence[Path], setup: Setup, made_at: str, operator: str) -> Calibration | None:
+    """Return the antennas of a setup as the stored results of runs say them together; None where they say nothing.
+
+    Parameters
+    ----------
+    runs
+        Run files in the order of their recording.
+    setup
+        What states the antennas.
+    made_at, operator
+        Date and time, ISO 8601, and who takes it over.
+
+    Raises
+    ------
+    FileError
+        A run that counts cannot be read.
+    """
+    said = {path: one for path in runs if (one := read_setup_likelihood(path)) and one.is_of(setup)}
+    files = {path.name: sha256_of(path) for path in said}
+    origin = Origin(made_at, operator, __version__, files, ("fall",) * len(files))
+    return pooled_calibration(list(said.values()), setup, origin)

@@ -82,11 +82,17 @@ def release_parts_m(tracer: Tracer) -> tuple[float, float]:
 
     A scatter that is not stated is a part of what is stated of the release: that is what a drop by itself has.
     """
+    u = u_release_m(tracer)
+    scatter = tracer.u_release_scatter_m
+    if scatter is None:
+        scatter = min(ASSUMED["u_release_scatter_m"], u)
+    return math.sqrt(max(u**2 - scatter**2, 0.0)), scatter
+
+
+def u_release_m(tracer: Tracer) -> float:
+    """Return the uncertainty of one drop's release, of each coordinate."""
     u = ASSUMED["u_release_m"] if tracer.u_release_m is None else tracer.u_release_m
-    if tracer.u_release_scatter_m is not None:
-        return u, tracer.u_release_scatter_m
-    scatter = min(ASSUMED["u_release_scatter_m"], u)
-    return math.sqrt(u**2 - scatter**2), scatter
+    return u if tracer.u_release_scatter_m is None else math.hypot(u, tracer.u_release_scatter_m)
 
 
 def usual_u(one: UncertainInput) -> float:
@@ -122,7 +128,7 @@ def uncertain_inputs(setup: Setup) -> tuple[UncertainInput, ...]:
     add("transmitter", setup.transmitter, "u_x_m", "position_m[1]")
     add("transmitter", setup.transmitter, "u_y_m", "position_m[2]")
     add("tracer", setup.tracer, "u_diameter_m")
-    u_release, given = math.hypot(*release_parts_m(setup.tracer)), setup.tracer.u_release_m is not None
+    u_release, given = u_release_m(setup.tracer), setup.tracer.u_release_m is not None
     out.extend(
         UncertainInput(f"tracer.release_position_m[{axis}]", "tracer.u_release_m", u_release, not given)
         for axis in (1, 2, 3)

@@ -10,7 +10,7 @@ from itertools import takewhile
 import numpy as np
 
 from radargui.model.arrays import FloatArray
-from radargui.model.assumed import UncertainInput, release_parts_m
+from radargui.model.assumed import UncertainInput, release_parts_m, u_release_m
 from radargui.model.finding import Finding, warn
 from radargui.model.setup import Setup
 from radargui.model.setup_posterior import SetupLikelihood, unknown_inputs
@@ -167,11 +167,10 @@ def _of_drop(run: RunLikelihood, setup: Setup, per_m: FloatArray, release: Float
 
     `per_m` and `release` as from `_release_moves`.
     """
-    common_m, scatter_m = release_parts_m(run.setup.tracer)
     if run.setup.tracer.release_position_m == setup.tracer.release_position_m:
-        return run.likelihood.smeared(scatter_m * per_m)
+        return run.likelihood.smeared(release_parts_m(run.setup.tracer)[1] * per_m)
     # stated elsewhere, measured anew: its error is no other's
-    own = run.likelihood.smeared(math.hypot(common_m, scatter_m) * per_m)
+    own = run.likelihood.smeared(u_release_m(run.setup.tracer) * per_m)
     held = np.eye(len(per_m)) - per_m @ release
     return SetupLikelihood.sound(held.T @ own.matrix @ held, held.T @ own.vector)
 

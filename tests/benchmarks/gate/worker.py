@@ -64,12 +64,12 @@ def _remove(tables: Any, place: tuple[int | str, ...]) -> None:
     del tables[key]
 
 
-def process(folder: Path, session: list[radargui.Result]) -> dict[str, Any]:
+def process(folder: Path, session: list[radargui.Result] | None = None) -> dict[str, Any]:
     """Return the score of the scene in a folder, as JSON holds it; its result is added to those of its session.
 
     A version that knows of sessions is told what came before in this one.
     """
-    truth = read_truth(folder)
+    truth, session = read_truth(folder), [] if session is None else session
     try:
         setup, left_out = setup_of_version(read_plain_setup(folder))
     except ValidationError as error:

@@ -58,5 +58,5 @@ _ANTENNA = ("tilt_deg", "azimuth_deg", "distance_m")
 def _values(setup: Setup, names: Sequence[str]) -> FloatArray:
     place = dict(zip("xyz", setup.transmitter.place_m, strict=True))
     # where the transmitter is stated by its distance, and stands beside its axis all the same
-    told = [place[name[-1]] if name.startswith("transmitter.position") else value_at(setup, name) for name in names]
-    return np.array([math.nan if one is None else one for one in told])
+    values = [place[name[-1]] if name.startswith("transmitter.position") else value_at(setup, name) for name in names]
+    return np.array([math.nan if one is None else one for one in values])

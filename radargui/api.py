@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, SupportsIndex, overload
@@ -19,6 +19,7 @@ from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.recording import Recording
 from radargui.model.result import Bounce, FreeFall, RunResult, Status
 from radargui.model.setup import Setup, changed, read_setup
+from radargui.model.setup_pool import RunLikelihood, known_setup
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.process import process as process_recording
 from radargui.report.tables import BOUNCE_HEADER, columns_of, track_header
@@ -220,6 +221,7 @@ def process(
     correction: str | None = None,
     geometry: str | None = None,
     progress: Callable[[float], None] | None = None,
+    session: Sequence[Result] = (),
 ) -> Result:
     """Turn a run into path lengths, track, bounces and g, as `radargui process` does; nothing is written.
 
@@ -240,7 +242,15 @@ def process(
         The recording does not fit the setup, or a value is not allowed.
     """
     changes = {"processing.correction": correction, "processing.geometry": geometry}
-    return Result(process_recording(run.recording, changed(run.setup, changes, "process"), progress))
+    setup = changed(run.setup, changes, "process")
+    details = {f"run {number}": one.details for number, one in enumerate(session, 1)}
+    before = [
+        RunLikelihood(name, one.setup, one.setup_likelihood, one.setup_prior is not None and not one.setup_prior.used)
+        for name, one in details.items()
+        if one.setup_likelihood is not None
+    ]
+    others = known_setup(before, (), setup)
+    return Result(process_recording(run.recording, setup, progress, others=others))
 
 
 def _view(package: str) -> Any:

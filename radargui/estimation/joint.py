@@ -15,15 +15,19 @@ from radargui.estimation.readout.motion_posterior import AlternativeMotion, Moti
 from radargui.estimation.readout.samples import AtSamples, at_samples
 from radargui.estimation.select.choose import choose_model
 from radargui.estimation.select.chosen_model import ChosenModel
+from radargui.estimation.select.converge import LAST, converge
 from radargui.estimation.select.fall import FoundFall
 from radargui.estimation.signals import ScaledSignals, composed, remaining
 from radargui.estimation.solve.break_velocities import break_speeds
-from radargui.estimation.solve.minimise import chi_square
+from radargui.estimation.solve.held_setup import with_antennas_of, with_setup_moved
+from radargui.estimation.solve.minimise import chi_square, minimise
+from radargui.estimation.solve.problem import State
 from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.errors import ProcessingError
 from radargui.model.finding import error_of
 from radargui.model.front_end import FrontEnd
 from radargui.model.setup import Setup
+from radargui.model.setup_posterior import SetupLikelihood
 
 _STAGES = {"floor": (0.0, 0.35, 12), "flights": (0.35, 0.42, 4), "walls": (0.42, 0.84, 40), "last": (0.84, 0.98, 3)}
 """Where on the bar each stage of `choose_model` begins and ends, and its rounds: between drops without a wall, where
@@ -111,6 +115,49 @@ def estimate_joint(
     if progress is not None:
         progress(1.0)
     return _estimate(setup, signals, chosen, values)
+
+
+def with_setup_known(
+    estimate: JointEstimate, found: AdaptiveRounds | FoundFall, setup: Setup, others: SetupLikelihood
+) -> JointEstimate:
+    """Return an estimate with what other runs say of antennas, release and wavelength, beside what it says itself.
+
+    Parameters
+    ----------
+    estimate
+        Of the run alone, made from what was found with this setup.
+    found, setup
+        As for `estimate_joint`.
+    others
+        What they say.
+
+    Raises
+    ------
+    SolveError
+        The normal matrix cannot be factored.
+    """
+    chosen, unknowns = estimate.chosen, found.data.setup
+    if chosen.setup is None or unknowns is None:
+        return estimate
+    posterior = chosen.setup.with_others(others)
+    by, was = posterior.mean - chosen.setup.mean, chosen.solution
+    moved = converge(with_setup_moved(was, unknowns, by), 2, lambda: None, LAST)
+    alternatives = []
+    for one in chosen.alternatives:
+        if one.solution.normal is was.normal:
+            # what unseen mirrors move was linearised where the best is
+            state = State(
+                moved.state.coefficients + one.solution.state.coefficients - was.state.coefficients,
+                moved.state.theta + one.solution.state.theta - was.state.theta,
+            )
+            alternatives.append(replace(one, solution=replace(moved, state=state)))
+        else:
+            # the same antennas for all: the others say where they stand, whatever reflects
+            start = with_antennas_of(one.solution, moved)
+            alternatives.append(replace(one, solution=minimise(start, LAST.steps, LAST.minimise)))
+    chosen = replace(chosen, solution=moved, alternatives=tuple(alternatives), setup=posterior)
+    signals = found.signals
+    return _estimate(setup, signals, chosen, at_samples(chosen.solution, signals, chosen.alternatives))
 
 
 def _share_done(stage: str, rounds: int) -> float:

@@ -16,6 +16,7 @@ from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.process import OnPreliminary, cut_short, process
 from radargui.session.front_ends import known_front_ends
+from radargui.session.known_setup import known_setup_of_run
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +161,7 @@ def process_finished(
 ) -> tuple[RunResult, LiveAgreement | None]:
     """Process a run, keep results and agreement in its file, and return both.
 
-    What earlier runs of its session say about the front ends is its prior.
+    What earlier runs of its session say about front ends and antennas is its prior.
 
     Parameters
     ----------
@@ -200,7 +201,8 @@ def process_finished(
     checked(0.0)
     recording = read_for_processing(job.path)
     try:
-        result = process(recording, job.setup, checked, keep, known_front_ends(job.path, job.setup))
+        known = known_front_ends(job.path, job.setup), known_setup_of_run(job.path, job.setup)
+        result = process(recording, job.setup, checked, keep, *known)
     except CancelledError:
         if not found:
             raise

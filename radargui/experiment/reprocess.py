@@ -20,6 +20,7 @@ from radargui.processing.process import OnPreliminary, process
 from radargui.session.catalogue import Catalogue, RunLine
 from radargui.session.front_ends import known_front_ends
 from radargui.session.info import FILE_NAME
+from radargui.session.known_setup import known_setup_of_run
 from radargui.session.lock import Owner, SessionLock, owner_of
 from radargui.session.session import Session
 
@@ -33,7 +34,7 @@ def process_run(
 ) -> RunResult:
     """Process a run file and store the results in it, in place of older ones; its samples are not touched.
 
-    What earlier runs of its session say about the front ends is its prior.
+    What earlier runs of its session say about the front ends, and all others about the antennas, is its prior.
 
     Parameters
     ----------
@@ -65,11 +66,12 @@ def process_run(
 def computed(
     path: Path, setup: Setup, progress: Progress | None = None, on_preliminary: OnPreliminary | None = None
 ) -> RunResult:
-    """Return what a run gives with a setup, with what earlier runs of its session say as prior; nothing is stored.
+    """Return what a run gives with a setup, with what the other runs of its session say as prior; nothing is stored.
 
     Parameters and errors as for `process_run`.
     """
-    return process(read_for_processing(path), setup, progress, on_preliminary, known_front_ends(path, setup))
+    known = known_front_ends(path, setup), known_setup_of_run(path, setup)
+    return process(read_for_processing(path), setup, progress, on_preliminary, *known)
 
 
 def own_setup(path: Path) -> Setup:

@@ -18,8 +18,10 @@ from radargui.files.run_card import health_in, put_health, put_thumbnail, sound_
 from radargui.model.errors import FileError, worded
 from radargui.model.result import Bounce, Bounces, FreeFall, RunResult
 from radargui.model.setup import Setup, dump_setup
+from radargui.model.setup_posterior import unknown_inputs
 
 PRIOR, DECISIONS, FINDINGS, FINDING, SETUP = "front_end_prior", "decisions", "findings", "finding", "setup_posterior"
+LIKELIHOOD, SETUP_PRIOR = "setup_likelihood", "setup_prior"
 _UNITS = {"rad": "rad", "m": "m", "s": "s"}
 ARRAYS: Mapping[str, Mapping[str, DTypeLike]] = {
     # for display, as the phase, which the path lengths give in full
@@ -135,6 +137,8 @@ def _write(group: Any, result: RunResult, raw_crc32: Any) -> None:
         "warnings": result.warnings,
         "uncertainty_budget": result.uncertainty_budget,
         SETUP: result.setup_posterior,
+        LIKELIHOOD: _likelihood_document(result),
+        SETUP_PRIOR: result.setup_prior,
         "channels": [{**one.document(), FINDING: one.finding and one.finding.document()} for one in channels],
         FINDINGS: [one.document() for one in result.findings],
         DECISIONS: result.corrected.decisions if result.corrected else (),
@@ -152,6 +156,14 @@ def _write(group: Any, result: RunResult, raw_crc32: Any) -> None:
     put_bounces(group, result.bounces)
     _write_arrays(group, result, layout.chunk_length(result.recording.digitisation.sample_rate_hz))
     put_thumbnail(group, result)
+
+
+def _likelihood_document(result: RunResult) -> dict[str, object] | None:
+    found = result.setup_likelihood
+    if found is None:
+        return None
+    keys = [one.key for one in unknown_inputs(result.setup)[0]]
+    return {"keys": keys, "matrix": found.matrix.tolist(), "vector": found.vector.tolist()}
 
 
 def _write_arrays(group: Any, result: RunResult, chunk: int) -> None:

@@ -17,8 +17,10 @@ from radargui.files.run_results import (
     DECISIONS,
     FINDING,
     FINDINGS,
+    LIKELIHOOD,
     PRIOR,
     SETUP,
+    SETUP_PRIOR,
     are_made_of,
     bounces_in,
     made_by,
@@ -40,13 +42,15 @@ from radargui.model.result import (
     Track,
 )
 from radargui.model.setup import Setup, dump_setup, parse_setup
-from radargui.model.setup_posterior import SetupValue
+from radargui.model.setup_pool import RunLikelihood, SetupPrior
+from radargui.model.setup_posterior import SetupLikelihood, SetupValue, unknown_inputs
 from radargui.model.uncertainty_budget import UncertaintyBudget
 
 _EXCERPT = TypeAdapter[Excerpt | None](Excerpt | None)
 _ROWS, _CHANNEL = TypeAdapter(list[dict[str, Any]]), TypeAdapter(ChannelQuality)
 _BUDGET = TypeAdapter[UncertaintyBudget | None](UncertaintyBudget | None)
 _SETUP = TypeAdapter(tuple[SetupValue, ...])
+_SETUP_PRIOR = TypeAdapter[SetupPrior | None](SetupPrior | None)
 _PRIOR = TypeAdapter[FrontEndPrior | None](FrontEndPrior | None)
 _LEFT_OUT = ("piece", "u_combined_m")
 """Arrays that not every result has."""
@@ -196,6 +200,34 @@ def read_front_ends(path: Path) -> StoredFrontEnds | None:
     return None
 
 
+def read_setup_likelihood(path: Path) -> RunLikelihood | None:
+    """Return what the present result of a run says of the setup; None where it says nothing, as those of old."""
+    with suppress(FileError, SetupError, ValueError, LookupError, TypeError, np.linalg.LinAlgError):
+        attributes = _attributes(path)
+        setup = parse_setup(hdf5.text(attributes, "setup"), "setup in the results")
+        if hdf5.text(attributes, "status") != "ok" or (found := _likelihood_in(attributes, setup)) is None:
+            return None
+        prior = _setup_prior_in(attributes)
+        return RunLikelihood(path.stem, setup, found, prior is not None and not prior.used)
+    return None
+
+
+def _likelihood_in(attributes: Any, setup: Setup) -> SetupLikelihood | None:
+    stored = json.loads(hdf5.text(attributes, LIKELIHOOD) or "null")
+    if stored is None:
+        return None
+    n = len(unknown_inputs(setup)[0])
+    matrix, vector = (np.array(stored[name], dtype=np.float64) for name in ("matrix", "vector"))
+    # a damaged number would bend every run of the session
+    if matrix.shape != (n, n) or vector.shape != (n,) or not (np.isfinite(matrix).all() and np.isfinite(vector).all()):
+        raise ValueError
+    return SetupLikelihood.sound(matrix, vector)
+
+
+def _setup_prior_in(attributes: Any) -> SetupPrior | None:
+    return _SETUP_PRIOR.validate_json(hdf5.text(attributes, SETUP_PRIOR) or "null")
+
+
 def read_prior(path: Path, setup: Setup | None = None) -> FrontEndPrior | None:
     """Return the prior that a run's present result had, so that it can be computed again.
 
@@ -205,6 +237,14 @@ def read_prior(path: Path, setup: Setup | None = None) -> FrontEndPrior | None:
         attributes = _attributes(path)
         is_other = setup is not None and hdf5.text(attributes, "setup") != dump_setup(setup)
         return None if is_other else _prior_in(attributes)
+    return None
+
+
+def read_setup_prior(path: Path, setup: Setup) -> SetupPrior | None:
+    """Return what other runs said of the setup when a run's present result was made with it; None as `read_prior`."""
+    with suppress(FileError, ValueError, LookupError, TypeError):
+        attributes = _attributes(path)
+        return _setup_prior_in(attributes) if hdf5.text(attributes, "setup") == dump_setup(setup) else None
     return None
 
 
@@ -300,6 +340,8 @@ class _Stored:
             uncertainty_budget=_BUDGET.validate_json(self._text("uncertainty_budget")),
             # what earlier versions wrote knows of none
             setup_posterior=_SETUP.validate_json(hdf5.text(self._group.attrs, SETUP) or "[]"),
+            setup_likelihood=_likelihood_in(self._group.attrs, setup),
+            setup_prior=_setup_prior_in(self._group.attrs),
             findings=self._findings(),
             preliminary=bool(summary_in(self._group)["preliminary"]),
             front_end_prior=_prior_in(self._group.attrs),

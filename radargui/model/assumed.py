@@ -3,11 +3,13 @@
 Method 6, Budget.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from radargui.model.calibrated_setup import agreeing, setup_key
+from radargui.model.radar import Tracer
 from radargui.model.section import Section
 from radargui.model.setup import Setup, moved
 
@@ -18,6 +20,7 @@ ASSUMED = {
     "u_x_m": 3e-3,
     "u_y_m": 3e-3,
     "u_release_m": 1e-3,
+    "u_release_scatter_m": 0.2e-3,
     "u_diameter_m": 0.02e-3,
     "u_polarization_deg": 5.0,
     "floor.u_tilt_deg": 0.3,
@@ -74,6 +77,24 @@ class UncertainInput:
         return setup
 
 
+def release_parts_m(tracer: Tracer) -> tuple[float, float]:
+    """Return the uncertainty of a release that the drops of a session share, and that of each drop about it.
+
+    A scatter that is not stated is a part of what is stated of the release: that is what a drop by itself has.
+    """
+    u = u_release_m(tracer)
+    scatter = tracer.u_release_scatter_m
+    if scatter is None:
+        scatter = min(ASSUMED["u_release_scatter_m"], u)
+    return math.sqrt(max(u**2 - scatter**2, 0.0)), scatter
+
+
+def u_release_m(tracer: Tracer) -> float:
+    """Return the uncertainty of one drop's release, of each coordinate."""
+    u = ASSUMED["u_release_m"] if tracer.u_release_m is None else tracer.u_release_m
+    return u if tracer.u_release_scatter_m is None else math.hypot(u, tracer.u_release_scatter_m)
+
+
 def usual_u(one: UncertainInput) -> float:
     """Return what a laboratory is assumed to know an input to, whatever the setup says; 0 where nothing is assumed."""
     return ASSUMED.get(one.u_key.split(".")[-1], 0.0)
@@ -107,7 +128,11 @@ def uncertain_inputs(setup: Setup) -> tuple[UncertainInput, ...]:
     add("transmitter", setup.transmitter, "u_x_m", "position_m[1]")
     add("transmitter", setup.transmitter, "u_y_m", "position_m[2]")
     add("tracer", setup.tracer, "u_diameter_m")
-    add("tracer", setup.tracer, "u_release_m", *(f"release_position_m[{axis}]" for axis in (1, 2, 3)))
+    u_release, given = u_release_m(setup.tracer), setup.tracer.u_release_m is not None
+    out.extend(
+        UncertainInput(f"tracer.release_position_m[{axis}]", "tracer.u_release_m", u_release, not given)
+        for axis in (1, 2, 3)
+    )
     add("floor", setup.floor, "u_tilt_deg")
     add("daq", setup.daq, "u_clock_ppm")
     keys, directions = _of_calibration(setup)

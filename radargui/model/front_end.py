@@ -96,6 +96,11 @@ class FrontEndPrior:
     used: bool = True
 
 
+def run_names(runs: tuple[str, ...]) -> str:
+    """Return runs as people read them: run-0001 to run-0003."""
+    return runs[0] if len(runs) == 1 else f"{runs[0]} to {runs[-1]}"
+
+
 def with_phase_sign(volts: FloatArray, phase_sign: int) -> FloatArray:
     """Return I1, Q1, I2, ... with Q negated where the wiring inverts it, a new array then.
 

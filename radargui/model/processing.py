@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from radargui.model.plugins import plugins
-from radargui.model.section import Section
+from radargui.model.section import Flag, Section
 
 CORRECTIONS = ("joint", "flights", "adaptive", "published", "ellipse", "none")
 
@@ -29,7 +29,10 @@ class Processing(Section):
         See method.md; also the name of a plug-in.
     geometry
         plane: the antennas taken as infinitely far away.
+    pool_setup
+        Whether the joint correction uses what the other runs of a session say of antennas, release and wavelength.
     """
 
     correction: Correction = "joint"
     geometry: Geometry = "exact"
+    pool_setup: Flag = True

@@ -122,6 +122,9 @@ class Tracer(Section):
         Of the sphere, for its buoyancy in air; left out: none is counted. Steel 7800, polystyrene 1050.
     release_position_m, u_release_m
         Centre of the sphere while it hangs: everything counts from there. u is that of each coordinate.
+    u_release_scatter_m
+        By how much each drop is hung about it, of each coordinate; `u_release_m` is then common to the drops of a
+        session. Left out: 0.2 mm of `u_release_m`, or all of it where that is less.
     """
 
     diameter_m: Annotated[Real, Field(gt=0.0, le=0.5)] = 0.010
@@ -129,6 +132,7 @@ class Tracer(Section):
     density_kg_m3: Annotated[Real, Field(ge=10.0, le=25000.0)] | None = None
     release_position_m: Vector = (0.0, 0.0, 0.12)
     u_release_m: Uncertainty | None = None
+    u_release_scatter_m: Uncertainty | None = None
 
 
 class Floor(Section):

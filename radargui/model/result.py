@@ -15,7 +15,8 @@ from radargui.model.finding import Finding, texts
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
-from radargui.model.setup_posterior import SetupValue
+from radargui.model.setup_pool import SetupPrior
+from radargui.model.setup_posterior import SetupLikelihood, SetupValue
 from radargui.model.uncertainty_budget import UncertaintyBudget
 
 
@@ -302,6 +303,8 @@ class RunResult:
         Whose share of the uncertainty is how large; None without a track.
     setup_posterior
         What the recording says of antennas, release and wavelength; empty where it says nothing.
+    setup_likelihood
+        What the recording alone says of them, without their prior: what other runs are pooled with; None: nothing.
     findings
         What is said of it: those that refuse it, else why nothing moves, and those that the operator must know.
     preliminary
@@ -310,6 +313,9 @@ class RunResult:
     front_end_prior
         What earlier runs of the session said about the front ends, and whether it was used; None where nothing was
         known or asked.
+    setup_prior
+        What other runs of the session said of antennas, release and wavelength, and whether it was used; None where
+        nothing was known or asked.
     reported_quality
         What `quality` says where it is known without making `corrected`.
     """
@@ -324,9 +330,11 @@ class RunResult:
     bounces: Bounces = field(default_factory=Bounces)
     uncertainty_budget: UncertaintyBudget | None = None
     setup_posterior: tuple[SetupValue, ...] = ()
+    setup_likelihood: SetupLikelihood | None = field(default=None, repr=False, compare=False)
     findings: tuple[Finding, ...] = ()
     preliminary: bool = False
     front_end_prior: FrontEndPrior | None = None
+    setup_prior: SetupPrior | None = None
     reported_quality: Quality | None = field(default=None, repr=False, compare=False)
 
     @property

@@ -16,7 +16,7 @@ from radargui.correction.quality import LIMITS
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import AdaptiveRounds, adaptive_rounds
 from radargui.estimation.hardware import disagreement, knows_more
-from radargui.estimation.joint import JointEstimate, estimate_joint
+from radargui.estimation.joint import JointEstimate, estimate_joint, with_setup_known
 from radargui.estimation.motion_estimate import MotionEstimate
 from radargui.estimation.readout.unexplained import (
     UnexplainedError,
@@ -30,9 +30,10 @@ from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.finding import Finding, error_of, refuse, warn, why_of
-from radargui.model.front_end import FrontEnd, FrontEndPrior
+from radargui.model.front_end import FrontEnd, FrontEndPrior, run_names
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.setup import Setup
+from radargui.model.setup_pool import SetupPrior, bumped
 from radargui.processing.by_flights import MeasuredDrop
 from radargui.processing.checks.estimate import doubt, is_fringe_sure, is_unknown
 from radargui.processing.drifting_rest import drifting_rest
@@ -76,7 +77,12 @@ class _Joint:
 
 
 def measure_drop(
-    drop: MeasuredDrop, conditioned: Conditioned, setup: Setup, progress: Progress, prior: FrontEndPrior | None
+    drop: MeasuredDrop,
+    conditioned: Conditioned,
+    setup: Setup,
+    progress: Progress,
+    prior: FrontEndPrior | None,
+    others: SetupPrior | None = None,
 ) -> MeasuredMotion | None:
     """Return what the joint estimate makes of a drop that begins from its flights; None where circles have to tell.
 
@@ -87,22 +93,24 @@ def measure_drop(
     ----------
     drop
         By its flights.
-    conditioned, setup, progress, prior
+    conditioned, setup, progress, prior, others
         As of `measure_by_estimate`.
     """
     if not drop.is_explained:
         return None
-    joint = _joint_estimate(prior, setup, FoundFall.of(drop.estimate, drop.signals, setup), progress)
+    fall = FoundFall.of(drop.estimate, drop.signals, setup)
+    joint = _joint_estimate(prior, setup, fall, progress)
     if isinstance(joint.found, ProcessingError):
         # milliseconds that nothing explains are left out by circles
         is_left_out = isinstance(joint.found, UnexplainedError)
         return None if is_left_out else drop.motion.said(warn("joint_not_used", cause=why_of(joint.found)))
-    motion = _judged(motion_of_joint(joint.found, conditioned, setup), joint.found, drop.motion, setup)
+    found, others, moved = _pooled(joint.found, fall, setup, others)
+    motion = _judged(motion_of_joint(found, conditioned, setup), found, drop.motion, setup)
     if motion.estimate is None or motion.rejected.any():
         return None
     own = drop.motion.corrected
     drift = drifting_rest(own.time_s, own.i + 1j * own.q, own.valid, conditioned.segment, setup.radar.wavelength_m)
-    return _with_prior(motion, joint).said(drift)
+    return replace(_with_prior(motion, joint), setup_prior=others).said(moved, drift)
 
 
 def measure_by_estimate(
@@ -111,6 +119,7 @@ def measure_by_estimate(
     progress: Progress,
     on_preliminary: Callable[[MeasuredMotion], None],
     prior: FrontEndPrior | None,
+    others: SetupPrior | None = None,
 ) -> MeasuredMotion:
     """Return corrected IQ, path lengths and track by the joint or the adaptive estimate, as the setup wants.
 
@@ -130,6 +139,9 @@ def measure_by_estimate(
     prior
         What is known about the front ends, as they are wired. The joint estimate is made without it, and again with it
         where the run by itself does not contradict it and knows much less: short drops.
+    others
+        What other runs say of antennas, release and wavelength. The joint estimate is moved to what it and they say
+        together where the run by itself does not contradict them.
 
     Raises
     ------
@@ -142,7 +154,7 @@ def measure_by_estimate(
         return alone.said(warn("joint_not_used", cause=refuse("needs_three_receivers")) if asked else None)
     left_out: tuple[UnexplainedStretch, ...] = ()
     for _ in range(_MOST_ESTIMATES):
-        found = _attempt(conditioned, setup, progress, on_preliminary, prior)
+        found = _attempt(conditioned, setup, progress, on_preliminary, prior, others)
         if not found.unexplained:
             return _with_left_out(found.motion, unexplained_of(left_out))
         # what bent the motion may have hidden another one
@@ -159,6 +171,7 @@ def _attempt(
     progress: Progress,
     on_preliminary: Callable[[MeasuredMotion], None],
     prior: FrontEndPrior | None,
+    others: SetupPrior | None,
 ) -> _Candidate:
     rounds = adaptive_rounds(conditioned, setup)
     # always: it starts the joint estimate, and stands where that does not
@@ -180,9 +193,11 @@ def _attempt(
             warn("joint_not_used", cause=why_of(joint.found))
         )
         return _Candidate(motion, joint.found.stretches if isinstance(joint.found, UnexplainedError) else ())
-    motion = _judged(motion_of_joint(joint.found, conditioned, setup), joint.found, tested, setup)
+    found, others, moved = _pooled(joint.found, rounds, setup, others)
+    motion = _judged(motion_of_joint(found, conditioned, setup), found, tested, setup)
     if motion.estimate is not None:
-        motion = _with_prior(motion, joint).said(_drift_at_rest(adaptive, conditioned, setup))
+        motion = replace(_with_prior(motion, joint), setup_prior=others)
+        motion = motion.said(moved, _drift_at_rest(adaptive, conditioned, setup))
     return _Candidate(motion)
 
 
@@ -323,6 +338,22 @@ def _tried(
     return joint if joint.fits else NoSingleBodyError(joint.chi_square)
 
 
+def _pooled(
+    alone: JointEstimate, begun: AdaptiveRounds | FoundFall, setup: Setup, others: SetupPrior | None
+) -> tuple[JointEstimate, SetupPrior | None, Finding | None]:
+    """Return the estimate with what other runs say of the setup, whether that was used, and what is said of it."""
+    own = alone.chosen.setup
+    if own is None or others is None:
+        return alone, None, None
+    if moved := bumped(own.alone, others, setup):
+        # an antenna that was pushed: nothing of before it holds for this run, nor for those after
+        return alone, replace(others, used=False), warn("setup_differs", runs=run_names(others.runs), cause=moved)
+    try:
+        return with_setup_known(alone, begun, setup, others.likelihood(own.deviation)), others, None
+    except SolveError:
+        return alone, None, None
+
+
 def _with_prior(motion: MeasuredMotion, joint: _Joint) -> MeasuredMotion:
     """Return the motion with which runs its prior came from, or why it was not used."""
     prior = joint.prior
@@ -334,5 +365,4 @@ def _with_prior(motion: MeasuredMotion, joint: _Joint) -> MeasuredMotion:
         return replace(motion, corrected=replace(motion.corrected, channels=channels))
     if joint.unused is None:
         return motion
-    runs = prior.runs[0] if len(prior.runs) == 1 else f"{prior.runs[0]} to {prior.runs[-1]}"
-    return motion.said(warn("front_ends_differ", runs=runs, cause=joint.unused))
+    return motion.said(warn("front_ends_differ", runs=run_names(prior.runs), cause=joint.unused))

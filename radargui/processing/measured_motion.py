@@ -13,7 +13,8 @@ from radargui.model.arrays import BoolArray
 from radargui.model.finding import Finding
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.result import Bounces, CorrectedIQ, PathLengths, Track
-from radargui.model.setup_posterior import SetupValue
+from radargui.model.setup_pool import SetupPrior
+from radargui.model.setup_posterior import SetupLikelihood, SetupValue
 from radargui.model.uncertainty_budget import InputChange
 from radargui.restitution.flight_test import FlightTest
 
@@ -40,6 +41,8 @@ class MeasuredMotion:
         What was known about the front ends, and whether it was used.
     setup_posterior
         What the recording says of the setup's values; empty where it says nothing.
+    setup_likelihood, setup_prior
+        What it says of them alone, and what other runs said of them and whether it was used; None: nothing.
     findings
         What was found on the way.
     estimate, flights
@@ -55,6 +58,8 @@ class MeasuredMotion:
     changes: tuple[InputChange, ...] | None = None
     front_end_prior: FrontEndPrior | None = None
     setup_posterior: tuple[SetupValue, ...] = ()
+    setup_likelihood: SetupLikelihood | None = None
+    setup_prior: SetupPrior | None = None
     findings: tuple[Finding, ...] = ()
     estimate: JointEstimate | None = None
     flights: FlightTest = field(default_factory=FlightTest)

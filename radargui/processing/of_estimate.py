@@ -40,6 +40,7 @@ def motion_of_joint(estimate: JointEstimate, conditioned: Conditioned, setup: Se
         bounces,
         changes,
         setup_posterior=() if found is None else found.values(setup),
+        setup_likelihood=None if found is None else found.alone,
         estimate=estimate,
         flights=flights,
     )

@@ -19,6 +19,7 @@ from radargui.model.front_end import FrontEndPrior
 from radargui.model.recording import Recording
 from radargui.model.result import Quality, RunResult
 from radargui.model.setup import Setup
+from radargui.model.setup_pool import SetupPrior
 from radargui.processing.by_receiver import measure_by_receiver
 from radargui.processing.checks.evidence import Evidence
 from radargui.processing.checks.receivers import wired_wrongly
@@ -48,6 +49,7 @@ def process(
     progress: Callable[[float], None] | None = None,
     on_preliminary: OnPreliminary | None = None,
     front_ends: FrontEndPrior | None = None,
+    others: SetupPrior | None = None,
 ) -> RunResult:
     """Turn the samples of one run into path lengths, track, bounces and g.
 
@@ -64,6 +66,9 @@ def process(
     front_ends
         What other runs say about the front ends, prior of the joint correction; None: nothing, the run speaks for
         itself.
+    others
+        What other runs say of antennas, release and wavelength, as `front_ends`; not used where the setup says so, or
+        where a receiver is left out.
 
     Returns
     -------
@@ -91,16 +96,16 @@ def process(
         part = Part(setup, conditioned, *wired_wrongly(conditioned, setup))
         # flights that explain all receivers tell more of them than circles, which a strong floor bends
         whole = replace(part, faults=(None,) * len(part.faults))
-        flown = _of_drop(recording, whole, done, on_preliminary, front_ends)
+        flown = _of_drop(recording, whole, done, on_preliminary, front_ends, others)
         if isinstance(flown, MeasuredMotion):
             part, motion = whole, flown
         else:
-            motion = _measure(recording, part, done, on_preliminary, front_ends)
+            motion = _measure(recording, part, done, on_preliminary, front_ends, others)
             motion = motion.said(warn("no_flights", cause=flown)) if flown else motion
         # one at a time may reject another: without a bad receiver its neighbours are judged anew
         while failed := _left_out(part, motion):
             part = part.without(failed)
-            motion = _measure(recording, part, done, on_preliminary, front_ends)
+            motion = _measure(recording, part, done, on_preliminary, front_ends, others)
         done.reach(0.97)
         return _result(recording, part, motion)
 
@@ -111,6 +116,7 @@ def _measure(
     progress: Progress,
     on_preliminary: OnPreliminary | None,
     front_ends: FrontEndPrior | None,
+    others: SetupPrior | None,
 ) -> MeasuredMotion:
     """Measure the motion by the chosen correction: of joint, adaptive and published the first that can be made."""
     conditioned, setup = part.conditioned, part.setup
@@ -134,7 +140,9 @@ def _measure(
 
     prior = None if front_ends is None else part.prior(front_ends)
     try:
-        return measure_by_estimate(conditioned, setup, progress, preliminary, prior)
+        # the unknowns of fewer receivers are others
+        known = others if setup.processing.pool_setup and not any(part.faults) else None
+        return measure_by_estimate(conditioned, setup, progress, preliminary, prior, known)
     except ProcessingError as error:
         # it needs no model of the motion but fringes
         motion = measure_by_receiver(conditioned, setup, "published", progress.attempt())
@@ -147,6 +155,7 @@ def _of_drop(
     progress: Progress,
     on_preliminary: OnPreliminary | None,
     front_ends: FrontEndPrior | None,
+    others: SetupPrior | None,
 ) -> MeasuredMotion | Finding | None:
     """Measure a drop by its flights, or by the joint estimate begun from them, with all receivers.
 
@@ -171,7 +180,8 @@ def _of_drop(
         on_preliminary(replace(_result(recording, part, drop.motion), preliminary=True))
     from radargui.processing.by_estimate import measure_drop
 
-    return measure_drop(drop, part.conditioned, part.setup, progress, prior)
+    known = others if part.setup.processing.pool_setup else None
+    return measure_drop(drop, part.conditioned, part.setup, progress, prior, known)
 
 
 def _left_out(part: Part, motion: MeasuredMotion) -> dict[int, Finding]:
@@ -227,6 +237,8 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
         bounces=evidence.bounces,
         uncertainty_budget=evidence.budget,
         setup_posterior=motion.setup_posterior,
+        setup_likelihood=None if is_refused or any(part.faults) else motion.setup_likelihood,
+        setup_prior=motion.setup_prior,
         findings=findings_of(evidence),
         front_end_prior=motion.front_end_prior,
         reported_quality=Quality(motion.corrected.method, evidence.channels),

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from radargui.files.run_file import read_run
-from radargui.files.stored_results import read_prior, read_stored_results, read_whole_result
+from radargui.files.stored_results import read_prior, read_setup_prior, read_stored_results, read_whole_result
 from radargui.model.errors import FileError, ProcessingError
 from radargui.model.finding import Finding, warn
 from radargui.model.result import RunResult
@@ -56,7 +56,8 @@ def result_of_run(
         _log.warning("%s", error)
         damaged = (DAMAGED,)
     # the prior that the stored result had, where there was one: opening a run must not change what it says
-    result = process(read_for_processing(path), setup, progress, on_preliminary, read_prior(path, setup))
+    known = read_prior(path, setup), read_setup_prior(path, setup)
+    result = process(read_for_processing(path), setup, progress, on_preliminary, *known)
     return replace(result, findings=(*damaged, *result.findings))
 
 

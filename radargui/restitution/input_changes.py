@@ -17,7 +17,7 @@ from radargui.model.finding import Finding, warn
 from radargui.model.gravity import expected_gravity
 from radargui.model.result import Bounces
 from radargui.model.setup import Setup
-from radargui.model.setup_posterior import EXACT, SetupPosterior
+from radargui.model.setup_posterior import EXACT, SetupLikelihood, SetupPosterior
 from radargui.model.uncertainty_budget import InputChange, Share
 from radargui.restitution.flight_fit import FlightFit, FlightInputs, break_velocities, first_by_flights
 from radargui.restitution.flight_test import FlightTest
@@ -74,6 +74,16 @@ class SetupResponses:
         return out
 
     @property
+    def others(self) -> SetupLikelihood:
+        """What other runs say of the inputs."""
+        n = len(self.keys)
+        matrix, vector = np.zeros((n, n)), np.zeros(n)
+        if self.found is not None and self.found.others is not None:
+            places = [self.keys.index(one.key) for one in self.found.inputs]
+            matrix[np.ix_(places, places)], vector[places] = self.found.others.matrix, self.found.others.vector
+        return SetupLikelihood(matrix, vector)
+
+    @property
     def n_spheres(self) -> int:
         """How many spheres are possible: of them only one is there."""
         return self.keys.count(SPHERE)
@@ -97,7 +107,11 @@ class SetupResponses:
     def beside(self, fit: FlightFit) -> FlightInputs | None:
         """Return the inputs as what flights leave open, each within its u of what is stated; None without any."""
         inputs = fit.inputs(self.each, self.weights)
-        return None if inputs is None else replace(inputs, pull=inputs.pull + self.weights * self.at)
+        if inputs is None:
+            return None
+        others, at = self.others, self.at
+        pull = inputs.pull + self.weights * at + others.matrix @ at - others.vector
+        return replace(inputs, normal=inputs.normal + others.matrix, pull=pull)
 
 
 def setup_responses(estimate: JointEstimate, setup: Setup) -> SetupResponses:
@@ -153,7 +167,9 @@ def joint_changes(
         wrong = np.array([outlier is not None and key in outlier.off for key in responses.keys])
         # what the estimate was told of g is no result
         alone = chi_square.without_g(expected_gravity(setup.site, setup.tracer.density_kg_m3)[0])
-        posterior, of_g = (one.posterior(wrong, responses.at) for one in (chi_square, alone))
+        # what other runs say tells where the inputs are, not whether this run agrees with what is stated
+        known, alone = (one.with_others(responses.others) for one in (chi_square, alone))
+        posterior, of_g = (one.posterior(wrong, responses.at) for one in (known, alone))
         if bounces.free_fall is not None:
             bounces = replace(bounces, free_fall=replace(bounces.free_fall, g_m_s2=alone.gravity()))
         unexplained = chi_square.sigmas_left(chi_square.least()[1])

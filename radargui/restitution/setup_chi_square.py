@@ -11,6 +11,7 @@ from radargui.estimation.readout.input_response import InputResponse
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.gravity import expected_gravity
 from radargui.model.setup import Setup
+from radargui.model.setup_posterior import SetupLikelihood
 from radargui.restitution.flight_fit import FlightFit
 
 _FREE = 1e-6
@@ -75,6 +76,10 @@ class SetupChiSquare:
         # back to what is stated, where the inputs' own squares count from
         value += weight * off**2 - 2.0 * float(pull @ at) + float(at @ cost @ at)
         return cls(value, expected, cost, pull - cost @ at, own, fit.g_m_s2 - float(by_input @ at), by_input, weight)
+
+    def with_others(self, others: SetupLikelihood) -> SetupChiSquare:
+        """Return chi-square with what other runs say of the inputs."""
+        return replace(self, cost=self.cost + others.matrix, pull=self.pull - others.vector)
 
     def posterior(self, wrong: BoolArray, at: FloatArray) -> FloatArray:
         """Return the covariance of the inputs where flights are rigid and g is within what is known of it, (n, n).

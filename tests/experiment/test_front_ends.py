@@ -22,6 +22,7 @@ from radargui.model.front_end import FrontEndPrior
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
+from radargui.model.setup_pool import SetupPrior
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.process import process
 from radargui.session.session import Session
@@ -61,7 +62,9 @@ def given_in(monkeypatch: pytest.MonkeyPatch) -> Callable[[ModuleType], Given]:
             progress: object = None,
             standing: object = None,
             front_ends: FrontEndPrior | None = None,
+            others: SetupPrior | None = None,
         ) -> RunResult:
+            assert others is None
             given.append(front_ends)
             return replace(process(recording, SETUP), setup=setup, front_end_prior=front_ends)
 

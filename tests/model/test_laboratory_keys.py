@@ -7,7 +7,7 @@ import pytest
 from support.changed import changed
 
 from radargui.geometry.path_length import place_antennas
-from radargui.model.assumed import assumed_uncertainties, uncertain_inputs
+from radargui.model.assumed import assumed_uncertainties, release_parts_m, u_release_m, uncertain_inputs
 from radargui.model.errors import SetupError
 from radargui.model.gravity import normal_gravity_m_s2, share_in_air
 from radargui.model.radar import SPEED_OF_LIGHT_M_S
@@ -140,6 +140,18 @@ def test_what_the_setup_gives_is_taken_and_the_rest_assumed_of_every_input() -> 
     }
     given = {one.key: one.u for one in uncertain_inputs(setup) if not one.assumed}
     assert given == {"receiver[1].tilt_deg": 0.2, "tracer.diameter_m": 0.0, "daq.clock_ppm": 10.0}
+
+
+def test_a_release_has_a_part_that_drops_share_and_a_scatter_that_is_in_it_unless_it_is_stated() -> None:
+    def parts(**keys: float) -> tuple[float, float, float]:
+        tracer = changed(parse_setup(GOOD), tracer=keys).tracer
+        return (*release_parts_m(tracer), u_release_m(tracer))
+
+    assert parts() == pytest.approx((np.sqrt(1e-6 - 4e-8), 2e-4, 1e-3))
+    assert parts(u_release_m=1e-4) == (0.0, 1e-4, 1e-4)
+    # what is called exact stays exact
+    assert parts(u_release_m=0.0) == (0.0, 0.0, 0.0)
+    assert parts(u_release_m=3e-4, u_release_scatter_m=4e-4) == pytest.approx((3e-4, 4e-4, 5e-4))
 
 
 def test_every_value_with_an_uncertainty_can_be_moved_by_it() -> None:

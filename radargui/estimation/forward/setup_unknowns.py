@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from radargui.geometry.path_length import Antennas, place_antennas
 from radargui.model.arrays import FloatArray
-from radargui.model.assumed import CLOCK, DIAMETER, TILT, UncertainInput, uncertain_inputs, usual_u
+from radargui.model.assumed import UncertainInput
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, U_ANYWHERE_M_S2, expected_gravity
 from radargui.model.setup import Setup
-from radargui.model.setup_posterior import EXACT
+from radargui.model.setup_posterior import unknown_inputs
 
 _STEP = 1e-3
 """Share of an uncertainty over which derivatives are taken: half a degree of an antenna is nearly linear, this is."""
@@ -53,14 +53,7 @@ class SetupUnknowns:
     @staticmethod
     def of(setup: Setup) -> SetupUnknowns:
         """Return the unknowns of a setup: antennas, release, wavelength; what moves no path is none of them."""
-        stated = [
-            one
-            for one in uncertain_inputs(setup)
-            if one.key not in (TILT, CLOCK, DIAMETER) and not one.key.endswith("polarization_deg")
-        ]
-        stated = [one for one in stated if one.u > 0.0 or usual_u(one) > 0.0]
-        deviation = np.array([1.0 if one.u > 0.0 else EXACT for one in stated])
-        inputs = tuple(one if one.u > 0.0 else replace(one, u=usual_u(one)) for one in stated)
+        inputs, deviation = unknown_inputs(setup)
         at = _values(setup)
         slopes = [
             [(new - old) / _STEP for new, old in zip(_values(one.moved(setup, _STEP)), at, strict=True)]

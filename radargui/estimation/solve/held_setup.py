@@ -7,11 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from radargui.estimation.forward.parameters import make_layout
+from radargui.estimation.forward.setup_unknowns import SetupUnknowns
 from radargui.estimation.solve.changed_problem import carried_places
 from radargui.estimation.solve.minimise import Solution, solved_at
 from radargui.estimation.solve.priors import Prior
 from radargui.estimation.solve.problem import JointProblem, Start, State
-from radargui.model.setup_posterior import SetupPosterior
+from radargui.model.arrays import FloatArray
+from radargui.model.setup_posterior import SetupLikelihood, SetupPosterior
 
 
 def setup_posterior(solution: Solution) -> SetupPosterior | None:
@@ -19,8 +21,36 @@ def setup_posterior(solution: Solution) -> SetupPosterior | None:
     layout, unknowns = solution.problem.layout, solution.problem.inputs.setup
     if unknowns is None or not layout.sizes.setup:
         return None
-    covariance = solution.normal.global_covariance[layout.setup, layout.setup]
-    return SetupPosterior(unknowns.inputs, unknowns.deviation, solution.state.theta[layout.setup].copy(), covariance)
+    # g too: what the others say must not rest on the g that this run is told of once more
+    places = np.r_[layout.setup, layout.flight.start + 2]
+    covariance, prior = solution.normal.global_covariance[np.ix_(places, places)], solution.problem.prior
+    off, n = (solution.state.theta - prior.mean)[places], unknowns.size
+    return SetupPosterior(
+        unknowns.inputs,
+        unknowns.deviation,
+        off[:n],
+        covariance[:n, :n],
+        SetupLikelihood.of_posterior(off, covariance, prior.sd[places], n),
+    )
+
+
+def with_setup_moved(solution: Solution, unknowns: SetupUnknowns, by: FloatArray) -> Start:
+    """Return a held solution's problem with antennas, release and wave moved by so many u, shape (n,), to begin at."""
+    inputs = solution.problem.inputs
+    moved = replace(
+        inputs,
+        antennas=unknowns.antennas(inputs.antennas, by),
+        release_m=inputs.release_m + unknowns.by_release @ by,
+        wavenumber=inputs.wavenumber * float(np.exp(unknowns.by_log_wavenumber @ by)),
+    )
+    return Start(replace(solution.problem, inputs=moved), solution.state)
+
+
+def with_antennas_of(solution: Solution, other: Solution) -> Start:
+    """Return a held solution's problem with the antennas, release and wave of another, to begin at."""
+    inputs, of = solution.problem.inputs, other.problem.inputs
+    inputs = replace(inputs, antennas=of.antennas, release_m=of.release_m, wavenumber=of.wavenumber)
+    return Start(replace(solution.problem, inputs=inputs), solution.state)
 
 
 def with_setup_held(solution: Solution) -> Solution:

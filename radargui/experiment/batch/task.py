@@ -18,6 +18,7 @@ from radargui.model.result import RunResult
 from radargui.model.setup import Setup, changed
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.process import process
+from radargui.session.known_setup import known_setup_of_run
 from radargui.session.session import run_paths
 
 _logger = logging.getLogger(__name__)
@@ -96,8 +97,8 @@ class BatchOutcome:
 def work_on(task: BatchTask, progress: Callable[[float], None] | None = None) -> BatchOutcome:
     """Process one run; whatever goes wrong is in the outcome.
 
-    What is known about the front ends is what the stored result had as prior: the order in which workers end must not
-    show in the results.
+    What is known about the front ends is what the stored result had as prior; others say something about the antennas
+    where this result was made with them before: the order in which workers end must not show in the results.
 
     Parameters
     ----------
@@ -126,7 +127,8 @@ def _work_on(task: BatchTask, progress: Callable[[float], None] | None) -> Batch
     to = task.tables
     if not task.force and (to.are_current(to.folder, setup) if to else results_are_current(task.run, setup)):
         return BatchOutcome(task.run, "skipped")
-    result = process(read_for_processing(task.run), setup, progress, front_ends=read_prior(task.run))
+    others = known_setup_of_run(task.run, setup, only_again=True)
+    result = process(read_for_processing(task.run), setup, progress, front_ends=read_prior(task.run), others=others)
     if to is None:
         write_results(task.run, result)
     else:

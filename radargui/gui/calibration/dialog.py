@@ -10,10 +10,11 @@ from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLay
 from radargui.experiment.calibrating import Calibrate, CalibrationOrder
 from radargui.experiment.event import RecordedRun
 from radargui.files.calibration_file import free_path, write_calibration
-from radargui.gui.background import WorkStrip
+from radargui.gui.background import OneAtATime, WorkStrip
 from radargui.gui.calibration.pages import Recorded, RecordingList, ResultView, UnknownsForm
 from radargui.gui.dialog import Dialog
 from radargui.gui.layout import TIPS, FaultText, PlainLabel, boxed, button, fill, having, holding
+from radargui.gui.notices import NoticeBoard
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_controller import SessionController
 from radargui.gui.setup.antenna_panel import CalibrationGroup
@@ -24,8 +25,10 @@ from radargui.model.calibrated_setup import calibrated, too_old
 from radargui.model.calibration import Calibration
 from radargui.model.calibration_file import read_calibration
 from radargui.model.errors import RadarGuiError
+from radargui.model.setup import Setup
 from radargui.model.words import counted, sentence
 from radargui.processing.calibration_check import CalibrationCheck, check_calibration
+from radargui.session.known_setup import calibration_of_runs
 from radargui.session.session import Session
 
 STEPS = ("1 of 4: recordings", "2 of 4: what is unknown", "3 of 4: calibrating", "4 of 4: result")
@@ -150,33 +153,23 @@ class CalibrationDialog(Dialog):
         if model.setup != order.setup:
             self.fault.say("The setup was changed since the calibration began: go back and calibrate it again.")
             return
-        path = free_path(self._own_folder, found.origin.made_at)
-        if self._tried(lambda: self._take(path, found)):
-            self._services.board.post("info", f"Calibrated: {path.name} is kept. Save the setup to keep its values.")
+        if self._tried(lambda: keep_calibration(model, self._panel, found, self._services.board)):
             self.accept()
-
-    def _take(self, path: Path, found: Calibration) -> None:
-        setup = calibrated(self._model.setup, found, path)
-        write_calibration(path, found)
-        self._model.replace(setup)
-
-    @property
-    def _own_folder(self) -> Path:
-        path = self._model.path
-        return self._panel.data_folder if path is None or self._model.shipped else path.parent
 
     def _ask_save(self) -> None:
         found = self.found
         if found is None:
             return
-        start = free_path(self._own_folder, found.origin.made_at)
+        start = free_path(own_folder(self._model, self._panel), found.origin.made_at)
         name, _ = QFileDialog.getSaveFileName(self, "Save calibration", str(start), _FILES)
         # whether to write over a file that is there the operator has just been asked
         if name and self._tried(lambda: write_calibration(Path(name), found, force=True)):
             self._services.board.post("info", f"The calibration is saved in {name}.")
 
     def _ask_older(self) -> None:
-        name, _ = QFileDialog.getOpenFileName(self, "Older calibration", str(self._own_folder), _FILES)
+        name, _ = QFileDialog.getOpenFileName(
+            self, "Older calibration", str(own_folder(self._model, self._panel)), _FILES
+        )
         if name and self.found is not None:
             found = self.found
             self._tried(lambda: self.view.show_older(Path(name).name, read_calibration(Path(name)), found))
@@ -184,6 +177,26 @@ class CalibrationDialog(Dialog):
     def _tried(self, step: Callable[[], None]) -> bool:
         self.fault.say("")
         return tried(step, lambda error: self.fault.say(str(error)))
+
+
+def own_folder(model: SetupModel, panel: SessionPanel) -> Path:
+    """Return where calibrations are kept: beside the setup's file, else in the folder of the sessions."""
+    return panel.data_folder if model.path is None or model.shipped else model.path.parent
+
+
+def keep_calibration(model: SetupModel, panel: SessionPanel, found: Calibration, board: NoticeBoard) -> None:
+    """Write a calibration beside older ones, and take it into the setup, where it can be undone.
+
+    Raises
+    ------
+    FileError, SetupError
+        It cannot be written, or no setup can have its values.
+    """
+    path = free_path(own_folder(model, panel), found.origin.made_at)
+    setup = calibrated(model.setup, found, path)
+    write_calibration(path, found)
+    model.replace(setup)
+    board.post("info", f"Calibrated: {path.name} is kept. Save the setup to keep its values.")
 
 
 class CalibrationController:
@@ -196,6 +209,12 @@ class CalibrationController:
         group.asked.connect(self.begin)
         sessions.browser.calibrate_asked.connect(self.begin_with)
         self.services.control.run_recorded.connect(self._recorded)
+        self._found: tuple[Calibration, Setup] | None = None
+        self._reading = OneAtATime(self.services.jobs, "what the drops say of the antennas", self.look)
+        group.taken.connect(self.take_over)
+        rows = self.runs.model
+        for changed in (rows.modelReset, rows.rowsInserted, rows.dataChanged):
+            changed.connect(self.look)
 
     @cached_property
     def dialog(self) -> CalibrationDialog:
@@ -210,6 +229,31 @@ class CalibrationController:
         """Ask what the drops of a session say about the antennas."""
         jobs = self.services.jobs
         jobs.start("the runs of a session", lambda: Session.open(session, write=False).run_paths(), self.dialog.begin)
+
+    def look(self) -> None:
+        """Show what the drops of the session that is open say of the antennas that the setup states."""
+        runs, setup, operator = self.runs.counting, self.model.setup, self.panel.details.operator
+        made_at = datetime.now().astimezone().isoformat(timespec="seconds")
+        self._reading.start(
+            lambda: calibration_of_runs(runs, setup, made_at, operator),
+            lambda found: self._show(found, setup),
+            lambda _error: self._show(None, setup),
+        )
+
+    def _show(self, found: Calibration | None, setup: Setup) -> None:
+        self._found = None if found is None else (found, setup)
+        self.group.show_drops(found)
+
+    def take_over(self) -> None:
+        """Write what the drops say into the setup, and keep it as a file of its own, older ones beside it."""
+        if self._found is None:
+            return
+        found, setup = self._found
+        if self.model.setup != setup:
+            self.group.fault.say("The setup was changed since the drops were looked at.")
+            self.look()
+            return
+        keep_calibration(self.model, self.panel, found, self.services.board)
 
     def warn(self) -> None:
         """Say that the calibration is too old; called before runs are recorded."""

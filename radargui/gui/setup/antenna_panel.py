@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
 
+import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLabel, QSizePolicy, QToolButton, QWidget
@@ -20,9 +21,10 @@ from radargui.gui.setup.uncertainty_map import UncertaintyMapView
 from radargui.gui.setup.words import in_words
 from radargui.gui.theme import Theme, draw_line, even_font, write
 from radargui.model.assumed import ASSUMED
-from radargui.model.calibrated_setup import calibration_words, edited_since, too_old
+from radargui.model.calibrated_setup import calibration_words, edited_since, too_old, unit_of
+from radargui.model.calibration import Calibration
 from radargui.model.radar import MOST_RECEIVERS
-from radargui.model.rounding import with_sign
+from radargui.model.rounding import UNKNOWN, plain, quantity, with_sign
 from radargui.model.scattering import LEAST_SHARE, received_fields
 from radargui.model.words import percent
 
@@ -271,15 +273,62 @@ class TMatrixView(ModelGroup):
             self.warning.say(_SINGULAR if singular else grows)
 
 
+class DropsView(QLabel):
+    """A line for each value of the antennas: as it is stated, as the drops say it, and how far apart that is."""
+
+    def __init__(self) -> None:
+        super().__init__(textFormat=Qt.TextFormat.PlainText)
+        self.setFont(even_font(self.font()))
+        self.setAccessibleName("What the drops say")
+        self.setToolTip(
+            "Stated in the setup, found by the drops of the session with its standard uncertainty, and the pull: "
+            "normal with deviation one where the setup is right"
+        )
+
+    def show_calibration(self, found: Calibration | None) -> None:
+        """Show the values of a calibration."""
+        self.setText("" if found is None else "\n".join(_lines(found)))
+
+
+def _lines(found: Calibration) -> list[str]:
+    rows = [("The drops say", "stated", "found", "pull")]
+    u_found = np.sqrt(np.diag(found.covariance))
+    for name, *value in zip(found.names, found.before, found.values, found.u_before, u_found, strict=True):
+        stated, at, u_stated, u = map(float, value)
+        unit, scale = unit_of(name)
+        learnt = u_stated**2 - u**2
+        # what is known no better has told nothing
+        pull = with_sign((at - stated) / math.sqrt(learnt), 1) if learnt > 0.02 * u_stated**2 else UNKNOWN
+        words = name.replace("receiver.", "Rx ").replace("transmitter.", "Tx ").replace("position_m.", "")
+        label = words.removesuffix("_deg").removesuffix("_m").replace(".", " ")
+        rows.append((label, f"{plain(stated * scale, 6)} {unit}", quantity(at, u, unit, scale), pull))
+    widths = [max(len(row[column]) for row in rows) for column in range(4)]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
+
+
 class CalibrationGroup(ModelGroup):
     """Beside the antennas: which calibration they have, what is wrong with it, and the way to another."""
 
-    asked = Signal()
+    asked, taken = Signal(), Signal()
 
     def __init__(self, model: SetupModel) -> None:
         self.words, self.checked, self.fault = PlainLabel(), Answer(), FaultText()
         self.begin = button("Calibrate the antennas…", lambda: self.asked.emit())
+        self.drops = DropsView()
+        self.take_over = button("Take over", lambda: self.taken.emit())
+        self.take_over.setToolTip(
+            "Write what the drops say into the setup, and keep it as a calibration; Undo all changes takes it back"
+        )
         super().__init__("Calibration", model, self.words, self.fault, self.checked, self.begin)
+        for part in (self.drops, self.take_over):
+            self.put(part)
+        self.show_drops(None)
+
+    def show_drops(self, found: Calibration | None) -> None:
+        """Show what the drops of the session say of the antennas; None: nothing."""
+        self.drops.show_calibration(found)
+        for part in (self.drops, self.take_over):
+            part.setVisible(found is not None)
 
     def refresh(self) -> None:
         """Show what holds for the setup now."""

@@ -68,6 +68,7 @@ _CODES: Mapping[Causes, str] = {
     STATED | REFLECTORS: "g_impossible",
     _set("drag sphere"): "flights_braked",
     _set("release"): "release_assumed",
+    _set("antennas release"): "setup_differs antenna_moved",
     _set("antennas"): "antenna_far angles_in_radians no_position not_as_calibrated",
     _set("wavelength"): "index_of_vacuum",
     _set("tilt floor"): "floor_upside_down",

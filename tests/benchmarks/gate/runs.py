@@ -145,10 +145,13 @@ class Worker:
             self.close()
             raise RuntimeError(f"version {version.name} does not start: {program or self._said()}")
 
-    def score(self, folder: Path) -> Score | None:
-        """Return the score of the scene in a folder; None where the version ended without one, and `said` is why."""
+    def score(self, folder: Path, *, follows: bool = False) -> Score | None:
+        """Return the score of the scene in a folder; None where the version ended without one, and `said` is why.
+
+        It is of the same session as the one before where it `follows`.
+        """
         assert self._process.stdin is not None
-        self._process.stdin.write(f"{folder}\n")
+        self._process.stdin.write(f"{'next' if follows else 'first'} {folder}\n")
         self._process.stdin.flush()
         watch = threading.Timer(LONGEST_S, self._process.kill)
         watch.start()
@@ -188,9 +191,9 @@ class _Workers:
     def __init__(self) -> None:
         self._each: dict[Version, Worker] = {}
 
-    def score(self, version: Version, folder: Path) -> Score:
+    def score(self, version: Version, folder: Path, *, follows: bool) -> Score:
         worker = self._each.get(version) or self._each.setdefault(version, Worker(version))
-        found = worker.score(folder)
+        found = worker.score(folder, follows=follows)
         if found is not None:
             return found
         truth, reason = read_truth(folder), worker.said()
@@ -235,7 +238,9 @@ def scores_of(
                     scene = scene_key(places)
                     scores = {}
                     for version, store in stores.items():
-                        made = store.get(number, scene=scene) or [workers.score(version, place) for place in places]
+                        made = store.get(number, scene=scene) or [
+                            workers.score(version, place, follows=number > 0) for number, place in enumerate(places)
+                        ]
                         # what a scene may be blamed on is the world's word of today
                         scores[version] = [_as_drawn(*pair) for pair in zip(made, places, strict=True)]
                         store.put(number, world, scene, scores[version])

@@ -1,5 +1,7 @@
 """Scores scenes with whatever version of the program is on its path: a folder a line in, a score a line out.
 
+Before the folder stands whether it is the first of a session or a single scene (`first`), or not (`next`).
+
 python3 -m benchmarks.gate.worker, with the version's tree first on PYTHONPATH. It imports only what the version makes
 public, and what tables and result.json promise where the public names of an older version do not have it yet.
 """
@@ -16,6 +18,7 @@ import time
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from copy import deepcopy
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -61,9 +64,12 @@ def _remove(tables: Any, place: tuple[int | str, ...]) -> None:
     del tables[key]
 
 
-def process(folder: Path) -> dict[str, Any]:
-    """Return the score of the scene in a folder, as JSON holds it."""
-    truth = read_truth(folder)
+def process(folder: Path, session: list[radargui.Result] | None = None) -> dict[str, Any]:
+    """Return the score of the scene in a folder, as JSON holds it; its result is added to those of its session.
+
+    A version that knows of sessions is told what came before in this one.
+    """
+    truth, session = read_truth(folder), [] if session is None else session
     try:
         setup, left_out = setup_of_version(read_plain_setup(folder))
     except ValidationError as error:
@@ -72,7 +78,9 @@ def process(folder: Path) -> dict[str, Any]:
     try:
         run = radargui.open_run(folder / RUN, setup=setup)
         begin = time.process_time()
-        result = radargui.process(run)
+        known = {"session": session} if "session" in signature(radargui.process).parameters else {}
+        result = radargui.process(run, **known)
+        session.append(result)
         seconds = time.process_time() - begin
     except radargui.RadarGuiError as error:
         return score(truth, _refusal(str(error)), left_out=left_out).plain()
@@ -163,8 +171,12 @@ def main() -> None:
     os.dup2(2, 1)
     import_all()
     print(json.dumps({"program": radargui.__file__}), file=answers, flush=True)
+    session: list[radargui.Result] = []
     for line in sys.stdin:
-        print(json.dumps(process(Path(line.rstrip("\n")))), file=answers, flush=True)
+        follows, _, folder = line.rstrip("\n").partition(" ")
+        if follows == "first":
+            session.clear()
+        print(json.dumps(process(Path(folder), session)), file=answers, flush=True)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,187 @@
+"""What the runs on one hardware say together of antennas, release and wavelength: the prior of another (method 4)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import takewhile
+
+import numpy as np
+
+from radargui.model.arrays import FloatArray
+from radargui.model.assumed import UncertainInput, release_parts_m, u_release_m
+from radargui.model.finding import Finding, warn
+from radargui.model.setup import Setup
+from radargui.model.setup_posterior import SetupLikelihood, unknown_inputs
+
+_RELEASE = "tracer.release_position_m"
+_SIGMAS = 3.72
+"""A place differs by so much by chance once in ten thousand: as many deviations of a normal number."""
+_LEAST = 1e-6
+"""Least variance of a value that drops share, in squares of its u: an inverse is wanted."""
+
+
+_HARDWARE = ("radar", "transmitter", "receiver", "daq", "calibration")
+
+
+@dataclass(frozen=True, slots=True)
+class RunLikelihood:
+    """What a run says by itself of antennas, release and wavelength.
+
+    Attributes
+    ----------
+    run
+        Name of the run.
+    setup
+        What its result was made with.
+    likelihood
+        In the units of that setup's unknowns.
+    begins
+        Whether it contradicts the runs before it: they say nothing of those after it.
+    """
+
+    run: str
+    setup: Setup = field(repr=False)
+    likelihood: SetupLikelihood = field(repr=False)
+    begins: bool = False
+
+    def is_of(self, setup: Setup) -> bool:
+        """Return whether it was made with the antennas of a setup, and with what that is uncertain by."""
+        same = all(getattr(self.setup, part) == getattr(setup, part) for part in _HARDWARE)
+        return same and unknown_inputs(self.setup)[0] == unknown_inputs(setup)[0]
+
+
+@dataclass(frozen=True, slots=True)
+class SetupPrior:
+    """What other runs of a session say of a run's antennas, release and wavelength, the setup's own prior in it.
+
+    Attributes
+    ----------
+    runs
+        Names of the runs.
+    mean, covariance
+        Of the setup's unknowns (`unknown_inputs`) in their u from what is stated, of this run: its release has its own
+        scatter. Shapes (n,) and (n, n).
+    used
+        Whether the run was estimated with it: not where it contradicts it.
+    """
+
+    runs: tuple[str, ...]
+    mean: tuple[float, ...]
+    covariance: tuple[tuple[float, ...], ...]
+    used: bool = True
+
+    def likelihood(self, deviation: FloatArray) -> SetupLikelihood:
+        """Return what the others say beyond the setup's prior of one run, N(0, deviation^2), shape (n,)."""
+        precision = np.linalg.inv(np.array(self.covariance))
+        matrix = precision - np.diag(deviation**-2.0)
+        return SetupLikelihood.sound(matrix, precision @ np.array(self.mean))
+
+
+def known_setup(before: Sequence[RunLikelihood], after: Sequence[RunLikelihood], setup: Setup) -> SetupPrior | None:
+    """Return what the runs before and after one say of its antennas; None where they say nothing.
+
+    Counted are those with the antennas of its setup: before it back to one that contradicts what was before that,
+    itself counted, after it up to the next such one.
+
+    Parameters
+    ----------
+    before, after
+        In the order of their recording.
+    setup
+        Of the run.
+    """
+    found: list[RunLikelihood] = []
+    for one in reversed([one for one in before if one.is_of(setup)]):
+        found.insert(0, one)
+        if one.begins:
+            break
+    found += takewhile(lambda one: not one.begins, (one for one in after if one.is_of(setup)))
+    return _pool(found, setup) if found else None
+
+
+def _pool(runs: Sequence[RunLikelihood], setup: Setup) -> SetupPrior:
+    """Return the product of what runs say, each by itself, with one prior from the setup.
+
+    The scatter of each drop's release is integrated out; a release that was stated elsewhere has an error of its own.
+    What the runs differ by beyond their uncertainties widens what they say (Birge ratio).
+    """
+    inputs, deviation = unknown_inputs(setup)
+    per_m, release = _release_moves(inputs)
+    scatter = release_parts_m(setup.tracer)[1] * per_m
+    each = [_of_drop(one, setup, per_m, release) for one in runs]
+    own = np.where(_of_release(inputs), np.diag(scatter @ scatter.T), 0.0)
+    prior = np.diag(1.0 / np.maximum(deviation**2 - own, _LEAST * deviation**2))
+    matrix, vector = sum(one.matrix for one in each), sum(one.vector for one in each)
+    mean = np.asarray(np.linalg.solve(prior + matrix, vector))
+    apart, count = (sum(part) for part in zip(*(one.misfit(mean) for one in each), strict=True))
+    fitted = float(np.trace(np.linalg.solve(prior + matrix, matrix)))
+    birge = max(1.0, apart / max(count - fitted, 1.0))
+    covariance = np.linalg.inv(prior + matrix / birge)
+    mean = covariance @ vector / birge
+    covariance = covariance + scatter @ scatter.T
+    return SetupPrior(tuple(one.run for one in runs), tuple(mean.tolist()), tuple(map(tuple, covariance.tolist())))
+
+
+def bumped(alone: SetupLikelihood, prior: SetupPrior, setup: Setup) -> Finding | None:
+    """Return which place a run by itself has elsewhere than the others have it; None where they agree.
+
+    Chi-square of the run against the prior, less that with the values of one place free, is chi-square distributed with
+    as many degrees of freedom. Beyond what chance does once in ten thousand the place has moved.
+    """
+    inputs, _ = unknown_inputs(setup)
+    covariance, mean = np.array(prior.covariance), np.array(prior.mean)
+    # the run's estimate scatters about the prior's mean: C = (1 + B P)^-1 B weighs the difference of the two
+    off = alone.vector - alone.matrix @ mean
+    weighed = np.linalg.inv(np.eye(mean.size) + alone.matrix @ covariance)
+    slope, cost = weighed @ off, weighed @ alone.matrix
+    found: list[tuple[float, float, str]] = []
+    places = np.array([one.key.split("[")[0] if one.key.startswith("tracer.") else _place(one.key) for one in inputs])
+    for place in dict.fromkeys(places.tolist()):
+        free = np.flatnonzero(places == place)
+        normal = 0.5 * (cost + cost.T)[np.ix_(free, free)]
+        gain = float(slope[free] @ np.linalg.pinv(normal, rcond=1e-9, hermitian=True) @ slope[free])
+        found.append((gain / most_by_chance(free.size), gain, place))
+    share, gain, place = max(found)
+    return warn("antenna_moved", place=place, chi_square=gain) if share > 1.0 else None
+
+
+def most_by_chance(degrees: int) -> float:
+    """Return the chi-square that is exceeded once in ten thousand (Wilson & Hilferty, PNAS 17, 684, 1931)."""
+    # by hand: loading `scipy.special` costs 0.1 s (decision 26)
+    variance = 2.0 / (9.0 * degrees)
+    return degrees * float(1.0 - variance + _SIGMAS * math.sqrt(variance)) ** 3
+
+
+def _place(key: str) -> str:
+    return key.split("[")[0] if key.startswith("calibration") else key.split(".")[0]
+
+
+def _of_release(inputs: Sequence[UncertainInput]) -> FloatArray:
+    return np.array([one.key.startswith(_RELEASE) for one in inputs], dtype=bool)
+
+
+def _of_drop(run: RunLikelihood, setup: Setup, per_m: FloatArray, release: FloatArray) -> SetupLikelihood:
+    """Return what a run says of the unknowns of a setup, its own release integrated out.
+
+    `per_m` and `release` as from `_release_moves`.
+    """
+    if run.setup.tracer.release_position_m == setup.tracer.release_position_m:
+        return run.likelihood.smeared(release_parts_m(run.setup.tracer)[1] * per_m)
+    # stated elsewhere, measured anew: its error is no other's
+    own = run.likelihood.smeared(u_release_m(run.setup.tracer) * per_m)
+    held = np.eye(len(per_m)) - per_m @ release
+    return SetupLikelihood.sound(held.T @ own.matrix @ held, held.T @ own.vector)
+
+
+def _release_moves(inputs: Sequence[UncertainInput]) -> tuple[FloatArray, FloatArray]:
+    """Return by how much inputs move for a metre of the release's x, y, z, shape (n, 3), and how far each moves it."""
+    moves = [dict(one.together or ((one.key, one.u),)) for one in inputs]
+    keys = [f"{_RELEASE}[{axis}]" for axis in (1, 2, 3)]
+    every = [*keys, *sorted({key for one in moves for key in one} - set(keys))]
+    # of a calibration the directions of its covariance are the inputs: together they span what moves
+    by_input = np.array([[one.get(key, 0.0) for one in moves] for key in every])
+    scale = np.abs(by_input).max(axis=1, initial=0.0)
+    scale[scale == 0.0] = 1.0
+    return np.asarray(np.linalg.pinv(by_input / scale[:, None])[:, :3] / scale[:3]), by_input[:3]

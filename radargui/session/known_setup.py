@@ -1,0 +1,75 @@
+"""What the other runs of a session say about antennas, release and wavelength: the prior of a run."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from radargui import __version__
+from radargui.files.access import sha256_of
+from radargui.files.stored_results import read_setup_likelihood
+from radargui.model.calibration import Calibration, Origin
+from radargui.model.errors import RadarGuiError
+from radargui.model.pooled_calibration import pooled_calibration
+from radargui.model.setup import Setup
+from radargui.model.setup_pool import SetupPrior, known_setup
+from radargui.session.info import read_info
+from radargui.session.session import run_paths
+
+
+def known_setup_of_run(run: Path, setup: Setup, *, only_again: bool = False) -> SetupPrior | None:
+    """Return what the other runs of its session say about the antennas of a run; None where they say nothing.
+
+    Runs that were set aside say nothing, nor those made before this was stored. A run that contradicted those before
+    it is held against them alone, again. None too where `setup` does not pool.
+
+    Parameters
+    ----------
+    run
+        Run file in the folder of a session.
+    setup
+        Under which the run is processed.
+    only_again
+        Whether the run's own stored result must be of the same antennas: of runs that are computed together each finds
+        the others as they were then, whichever is first.
+    """
+    # the joint estimate alone asks: nobody else shall wait until hundreds of other runs have been opened
+    if setup.processing.correction != "joint" or not setup.processing.pool_setup:
+        return None
+    try:
+        rejected = read_info(run.parent).rejected
+    except RadarGuiError:
+        return None
+    paths = run_paths(run.parent)
+    names = [path.name for path in paths]
+    if run.name not in names:
+        return None
+    place, own = names.index(run.name), read_setup_likelihood(run)
+    if only_again and not (own and own.is_of(setup)):
+        return None
+    sides = paths[:place], paths[place + 1 :] if own is None or not own.begins else ()
+    before, after = (
+        [one for path in side if path.name not in rejected and (one := read_setup_likelihood(path))] for side in sides
+    )
+    return known_setup(before, after, setup)
+
+
+def calibration_of_runs(runs: Sequence[Path], setup: Setup, made_at: str, operator: str) -> Calibration | None:
+    """Return the antennas of a setup as the stored results of runs say them together; None where they say nothing.
+
+    Parameters
+    ----------
+    runs
+        Run files in the order of their recording.
+    setup
+        What states the antennas.
+    made_at, operator
+        Date and time, ISO 8601, and who takes it over.
+
+    Raises
+    ------
+    FileError
+        A run that counts cannot be read.
+    """
+    said = {path: one for path in runs if (one := read_setup_likelihood(path)) and one.is_of(setup)}
+    files = {path.name: sha256_of(path) for path in said}
+    origin = Origin(made_at, operator, __version__, files, ("fall",) * len(files))
+    return pooled_calibration(list(said.values()), setup, origin)

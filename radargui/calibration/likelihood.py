@@ -14,7 +14,7 @@ import numpy as np
 
 from radargui.calibration.unknowns import Unknown
 from radargui.estimation.forward.mirrors import MirrorPlane
-from radargui.estimation.solve.problem import HUBER_SIGMAS
+from radargui.estimation.solve.problem import huber
 from radargui.geometry.path_length import Antennas, antennas_at, path_gradient, path_lengths, receiver_values, t_matrix
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.setup import Setup
@@ -213,13 +213,6 @@ def motion_slopes(
     return here, slopes, tied, ties
 
 
-def robust(residual: FloatArray) -> tuple[float, FloatArray]:
-    """Return Huber's loss and the weights that make its slope that of least squares."""
-    size = np.abs(residual)
-    near = np.minimum(size, HUBER_SIGMAS)
-    return float((near * (size - 0.5 * near)).sum()), np.asarray(HUBER_SIGMAS / np.maximum(size, HUBER_SIGMAS))
-
-
 @dataclass(frozen=True)
 class PathLikelihood(Likelihood):
     """A recording by its path lengths: a constant each, and slow errors at one and two cycles a fringe.
@@ -276,8 +269,8 @@ class PathLikelihood(Likelihood):
         use = np.isfinite(residual) & self.motion.known(data.time_s)
         u_m = self.loose * data.u_m
         scaled = np.where(use, residual, 0.0) / u_m
-        loss, weight = robust(scaled)
-        weight = weight * use / u_m**2
+        losses, weight = huber(scaled)
+        loss, weight = float(losses.sum()), weight * use / u_m**2
         flat, kept = rows.reshape(-1, rows.shape[2]), np.where(use, residual, 0.0)
         weighted = weight.reshape(-1, 1) * flat
         misfit = np.array([misfit_of(one[here]) for one, here in zip(scaled, use, strict=True)])

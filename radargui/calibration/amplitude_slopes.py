@@ -5,18 +5,17 @@ In a common turn of all antennas and places about the vertical no path changes: 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from radargui.calibration.likelihood import STEP, World
 from radargui.estimation.forward.parameters import polarisation_places
-from radargui.estimation.forward.sphere import PolarisedSphere, signals_of
+from radargui.estimation.forward.sphere import signals_of
 from radargui.estimation.forward.thinned import Thinned
 from radargui.estimation.solve.problem import JointProblem
 from radargui.geometry.path_length import Antennas, range_factor
 from radargui.model.arrays import ComplexArray, FloatArray
-from radargui.model.scattering import transverse_axes
 
 PLACE_STEP_M = 1e-5
 """Of differences in one direction: fields change over centimetres, so slopes are off by 1e-3 at most."""
@@ -84,9 +83,9 @@ def amplitude_slopes(
         near = range_factor(place, antennas, rest_m)[:, None, None]
         if problem.sphere is None:
             return np.asarray(near * np.ones((1, 1 + n_planes, 1 + n_planes, 1), complex))
-        # an antenna that moves takes along the axes between which its angle counts
-        body: PolarisedSphere = replace(problem.sphere, received=axes_of(antennas))
-        basis = body.basis(place, antennas, problem.inputs.planes[:n_planes], unknown[:n_planes])
+        basis = problem.sphere.seen_by(antennas).basis(
+            place, antennas, problem.inputs.planes[:n_planes], unknown[:n_planes]
+        )
         return near * signals_of(basis, float(angle[0]), angle[1:])
 
     def resting(rest: FloatArray, antennas: Antennas) -> ComplexArray:
@@ -131,8 +130,3 @@ def _together(world: World) -> list[dict[int | None, int]]:
             receiver = int(place[9:-1]) - 1 if place.startswith("receiver") else None
             out.setdefault(one.key if receiver is None else name, {})[receiver] = number
     return list(out.values())
-
-
-def axes_of(antennas: Antennas) -> FloatArray:
-    """Return h and v of each receiver, between which its polarisation counts, shape (n_receivers, 2, 3)."""
-    return np.array([transverse_axes(one / np.linalg.norm(one)) for one in antennas.receivers_m])

@@ -11,6 +11,7 @@ from radargui.calibration import unknowns as named
 from radargui.calibration.unknowns import Unknown
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import SolveError
+from radargui.motion.flights import Flights
 
 LEAST_FLIGHT_S, MOST_FLIGHTS = 0.08, 4
 """Flights that are used: shorter ones say little of gravity, later ones no more than the first."""
@@ -20,8 +21,8 @@ U_ONSET_S, U_START_M_S, U_IMPACT_S, U_VELOCITY_M_S = 0.003, 0.02, 0.005, 0.3
 """Prior deviations: of the release's instant and speed (a finger's), of impacts and of the velocities after them."""
 U_CONTACT_M = 2e-5
 """How well an impact lies on the floor's plane: roughness, and how far a sphere presses in."""
-_STEPS = 6
-"""Of a flight: off by 0.3 um after 0.25 s with a drag of 0.06 1/m (integrated to 1e-12), below `U_CONTACT_M`."""
+LEAN_DEG = 1e-3
+"""Half the step of differences by which way gravity leans."""
 
 
 @dataclass(frozen=True)
@@ -77,97 +78,67 @@ class Falls:
         """Return place, velocity and acceleration at times, shape (3, 3, n), and what the impacts are off the floor.
 
         The latter in standard deviations, shape (n_impacts,).
+
+        Raises
+        ------
+        SolveError
+            The unknowns are those of no fall.
         """
-        series, off = self._series(time_s, shared, own[None], orders=3)
-        return series[:, 0], off[0]
-
-    def places(
-        self, time_s: FloatArray, shared: Mapping[str, float | FloatArray], own: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return places and what the impacts are off the floor for some values at once, (n_values, ...) as in `at`."""
-        series, off = self._series(time_s, shared, own, orders=1)
-        return series[0], off
-
-    def _series(
-        self, time_s: FloatArray, shared: Mapping[str, float | FloatArray], own: FloatArray, orders: int
-    ) -> tuple[FloatArray, FloatArray]:
-        def of(name: str) -> FloatArray:
-            return np.broadcast_to(shared[name], len(own))
-
-        place = np.stack([of(f"{self.place}.{axis}") for axis in "xyz"], axis=1)
-        begin_s = np.concatenate([own[:, :1], own[:, 4::4]], axis=1)
-        duration_s = np.diff(begin_s, axis=1, append=self.end_s + 0.01)
-        # two small leanings: the direction's length is one but for their fourth powers
-        lean = np.radians([of(named.GRAVITY_X), of(named.GRAVITY_Y)])
-        down = np.array([*np.sin(lean), -np.cos(np.hypot(*lean))]).T * of(named.GRAVITY)[:, None]
-        # onset, velocity, impact, velocity, impact, ...
-        velocity = np.pad(own[:, 1:], ((0, 0), (0, 1))).reshape(len(own), -1, 4)[:, :, :3]
-        states, slopes = _flights(duration_s, velocity, down, of(named.DRAG))
-        # each flight starts where the one before it ended
-        end = np.cumsum(states[-1, :, :, :3], axis=1) + place[:, None]
-        start = np.concatenate([place[:, None], end[:, :-1]], axis=1)
+        flights, frame = self._flights(shared, own)
         # after its last flight it counts as at rest: what it does there is not asked, and must not be far away
-        number, over = (time_s[:, None] >= begin_s[:, None]).sum(axis=2) - 1, time_s > self.end_s
-        here = np.arange(len(own))[:, None], np.maximum(number, 0)
-        still = ((number < 0) | over)[:, :, None]
-        share = _STEPS * (time_s - begin_s[here]) / duration_s[here]
-        step = np.clip(share.astype(np.intp), 0, _STEPS - 1)
-        # cubic between steps: y1 + s r + s (1 - s) w, w = (1 - s) (k1 - r) + s (r - k2), r = y2 - y1 (Hermite)
-        first, last, k1, k2 = (one[(step + k, *here)][..., :3] for one in (states, slopes / _STEPS) for k in (0, 1))
-        s, rise = (share - step)[:, :, None], last - first
-        bend, turn = (1.0 - s) * (k1 - rise) + s * (rise - k2), 2.0 * rise - k1 - k2
-        rest = np.where(over[:, None], end[:, -1:], place[:, None])
-        out = [np.where(still, rest, start[here] + first + s * rise + s * (1.0 - s) * bend)]
-        if orders > 1:
-            per_s = (_STEPS / duration_s[here])[:, :, None]
-            out.append(np.where(still, 0.0, per_s * (rise + (1.0 - 2.0 * s) * bend + s * (1.0 - s) * turn)))
-            out.append(np.where(still, 0.0, 2.0 * per_s**2 * ((1.0 - 2.0 * s) * turn - bend)))
-        hit = end[:, : self.impact_s.size].transpose(2, 1, 0)
+        is_flying = (time_s >= flights.onset_s) & (time_s <= self.end_s)
+        place = frame @ flights.position_m(np.append(np.minimum(time_s, self.end_s), flights.impact_s))
+        place += np.array([[shared[f"{self.place}.{axis}"]] for axis in "xyz"])
+        velocity = frame @ flights.velocity_at(time_s)
+        drag = flights.drag_1_m * np.sqrt((velocity**2).sum(axis=0)) * velocity
+        acceleration = -flights.g_m_s2 * frame[:, 2:] - drag
+        series = np.stack(
+            [place[:, : time_s.size], *(np.where(is_flying, one, 0.0) for one in (velocity, acceleration))]
+        )
+        return series, (self._above(shared) @ place[:, time_s.size :] - shared[named.HEIGHT]) / U_CONTACT_M
+
+    def slopes(self, time_s: FloatArray, shared: Mapping[str, float], own: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return derivatives of places and ties by what it `uses`, then by its own, (n, 3, n_times) and (n, n_ties)."""
+        (flights, frame), n_times = self._flights(shared, own), time_s.size
+        layout, impacts = flights.layout, flights.impact_s
+        _, by = flights.position_and_slopes(np.append(np.minimum(time_s, self.end_s), impacts))
+        # an impact takes along the instant at which the sphere is at its floor
+        for n, velocity in enumerate(flights.velocity_m_s[1:]):
+            by[layout.impacts.start + n, :, n_times + n] += velocity
+        by = frame @ by
+        turned = [np.tensordot(frame, by[layout.velocity(n)], axes=1) for n in range(layout.n_flights)]
+        moments = [by[[layout.onset]], *by[layout.impacts][:, None]]
+        of_own = [part for pair in zip(moments, turned, strict=True) for part in pair]
+        leaning = []
+        for name in (named.GRAVITY_X, named.GRAVITY_Y):
+            there = [self._flights({**shared, name: shared[name] + step}, own) for step in (-LEAN_DEG, LEAN_DEG)]
+            low, high = (
+                other @ one.position_m(np.append(np.minimum(time_s, self.end_s), impacts)) for one, other in there
+            )
+            leaning.append((high - low) / (2.0 * LEAN_DEG))
+        still = np.zeros((3, *by.shape[1:]))
+        of_fall = [by[layout.gravity], *leaning, by[layout.drag], *still]
+        slopes = np.concatenate([np.broadcast_to(np.eye(3)[:, :, None], still.shape), of_fall, *of_own])
+        hit = self.at(impacts, shared, own)[0][0]
+        ties = np.einsum("x,kxn->kn", self._above(shared), slopes[:, :, n_times:])
+        # the floor's height and its two slopes stand last of what is shared
+        ties[7:10] = np.stack([-np.ones(impacts.size), *np.radians(hit[:2])])
+        return slopes[:, :, :n_times], ties / U_CONTACT_M
+
+    @staticmethod
+    def _above(shared: Mapping[str, float]) -> FloatArray:
         # a floor whose normal leans to x falls off towards x
-        below = hit[0] * np.radians(of(named.FLOOR_X)) + hit[1] * np.radians(of(named.FLOOR_Y)) - of(named.HEIGHT)
-        return np.array(out).transpose(0, 1, 3, 2), (hit[2] + below).T / U_CONTACT_M
+        return np.array([np.radians(shared[named.FLOOR_X]), np.radians(shared[named.FLOOR_Y]), 1.0])
 
-
-def _flights(
-    duration_s: FloatArray, velocity: FloatArray, down: FloatArray, drag: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return displacements and velocities at the steps of all flights, and what they change by in a flight's time.
-
-    a = g - k |v| v by Runge and Kutta's fourth order; it does not depend on the place, so that all go together.
-
-    Parameters
-    ----------
-    duration_s, velocity
-        Of each flight, shapes (n_values, n_flights) and (n_values, n_flights, 3).
-    down, drag
-        g and k, shapes (n_values, 3) and (n_values,).
-
-    Returns
-    -------
-    states, slopes
-        Shape (n_steps + 1, n_values, n_flights, 6).
-
-    Raises
-    ------
-    SolveError
-        The unknowns are those of no fall.
-    """
-    g, k, h = down[:, None], drag[:, None, None], duration_s[:, :, None] / _STEPS
-
-    def slope(state: FloatArray) -> FloatArray:
-        v = state[..., 3:]
-        return np.concatenate([v, g - k * np.sqrt((v * v).sum(axis=-1, keepdims=True)) * v], axis=-1)
-
-    states = [np.concatenate([np.zeros_like(velocity), velocity], axis=-1)]
-    with np.errstate(over="ignore", invalid="ignore"):  # a step that goes astray is caught below
-        for _ in range(_STEPS):
-            state = states[-1]
-            s1 = slope(state)
-            s2 = slope(state + 0.5 * h * s1)
-            s3 = slope(state + 0.5 * h * s2)
-            states.append(state + h / 6.0 * (s1 + 2.0 * (s2 + s3) + slope(state + h * s3)))
-        all_states = np.array(states)
-        slopes = slope(all_states) * duration_s[:, :, None]
-    if not (duration_s > 0.0).all() or not np.isfinite(all_states[-1]).all():
-        raise SolveError("Impacts out of their order are no fall.")
-    return all_states, slopes
+    def _flights(self, shared: Mapping[str, float], own: FloatArray) -> tuple[Flights, FloatArray]:
+        """Return the flights from the place, gravity along -z, and what turns them to where gravity leans, (3, 3)."""
+        # two small leanings: the direction's length is one but for their fourth powers
+        x, y = np.radians([shared[named.GRAVITY_X], shared[named.GRAVITY_Y]])
+        up = np.array([-np.sin(x), -np.sin(y), np.cos(np.hypot(x, y))])
+        first = np.array([up[2], 0.0, -up[0]]) / np.hypot(up[0], up[2])
+        frame = np.stack([first, np.cross(up, first), up], axis=1)
+        begin_s, velocity = np.append(own[0], own[4::4]), np.append(own[1:], 0.0).reshape(-1, 4)[:, :3]
+        if not (np.diff(begin_s, append=self.end_s) > 0.0).all() or not np.isfinite(own).all():
+            raise SolveError("Impacts out of their order are no fall.")
+        g, drag = shared[named.GRAVITY], shared[named.DRAG]
+        return Flights(float(own[0]), np.zeros(3), g, drag, velocity @ frame, begin_s[1:]), frame

@@ -26,8 +26,9 @@ Positive = Annotated[Real, Field(gt=0.0, le=1e4)]
 Small = Annotated[Real, Field(ge=0.0, le=1.0)]
 Angle = Annotated[Real, Field(ge=-360.0, le=360.0)]
 Clock = Literal["free", "shared"]
-DIFFERENCE_S = 1e-4
-"""Half the step of differences for velocity and acceleration: they carry a place over the delay between channels."""
+DIFFERENCE_S, DIFFERENCE_DEG = 1e-4, 1e-3
+"""Half the step of differences for velocity and acceleration: they carry a place over the delay between channels; step
+of a turntable's zero."""
 
 
 class _Path(Section):
@@ -285,11 +286,17 @@ class KnownMotion:
         before, here, after = (self._place(time, own) for time in (time_s - h, time_s, time_s + h))
         return np.stack([here, (after - before) / (2.0 * h), (after - 2.0 * here + before) / h**2]), np.empty(0)
 
-    def places(
-        self, time_s: FloatArray, _shared: Mapping[str, float | FloatArray], own: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return places for some values of its own at once, shape (n_values, 3, n); nothing else is known."""
-        return np.array([self._place(time_s, one) for one in own]), np.empty((len(own), 0))
+    def slopes(self, time_s: FloatArray, shared: Mapping[str, float], own: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return derivatives of places by its own unknowns, (n_own, 3, n), what is held not; nothing else is known."""
+        (place, velocity, _), _ = self.at(time_s, shared, own)
+        out = np.zeros((own.size, 3, time_s.size))
+        # velocities are by the recording's time
+        out[0], out[1] = -velocity, velocity * (time_s - own[0]) / own[1]
+        out[2:5] = np.eye(3)[:, :, None]
+        for number in range(5, own.size):
+            turned = own + DIFFERENCE_DEG * (np.arange(own.size) == number)
+            out[number] = (self._place(time_s, turned) - place) / DIFFERENCE_DEG
+        return out, np.empty((own.size, 0))
 
     def _place(self, time_s: FloatArray, own: FloatArray) -> FloatArray:
         # the zero of a turntable comes last, after the clock and the three shifts

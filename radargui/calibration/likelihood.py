@@ -14,7 +14,7 @@ import numpy as np
 
 from radargui.calibration.unknowns import Unknown
 from radargui.estimation.forward.mirrors import MirrorPlane
-from radargui.estimation.solve.problem import HUBER_SIGMAS
+from radargui.estimation.solve.problem import huber
 from radargui.geometry.path_length import Antennas, antennas_at, path_gradient, path_lengths, receiver_values, t_matrix
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.setup import Setup
@@ -44,10 +44,8 @@ class MotionModel(Protocol):
         The latter as what it is off, in standard deviations, shape (n_ties,).
         """
 
-    def places(
-        self, time_s: FloatArray, shared: Mapping[str, float | FloatArray], own: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return places, (n_values, 3, n), and ties for some values at once: shared ones one or (n_values,), own."""
+    def slopes(self, time_s: FloatArray, shared: Mapping[str, float], own: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return derivatives of places and ties by what it `uses`, then by its own, (n, 3, n_times) and (n, n_ties)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,32 +200,17 @@ def motion_slopes(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return the motion's series, its place's slopes by shared and own unknowns, (3, n, n_all), ties and their slopes.
 
-    All by differences, in prior deviations; the shared unknowns come first.
+    All in prior deviations; the shared unknowns come first.
     """
-    values, ranges, base = world.values(z), np.array([one.u for one in motion.own]), own_values(motion, own)
+    values, base, n_shared = world.values(z), own_values(motion, own), len(world.unknowns)
     here, tied = motion.at(time_s, values, base)
-    n_shared, uses = len(world.unknowns), set(motion.uses)
-    steps = [n for n, one in enumerate(world.unknowns) if one.name in uses] + [*(n_shared + np.flatnonzero(ranges))]
+    by, by_tied = motion.slopes(time_s, values, base)
+    number = {one.name: n for n, one in enumerate(world.unknowns)}
+    steps = [*(number[name] for name in motion.uses), *range(n_shared, n_shared + own.size)]
+    u = np.array([one.u for one in (*world.unknowns, *motion.own)])[steps]
     slopes, ties = np.zeros((3, time_s.size, n_shared + own.size)), np.zeros((tied.size, n_shared + own.size))
-    # one value differs in each
-    other: dict[str, float | FloatArray] = dict(values)
-    states = np.tile(base, (len(steps), 1))
-    for row, k in enumerate(steps):
-        if k >= n_shared:
-            states[row, k - n_shared] += STEP * ranges[k - n_shared]
-        else:
-            one = world.unknowns[k]
-            other[one.name] = values[one.name] + STEP * one.u * (np.arange(len(steps)) == row)
-    there, off = motion.places(time_s, other, states)
-    slopes[:, :, steps], ties[:, steps] = np.moveaxis(there - here[0], 0, 2) / STEP, (off - tied).T / STEP
+    slopes[:, :, steps], ties[:, steps] = np.moveaxis(by, 0, 2) * u, by_tied.T * u
     return here, slopes, tied, ties
-
-
-def robust(residual: FloatArray) -> tuple[float, FloatArray]:
-    """Return Huber's loss and the weights that make its slope that of least squares."""
-    size = np.abs(residual)
-    near = np.minimum(size, HUBER_SIGMAS)
-    return float((near * (size - 0.5 * near)).sum()), np.asarray(HUBER_SIGMAS / np.maximum(size, HUBER_SIGMAS))
 
 
 @dataclass(frozen=True)
@@ -286,8 +269,8 @@ class PathLikelihood(Likelihood):
         use = np.isfinite(residual) & self.motion.known(data.time_s)
         u_m = self.loose * data.u_m
         scaled = np.where(use, residual, 0.0) / u_m
-        loss, weight = robust(scaled)
-        weight = weight * use / u_m**2
+        losses, weight = huber(scaled)
+        loss, weight = float(losses.sum()), weight * use / u_m**2
         flat, kept = rows.reshape(-1, rows.shape[2]), np.where(use, residual, 0.0)
         weighted = weight.reshape(-1, 1) * flat
         misfit = np.array([misfit_of(one[here]) for one, here in zip(scaled, use, strict=True)])

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.calibration.amplitude_slopes import EACH, PLACE_STEP_M, AmplitudeSlopes, amplitude_slopes, axes_of
+from radargui.calibration.amplitude_slopes import EACH, PLACE_STEP_M, AmplitudeSlopes, amplitude_slopes
 from radargui.calibration.likelihood import (
     STEP,
     Begun,
@@ -19,7 +19,6 @@ from radargui.calibration.likelihood import (
     local_at,
     misfit_of,
     motion_slopes,
-    robust,
 )
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.parameters import polarisation_places
@@ -29,7 +28,7 @@ from radargui.estimation.forward.thinned import Thinned
 from radargui.estimation.solve.changed_problem import mirrors_changed
 from radargui.estimation.solve.prior_deviations import reestimated
 from radargui.estimation.solve.priors import Prior
-from radargui.estimation.solve.problem import JointProblem, node_offsets, signals_at
+from radargui.estimation.solve.problem import JointProblem, huber, node_offsets, signals_at
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from radargui.model.errors import SolveError
 
@@ -126,8 +125,7 @@ class SignalLikelihood(Likelihood):
         if problem.sphere is not None:
             if angles.size:
                 theta[polarisation_places(problem.layout)] = angles
-            # an antenna that moves takes the axes along between which its angle counts
-            problem = replace(problem, sphere=replace(problem.sphere, received=axes_of(antennas)))
+            problem = replace(problem, sphere=problem.sphere.seen_by(antennas))
         # phases count from where it rests now: a place that moves would turn those of all mirrors otherwise
         inputs = replace(problem.inputs, antennas=antennas, release_m=series[0][:, 0])
         problem = replace(problem, inputs=inputs).at_places(series[0], theta)
@@ -140,7 +138,8 @@ class SignalLikelihood(Likelihood):
         # beside an impact and after the last flight nothing is known, and nothing is asked
         use = problem.use & self.motion.known(problem.bins.time_s)
         residual = (np.concatenate([one.value for one in signals]) - problem.bins.value) * use
-        loss, weight = robust(residual / sigma)
+        losses, weight = huber(residual / sigma)
+        loss = float(losses.sum())
         return SampledState(
             problem, theta, series[0], node_m, residual, sigma, weight * use / sigma**2, use, loss, slopes,
             (tied, by_ties), excess, waves,

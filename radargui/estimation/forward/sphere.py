@@ -16,6 +16,7 @@ from radargui.model.scattering import (
     conducting_sphere,
     scattered_signals,
     transmitted_direction,
+    transverse_axes,
     unit_vectors,
 )
 from radargui.model.setup import Setup
@@ -45,6 +46,11 @@ class PolarisedSphere:
     received: FloatArray
     angle_rad: FloatArray
     u_angle_rad: FloatArray
+
+    def seen_by(self, antennas: Antennas) -> PolarisedSphere:
+        """Return it with the axes of receivers that have moved: their angles count between these."""
+        towards = [transverse_axes(one / np.linalg.norm(one)) for one in antennas.receivers_m]
+        return replace(self, received=np.array(towards))
 
     def fields(
         self,

@@ -192,16 +192,20 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
     signals, excess, waves = signals_in_parts(problem, theta, node_m)
     sigma = bins.sigma * np.repeat(problem.noise_scale, 2)[:, None]
     residual = (np.concatenate([one.value for one in signals]) - bins.value) / sigma
-    size = np.abs(residual)
-    # Huber's loss, and the weights that make its slope that of least squares
-    near = np.minimum(size, HUBER_SIGMAS)
-    loss = float((near * (size - 0.5 * near) @ problem.use).sum())
-    weight = HUBER_SIGMAS / np.maximum(size, HUBER_SIGMAS) * problem.use / sigma**2
+    losses, weight = huber(residual)
+    loss, weight = float((losses @ problem.use).sum()), weight * problem.use / sigma**2
     equation = EquationDeviation.of(
         EquationRows.of(spline, problem.in_flight), state.coefficients, theta[layout.flight], spline.break_s.size
     )
     loss += _prior_cost(problem, theta, equation)
     return Linearised(loss, residual, weight, signals, node_m, spline, series, motion, equation, excess, waves)
+
+
+def huber(residual: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return Huber's loss of residuals in standard deviations, and the weights that make its slope that of squares."""
+    size = np.abs(residual)
+    near = np.minimum(size, HUBER_SIGMAS)
+    return near * (size - 0.5 * near), HUBER_SIGMAS / np.maximum(size, HUBER_SIGMAS)
 
 
 def reweighed(problem: JointProblem, other: JointProblem, theta: FloatArray, at: Linearised) -> Linearised:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,10 +17,10 @@ from radargui.model.blas_threads import one_blas_thread
 from radargui.model.errors import ProcessingError, worded
 from radargui.model.finding import Finding, warn, why_of
 from radargui.model.front_end import FrontEndPrior
-from radargui.model.gravity import drag_of_sphere_1_m
 from radargui.model.recording import Recording
-from radargui.model.result import Bounces, Quality, RunResult, Segment, Track
+from radargui.model.result import Bounces, Quality, RunResult, Track
 from radargui.model.setup import Setup
+from radargui.model.setup_posterior import SetupValue
 from radargui.model.uncertainty_budget import UncertaintyBudget
 from radargui.processing.by_receiver import measure_by_receiver
 from radargui.processing.checks.evidence import Evidence
@@ -31,12 +31,12 @@ from radargui.processing.long_recording import shortened
 from radargui.processing.measured_motion import MeasuredMotion, nothing_measured
 from radargui.processing.part import Part
 from radargui.processing.progress import Progress
-from radargui.processing.uncertainty_budget import changes_of_track, with_budget
+from radargui.processing.uncertainty_budget import TrackShifts, changes_of_track, moved_track, with_budget
 from radargui.processing.whole import Whole
 from radargui.restitution.bounces import find_bounces
 from radargui.restitution.cross_check import found_tilt, walls_met
 from radargui.restitution.impact_plane import judged_by_floor
-from radargui.restitution.site_gravity import with_missed_gravity
+from radargui.restitution.track_fit import fit_track
 
 ESTIMATES = ("adaptive", "joint", "flights")
 
@@ -175,7 +175,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
     conditioned, corrected = part.conditioned, motion.corrected
     whole = Whole(recording, conditioned, part.receivers)
     evidence = Evidence(recording, part, motion, whole.channels(corrected, part.faults), motion.track)
-    is_refused, paths, track = evidence.is_refused, motion.paths, motion.track
+    is_refused, paths, track, posterior = evidence.is_refused, motion.paths, motion.track, motion.setup_posterior
     if is_refused:
         # rejected means rejected: no sample of it is called valid
         paths = replace(paths, valid=np.zeros_like(paths.valid))
@@ -183,7 +183,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
     if track is not None and not conditioned.segment.has_rest and part.begins_after_gap:
         track = known_where(track, np.zeros_like(track.valid))
     if track is not None and not is_refused:
-        track, bounces, budget = _impacts(part, motion, track)
+        track, bounces, budget, posterior = _impacts(part, motion, track)
         # the joint estimate's errors belong to the place: what mirrors do turns by one radian within this
         alike_m = None if motion.bounces is None else part.setup.radar.wavelength_m / (4.0 * np.pi)
         by_conic = corrected.method in ("ellipse", "none")
@@ -200,37 +200,45 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
         track=None if track is None else partial(whole.track, track),
         bounces=evidence.bounces,
         uncertainty_budget=evidence.budget,
-        setup_posterior=motion.setup_posterior,
+        setup_posterior=posterior,
         findings=findings_of(evidence),
         front_end_prior=motion.front_end_prior,
         reported_quality=Quality(motion.corrected.method, evidence.channels),
     )
 
 
-def _impacts(part: Part, motion: MeasuredMotion, track: Track) -> tuple[Track, Bounces, UncertaintyBudget | None]:
-    """Return the track and its bounces with their combined uncertainties, and the budget of these."""
+class _Measured(NamedTuple):
+    """A track and its bounces with their combined uncertainties, their budget, and what flights say of the setup."""
+
+    track: Track
+    bounces: Bounces
+    budget: UncertaintyBudget | None = None
+    posterior: tuple[SetupValue, ...] = ()
+
+
+def _impacts(part: Part, motion: MeasuredMotion, track: Track) -> _Measured:
+    """Return what the flights of a motion give: the estimate knows them itself, a track's are fitted to its paths."""
     setup, segment = part.setup, part.conditioned.segment
-    # the joint estimate knows the speeds at an impact from all samples; a track has them from its flights
-    bounces = motion.bounces or _bounces_of(track, segment, setup, part.conditioned.sample_rate_hz)
+    if motion.bounces is not None and segment.has_rest:
+        return _Measured(
+            *with_budget(track, motion.bounces, motion.changes or (), segment, setup), motion.setup_posterior
+        )
+    fit = None
+    bounces = motion.bounces
+    if bounces is None:
+        fit = fit_track(motion.paths, track, segment, setup, part.conditioned.sample_rate_hz)
+        bounces = find_bounces(fit, track, segment, setup)
     # without a rest the zero of L is assumed: no uncertainty of a calibration means anything then
     if not segment.has_rest:
         # where the sphere was at the start is assumed, not known: no e, and no g
-        return track, Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts)), None
-    changes = motion.changes
-    if changes is None:
-        changes = changes_of_track(motion.paths, bounces, setup, segment)
-    if motion.bounces is None:
-        bounces = with_missed_gravity(bounces, setup, math.hypot(*(one.g_m_s2 for one in changes)))
-    return with_budget(track, bounces, changes, segment, setup)
-
-
-def _bounces_of(track: Track, segment: Segment, setup: Setup, rate_hz: float) -> Bounces:
-    # a normal that is a default is no statement about this floor
-    given = "normal" in setup.floor.model_fields_set
-    normal = setup.floor.normal if given else None
-    drag_1_m = drag_of_sphere_1_m(setup.tracer.diameter_m, setup.tracer.density_kg_m3)
-    is_known = setup.tracer.density_kg_m3 is not None
-    return find_bounces(track, segment, normal, rate_hz, setup.floor.u_tilt_deg, drag_1_m, is_drag_known=is_known)
+        return _Measured(track, Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts)))
+    shifts = TrackShifts.of(track, segment, setup, fit)
+    posterior: tuple[SetupValue, ...] = ()
+    if fit is not None:
+        track, posterior = moved_track(track, shifts, fit), fit.posterior.values(setup)
+        bounces = find_bounces(fit, track, segment, setup)
+    changes = changes_of_track(shifts, bounces, setup, fit)
+    return _Measured(*with_budget(track, bounces, changes, segment, setup), posterior)
 
 
 def _check(recording: Recording, setup: Setup) -> None:

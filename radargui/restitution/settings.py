@@ -99,6 +99,12 @@ class TrackSettings:
         Kept free after the start of the motion: the release is not a clean cut.
     least_flight_s
         Shortest flight, between the clearances.
+    mean_s, most_means, least_means
+        Paths are averaged over so long, more where there would be more than so many means; a flight has so many.
+    tells_g_s
+        What lasts so long and does not fall is no flight: of shorter ones the bend is not known.
+    settled_s
+        Once impacts move by less, samples belong to the right flights.
     rising_s, least_rising_s
         The speed after the last impact comes from the track in so long after it, of which so much is known.
     least_known_s
@@ -132,6 +138,11 @@ class TrackSettings:
     clearance_s: float = 0.0015
     start_clearance_s: float = 0.02
     least_flight_s: float = 0.012
+    mean_s: float = 0.002
+    most_means: float = 300.0
+    least_means: int = 4
+    tells_g_s: float = 0.05
+    settled_s: float = 3e-4
     rising_s: float = 0.012
     least_rising_s: float = 0.002
     least_known_s: float = 0.004
@@ -157,7 +168,7 @@ class CheckSettings:
 
     Attributes
     ----------
-    least_known_s
+    least_known_s, least_samples
         Of the flight after an impact, for its height.
     edge_share
         Of that flight left out at both ends.
@@ -196,6 +207,7 @@ class CheckSettings:
     """
 
     least_known_s: float = 0.008
+    least_samples: int = 8
     edge_share: float = 0.05
     coverage: float = 3.0
     model_share: float = 0.01

@@ -1,0 +1,171 @@
+"""Flights of a track: where they lie, and their fit to the path lengths with the setup within its u (method 5)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from radargui.estimation.flights.of_paths import PathData, PathFlights, PathModel, PathSetup, fit_paths
+from radargui.model.arrays import BoolArray, FloatArray, IntArray, median
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.model.result import PathLengths, Segment, Track
+from radargui.model.setup import Setup
+from radargui.motion.flights import Flights
+from radargui.motion.impacts import find_track_impacts
+from radargui.restitution.settings import TRACKS
+from radargui.restitution.sphere_parts import sphere_parts_m
+
+
+def fit_track(
+    paths: PathLengths, track: Track, segment: Segment, setup: Setup, sample_rate_hz: float
+) -> PathFlights | None:
+    """Return the flights between the impacts of a track; None without impacts, or where nothing falls.
+
+    Parameters
+    ----------
+    paths
+        Changes of path of three or more receivers.
+    track
+        Where they were located with the setup as it is stated.
+    segment
+        The motion within the track.
+    setup
+        What it states, with its u.
+    sample_rate_hz
+        Rate of the samples.
+    """
+    part = slice(segment.first, segment.last)
+    time_s, height_m = track.time_s[part], track.position_m[2, part]
+    known = track.valid[part] & np.isfinite(height_m)
+    impact_s = find_track_impacts(time_s, height_m, known, sample_rate_hz)
+    if not impact_s.size:
+        return None
+    # no release is a clean cut
+    begin_s = min(float(time_s[0]) + TRACKS.start_clearance_s, float(impact_s[0]) - TRACKS.clearance_s)
+    end_s = min(float(time_s[-1]), _landing_s(time_s[known], height_m[known], float(impact_s[-1])))
+    found, stated = None, PathSetup.of(setup)
+    # impacts are seen to a millisecond only: with samples of the wrong flight a second time
+    for _ in range(2):
+        means = _means(paths, track, begin_s, impact_s, end_s)
+        fall = _Falls.of(means, impact_s.size + 1)
+        means = means.chosen(fall.are_flights[means.flight])
+        if not means.time_s.size or abs(fall.g_m_s2 / NOMINAL_GRAVITY_M_S2 - 1.0) >= TRACKS.largest_g_error:
+            return None
+        start = _start(means, np.append(begin_s, impact_s)) if found is None else found.flights
+        data = PathData(*means, sphere_parts_m(means.position_m, setup))
+        noise = None if found is None else found.noise
+        found = fit_paths(PathModel.of(stated, setup.tracer, start, data), fall.are_flights, end_s, noise)
+        if found is None:
+            return None
+        before_s, impact_s = impact_s, found.flights.impact_s
+        if np.abs(impact_s - before_s).max() < TRACKS.settled_s:
+            break
+    return found
+
+
+def _landing_s(time_s: FloatArray, height_m: FloatArray, impact_s: float) -> float:
+    """Return when the body is back on the floor after its last impact, by the milliseconds that follow this."""
+    # the corner itself is rounded by the low-pass of the correction
+    begin_s = impact_s + 0.001
+    inside = slice(*np.searchsorted(time_s, [begin_s, begin_s + TRACKS.rising_s]))
+    d, height = time_s[inside] - impact_s, height_m[inside]
+    if d.size < 2 or d[-1] - d[0] < TRACKS.least_rising_s:
+        return impact_s
+    # gravity taken off, a line has one unknown less: so few samples bear no parabola
+    straight, away = height + 0.5 * NOMINAL_GRAVITY_M_S2 * d * d, d - d.mean()
+    rising_m_s = float(away @ straight / (away @ away))
+    return impact_s + 2.0 * max(0.0, rising_m_s) / NOMINAL_GRAVITY_M_S2
+
+
+class _Means(NamedTuple):
+    """Means over parts of flights: times (n,), changes of path (n_receivers, n), flights (n,), places (3, n)."""
+
+    time_s: FloatArray
+    change_m: FloatArray
+    flight: IntArray
+    position_m: FloatArray
+
+    def chosen(self, which: BoolArray) -> _Means:
+        """Return some of them."""
+        return _Means(*(own[..., which] for own in self))
+
+
+def _means(paths: PathLengths, track: Track, begin_s: float, impact_s: FloatArray, end_s: float) -> _Means:
+    """Return means over 2 ms or more, the ends of flights left out, of all that is known there."""
+    begins = np.append(begin_s, impact_s + TRACKS.clearance_s)
+    ends = np.append(impact_s, end_s) - TRACKS.clearance_s
+    step_s = max(TRACKS.mean_s, float(np.maximum(ends - begins, 0.0).sum()) / TRACKS.most_means)
+    out = [_Means(np.zeros(0), np.zeros((len(paths.change_m), 0)), np.zeros(0, np.intp), np.zeros((3, 0)))]
+    for number, (first_s, last_s) in enumerate(zip(begins, ends, strict=True)):
+        if last_s - first_s < TRACKS.least_flight_s:
+            continue
+        count = max(TRACKS.least_means, round((last_s - first_s) / step_s))
+        edges = np.unique(np.searchsorted(track.time_s, np.linspace(first_s, last_s, count + 1)))
+        if edges.size <= TRACKS.least_means:
+            continue
+        inner, at, size = slice(edges[0], edges[-1]), edges[:-1] - edges[0], np.diff(edges)
+        # over a gap nobody knows the mean
+        known = paths.valid[:, inner].all(axis=0) & track.valid[inner]
+        seen = np.logical_and.reduceat(known, at)
+        if seen.sum() < TRACKS.least_means:
+            continue
+        mean = [
+            np.add.reduceat(rows[..., inner], at, axis=-1) / size
+            for rows in (track.time_s, paths.change_m, track.position_m)
+        ]
+        out.append(_Means(mean[0], mean[1], np.full(size.size, number), mean[2]).chosen(seen))
+    return _Means(*(np.concatenate(own, axis=-1) for own in zip(*out, strict=True)))
+
+
+class _Falls(NamedTuple):
+    """Which flights bend as free ones do, (n_flights,), and the g that they share."""
+
+    are_flights: BoolArray
+    g_m_s2: float
+
+    @staticmethod
+    def of(means: _Means, n_flights: int) -> _Falls:
+        """Hold each flight's heights against a parabola of its own.
+
+        A hand, a string or a lost fringe makes kinks as well, and may lie between flights: what misses its parabola by
+        far, or lasts and does not fall, is no flight.
+        """
+        own = [np.flatnonzero(means.flight == number) for number in range(n_flights)]
+        missed, g, weight = np.full((3, n_flights), np.nan)
+        for number, which in enumerate(own):
+            if which.size:
+                d = means.time_s[which] - means.time_s[which].mean()
+                height = means.position_m[2, which]
+                bend = d * d - np.polyval(np.polyfit(d, d * d, 1), d)
+                weight[number] = bend @ bend
+                half_g = -float(bend @ height) / weight[number]
+                straight = height + half_g * d * d
+                missed[number] = np.sqrt(np.mean((straight - np.polyval(np.polyfit(d, straight, 1), d)) ** 2))
+                g[number] = 2.0 * half_g
+        known = np.isfinite(missed)
+        if known.sum() > 2:
+            # two flights have no median that tells which of them is wrong
+            bound_m = max(TRACKS.largest_residual * float(median(missed[known])), TRACKS.least_residual_m)
+            known &= ~(missed > bound_m)
+        lasts_s = np.array([means.time_s[which[-1]] - means.time_s[which[0]] if which.size else 0.0 for which in own])
+        falls = np.abs(g / NOMINAL_GRAVITY_M_S2 - 1.0) < TRACKS.largest_g_error
+        known &= falls | (lasts_s < TRACKS.tells_g_s)
+        return _Falls(known, float(np.average(g[known], weights=weight[known])) if known.any() else np.nan)
+
+
+def _start(means: _Means, begin_s: FloatArray) -> Flights:
+    """Begin with lines through the places of each flight, gravity taken off."""
+    place, velocity = np.full((begin_s.size, 3), np.nan), np.zeros((begin_s.size, 3))
+    for number in np.unique(means.flight):
+        own = means.flight == number
+        d = means.time_s[own] - begin_s[number]
+        straight = means.position_m[:, own].copy()
+        straight[2] += 0.5 * NOMINAL_GRAVITY_M_S2 * d * d
+        velocity[number], place[number] = np.polyfit(d, straight.T, 1)
+    known = np.isfinite(place[:, 0])
+    place = np.stack([np.interp(begin_s, begin_s[known], place[known, axis]) for axis in range(3)], axis=1)
+    lasts_s = np.diff(begin_s)[:, None]
+    # each flight begins where the one before ends
+    velocity[:-1] = np.diff(place, axis=0) / lasts_s + 0.5 * NOMINAL_GRAVITY_M_S2 * lasts_s * np.array([0.0, 0.0, 1.0])
+    return Flights(float(begin_s[0]), place[0], NOMINAL_GRAVITY_M_S2, 0.0, velocity, begin_s[1:].copy())

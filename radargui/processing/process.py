@@ -223,20 +223,19 @@ def _impacts(part: Part, motion: MeasuredMotion, track: Track) -> _Measured:
         return _Measured(
             *with_budget(track, motion.bounces, motion.changes or (), segment, setup), motion.setup_posterior
         )
-    fit = None
-    bounces = motion.bounces
+    fit, bounces = None, motion.bounces
     if bounces is None:
         fit = fit_track(motion.paths, track, segment, setup, part.conditioned.sample_rate_hz)
-        bounces = find_bounces(fit, track, segment, setup)
     # without a rest the zero of L is assumed: no uncertainty of a calibration means anything then
     if not segment.has_rest:
+        bounces = bounces or find_bounces(fit, track, segment, setup)
         # where the sphere was at the start is assumed, not known: no e, and no g
         return _Measured(track, Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts)))
     shifts = TrackShifts.of(track, segment, setup, fit)
     posterior: tuple[SetupValue, ...] = ()
     if fit is not None:
         track, posterior = moved_track(track, shifts, fit), fit.posterior.values(setup)
-        bounces = find_bounces(fit, track, segment, setup)
+    bounces = bounces or find_bounces(fit, track, segment, setup)
     changes = changes_of_track(shifts, bounces, setup, fit)
     return _Measured(*with_budget(track, bounces, changes, segment, setup), posterior)
 

@@ -12,7 +12,7 @@ from radargui.model.setup import Setup
 from radargui.restitution.cross_check import FITTED_PATHS, cross_check, without_checks_by_walls
 from radargui.restitution.drop_bounces import normal_of_velocities, speeds_along
 from radargui.restitution.floor_normal import FloorNormal
-from radargui.restitution.settings import TRACKS
+from radargui.restitution.settings import FLIGHTS, TRACKS
 from radargui.restitution.walls_of_track import without_e_by_walls
 
 
@@ -58,9 +58,9 @@ def find_bounces(fit: PathFlights | None, track: Track, segment: Segment, setup:
     )
     span_s = float(track.time_s[segment.first]), fit.end_s
     bounces = without_e_by_walls(bounces, track, velocity, span_s)
-    height_m = floor.normal @ track.position_m
-    seen = _known(track, height_m, slice(segment.first, segment.last))
-    checked = cross_check(bounces, track.time_s[seen], height_m[seen], flights.g_m_s2 * z, flights.drag_1_m)
+    time_s = np.arange(flights.onset_s, fit.end_s, FLIGHTS.check_step_s)
+    height_m = floor.normal @ flights.position_m(time_s)
+    checked = cross_check(bounces, time_s, height_m, flights.g_m_s2 * z, flights.drag_1_m)
     return without_checks_by_walls(checked)
 
 

@@ -139,7 +139,7 @@ class TrackSettings:
     start_clearance_s: float = 0.02
     least_flight_s: float = 0.012
     mean_s: float = 0.002
-    most_means: float = 300.0
+    most_means: float = 160.0
     least_means: int = 4
     tells_g_s: float = 0.05
     settled_s: float = 3e-4

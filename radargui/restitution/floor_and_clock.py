@@ -16,7 +16,7 @@ from radargui.restitution.floor_normal import e_by_tilt
 def tilt_and_clock(
     time_s: FloatArray, velocities: Callable[[], tuple[FloatArray, FloatArray]], bounces: Bounces, setup: Setup
 ) -> list[InputChange]:
-    """Return what floor and clock change at times (n,), by the velocities before and after the impacts, shapes (n_impacts, 3).
+    """Return what floor and clock change at times (n,), by velocities before and after the impacts, (n_impacts, 3).
 
     Of the floor also how long it takes to throw the sphere back, T: flights are followed on to an instant at which they
     meet below it, and gravity changes the speeds by g T e / (1 + e) and g T / (1 + e) until then, e by g T (1 - e) / v.

@@ -88,7 +88,7 @@ class _Means(NamedTuple):
 
     def chosen(self, which: BoolArray) -> _Means:
         """Return some of them."""
-        return _Means(*(own[..., which] for own in self))
+        return _Means(self.time_s[which], self.change_m[:, which], self.flight[which], self.position_m[:, which])
 
 
 def _means(paths: PathLengths, track: Track, begin_s: float, impact_s: FloatArray, end_s: float) -> _Means:
@@ -96,6 +96,7 @@ def _means(paths: PathLengths, track: Track, begin_s: float, impact_s: FloatArra
     begins = np.append(begin_s, impact_s + TRACKS.clearance_s)
     ends = np.append(impact_s, end_s) - TRACKS.clearance_s
     step_s = max(TRACKS.mean_s, float(np.maximum(ends - begins, 0.0).sum()) / TRACKS.most_means)
+    spacing_s = float(track.time_s[1] - track.time_s[0])
     out = [_Means(np.zeros(0), np.zeros((len(paths.change_m), 0)), np.zeros(0, np.intp), np.zeros((3, 0)))]
     for number, (first_s, last_s) in enumerate(zip(begins, ends, strict=True)):
         if last_s - first_s < TRACKS.least_flight_s:
@@ -110,12 +111,23 @@ def _means(paths: PathLengths, track: Track, begin_s: float, impact_s: FloatArra
         seen = np.logical_and.reduceat(known, at)
         if seen.sum() < TRACKS.least_means:
             continue
-        mean = [
+        time_s, change_m, place_m = (
             np.add.reduceat(rows[..., inner], at, axis=-1) / size
             for rows in (track.time_s, paths.change_m, track.position_m)
-        ]
-        out.append(_Means(mean[0], mean[1], np.full(size.size, number), mean[2]).chosen(seen))
-    return _Means(*(np.concatenate(own, axis=-1) for own in zip(*out, strict=True)))
+        )
+        # a mean of what bends is not what it is in the middle: by half the bend times the variance of the times
+        step = np.diff(time_s)
+        bend = np.diff(np.diff(change_m) / step) / (0.5 * (step[1:] + step[:-1]))
+        change_m = change_m - np.pad(bend, ((0, 0), (1, 1)), mode="edge") * (size**2 - 1.0) / 24.0 * spacing_s**2
+        seen &= np.isfinite(change_m).all(axis=0)
+        out.append(_Means(time_s, change_m, np.full(size.size, number), place_m).chosen(seen))
+    time_s, change_m, flight, position_m = zip(*out, strict=True)
+    return _Means(
+        np.concatenate(time_s),
+        np.concatenate(change_m, axis=1),
+        np.concatenate(flight),
+        np.concatenate(position_m, axis=1),
+    )
 
 
 class _Falls(NamedTuple):

@@ -14,7 +14,8 @@ from radargui.estimation.forward.setup_unknowns import SetupUnknowns
 from radargui.geometry.path_length import Antennas, path_gradient, path_lengths, place_antennas
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.gravity import drag_of_sphere_1_m
-from radargui.model.setup import Setup, Tracer
+from radargui.model.radar import Tracer
+from radargui.model.setup import Setup
 from radargui.model.setup_posterior import SetupPosterior
 from radargui.motion.flights import Flights
 
@@ -197,7 +198,8 @@ class PathModel:
     @property
     def gravity(self) -> int:
         """Place of g."""
-        return self.sphere.stop + int(np.flatnonzero(self.free == Flights.of(self.mean).layout.gravity)[0])
+        place = Flights.of(self.mean).layout.gravity
+        return int(self.sphere.stop + np.flatnonzero(self.free == place)[0])
 
     @property
     def precision(self) -> FloatArray:
@@ -292,7 +294,9 @@ class PathFlights:
         """
         matrix = self.matrix if told_g else self._untold
         sphere = self.model.sphere
-        return _directions(_without(matrix, sphere), self.model.stated), _directions(np.linalg.inv(matrix), sphere)
+        return _directions(_without(matrix, sphere), self.model.stated), _directions(
+            np.asarray(np.linalg.inv(matrix)), sphere
+        )
 
     @property
     def gravity(self) -> tuple[float, float]:

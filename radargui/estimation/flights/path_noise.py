@@ -1,6 +1,6 @@
 """Noise of path lengths that is correlated with the place, as residuals show it (method 5, Flights).
 
-What a correction leaves is of reflections and front ends, and changes with the place p: C = v (S exp(-|p - p'| / l) + w),
+What a correction leaves is of reflections and front ends, and changes with the place: C = v (S exp(-|p - p'| / l) + w).
 S = 1 within a flight and 0.8 between two, where the body comes by again and the error is nearly the same; w is white.
 """
 
@@ -80,9 +80,8 @@ class NoiseModel:
     def chi_square(self, noise: PathNoise, residual_m: FloatArray) -> float:
         """Return r^T C^-1 r of residuals (n_receivers, n)."""
         none = np.zeros((*residual_m.shape, 0))
-        return sum(
-            one.square / v for one, v in zip(self._sums(noise.shape, none, residual_m), noise.variance, strict=True)
-        )
+        each = self._sums(noise.shape, none, residual_m)
+        return float(sum(one.square / v for one, v in zip(each, noise.variance, strict=True)))
 
     def normal(self, noise: PathNoise, slopes: FloatArray, residual_m: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return J^T C^-1 J, (k, k), and J^T C^-1 r, (k,), of derivatives (n_receivers, n, k) and residuals."""

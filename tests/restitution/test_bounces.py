@@ -15,7 +15,7 @@ from radargui.estimation.flights.of_paths import PathFlights
 from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import uncertain_inputs
-from radargui.model.gravity import drag_of_sphere_1_m
+from radargui.model.gravity import drag_of_sphere_1_m, share_in_air
 from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup
 from radargui.processing.locate import locate
@@ -29,9 +29,16 @@ LEVEL = {"normal": UP}
 
 def setup_of(height_m: float = 0.25, **tables: object) -> Setup:
     """Return a setup whose release is so high above the floor z = 0, in a place of known g."""
-    tracer = {"release_position_m": (0.0, 0.0, height_m)}
-    known = {"floor": LEVEL, "site": {"g_m_s2": 9.81, "u_g_m_s2": 1e-4}, **tables}
+    tracer = {"release_position_m": (0.0, 0.0, height_m), "density_kg_m3": None}
+    known = {"floor": LEVEL, "site": {"g_m_s2": 9.81 / share_in_air(None), "u_g_m_s2": 1e-4}, **tables}
     return changed(quick_setup(), tracer=tracer, **known)
+
+
+def without_normal(setup: Setup) -> Setup:
+    """Return a setup that says nothing of the floor."""
+    plain = setup.model_dump(by_alias=True)
+    del plain["floor"]["normal"]
+    return Setup.model_validate(plain)
 
 
 def paths_of(
@@ -75,7 +82,7 @@ def test_exact_paths_give_exact_coefficients(height: float, e: float) -> None:
     assert bounces.impacts[0].time_s == pytest.approx(drop.impact_s[0], abs=2e-6)
     assert bounces.free_fall is not None
     assert bounces.free_fall.g_m_s2 == pytest.approx(9.81, rel=1e-3)
-    assert bounces.free_fall.drop_height_m == pytest.approx(height, abs=1e-4)
+    assert bounces.free_fall.drop_height_m == pytest.approx(height, abs=1e-3)
 
 
 def antennas_off(setup: Setup, rng: np.random.Generator) -> Setup:
@@ -115,15 +122,16 @@ def test_uncertainties_hold_the_truth_where_the_setup_is_off_by_its_own() -> Non
         assert 0.6 < np.std(pull) < 1.4
         assert np.mean(np.abs(pull) < 2.0) > 0.87
     as_stated, found = np.median(shapes, axis=0)
-    assert found < 0.3 * as_stated
+    assert found < 0.4 * as_stated
 
 
 def test_what_a_correction_leaves_of_a_place_widens_the_uncertainty_and_is_held_by_it() -> None:
-    drop = Drop(rate_hz=2000.0, settle_s=0.1, e=0.7)
+    drop, rng = Drop(rate_hz=2000.0, settle_s=0.1, e=0.7), np.random.default_rng(5)
     setup, inside, u = setup_of(), [], []
-    for number in range(12):
+    for number in range(24):
         paths = paths_of(position_of(drop), drop.time_s, setup, 10e-6, number)
-        waves = 2e-4 * np.sin(2 * np.pi * paths.change_m / 0.02 + number)
+        length, turn = 0.01 * 10.0 ** rng.uniform(size=(3, 6, 1)), 2 * np.pi * rng.uniform(size=(3, 6, 1))
+        waves = 5e-5 * np.sin(2 * np.pi * paths.change_m[:, None] / length + turn).sum(axis=1)
         bounces, *_ = measured(replace(paths, change_m=paths.change_m + waves), setup, 0.5, drop.impact_s[-1] + 0.02)
         u.append(bounces.impacts[0].u_e)
         inside.append(abs(bounces.impacts[0].e - 0.7) < 2.0 * u[-1])
@@ -137,7 +145,7 @@ def test_a_sphere_of_plastic_is_told_by_its_flights_where_no_density_is_given(de
     floor = Floor(np.array(UP), np.array([0.0, 0.0, -0.13]), restitution=0.8, scatter=0.0)
     drop = fall(np.random.default_rng(1), body, floor, np.array([0.0, 0.0, 0.12]), start_s=0.3, duration_s=1.2)
     time = np.arange(6000) / 5000.0
-    setup = changed(quick_setup(), tracer={"release_position_m": (0.0, 0.0, 0.12)}, floor=LEVEL, site={"g_m_s2": 9.81})
+    setup = setup_of(0.12)
     found, *_ = measured(paths_of(drop.position(time), time, setup, 1e-5), setup, 0.3, 1.2)
     assert (found.braked_1_m is not None) is seen
     if found.braked_1_m is not None:
@@ -181,7 +189,7 @@ def test_the_normal_of_a_tilted_floor_is_found_from_the_impacts(tilt_deg: float)
     floor = Floor(normal, np.array([0.0, 0.0, -0.13]), restitution=0.8, scatter=0.0)
     drop = fall(np.random.default_rng(1), body, floor, np.array([0.0, 0.0, 0.12]), start_s=0.3, duration_s=1.2)
     time = np.arange(6000) / 5000.0
-    setup = changed(quick_setup(), tracer={"release_position_m": (0.0, 0.0, 0.12), "density_kg_m3": 7850.0})
+    setup = without_normal(setup_of(0.12))
     found, *_ = measured(paths_of(drop.position(time), time, setup, 1e-5), setup, 0.3, 1.2)
     assert found.normal is not None
     assert found.u_tilt_deg is not None

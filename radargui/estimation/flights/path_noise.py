@@ -21,8 +21,8 @@ SHARED = 0.8
 first e inside 2u; u over error was nearest to each other for the three corrections at 0.8."""
 WHITE = (1e-3, 1e-2, 0.1, 1.0, 10.0)
 """w, from waves to noise."""
-LEAST_M = 1e-7
-"""No path is known better."""
+LEAST_M = 1e-6
+"""No path is known better: what a mean of it leaves of a flight."""
 TURNS = 4
 """Of the variances, which the unknowns take a part of."""
 

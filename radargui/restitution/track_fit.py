@@ -15,6 +15,7 @@ from radargui.motion.flights import Flights
 from radargui.motion.impacts import find_track_impacts
 from radargui.restitution.settings import TRACKS
 from radargui.restitution.sphere_parts import sphere_parts_m
+from radargui.restitution.walls_of_track import Aside
 
 
 def fit_track(
@@ -45,17 +46,29 @@ def fit_track(
     begin_s = min(float(time_s[0]) + TRACKS.start_clearance_s, float(impact_s[0]) - TRACKS.clearance_s)
     end_s = min(float(time_s[-1]), _landing_s(time_s[known], height_m[known], float(impact_s[-1])))
     found, stated = None, PathSetup.of(setup)
+    # a wall beside the fall bends it aside
+    met_wall = Aside.of(track, np.append(begin_s, impact_s), np.append(impact_s, end_s)).turned
     # impacts are seen to a millisecond only: with samples of the wrong flight a second time
     for _ in range(2):
         means = _means(paths, track, begin_s, impact_s, end_s)
+        means = means.chosen(~means.not_falling_yet())
         fall = _Falls.of(means, impact_s.size + 1)
-        means = means.chosen(fall.are_flights[means.flight])
-        if not means.time_s.size or abs(fall.g_m_s2 / NOMINAL_GRAVITY_M_S2 - 1.0) >= TRACKS.largest_g_error:
+        are_flights = fall.are_flights & ~met_wall
+        if abs(fall.g_m_s2 / NOMINAL_GRAVITY_M_S2 - 1.0) >= TRACKS.largest_g_error:
+            return None
+        lasts_s = np.diff(np.concatenate([[begin_s], impact_s, [end_s]]))
+        if stops := np.flatnonzero(~are_flights & (lasts_s > TRACKS.longest_flight_s)).tolist():
+            # it lay there until somebody dropped it again: what follows is another drop
+            impact_s, end_s = impact_s[: stops[0]], float(impact_s[stops[0] - 1]) if stops[0] else begin_s
+            are_flights, met_wall = are_flights[: stops[0] + 1], met_wall[: stops[0] + 1]
+        means = means.chosen(means.flight < are_flights.size)
+        means = means.chosen(are_flights[means.flight])
+        if not means.time_s.size or not impact_s.size:
             return None
         start = _start(means, np.append(begin_s, impact_s)) if found is None else found.flights
         data = PathData(*means, sphere_parts_m(means.position_m, setup))
         noise = None if found is None else found.noise
-        found = fit_paths(PathModel.of(stated, setup.tracer, start, data), fall.are_flights, end_s, noise)
+        found = fit_paths(PathModel.of(stated, setup.tracer, start, data), are_flights, end_s, noise)
         if found is None:
             return None
         before_s, impact_s = impact_s, found.flights.impact_s
@@ -89,6 +102,41 @@ class _Means(NamedTuple):
     def chosen(self, which: BoolArray) -> _Means:
         """Return some of them."""
         return _Means(self.time_s[which], self.change_m[:, which], self.flight[which], self.position_m[:, which])
+
+    def not_falling_yet(self) -> BoolArray:
+        """Return which of the first flight's means come before it is a parabola, shape (n,).
+
+        A hand that throws, a thread that slips, a magnet: the last part of the flight says how well one can be.
+        """
+        first = np.flatnonzero(self.flight == 0)
+        out = np.zeros(self.time_s.size, dtype=np.bool_)
+        shares = [round(share * first.size) for share in TRACKS.begins]
+        if first.size - shares[-1] < 2 * TRACKS.least_means:
+            return out
+        missed = [parabola_of(self.time_s[first[n:]], self.position_m[2, first[n:]]).missed_m for n in shares]
+        bound_m = max(TRACKS.bends_at_first * missed[-1], TRACKS.least_bend_m)
+        begin = next(n for n, own in zip(shares, missed, strict=True) if own <= bound_m)
+        out[first[:begin]] = True
+        return out
+
+
+class Parabola(NamedTuple):
+    """Height against a parabola of its own: its g, what that weighs, and the root mean square missed."""
+
+    g_m_s2: float
+    weight: float
+    missed_m: float
+
+
+def parabola_of(time_s: FloatArray, height_m: FloatArray) -> Parabola:
+    """Return the least-squares parabola of a height, shapes (n,)."""
+    d = time_s - time_s.mean()
+    bend = d * d - np.polyval(np.polyfit(d, d * d, 1), d)
+    weight = float(bend @ bend)
+    half_g = -float(bend @ height_m) / weight
+    straight = height_m + half_g * d * d
+    left = straight - np.polyval(np.polyfit(d, straight, 1), d)
+    return Parabola(2.0 * half_g, weight, float(np.sqrt(np.mean(left**2))))
 
 
 def _means(paths: PathLengths, track: Track, begin_s: float, impact_s: FloatArray, end_s: float) -> _Means:
@@ -147,14 +195,7 @@ class _Falls(NamedTuple):
         missed, g, weight = np.full((3, n_flights), np.nan)
         for number, which in enumerate(own):
             if which.size:
-                d = means.time_s[which] - means.time_s[which].mean()
-                height = means.position_m[2, which]
-                bend = d * d - np.polyval(np.polyfit(d, d * d, 1), d)
-                weight[number] = bend @ bend
-                half_g = -float(bend @ height) / weight[number]
-                straight = height + half_g * d * d
-                missed[number] = np.sqrt(np.mean((straight - np.polyval(np.polyfit(d, straight, 1), d)) ** 2))
-                g[number] = 2.0 * half_g
+                g[number], weight[number], missed[number] = parabola_of(means.time_s[which], means.position_m[2, which])
         known = np.isfinite(missed)
         if known.sum() > 2:
             # two flights have no median that tells which of them is wrong

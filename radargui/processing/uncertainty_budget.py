@@ -170,30 +170,21 @@ def changes_of_track(
     time_s, n_impacts = shifts.time_s, len(bounces.impacts)
     if fit is None:
         inputs, n = shifts.setup.unknowns, len(shifts.moved_m)
-        own = np.concatenate([inputs.deviation, np.ones(n - inputs.size)])
+        own = np.concatenate([np.where(inputs.deviation < 1.0, 0.0, 1.0), np.ones(n - inputs.size)])
+        of_share: list[Share] = [*("calibration",) * inputs.size, *("sphere",) * (n - inputs.size)]
         keys = [*(one.key for one in inputs.inputs), *("sphere",) * (n - inputs.size)]
         return tuple(
-            InputChange(key, _share(number, inputs.size), time_s, by * moved, np.full(n_impacts, np.nan), np.nan)
-            for number, (key, by, moved) in enumerate(zip(keys, own.tolist(), shifts.moved_m, strict=True))
+            InputChange(key, share, time_s, by * moved, np.full(n_impacts, np.nan), np.nan)
+            for key, share, by, moved in zip(keys, of_share, own.tolist(), shifts.moved_m, strict=True)
         )
     velocity, by_unknowns = fit.impact_velocities()
     by_e, place, unit = e_slopes(bounces, by_unknowns), fit.model.gravity, float(fit.model.deviation[4])
-    n_stated = fit.model.sphere.start
-    rows = [np.concatenate(fit.directions(told_g=told)) for told in (True, False)]
+    shares: tuple[Share, Share] = ("calibration", "sphere")
+    told, untold = fit.directions(), fit.directions(told_g=False)
     changes = [
-        InputChange(
-            f"setup[{number + 1}]",
-            _share(number, n_stated),
-            time_s,
-            shifts.along(direction),
-            by_e @ direction,
-            unit * float(of_g[place]),
-        )
-        for number, (direction, of_g) in enumerate(zip(*rows, strict=True))
+        InputChange(f"{share}[{number}]", share, time_s, shifts.along(one), by_e @ one, unit * float(of_g[place]))
+        for share, own, apart in zip(shares, told, untold, strict=True)
+        for number, (one, of_g) in enumerate(zip(own, apart, strict=True), 1)
     ]
     changes += tilt_and_clock(time_s, lambda: (velocity[:, :3], velocity[:, 3:]), bounces, setup)
     return tuple(changes)
-
-
-def _share(number: int, n_stated: int) -> Share:
-    return "calibration" if number < n_stated else "sphere"

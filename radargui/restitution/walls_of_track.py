@@ -44,8 +44,7 @@ def without_e_by_walls(
         bounces,
         impacts=tuple(replace(one, valid=one.valid and not met) for one, met in by_wall),
         walls_s=walls_s,
-        # an impact that gave no e before needs no reason
-        with_walls_s=tuple(one.time_s for one, met in by_wall if met and one.valid),
+        with_walls_s=tuple(one.time_s for one, met in by_wall if met),
     )
 
 

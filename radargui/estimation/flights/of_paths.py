@@ -278,7 +278,7 @@ class PathFlights:
     @property
     def held(self) -> FloatArray:
         """The same with setup and sphere held."""
-        return _without(self.matrix, slice(0, self.model.sphere.stop))
+        return _without(self.matrix, np.arange(self.model.sphere.stop))
 
     @property
     def posterior(self) -> SetupPosterior:
@@ -292,11 +292,11 @@ class PathFlights:
         The setup's with the sphere held, and those that the sphere adds: covariance = held + sum of d d^T of both.
         Without `told_g` nothing is known of g but what the paths say.
         """
-        matrix = self.matrix if told_g else self._untold
-        sphere = self.model.sphere
-        return _directions(_without(matrix, sphere), self.model.stated), _directions(
-            np.asarray(np.linalg.inv(matrix)), sphere
-        )
+        matrix, sphere, stated = self.matrix if told_g else self._untold, self.model.sphere, self.model.stated
+        # what is called exact may show that it is wrong, but leaves nothing open
+        exact = np.flatnonzero(self.model.setup.unknowns.deviation < 1.0)
+        beside, every = _without(matrix, np.r_[exact, sphere]), _without(matrix, exact)
+        return _directions(beside, np.delete(np.r_[stated], exact)), _directions(every, np.r_[sphere])
 
     @property
     def gravity(self) -> tuple[float, float]:
@@ -304,7 +304,7 @@ class PathFlights:
         place, unit = self.model.gravity, self.model.deviation[4]
         # the slope of chi-square was zero with the prior, whose pull is what is missing now
         g = self.flights.g_m_s2 + unit * float(np.linalg.inv(self._untold)[place, place] * self.at[place])
-        statistical = _without(self._untold, slice(0, self.model.sphere.stop))[place, place]
+        statistical = _without(self._untold, np.arange(self.model.sphere.stop))[place, place]
         return g, float(unit * np.sqrt(statistical))
 
     @property
@@ -326,7 +326,7 @@ class PathFlights:
         return values, self.model.by_unknowns(slopes)
 
 
-def _without(matrix: FloatArray, part: slice) -> FloatArray:
+def _without(matrix: FloatArray, part: IntArray) -> FloatArray:
     """Return the covariance of what an inverse covariance leaves where some unknowns are held; theirs is zero."""
     kept = np.delete(np.arange(len(matrix)), part)
     out = np.zeros_like(matrix)
@@ -334,9 +334,9 @@ def _without(matrix: FloatArray, part: slice) -> FloatArray:
     return out
 
 
-def _directions(covariance: FloatArray, part: slice) -> FloatArray:
+def _directions(covariance: FloatArray, part: IntArray) -> FloatArray:
     """Return independent directions in which some unknowns leave all open: C_s C_ss^-1 C_s^T = sum of d d^T."""
-    own = covariance[part, part]
+    own = covariance[np.ix_(part, part)]
     root = np.linalg.cholesky(np.linalg.inv(own)) if own.size else own
     return np.asarray((covariance[:, part] @ root).T)
 

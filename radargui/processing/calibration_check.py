@@ -7,10 +7,10 @@ import numpy as np
 
 from radargui.model.calibrated_setup import day_of
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2
-from radargui.model.result import Bounces, RunResult
+from radargui.model.result import RunResult
 from radargui.model.rounding import COVERAGE, concise
 from radargui.processing.locate import place_at
-from radargui.processing.uncertainty_budget import TrackShifts, changes_of_track
+from radargui.processing.uncertainty_budget import TrackShifts, changes_of_places
 from radargui.restitution.site_gravity import site_check
 
 COVERAGE_2D = 2.45
@@ -55,7 +55,7 @@ def check_calibration(result: RunResult) -> CalibrationCheck | None:
     drift = np.polyfit(share, track.position_m[:2, during].T, 2)[0]
     variance = float(np.mean(track.u_position_m[:2, during] ** 2))
     shifts = TrackShifts.of(track, result.segment, result.setup, None)
-    for one in changes_of_track(shifts, Bounces(), result.setup):
+    for one in changes_of_places(shifts):
         inside = (one.time_s >= fall.first_time_s) & (one.time_s <= fall.last_time_s)
         if inside.sum() > 3:
             bends = np.polyfit((one.time_s[inside] - fall.first_time_s) / span, one.moved_m[:2, inside].T, 2)[0]

@@ -12,6 +12,7 @@ import numpy as np
 from radargui.conditioning.condition import condition
 from radargui.conditioning.stretch import NoMotion
 from radargui.correction.correct import correct
+from radargui.estimation.flights.of_paths import PathFlights
 from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.blas_threads import one_blas_thread
 from radargui.model.errors import ProcessingError, worded
@@ -31,12 +32,18 @@ from radargui.processing.long_recording import shortened
 from radargui.processing.measured_motion import MeasuredMotion, nothing_measured
 from radargui.processing.part import Part
 from radargui.processing.progress import Progress
-from radargui.processing.uncertainty_budget import TrackShifts, changes_of_track, moved_track, with_budget
+from radargui.processing.uncertainty_budget import (
+    TrackShifts,
+    changes_of_drops,
+    changes_of_places,
+    moved_track,
+    with_budget,
+)
 from radargui.processing.whole import Whole
-from radargui.restitution.bounces import find_bounces
+from radargui.restitution.bounces import bounces_of_drops, joined
 from radargui.restitution.cross_check import found_tilt, walls_met
 from radargui.restitution.impact_plane import judged_by_floor
-from radargui.restitution.track_fit import fit_track
+from radargui.restitution.track_fit import fit_drops
 
 ESTIMATES = ("adaptive", "joint", "flights")
 
@@ -223,21 +230,22 @@ def _impacts(part: Part, motion: MeasuredMotion, track: Track) -> _Measured:
         return _Measured(
             *with_budget(track, motion.bounces, motion.changes or (), segment, setup), motion.setup_posterior
         )
-    fit, bounces = None, motion.bounces
-    if bounces is None:
-        fit = fit_track(motion.paths, track, segment, setup, part.conditioned.sample_rate_hz)
+    fits: tuple[PathFlights, ...] = ()
+    if motion.bounces is None:
+        fits = fit_drops(motion.paths, track, segment, setup, part.conditioned.sample_rate_hz)
     # without a rest the zero of L is assumed: no uncertainty of a calibration means anything then
     if not segment.has_rest:
-        bounces = bounces or find_bounces(fit, track, segment, setup)
+        bounces = motion.bounces or joined(bounces_of_drops(fits, track, segment, setup))
         # where the sphere was at the start is assumed, not known: no e, and no g
         return _Measured(track, Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts)))
-    shifts = TrackShifts.of(track, segment, setup, fit)
-    posterior: tuple[SetupValue, ...] = ()
-    if fit is not None:
-        track, posterior = moved_track(track, shifts, fit), fit.posterior.values(setup)
-    bounces = bounces or find_bounces(fit, track, segment, setup)
-    changes = changes_of_track(shifts, bounces, setup, fit)
-    return _Measured(*with_budget(track, bounces, changes, segment, setup), posterior)
+    shifts = TrackShifts.of(track, segment, setup, fits[0] if fits else None)
+    if not fits:
+        bounces = motion.bounces or Bounces()
+        return _Measured(*with_budget(track, bounces, changes_of_places(shifts, bounces), segment, setup))
+    track, posterior = moved_track(track, shifts, fits[0]), fits[0].posterior.values(setup)
+    each = bounces_of_drops(fits, track, segment, setup)
+    changes = changes_of_drops(shifts, each, setup, fits)
+    return _Measured(*with_budget(track, joined(each), changes, segment, setup), posterior)
 
 
 def _check(recording: Recording, setup: Setup) -> None:

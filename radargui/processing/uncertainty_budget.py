@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -20,6 +20,7 @@ from radargui.restitution.drop_bounces import e_slopes
 from radargui.restitution.floor_and_clock import tilt_and_clock
 from radargui.restitution.sphere_parts import sphere_parts_m
 
+NO_BOUNCES = Bounces()
 POINTS, LONGEST_S = 500, 0.002
 """Means of a motion at which its shifts are given, at the least, and how long one may be."""
 
@@ -151,32 +152,48 @@ def moved_track(track: Track, shifts: TrackShifts, fit: PathFlights) -> Track:
     return replace(track, position_m=track.position_m + shift)
 
 
-def changes_of_track(
-    shifts: TrackShifts, bounces: Bounces, setup: Setup, fit: PathFlights | None = None
-) -> tuple[InputChange, ...]:
-    """Return what a track, its e and g change by along independent directions that setup and sphere are left open in.
+def changes_of_places(shifts: TrackShifts, bounces: Bounces = NO_BOUNCES) -> tuple[InputChange, ...]:
+    """Return what places change by with each input by its own u, where nothing flies; e and g are not known."""
+    inputs, n = shifts.setup.unknowns, len(shifts.moved_m)
+    own = np.concatenate([np.where(inputs.deviation < 1.0, 0.0, 1.0), np.ones(n - inputs.size)])
+    keys = [*(one.key for one in inputs.inputs), *("sphere",) * (n - inputs.size)]
+    of_share: list[Share] = [*("calibration",) * inputs.size, *("sphere",) * (n - inputs.size)]
+    unknown = np.full(len(bounces.impacts), np.nan)
+    return tuple(
+        InputChange(key, share, shifts.time_s, by * moved, unknown, np.nan)
+        for key, share, by, moved in zip(keys, of_share, own.tolist(), shifts.moved_m, strict=True)
+    )
 
-    Those of their posterior where flights were fitted; else each input by its own u, and e and g are not known.
+
+def changes_of_drops(
+    shifts: TrackShifts, each: Sequence[Bounces], setup: Setup, fits: Sequence[PathFlights]
+) -> tuple[InputChange, ...]:
+    """Return what the track, all e and g change by along independent directions that setup and sphere are left open in.
+
+    Those of the posterior of each drop's flights; track and g are of the first.
 
     Parameters
     ----------
     shifts
-        Of the track's places.
-    bounces, fit
-        Of its flights.
+        Of the track's places, at the instants of the first drop's flights.
+    each, fits
+        Of the drops.
     setup
         Says how well floor and clock are known, which move no place.
     """
-    time_s, n_impacts = shifts.time_s, len(bounces.impacts)
-    if fit is None:
-        inputs, n = shifts.setup.unknowns, len(shifts.moved_m)
-        own = np.concatenate([np.where(inputs.deviation < 1.0, 0.0, 1.0), np.ones(n - inputs.size)])
-        of_share: list[Share] = [*("calibration",) * inputs.size, *("sphere",) * (n - inputs.size)]
-        keys = [*(one.key for one in inputs.inputs), *("sphere",) * (n - inputs.size)]
-        return tuple(
-            InputChange(key, share, time_s, by * moved, np.full(n_impacts, np.nan), np.nan)
-            for key, share, by, moved in zip(keys, of_share, own.tolist(), shifts.moved_m, strict=True)
-        )
+    changes, sizes = [], [len(one.impacts) for one in each]
+    for number, (bounces, fit) in enumerate(zip(each, fits, strict=True)):
+        around = sum(sizes[:number]), sum(sizes[number + 1 :])
+        for one in _changes_of_drop(shifts, bounces, setup, fit):
+            e = np.pad(one.e, around)
+            changes.append(
+                replace(one, e=e) if number == 0 else replace(one, e=e, moved_m=np.zeros_like(one.moved_m), g_m_s2=0.0)
+            )
+    return tuple(changes)
+
+
+def _changes_of_drop(shifts: TrackShifts, bounces: Bounces, setup: Setup, fit: PathFlights) -> list[InputChange]:
+    time_s = shifts.time_s
     velocity, by_unknowns = fit.impact_velocities()
     by_e, place, unit = e_slopes(bounces, by_unknowns), fit.model.gravity, float(fit.model.deviation[4])
     shares: tuple[Share, Share] = ("calibration", "sphere")
@@ -187,4 +204,4 @@ def changes_of_track(
         for number, (one, of_g) in enumerate(zip(own, apart, strict=True), 1)
     ]
     changes += tilt_and_clock(time_s, lambda: (velocity[:, :3], velocity[:, 3:]), bounces, setup)
-    return tuple(changes)
+    return changes

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from radargui.estimation.flights.of_paths import PathFlights
@@ -16,13 +19,30 @@ from radargui.restitution.settings import FLIGHTS, TRACKS
 from radargui.restitution.walls_of_track import without_e_by_walls
 
 
-def find_bounces(fit: PathFlights | None, track: Track, segment: Segment, setup: Setup) -> Bounces:
+def bounces_of_drops(fits: Sequence[PathFlights], track: Track, segment: Segment, setup: Setup) -> tuple[Bounces, ...]:
+    """Return the bounces of each drop of a record, parameters as for `find_bounces`."""
+    return tuple(find_bounces(one, track, segment, setup) for one in fits)
+
+
+def joined(each: Sequence[Bounces]) -> Bounces:
+    """Return the bounces of some drops, one after the other, as those of the first."""
+    if not each:
+        return Bounces()
+    return replace(
+        each[0],
+        impacts=tuple(impact for one in each for impact in one.impacts),
+        walls_s=tuple(moment for one in each for moment in one.walls_s),
+        with_walls_s=tuple(moment for one in each for moment in one.with_walls_s),
+    )
+
+
+def find_bounces(fit: PathFlights, track: Track, segment: Segment, setup: Setup) -> Bounces:
     """Return impacts with e = speed after / speed before along the floor's normal, and the first fall.
 
     Parameters
     ----------
     fit
-        Of the track's flights, whose speeds where they meet these are; None: nothing flies.
+        Of the track's flights, whose speeds where they meet these are.
     track
         Where the body was, for walls, heights and what is drawn.
     segment
@@ -31,8 +51,6 @@ def find_bounces(fit: PathFlights | None, track: Track, segment: Segment, setup:
         Its floor's normal is the direction of the speeds; where it gives none, the one that the impacts support, whose
         uncertainty is a part of u_e.
     """
-    if fit is None:
-        return Bounces()
     flights, (velocity, by_unknowns) = fit.flights, fit.impact_velocities()
     statistical = np.einsum("ean,nm,ebm->eab", by_unknowns, fit.held, by_unknowns)
     # an impact is known by the flights before and after it

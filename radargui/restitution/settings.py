@@ -103,8 +103,8 @@ class TrackSettings:
         Paths are averaged over so long, more where there would be more than so many means; a flight has so many.
     tells_g_s
         What lasts so long and does not fall is no flight: of shorter ones the bend is not known.
-    longest_flight_s
-        What lasts longer and is no flight ends a drop.
+    longest_fall_s, longest_flight_s
+        Before a first impact; what lasts longer than the second and is no flight ends a drop.
     begins, bends_at_first, least_bend_m
         The first flight begins at the first of these shares of it from which on it misses a parabola by no more than
         so many times, or so much, what it does from the last.
@@ -148,8 +148,9 @@ class TrackSettings:
     least_means: int = 4
     tells_g_s: float = 0.05
     settled_s: float = 3e-4
+    longest_fall_s: float = 0.5
     longest_flight_s: float = 1.0
-    begins: tuple[float, ...] = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
+    begins: tuple[float, ...] = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
     bends_at_first: float = 2.0
     least_bend_m: float = 1e-4
     rising_s: float = 0.012

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,23 @@ from radargui.motion.impacts import find_track_impacts
 from radargui.restitution.settings import TRACKS
 from radargui.restitution.sphere_parts import sphere_parts_m
 from radargui.restitution.walls_of_track import Aside
+
+
+def fit_drops(
+    paths: PathLengths, track: Track, segment: Segment, setup: Setup, sample_rate_hz: float
+) -> tuple[PathFlights, ...]:
+    """Return the flights of each drop of a record: what lies there may be taken up and dropped again.
+
+    Parameters as for `fit_track`.
+    """
+    found: list[PathFlights] = []
+    while (fit := fit_track(paths, track, segment, setup, sample_rate_hz)) is not None:
+        found.append(fit)
+        if not fit.goes_on:
+            break
+        after = int(np.searchsorted(track.time_s, fit.end_s + TRACKS.clearance_s))
+        segment = replace(segment, first=after)
+    return tuple(found)
 
 
 def fit_track(
@@ -44,10 +62,13 @@ def fit_track(
         return None
     # no release is a clean cut
     begin_s = min(float(time_s[0]) + TRACKS.start_clearance_s, float(impact_s[0]) - TRACKS.clearance_s)
+    # no fall lasts longer: before it a hand held the body
+    begin_s = max(begin_s, float(impact_s[0]) - TRACKS.longest_fall_s)
     end_s = min(float(time_s[-1]), _landing_s(time_s[known], height_m[known], float(impact_s[-1])))
     found, stated = None, PathSetup.of(setup)
     # a wall beside the fall bends it aside
     met_wall = Aside.of(track, np.append(begin_s, impact_s), np.append(impact_s, end_s)).turned
+    goes_on = False
     # impacts are seen to a millisecond only: with samples of the wrong flight a second time
     for _ in range(2):
         means = _means(paths, track, begin_s, impact_s, end_s)
@@ -59,6 +80,7 @@ def fit_track(
         lasts_s = np.diff(np.concatenate([[begin_s], impact_s, [end_s]]))
         if stops := np.flatnonzero(~are_flights & (lasts_s > TRACKS.longest_flight_s)).tolist():
             # it lay there until somebody dropped it again: what follows is another drop
+            goes_on = True
             impact_s, end_s = impact_s[: stops[0]], float(impact_s[stops[0] - 1]) if stops[0] else begin_s
             are_flights, met_wall = are_flights[: stops[0] + 1], met_wall[: stops[0] + 1]
         means = means.chosen(means.flight < are_flights.size)
@@ -71,6 +93,7 @@ def fit_track(
         found = fit_paths(PathModel.of(stated, setup.tracer, start, data), are_flights, end_s, noise)
         if found is None:
             return None
+        found = replace(found, goes_on=goes_on)
         before_s, impact_s = impact_s, found.flights.impact_s
         if np.abs(impact_s - before_s).max() < TRACKS.settled_s:
             break

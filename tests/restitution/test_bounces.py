@@ -59,7 +59,7 @@ def measured(
     rate_hz = 1.0 / float(paths.time_s[1] - paths.time_s[0])
     segment = Segment(round(begin_s * rate_hz), round(end_s * rate_hz), 0, round((begin_s - 0.02) * rate_hz))
     fit = fit_track(paths, track, segment, setup, rate_hz)
-    return find_bounces(fit, track, segment, setup), fit, track
+    return Bounces() if fit is None else find_bounces(fit, track, segment, setup), fit, track
 
 
 def position_of(drop: Drop) -> FloatArray:

@@ -251,6 +251,8 @@ class PathFlights:
         Which the residuals show.
     matrix
         Inverse covariance of the unknowns, their priors included, shape (n, n).
+    goes_on
+        Whether somebody dropped the body again after the last flight.
     """
 
     model: PathModel
@@ -259,6 +261,7 @@ class PathFlights:
     end_s: float
     noise: PathNoise
     matrix: FloatArray
+    goes_on: bool = False
 
     @property
     def flights(self) -> Flights:

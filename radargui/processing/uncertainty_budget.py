@@ -157,7 +157,9 @@ def changes_of_places(shifts: TrackShifts, bounces: Bounces = NO_BOUNCES) -> tup
     inputs, n = shifts.setup.unknowns, len(shifts.moved_m)
     own = np.concatenate([np.where(inputs.deviation < 1.0, 0.0, 1.0), np.ones(n - inputs.size)])
     keys = [*(one.key for one in inputs.inputs), *("sphere",) * (n - inputs.size)]
-    of_share: list[Share] = [*("calibration",) * inputs.size, *("sphere",) * (n - inputs.size)]
+    calibration: Share = "calibration"
+    sphere: Share = "sphere"
+    of_share = [*[calibration] * inputs.size, *[sphere] * (n - inputs.size)]
     unknown = np.full(len(bounces.impacts), np.nan)
     return tuple(
         InputChange(key, share, shifts.time_s, by * moved, unknown, np.nan)
@@ -197,10 +199,10 @@ def _changes_of_drop(shifts: TrackShifts, bounces: Bounces, setup: Setup, fit: P
     velocity, by_unknowns = fit.impact_velocities()
     by_e, place, unit = e_slopes(bounces, by_unknowns), fit.model.gravity, float(fit.model.deviation[4])
     shares: tuple[Share, Share] = ("calibration", "sphere")
-    told, untold = fit.directions(), fit.directions(told_g=False)
+    directions, of_paths = fit.directions(), fit.directions(prior_of_g=False)
     changes = [
         InputChange(f"{share}[{number}]", share, time_s, shifts.along(one), by_e @ one, unit * float(of_g[place]))
-        for share, own, apart in zip(shares, told, untold, strict=True)
+        for share, own, apart in zip(shares, directions, of_paths, strict=True)
         for number, (one, of_g) in enumerate(zip(own, apart, strict=True), 1)
     ]
     changes += tilt_and_clock(time_s, lambda: (velocity[:, :3], velocity[:, 3:]), bounces, setup)

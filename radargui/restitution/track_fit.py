@@ -218,7 +218,8 @@ class _Falls(NamedTuple):
         missed, g, weight = np.full((3, n_flights), np.nan)
         for number, which in enumerate(own):
             if which.size:
-                g[number], weight[number], missed[number] = parabola_of(means.time_s[which], means.position_m[2, which])
+                own_fit = parabola_of(means.time_s[which], means.position_m[2, which])
+                g[number], weight[number], missed[number] = own_fit
         known = np.isfinite(missed)
         if known.sum() > 2:
             # two flights have no median that tells which of them is wrong

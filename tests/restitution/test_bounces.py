@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,7 +28,7 @@ UP = (0.0, 0.0, 1.0)
 LEVEL = {"normal": UP}
 
 
-def setup_of(height_m: float = 0.25, **tables: object) -> Setup:
+def setup_of(height_m: float = 0.25, **tables: dict[str, Any]) -> Setup:
     """Return a setup whose release is so high above the floor z = 0, in a place of known g."""
     tracer = {"release_position_m": (0.0, 0.0, height_m), "density_kg_m3": None}
     known = {"floor": LEVEL, "site": {"g_m_s2": 9.81 / share_in_air(None), "u_g_m_s2": 1e-4}, **tables}
@@ -108,7 +109,7 @@ def test_uncertainties_hold_the_truth_where_the_setup_is_off_by_its_own() -> Non
         slopes = fit.impact_velocities()[1][0, [2, 5]]
         by_e = (slopes[1] + bounces.impacts[0].e * slopes[0]) / bounces.impacts[0].speed_before_m_s
         e_pull.append((bounces.impacts[0].e - 0.6) / np.sqrt(by_e @ fit.covariance @ by_e))
-        of_g = np.concatenate(fit.directions(told_g=False))[:, fit.model.gravity] * fit.model.deviation[4]
+        of_g = np.concatenate(fit.directions(prior_of_g=False))[:, fit.model.gravity] * fit.model.deviation[4]
         u_g = np.hypot(bounces.free_fall.u_g_m_s2, np.linalg.norm(of_g))
         g_pull.append((bounces.free_fall.g_m_s2 - 9.81) / u_g)
         part = slice(round(drop.rest_s * drop.rate_hz), round(drop.impact_s[-1] * drop.rate_hz))

@@ -289,13 +289,17 @@ class PathFlights:
         own, part = self.model.setup.unknowns, self.model.stated
         return SetupPosterior(own.inputs, own.deviation, self.at[part], self.covariance[part, part])
 
-    def directions(self, *, told_g: bool = True) -> tuple[FloatArray, FloatArray]:
+    def directions(self, *, prior_of_g: bool = True) -> tuple[FloatArray, FloatArray]:
         """Return independent directions in which setup and sphere leave the unknowns open, each (n_directions, n).
 
         The setup's with the sphere held, and those that the sphere adds: covariance = held + sum of d d^T of both.
-        Without `told_g` nothing is known of g but what the paths say.
+        Without `prior_of_g` nothing is known of g but what the paths say.
         """
-        matrix, sphere, stated = self.matrix if told_g else self._untold, self.model.sphere, self.model.stated
+        matrix, sphere, stated = (
+            self.matrix if prior_of_g else self._without_prior_of_g,
+            self.model.sphere,
+            self.model.stated,
+        )
         # what is called exact may show that it is wrong, but leaves nothing open
         exact = np.flatnonzero(self.model.setup.unknowns.deviation < 1.0)
         beside, every = _without(matrix, np.r_[exact, sphere]), _without(matrix, exact)
@@ -304,10 +308,12 @@ class PathFlights:
     @property
     def gravity(self) -> tuple[float, float]:
         """Acceleration g and its statistical u, m/s^2, with the prior of g taken off again."""
-        place, unit = self.model.gravity, self.model.deviation[4]
+        place, unit = self.model.gravity, float(self.model.deviation[4])
         # the slope of chi-square was zero with the prior, whose pull is what is missing now
-        g = self.flights.g_m_s2 + unit * float(np.linalg.inv(self._untold)[place, place] * self.at[place])
-        statistical = _without(self._untold, np.arange(self.model.sphere.stop))[place, place]
+        g = float(self.flights.g_m_s2) + unit * float(
+            np.linalg.inv(self._without_prior_of_g)[place, place] * self.at[place]
+        )
+        statistical = _without(self._without_prior_of_g, np.arange(self.model.sphere.stop))[place, place]
         return g, float(unit * np.sqrt(statistical))
 
     @property
@@ -317,7 +323,7 @@ class PathFlights:
         return self.flights.drag_1_m, float(self.model.deviation[5] * np.sqrt(self.covariance[place, place]))
 
     @property
-    def _untold(self) -> FloatArray:
+    def _without_prior_of_g(self) -> FloatArray:
         out = self.matrix.copy()
         # not quite: of a fall too short to tell it g would be anything
         out[self.model.gravity, self.model.gravity] -= 1.0 - 1e-6

@@ -101,7 +101,7 @@ class TrackSettings:
         Shortest flight, between the clearances.
     mean_s, most_means, least_means
         Paths are averaged over so long, more where there would be more than so many means; a flight has so many.
-    tells_g_s
+    least_falling_s
         What lasts so long and does not fall is no flight: of shorter ones the bend is not known.
     longest_fall_s, longest_flight_s
         Before a first impact; what lasts longer than the second and is no flight ends a drop.
@@ -133,7 +133,7 @@ class TrackSettings:
     mean_s: float = 0.002
     most_means: float = 160.0
     least_means: int = 4
-    tells_g_s: float = 0.05
+    least_falling_s: float = 0.05
     settled_s: float = 3e-4
     longest_fall_s: float = 0.5
     longest_flight_s: float = 1.0

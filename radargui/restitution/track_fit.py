@@ -192,12 +192,11 @@ def _means(paths: PathLengths, track: Track, begin_s: float, impact_s: FloatArra
         change_m = change_m - np.pad(bend, ((0, 0), (1, 1)), mode="edge") * (size**2 - 1.0) / 24.0 * spacing_s**2
         seen &= np.isfinite(change_m).all(axis=0)
         out.append(_Means(time_s, change_m, np.full(size.size, number), place_m).chosen(seen))
-    time_s, change_m, flight, position_m = zip(*out, strict=True)
     return _Means(
-        np.concatenate(time_s),
-        np.concatenate(change_m, axis=1),
-        np.concatenate(flight),
-        np.concatenate(position_m, axis=1),
+        np.concatenate([one.time_s for one in out]),
+        np.concatenate([one.change_m for one in out], axis=1),
+        np.concatenate([one.flight for one in out]),
+        np.concatenate([one.position_m for one in out], axis=1),
     )
 
 
@@ -227,7 +226,7 @@ class _Falls(NamedTuple):
             known &= ~(missed > bound_m)
         lasts_s = np.array([means.time_s[which[-1]] - means.time_s[which[0]] if which.size else 0.0 for which in own])
         falls = np.abs(g / NOMINAL_GRAVITY_M_S2 - 1.0) < TRACKS.largest_g_error
-        known &= falls | (lasts_s < TRACKS.tells_g_s)
+        known &= falls | (lasts_s < TRACKS.least_falling_s)
         return _Falls(known, float(np.average(g[known], weights=weight[known])) if known.any() else np.nan)
 
 

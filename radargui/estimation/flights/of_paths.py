@@ -365,12 +365,14 @@ def fit_paths(model: PathModel, fitted: BoolArray, end_s: float, noise: PathNois
     at = np.zeros(model.sphere.stop + model.free.size)
     likelihood = NoiseModel(model.data.position_m, model.data.flight)
     try:
+        is_settled = noise is not None
         if noise is None:
-            noise = likelihood.fitted(model.residual_m(at), model.slopes(at), model.precision, None)
+            noise = likelihood.fitted(model.residual_m(at), model.slopes(at), model.precision, None, is_settled=True)
         for _ in range(PATH_FLIGHTS.rounds):
             at = _minimised(model, at, likelihood, noise)
             residual, slopes = model.residual_m(at), model.slopes(at)
-            noise = likelihood.fitted(residual, slopes, model.precision, noise)
+            noise = likelihood.fitted(residual, slopes, model.precision, noise, is_settled=is_settled)
+            is_settled = True
         matrix, _ = likelihood.normal(noise, slopes, residual)
         found = PathFlights(model, at, fitted, end_s, noise, matrix + np.diag(model.precision))
         # unknowns that nothing determines have no directions

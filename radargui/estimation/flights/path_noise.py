@@ -88,7 +88,13 @@ class NoiseModel:
         return _joined(self._sums(noise.shape, slopes, residual_m), noise.variance)
 
     def fitted(
-        self, residual_m: FloatArray, slopes: FloatArray, precision: FloatArray, start: PathNoise | None
+        self,
+        residual_m: FloatArray,
+        slopes: FloatArray,
+        precision: FloatArray,
+        start: PathNoise | None,
+        *,
+        is_settled: bool,
     ) -> PathNoise:
         """Return the noise of greatest evidence, linear unknowns marginalised (REML; Patterson & Thompson 1971).
 
@@ -100,10 +106,14 @@ class NoiseModel:
             Of the unknowns' priors, shape (k,).
         start
             Where the search over shapes begins; None: anywhere.
+        is_settled
+            Whether the shape stays, and only the variances are found anew.
         """
         variance = np.maximum((residual_m**2).mean(axis=1), LEAST_M**2) if start is None else start.variance
         shape = NoiseShape() if start is None else start.shape
         tried = {shape: self._of(shape, residual_m, slopes, precision, variance)}
+        if is_settled:
+            return PathNoise(shape, tried[shape][0])
         while True:
             near = [
                 NoiseShape(a, b)

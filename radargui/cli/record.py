@@ -164,6 +164,10 @@ def _row(run: RecordedRun) -> tuple[str, ...]:
     )
 
 
+_WITH_RESULT = (ExperimentState.RECORDING, ExperimentState.SETTLING, ExperimentState.PROCESSING)
+"""In which what stands beside it is of the run under way: live, then preliminary."""
+
+
 class RecordProgress(Bar):
     """The listener of an experiment.
 
@@ -185,7 +189,7 @@ class RecordProgress(Bar):
             self._health = event.message
         if event.kind is EventKind.WARNING:
             self.say(f"run {event.number}: warning: {one_line(event.message)}", err=True)
-        elif event.kind is EventKind.PRELIMINARY:
+        elif event.kind in (EventKind.BOUNCE, EventKind.PRELIMINARY):
             self._so_far = event.message
         elif event.kind is EventKind.RUN:
             self._so_far = ""
@@ -200,7 +204,7 @@ class RecordProgress(Bar):
         text = f"run {event.number} of {self._n_runs}: {event.state.value}"
         if event.state in (ExperimentState.ARMED, ExperimentState.RECORDING) and self._health:
             text += f", {self._health}"
-        if event.state is ExperimentState.PROCESSING and self._so_far:
+        if event.state in _WITH_RESULT and self._so_far:
             text += f", {self._so_far}"
         total = 1.0 if event.state is ExperimentState.PROCESSING else None
         self.update(self.shown, description=text, total=total, completed=event.fraction or 0.0)

@@ -57,6 +57,8 @@ class Limits:
 
 
 LIMITS = Limits()
+WEAK = "signal_low"
+"""Code of the finding that a receiver's noise is what makes it no better than usable."""
 PHASE_OVER_ROUNDNESS = 1.3
 """Phase error over what |z| leaves of its circle: that of a moment is as large, and that at rest, from which all phases
 count, is added to it (laboratory, generic and physical scenes, decision 44)."""
@@ -225,7 +227,7 @@ def judge(quality: ChannelQuality, noise: float, counted_noise: float, chi_squar
     if quality.fraction_clipped:
         return warn("some_samples_clipped", share=quality.fraction_clipped)
     if counted_noise > LIMITS.good_noise:
-        return warn("signal_low")
+        return warn(WEAK)
     if misfit > LIMITS.good_misfit:
         return warn("residuals_above_noise")
     return None

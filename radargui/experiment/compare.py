@@ -176,7 +176,7 @@ class OverlaidMethod:
     Attributes
     ----------
     method
-        joint, adaptive, published, ellipse or none.
+        joint, flights, adaptive, published, ellipse, none, or a plug-in.
     summary
         See `files.run_card.summarise`; empty where it failed.
     curves

@@ -11,7 +11,7 @@ from radargui.acquisition.run_output import FinishedRun
 from radargui.acquisition.run_plan import Ending
 from radargui.experiment.finished import LiveAgreement
 from radargui.model.errors import RadarGuiError
-from radargui.model.result import RunResult
+from radargui.model.result import Bounce, RunResult
 from radargui.model.rounding import quantity
 from radargui.model.words import counted
 
@@ -52,6 +52,8 @@ class RecordedRun:
         How far the live track was from the result; None where there was none to compare.
     health
         How the recording went, as it is in the file.
+    live
+        The first bounce as the live track saw it; None where it saw none, or nobody looked.
     """
 
     number: int
@@ -63,6 +65,7 @@ class RecordedRun:
     set_aside: str = ""
     agreement: LiveAgreement | None = None
     health: Mapping[str, object] = field(default_factory=dict)
+    live: Bounce | None = None
 
     @property
     def health_line(self) -> str:
@@ -70,11 +73,13 @@ class RecordedRun:
         return str(self.health.get("line", ""))
 
 
-def unprocessed(run: FinishedRun) -> RecordedRun:
-    """Return what came of a run that is kept as it is."""
+def unprocessed(run: FinishedRun, live: Bounce | None = None) -> RecordedRun:
+    """Return what came of a run that is kept as it is, with what the live track saw of it."""
     said = f"set aside, {run.set_aside}" if run.set_aside else "recorded, not processed."
     message = f"{run.path.name}: {said}"
-    return RecordedRun(run.number, run.path, None, run.ending, message, set_aside=run.set_aside, health=run.health)
+    return RecordedRun(
+        run.number, run.path, None, run.ending, message, set_aside=run.set_aside, health=run.health, live=live
+    )
 
 
 def recorded(run: FinishedRun, result: RunResult, agreement: LiveAgreement | None) -> RecordedRun:
@@ -107,6 +112,7 @@ class EventKind(Enum):
     HEALTH = "health"
     PROGRESS = "progress"
     WARNING = "warning"
+    BOUNCE = "bounce"
     RECORDED = "recorded"
     PRELIMINARY = "preliminary"
     RUN = "run"
@@ -120,8 +126,9 @@ class Event:
     ----------
     kind
         STATE: `state` has changed; HEALTH: `health` is new; PROGRESS: of processing, `fraction` from 0 to 1; WARNING:
-        `message` is for the operator; RECORDED: the file of `run` is closed, its result will follow; PRELIMINARY: what
-        `run` gives so far, its final result will follow; RUN: `run` is finished.
+        `message` is for the operator; BOUNCE: `bounce` is the first one of the run under way, seen live; RECORDED: the
+        file of `run` is closed, its result will follow; PRELIMINARY: what `run` gives so far, its final result will
+        follow; RUN: `run` is finished.
     state
         Where the experiment is.
     number
@@ -130,7 +137,7 @@ class Event:
         One sentence for the operator; may be empty.
     topic
         What a warning is about, where many of a kind may come; empty: about itself.
-    fraction, health, run, error
+    fraction, health, run, error, bounce
         As `kind` says; `error` beside a change to FAILED.
     """
 
@@ -143,6 +150,7 @@ class Event:
     run: RecordedRun | None = None
     error: RadarGuiError | None = None
     topic: str = ""
+    bounce: Bounce | None = None
 
 
 class RunningWarnings:
@@ -202,6 +210,7 @@ class EventFacts(TypedDict, total=False):
     run: RecordedRun | None
     error: RadarGuiError | None
     topic: str
+    bounce: Bounce | None
 
 
 class Publisher:

@@ -1,7 +1,9 @@
 """A series: runs of one acquisition or several, each processed while the next one is armed."""
 
+import math
 import queue
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext, suppress
@@ -29,17 +31,21 @@ from radargui.experiment.event import (
     with_place,
 )
 from radargui.experiment.finished import FinishedJob, LiveAgreement, process_finished
+from radargui.experiment.live_bounce import first_bounce
 from radargui.experiment.processing_apart import ProcessingApart
 from radargui.live.fall_test import FallTest
 from radargui.live.processor import LiveMemory, LiveProcessor
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, attempt
-from radargui.model.result import RunResult
+from radargui.model.result import Bounce, RunResult
+from radargui.model.rounding import quantity
 from radargui.model.setup import Setup
 from radargui.session.session import Session
 from radargui.sources.contract import Source
 
 HEALTH_S = 0.25
 """Between two reports of the health. Chosen by hand."""
+LOOK_S = 0.1
+"""Between two looks at the live track for the first bounce: a fifth of the half second in which it shall be told."""
 
 _ENTERED = {
     RecorderState.ARMED: (ExperimentState.ARMED, "waiting for the sphere to move"),
@@ -168,6 +174,8 @@ class AcquisitionSeries:
         self._jobs = ThreadPoolExecutor(1, "experiment-processing")
         self._warnings = RunningWarnings()
         self._n_processing = 0
+        self._health_due_s = self._look_due_s = 0.0
+        self._bounce: Bounce | None = None
         self._next_number = order.publisher.number + 1
         self._outcomes: dict[int, RecordedRun] = {}
         self.failure: RadarGuiError | None = None
@@ -238,10 +246,12 @@ class AcquisitionSeries:
             self._apart.close()
 
     def _next(self) -> Message:
-        """Return the next message; report the health while there is none."""
+        """Return the next message; look at the live track, and report the health while there is none."""
+        self._health_due_s = time.monotonic() + HEALTH_S
         while True:
+            self._look()
             with suppress(queue.Empty):
-                return self._messages.get(timeout=HEALTH_S)
+                return self._messages.get(timeout=LOOK_S)
             if self._ended:
                 continue
             if self._acquisition.wait(0.0):
@@ -250,12 +260,36 @@ class AcquisitionSeries:
                     return self._messages.get_nowait()
                 # stopped before it had begun: then nobody reports it
                 return None
-            health = self._acquisition.health
-            self._order.publisher.report(EventKind.HEALTH, health.line(), health=health)
-            for warning in self._warnings.of(health):
-                self._order.publisher.report(EventKind.WARNING, warning)
+            if time.monotonic() >= self._health_due_s:
+                self._health_due_s += HEALTH_S
+                self._report_health()
             if self._order.is_cancelled:
                 self._acquisition.stop()
+
+    def _report_health(self) -> None:
+        health = self._acquisition.health
+        self._order.publisher.report(EventKind.HEALTH, health.line(), health=health)
+        for warning in self._warnings.of(health):
+            self._order.publisher.report(EventKind.WARNING, warning)
+
+    def _look(self) -> None:
+        """Report the first bounce of the run under way, once, as soon as the live track tells its e."""
+        live, recorder, now_s = self._acquisition.live, self._recorder, time.monotonic()
+        if self._bounce is not None or now_s < self._look_due_s or recorder.state is not RecorderState.RECORDING:
+            return
+        self._look_due_s = now_s + LOOK_S
+        if live is None or (output := recorder.output) is None:
+            return
+        found: list[Bounce | None] = []
+        # a run that is being recorded cannot be repeated: it goes on without a live e
+        error = attempt(lambda: found.append(first_bounce(live, output.first_index, self._order.setup)), "The live e")
+        if error is not None:
+            self._look_due_s = math.inf
+            self._order.publisher.report(EventKind.WARNING, str(error))
+        elif (bounce := found[0]) is not None:
+            self._bounce = bounce
+            said = f"live e = {quantity(bounce.e, bounce.u_stated)}"
+            self._order.publisher.report(EventKind.BOUNCE, said, bounce=bounce)
 
     def _take(self, message: Message) -> None:
         match message:
@@ -295,7 +329,8 @@ class AcquisitionSeries:
             publisher.report(EventKind.WARNING, warning, number=run.number)
         if run.set_aside:
             self._order.session.reject(run.path, run.set_aside)
-        publisher.report(EventKind.RECORDED, run=unprocessed(run))
+        seen, self._bounce = self._bounce, None
+        publisher.report(EventKind.RECORDED, run=unprocessed(run, seen))
         if run.set_aside or not self._order.process or self._order.is_cancelled:
             self._outcomes[run.number] = unprocessed(run)
         elif run.is_last:

@@ -5,45 +5,33 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
 from radargui.conditioning.condition import condition
 from radargui.conditioning.stretch import NoMotion
 from radargui.correction.correct import correct
-from radargui.estimation.flights.of_paths import PathFlights
 from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.blas_threads import one_blas_thread
 from radargui.model.errors import ProcessingError, worded
 from radargui.model.finding import Finding, warn, why_of
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.recording import Recording
-from radargui.model.result import Bounces, Quality, RunResult, Track
+from radargui.model.result import Quality, RunResult
 from radargui.model.setup import Setup
-from radargui.model.setup_posterior import SetupValue
-from radargui.model.uncertainty_budget import UncertaintyBudget
 from radargui.processing.by_receiver import measure_by_receiver
 from radargui.processing.checks.evidence import Evidence
 from radargui.processing.checks.receivers import wired_wrongly
 from radargui.processing.checks.run import findings_before, findings_of
 from radargui.processing.continuity import known_where
+from radargui.processing.impacts_of_track import impacts_of_track
 from radargui.processing.long_recording import shortened
 from radargui.processing.measured_motion import MeasuredMotion, nothing_measured
 from radargui.processing.part import Part
 from radargui.processing.progress import Progress
-from radargui.processing.uncertainty_budget import (
-    TrackShifts,
-    changes_of_drops,
-    changes_of_places,
-    moved_track,
-    with_budget,
-)
 from radargui.processing.whole import Whole
-from radargui.restitution.bounces import bounces_of_drops, joined
 from radargui.restitution.cross_check import found_tilt, walls_met
 from radargui.restitution.impact_plane import judged_by_floor
-from radargui.restitution.track_fit import fit_drops
 
 ESTIMATES = ("adaptive", "joint", "flights")
 
@@ -190,7 +178,16 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
     if track is not None and not conditioned.segment.has_rest and part.begins_after_gap:
         track = known_where(track, np.zeros_like(track.valid))
     if track is not None and not is_refused:
-        track, bounces, budget, posterior = _impacts(part, motion, track)
+        track, bounces, budget, found = impacts_of_track(
+            track,
+            motion.paths,
+            conditioned.segment,
+            part.setup,
+            conditioned.sample_rate_hz,
+            motion.bounces,
+            motion.changes,
+        )
+        posterior = found or posterior
         # the joint estimate's errors belong to the place: what mirrors do turns by one radian within this
         alike_m = None if motion.bounces is None else part.setup.radar.wavelength_m / (4.0 * np.pi)
         by_conic = corrected.method in ("ellipse", "none")
@@ -212,40 +209,6 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
         front_end_prior=motion.front_end_prior,
         reported_quality=Quality(motion.corrected.method, evidence.channels),
     )
-
-
-class _Measured(NamedTuple):
-    """A track and its bounces with their combined uncertainties, their budget, and what flights say of the setup."""
-
-    track: Track
-    bounces: Bounces
-    budget: UncertaintyBudget | None = None
-    posterior: tuple[SetupValue, ...] = ()
-
-
-def _impacts(part: Part, motion: MeasuredMotion, track: Track) -> _Measured:
-    """Return what the flights of a motion give: the estimate knows them itself, a track's are fitted to its paths."""
-    setup, segment = part.setup, part.conditioned.segment
-    if motion.bounces is not None and segment.has_rest:
-        return _Measured(
-            *with_budget(track, motion.bounces, motion.changes or (), segment, setup), motion.setup_posterior
-        )
-    fits: tuple[PathFlights, ...] = ()
-    if motion.bounces is None:
-        fits = fit_drops(motion.paths, track, segment, setup, part.conditioned.sample_rate_hz)
-    # without a rest the zero of L is assumed: no uncertainty of a calibration means anything then
-    if not segment.has_rest:
-        bounces = motion.bounces or joined(bounces_of_drops(fits, track, segment, setup))
-        # where the sphere was at the start is assumed, not known: no e, and no g
-        return _Measured(track, Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts)))
-    shifts = TrackShifts.of(track, segment, setup, fits[0] if fits else None)
-    if not fits:
-        bounces = motion.bounces or Bounces()
-        return _Measured(*with_budget(track, bounces, changes_of_places(shifts, bounces), segment, setup))
-    track, posterior = moved_track(track, shifts, fits[0]), fits[0].posterior.values(setup)
-    each = bounces_of_drops(fits, track, segment, setup)
-    changes = changes_of_drops(shifts, each, setup, fits)
-    return _Measured(*with_budget(track, joined(each), changes, segment, setup), posterior)
 
 
 def _check(recording: Recording, setup: Setup) -> None:

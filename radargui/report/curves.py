@@ -53,7 +53,7 @@ class CircleCurves:
     signal
         As recorded.
     fitted
-        Of the joint estimate its model (method 1), mirrors, maps and drift included; of the adaptive one offset and
+        Of the joint estimate and the flights their model (method 1), mirrors included; of the adaptive one offset and
         circle at the phase found, by least squares over the motion.
     rest
         Signal less that: of the joint estimate noise and what the model lacks, in mean amplitudes; of the adaptive one
@@ -282,8 +282,8 @@ class _Taker:
         if corrected is None or corrected.steps or segment is None:
             return ()
         turn = np.stack([np.ones_like(phase), np.cos(phase), np.sin(phase)], axis=1)
-        # the joint estimate's corrected IQ is its unit circle plus what the samples add to the model (method 4)
-        added = iq.T - turn[:, 1:] if corrected.method == "joint" else None
+        # corrected IQ of a model of all channels is its unit circle plus what the samples add to it (method 4)
+        added = iq.T - turn[:, 1:] if corrected.method in ("joint", "flights") else None
         return tuple(
             self._circle(f"{part}{row + 1}", self.volts[2 * row + number], turn, added, segment)
             for number, part in enumerate("IQ")

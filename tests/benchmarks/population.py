@@ -3,6 +3,7 @@
 python3 packaging/dev.py bench population [--kind modelled laboratory ...] [-n 100] [--seed S] [--hold floor=0.95 ...]
 python3 packaging/dev.py bench population --drops 10 -n 20           sessions of drops with one set of antennas
 python3 packaging/dev.py bench population -n 300 --compare 8b9a5cd   the same scenes on another version, and a verdict
+python3 packaging/dev.py bench population --set 'processing.correction="flights"'   as this setup asks
 python3 packaging/dev.py bench population -n 24 --write FOLDER       scenes as files, for tests
 """
 
@@ -31,6 +32,7 @@ def main() -> int:
     parser.add_argument("-n", type=int, default=100, help="scenes of each kind, or sessions")
     parser.add_argument("--seed", type=int, help="left out: the hash of the last commit")
     parser.add_argument("--hold", nargs="+", default=[], metavar="NAME=VALUE", help="held instead of drawn, TOML")
+    parser.add_argument("--set", nargs="+", default=[], metavar="KEY=VALUE", dest="asked", help="of the setup, TOML")
     parser.add_argument("--drops", type=int, default=0, metavar="K", help="sessions of so many drops each")
     parser.add_argument("--version", metavar="GITREF", help="a commit instead of the checkout as it is")
     parser.add_argument("--compare", metavar="GITREF", help="the same scenes on this commit too")
@@ -41,12 +43,12 @@ def main() -> int:
     options = parser.parse_args()
     os.environ.update(ONE_THREAD)
     seed = _seed() if options.seed is None else options.seed
-    held = tomllib.loads("\n".join(options.hold))
+    held, asked = (tomllib.loads("\n".join(lines)) for lines in (options.hold, options.asked))
     numbers = options.only or range(options.n)
     if options.write:
         print(f"seed {seed}")
         for kind in options.kind:
-            _write(Population(kind, seed, held, options.drops), numbers, options.write / kind)
+            _write(Population(kind, seed, held, options.drops, asked), numbers, options.write / kind)
         return 0
     versions = [version_of(options.version)]
     if options.compare:
@@ -57,7 +59,7 @@ def main() -> int:
     found: dict[Version, dict[str, Scenes]] = {version: {} for version in versions}
     begin = time.monotonic()
     for kind in options.kind:
-        population = Population(kind, seed, held, options.drops)
+        population = Population(kind, seed, held, options.drops, asked)
         rows: dict[Version, list[list[Score]]] = {version: [] for version in versions}
         chosen = kept_numbers(population, versions, numbers) if options.kept else numbers
         for number, by_version in scores_of(population, versions, chosen, options.jobs):

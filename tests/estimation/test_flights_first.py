@@ -83,6 +83,15 @@ def test_a_drop_is_measured_with_antennas_off_by_their_u(usual: tuple[Population
     assert fall.g_m_s2 == pytest.approx(record.gravity_m_s2, abs=4.0 * budget.g_m_s2.combined)
 
 
+def test_what_follows_the_last_flight_is_not_known(usual: tuple[PopulationRecord, Setup, RunResult]) -> None:
+    _, _, result = usual
+    after = result.track.time_s > result.track.time_s[result.track.valid][-1]
+    assert after.any()
+    for values in (result.paths.change_m, result.paths.phase_rad, result.track.position_m, result.corrected.i):
+        assert np.isfinite(values[:, result.track.valid]).all()
+        assert np.isnan(values[:, after]).all()
+
+
 def test_the_antennas_share_of_the_budget_is_apart(usual: tuple[PopulationRecord, Setup, RunResult]) -> None:
     budget = usual[2].uncertainty_budget
     assert budget is not None

@@ -21,6 +21,7 @@ from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.correction_view import CorrectionView
 from radargui.gui.theme import Theme
 from radargui.model.errors import ProcessingError
+from radargui.model.processing import CORRECTIONS
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.processing.process import process
@@ -98,14 +99,19 @@ def test_the_ellipse_is_drawn_around_the_samples_and_its_numbers_are_named(view:
     assert not view.rest.isVisible()
 
 
-def test_the_joint_estimate_shows_its_model_what_it_leaves_and_what_was_decided(view: CorrectionView, by: Any) -> None:
+@pytest.mark.parametrize("method", ["joint", "flights"])
+def test_a_model_of_all_channels_shows_itself_what_it_leaves_and_what_was_decided(
+    view: CorrectionView, by: Any, method: str
+) -> None:
     result = by("joint")
-    corrected, phase = result.corrected, result.paths.phase_rad
+    corrected = replace(result.corrected, method=method)
+    phase = result.paths.phase_rad
     # its I and Q are its unit circle and what the samples add to the model: here a wave, 20 % of an amplitude
     rest = 0.2 * np.sin(0.7 * np.arange(phase.shape[1]))
     i, q = np.cos(phase) + rest, np.sin(phase) - rest
     result = replace(result, corrected=replace(corrected, i=i, q=q))
     show(view, result)
+    assert view._words.text() == f"correction: {method}"
     assert view.decided.toPlainText() == " ".join(result.corrected.decisions)
     assert "floor that reflects" in view.decided.toPlainText()
     view.show()
@@ -157,6 +163,7 @@ def test_methods_are_computed_in_the_background_and_laid_over_the_result(
     window.panels.go_to("run")
     view = window.run.tabs.page("methods")
     window.run.tabs.setCurrentWidget(view)
+    assert tuple(view.boxes)[: len(CORRECTIONS)] == CORRECTIONS
     assert view.boxes["published"].isChecked()
     assert not view.boxes["published"].isEnabled(), "it is the one that is shown"
     assert not view.compute.isEnabled()

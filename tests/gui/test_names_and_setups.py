@@ -82,6 +82,20 @@ def test_a_name_is_corrected_with_a_line_in_the_journal(
     wait_for(lambda: not steel.jobs.running)
 
 
+def test_runs_that_have_no_name_yet_are_said_to_have_none(
+    active: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = make_session(tmp_path / "data", 4)
+    active.sessions.open(path)
+    wait_for(lambda: active.runs.model.entries and not active.jobs.running)
+    asked = answering(active, monkeypatch, "Correct the name of 1 run")
+    typed(active, "sample", "brass")
+    assert asked == ["1 run of this session has no sample. Does another one come now, or was that wrong?"]
+    wait_for(lambda: read_info(path).journal)
+    assert [one.text for one in read_info(path).journal] == ["Sample of 1 run corrected: none is “brass”"]
+    wait_for(lambda: not active.jobs.running)
+
+
 def test_a_name_that_is_not_meant_stays_as_it_was(
     steel: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -11,16 +11,22 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from support.compare_dialog import keep_new_result
 from support.gui_sessions import make_session
+from support.window_clocks import SeenClock
 
 from radargui.acquisition.run_plan import Ending
 from radargui.experiment.event import RecordedRun
 from radargui.experiment.reprocess import own_setup
+from radargui.files.run_card import RunCard
 from radargui.files.run_file import read_run
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
-from radargui.gui.runs.run_model import COLUMNS
+from radargui.gui.runs.run_model import COLUMNS, entry_of_recorded
+from radargui.gui.runs.situation import Situation
+from radargui.model.result import Bounce
+from radargui.model.rounding import quantity
 from radargui.processing.process import process
 from radargui.restitution.series import series_of
+from radargui.sources.factory import make_source
 
 
 @pytest.fixture
@@ -165,7 +171,7 @@ def test_esc_while_armed_leaves_a_trace(make_window: Any, setup_path: Path, wait
     window.actions_.record.trigger()
     wait_for(lambda: window.control.state is AppState.ARMED)
     window.actions_.stop.trigger()
-    wait_for(lambda: window.bar.state.text == "IDLE   ended by hand, no run was kept")
+    wait_for(lambda: window.bar.state.text == "IDLE   the last recording was ended by hand, no run was kept")
     window.actions_.start.trigger()
     wait_for(lambda: window.bar.state.text == "LIVE   NOT RECORDED")
 
@@ -191,3 +197,52 @@ def test_the_large_word_says_what_has_become_of_the_run(
     window.runs.change(path, summary=summary)
     wait_for(lambda: window.bar.state.text.startswith(f"{word}   drop 1: "))
     assert window.situation.now.role != "good"
+
+
+def test_all_say_the_live_e_until_the_run_is_computed(make_window: Any, setup_path: Path, wait_for: Any) -> None:
+    clock = SeenClock(0.02)
+    window = make_window(
+        setup_path, source_maker=lambda kind, setup, **options: make_source(kind, setup, clock=clock, **options)
+    )
+    said: list[Situation] = []
+    window.situation.changed.connect(lambda: said.append(window.situation.now))
+    window.actions_.record.trigger()
+
+    def is_told() -> bool:
+        # the sphere flies on only as far as the live track follows
+        if window.control.recorded_s < 0.75:
+            clock.go_on()
+        return window.control.live_bounce is not None
+
+    wait_for(is_told)
+    bounce = window.control.live_bounce
+    live = f"live e = {quantity(bounce.e, bounce.u_stated)}"
+    assert bounce.e == pytest.approx(0.6, abs=2.0 * bounce.u_stated)
+    assert window.bar.state.text.endswith(f"   {live}")
+    assert window.situation.now.result == live
+
+    def is_computed() -> bool:
+        clock.go_on()
+        return bool(window.runs.model.entries) and window.runs.model.entries[0].summary is not None
+
+    wait_for(is_computed)
+    window.panels.go_to("series")
+    agree(window, wait_for, "FINAL", shown_e(window))
+    results = [one.result for one in said if one.state.running and one.result]
+    # a dash until then, and never again
+    assert results[0] == "e = –"
+    assert "e = –" not in results[results.index(live) :]
+
+
+def test_a_run_that_waits_for_its_result_has_its_live_e_in_the_list_and_in_no_mean(tmp_path: Path) -> None:
+    bounce = Bounce(0.3, 2.0, 1.4, 0.7, 4e-4, "parabolas", True, u_e_combined=1.2e-3)
+    path = tmp_path / "run-0001.h5"
+    recorded = RecordedRun(1, path, None, Ending.QUIET, "", live=bounce)
+    entry = entry_of_recorded(recorded, path, RunCard())
+    assert entry.cells[list(COLUMNS).index("e")] == "0.7000 ± 0.0012 live"
+    assert entry.result == "live e = 0.7000 ± 0.0012"
+    assert entry.quality == "recorded, result to come"
+    assert series_of([entry.drop]).e.n == 0
+    # left for later: it is kept nowhere
+    later = entry_of_recorded(recorded, path)
+    assert (later.cells[list(COLUMNS).index("e")], later.result) == ("–", "no e")

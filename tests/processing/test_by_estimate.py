@@ -283,10 +283,17 @@ def test_a_mirror_that_no_laboratory_has_is_told_where_no_flight_holds_the_motio
 def test_a_position_that_is_hardly_known_is_told_with_its_uncertainty(setup: Setup) -> None:
     # the rest is known by the setup, however little the motion
     u_m = np.append(np.zeros((3, 50)), np.full((3, 100), 1.2e-4), axis=1)
-    estimate: Any = SimpleNamespace(time_s=np.arange(150.0), onset_s=49.5, u_position_m=u_m)
+    channels = [SimpleNamespace(snr_db=30.0), SimpleNamespace(snr_db=None)]
+    estimate: Any = SimpleNamespace(time_s=np.arange(150.0), onset_s=49.5, u_position_m=u_m, channels=channels)
     found = hardly_known(estimate, setup, ())
     assert found is not None
-    assert found.text.startswith("the position is only known to 0.2 mm")
+    assert found.text.startswith("the position is only known to 0.2 mm: the signals do not tell what reflects")
+    # what noise explains is not blamed on reflectors
+    channels[0].snr_db = 20.0
+    weak = hardly_known(estimate, setup, ())
+    assert weak is not None
+    assert "reflects" not in weak.text
+    assert weak.text.startswith("the position is only known to 0.2 mm: the signals are weak beside their noise")
     assert found.text.endswith("(polarization_deg)") == (setup.transmitter.polarization_deg is None)
     # where antennas that are known to a degree leave more than that, the budget says so
     antennas = InputChange("receiver[1].tilt_deg", "calibration", np.arange(150.0), 2.0 * u_m, np.empty(0), 0.0)

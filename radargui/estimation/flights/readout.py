@@ -81,7 +81,6 @@ def drop_motion(estimate: DropEstimate, signals: ScaledSignals, changes: PlaceCh
     known = np.asarray((time_s <= estimate.end_s) & signals.usable)
     i, q, amplitude = _corrected(estimate, signals, change)
     valid = np.repeat(known[None], signals.n_receivers, axis=0)
-    position = np.where(time_s <= estimate.end_s, position, np.nan)
     constants = composed(_constants(estimate), signals)
     chi_square = np.asarray(model.noise**2)
     channels = channel_qualities(
@@ -95,6 +94,9 @@ def drop_motion(estimate: DropEstimate, signals: ScaledSignals, changes: PlaceCh
         chi_square,
         constants,
     )
+    # the last flight goes on in numbers only
+    ended = time_s > estimate.end_s
+    change, i, q, position = (np.where(ended, np.nan, values) for values in (change, i, q, position))
     return MotionEstimate(
         "flights",
         time_s,

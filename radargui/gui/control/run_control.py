@@ -20,6 +20,7 @@ from radargui.gui.control.state import AppState, Asked, Backlog, Feed, MakeSourc
 from radargui.live.processor import LiveMemory
 from radargui.model.daq import Daq
 from radargui.model.errors import RadarGuiError, SourceError
+from radargui.model.result import Bounce
 from radargui.model.setup import Setup
 from radargui.model.words import percent
 from radargui.session.session import BY_OPERATOR, Session
@@ -39,6 +40,7 @@ class RunControl(QObject):
 
     state_changed = Signal()
     feed_changed = Signal(object)
+    bounced = Signal()
     run_taken = Signal(object, object)
     run_preliminary = Signal(object)
     run_recorded = Signal(object)
@@ -76,6 +78,8 @@ class RunControl(QObject):
         """Runs recorded since Record was asked for, without those that were set aside."""
         self.ended_by_hand = False
         """Whether the operator ended what was to be recorded before any run was kept."""
+        self.live_bounce: Bounce | None = None
+        """The first bounce of the run under way, as the live track sees it; None until it does."""
 
     @property
     def health(self) -> Health | None:
@@ -299,6 +303,8 @@ class RunControl(QObject):
             state.run_number = min(event.number, n_runs)
         elif event.kind is EventKind.PRELIMINARY:
             self._post(state, self.run_preliminary.emit, event.run)
+        elif event.kind is EventKind.BOUNCE:
+            self._post(state, self._bounced, event.bounce)
         elif event.kind is EventKind.RECORDED and event.run is not None:
             self._post(state, self._taken, event.run, card_of(event.run))
         elif event.kind is EventKind.WARNING and event.state is not ExperimentState.PROCESSING:
@@ -324,11 +330,17 @@ class RunControl(QObject):
         # another one is recorded in place of a rejected one, unless that was the last and all is over
         self.n_runs += self.state.running and self.state is not AppState.PROCESSING
 
+    def _bounced(self, bounce: Bounce) -> None:
+        self.live_bounce = bounce
+        self.bounced.emit()
+
     def _taken(self, run: RecordedRun, card: RunCard) -> None:
         self.backlog.take(run)
         # before the list is longer: what is recorded now is called by the number of the next one
         self.poll()
         self.run_taken.emit(run, card)
+        # it stands in the run's own line from now on
+        self.live_bounce = None
 
     def _recorded(self, recorded: RecordedRun) -> None:
         if recorded.path is not None and recorded.path in self.backlog:

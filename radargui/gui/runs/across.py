@@ -25,7 +25,7 @@ from radargui.gui.theme import write
 
 _WIDEST = {
     "state": max(LARGE_WORDS, key=len),
-    "result": "e = 0.88888 ± 0.88888",
+    "result": "live e = 0.88888 ± 0.88888",
     "run": "drop 888 (888 of 888)",
     "next": "m" * 34,
     "why": "m" * 66,

@@ -21,7 +21,8 @@ from radargui.gui.setup.words import in_words
 from radargui.gui.table import RowModel
 from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in, gravity_words, restitution_words
 from radargui.model.errors import RadarGuiError
-from radargui.model.rounding import UNKNOWN, plain
+from radargui.model.result import Bounce
+from radargui.model.rounding import UNKNOWN, plain, quantity
 from radargui.model.words import counted, percent, written_time
 from radargui.restitution.series import Series, drop_labels, series_of
 from radargui.session.session import was_drop
@@ -56,6 +57,8 @@ class RunEntry:
         What was noted about it; None: as it was known before.
     waits
         Whether its result is still to come.
+    live
+        e of its first bounce as the live track saw it, while its result is still to come; empty where unknown.
     thumbnail
         z(t) in small, for the browser; None where there is none, or nobody wants to see it.
     """
@@ -73,6 +76,7 @@ class RunEntry:
     left_out: str = ""
     note: str | None = None
     waits: bool = False
+    live: str = ""
     thumbnail: Thumbnail | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -148,6 +152,8 @@ class RunEntry:
     @property
     def result(self) -> str:
         """What it gave, as banner, title and footer say it."""
+        if self.live:
+            return live_words(self.live)
         return f"e = {self.restitution()}" if self.has_e else "no e"
 
     @property
@@ -186,8 +192,8 @@ class RunEntry:
         return (self.summary or {}).get("e") is not None
 
     def restitution(self) -> str:
-        """Return e with its combined uncertainty."""
-        return restitution_words(self.summary)
+        """Return e with its combined uncertainty; what the live track saw says so."""
+        return f"{self.live} live" if self.live else restitution_words(self.summary)
 
     @cached_property
     def cells(self) -> tuple[str, ...]:
@@ -301,8 +307,19 @@ def entry_of_recorded(recorded: RecordedRun, path: Path, card: RunCard | None = 
         health=recorded.health_line,
         ending=str(recorded.health.get("ending", "")),
         origin=card.origin if card else None,
-        waits=card is not None and not recorded.set_aside,
+        waits=(waits := card is not None and not recorded.set_aside),
+        live=restitution_of(recorded.live) if waits and recorded.live else "",
     )
+
+
+def restitution_of(bounce: Bounce) -> str:
+    """Return "0.8123 ± 0.0012" of a bounce."""
+    return quantity(bounce.e, bounce.u_stated)
+
+
+def live_words(restitution: str) -> str:
+    """Return what banner, title and footer say of e that the live track saw."""
+    return f"live e = {restitution}"
 
 
 def with_record(entry: RunEntry) -> RunEntry:

@@ -13,15 +13,16 @@ from radargui.gui.control.state import NOT_RECORDED, AppState, RunWord
 from radargui.gui.layout import ticking
 from radargui.gui.notices import NoticeStrip
 from radargui.gui.runs.run_list_panel import RunListPanel
-from radargui.gui.runs.run_model import RunEntry
+from radargui.gui.runs.run_model import RunEntry, live_words, restitution_of
 from radargui.gui.services import Services
 from radargui.model.rounding import UNKNOWN
 from radargui.model.words import counted, percent, sentence
 from radargui.sources.factory import SourceKind
 
 NO_RESULT_YET = f"e = {UNKNOWN}"
-"""Stands in place of a result while a run is recorded or computed: an earlier one would be taken for its own."""
-ENDED_BY_HAND = "ended by hand, no run was kept"
+"""Stands in place of a result until the live track or the first computation tells one: an earlier one would be taken
+for its own."""
+ENDED_BY_HAND = "the last recording was ended by hand, no run was kept"
 _COMPUTING = (AppState.PROCESSING, AppState.STOPPING)
 
 
@@ -43,7 +44,7 @@ class Situation:
         The run that the result is of; None where there is none.
     result
         e with its combined uncertainty, `no e`, a dash while the present run has none yet, or that nothing is
-        recorded; empty: nothing to be said.
+        recorded; `live e` is what the live track saw, until it is computed; empty: nothing to be said.
     series
         What the drops that count gave together; empty without any.
     next, why
@@ -149,6 +150,7 @@ class SituationModel(QObject):
         runs.table.selectionModel().selectionChanged.connect(lambda *_: self._soon.start())
         control = self.control
         control.state_changed.connect(self.look)
+        control.bounced.connect(self.look)
         control.session_changed.connect(self._forget)
         services.board.changed.connect(self.look)
 
@@ -217,16 +219,26 @@ class SituationModel(QObject):
             if at_hand is None or entry is None or entry.path != at_hand:
                 # what is on the disk comes into the list a moment later
                 computed = self.runs.model.entry_of(at_hand)
-                return replace(bare, coming=computed.called if computed else self.coming, result=NO_RESULT_YET)
+                result = computed.result if computed is not None and computed.live else self._seen_live
+                return replace(bare, coming=computed.called if computed else self.coming, result=result)
         elif state in (AppState.RECORDING, AppState.SETTLING):
-            return replace(bare, coming=self.coming, result=NO_RESULT_YET)
+            return replace(bare, coming=self.coming, result=self._seen_live)
         if state is AppState.ARMED:
             bare = replace(bare, coming=self.coming)
+            last = self.runs.model.entry_of(self.control.backlog.last_recorded)
+            # the drop that was just seen, not the one before it whose result came last
+            entry = last if last is not None and last.live else entry
         if entry is None:
             return bare
-        is_known = entry.word is not RunWord.NOT_COMPUTED
+        is_known = bool(entry.live) or entry.word is not RunWord.NOT_COMPUTED
         bare = replace(bare, entry=entry, result=entry.result if is_known else NO_RESULT_YET)
         return bare if state.running else replace(bare, word=entry.word.value, role=entry.role)
+
+    @property
+    def _seen_live(self) -> str:
+        """What the live track has seen of the run under way."""
+        bounce = self.control.live_bounce
+        return NO_RESULT_YET if bounce is None else live_words(restitution_of(bounce))
 
     def _badge(self, entry: RunEntry | None) -> str:
         """Say where it comes from: while something runs of that, else of the run, the session, or what is chosen."""

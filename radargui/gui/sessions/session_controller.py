@@ -302,7 +302,7 @@ class SessionController(QObject):
             return not renamed
         self._asks = True
         n_runs, said = len(self.runs.model.entries), self.panel.details._asdict()
-        known = ", ".join(f"{key} “{was}”" for key, was in renamed.items())
+        known = ", ".join(f"{key} “{was}”" if was else f"no {key}" for key, was in renamed.items())
         answer = self.ask_name(n_runs, known, may_begin=not self.control.state.running)
         self._asks = False
         if answer == "new":
@@ -310,13 +310,9 @@ class SessionController(QObject):
             self._typed = None
             self.control.use_session(None)
         elif answer == "correct":
-            now, words = (
-                datetime.now().astimezone(),
-                [
-                    f"{key.capitalize()} of {counted(n_runs, 'run')} corrected: “{was}” is “{said[key]}”"
-                    for key, was in renamed.items()
-                ],
-            )
+            now, runs = datetime.now().astimezone(), counted(n_runs, "run")
+            before = {key: f"“{was}”" if was else "none" for key, was in renamed.items()}
+            words = [f"{key.capitalize()} of {runs} corrected: {was} is “{said[key]}”" for key, was in before.items()]
 
             def correct() -> None:
                 session.update(**{key: said[key] for key in renamed})

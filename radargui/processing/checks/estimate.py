@@ -29,6 +29,8 @@ known to 3 mm (laboratory shaken 931107); others whose spectra say as little, an
 _MOST_BIAS = 0.2
 """Deviation of bias maps, in amplitudes, above which they stand for what reflects: generic scenes have 0.01 to 0.07, a
 level circle over a floor and beside a wall of which the search found neither 0.5 (physical seed 6766219)."""
+_COUNTED_HZ = 4000.0
+"""Means a second that hold 2 kHz, in which a bouncing sphere moves."""
 _COVERAGE = 2.0
 """Times what inputs off by their u give to bias maps, that these may have beside it: in 45 dB antennas known to half a
 degree gave 0.40 and 0.52, and maps had 0.32 and 0.24 (laboratory 7304304, 7309104)."""
@@ -158,6 +160,13 @@ def turned_polarisation(solution: Solution) -> Finding | None:
     return warn("polarization_off", antenna=antenna, by_deg=by_deg, deviations=float(abs(turned[worst])))
 
 
+def _noise_of_path_m(estimate: MotionEstimate, wavelength_m: float) -> float:
+    """Return what white noise makes of the path length of the weakest receiver within 2 kHz, in m."""
+    share = max((10.0 ** (-one.snr_db / 20.0) for one in estimate.channels if one.snr_db is not None), default=0.0)
+    within = min(1.0, _COUNTED_HZ * float(estimate.time_s[1] - estimate.time_s[0]))
+    return wavelength_m / (2.0 * np.pi) * share * float(np.sqrt(0.5 * within))
+
+
 def hardly_known(estimate: MotionEstimate, setup: Setup, changes: Sequence[InputChange] | None) -> Finding | None:
     """Return a finding where the motion is known much worse than noise and the setup let it be, else None."""
     if estimate.u_position_m is None:
@@ -167,4 +176,6 @@ def hardly_known(estimate: MotionEstimate, setup: Setup, changes: Sequence[Input
     square = sum(_u_moving_m(one.moved_m, one.time_s > estimate.onset_s) ** 2 for one in changes or ())
     if u_m < max(_MOST_U_M, float(np.sqrt(square))):
         return None
-    return warn("position_hardly_known", u_m=u_m, is_point=setup.transmitter.polarization_deg is None)
+    because = "noise" if _noise_of_path_m(estimate, setup.radar.wavelength_m) > u_m else "reflectors"
+    is_point = setup.transmitter.polarization_deg is None
+    return warn("position_hardly_known", u_m=u_m, because=because, is_point=is_point)

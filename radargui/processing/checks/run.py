@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 
+from radargui.correction.quality import WEAK
 from radargui.model.finding import Finding
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
@@ -66,8 +67,10 @@ def findings_before(samples: Recording, stated: Setup) -> tuple[Finding, ...]:
 def findings_of(evidence: Evidence) -> tuple[Finding, ...]:
     """Return all that is said of a measured run; what refuses it first."""
     before = findings_before(evidence.recording, evidence.part.whole_setup)
-    found = (check(evidence) for check in checks_of(evidence))
-    return (*receivers.rejected(evidence), *before, *_flat(found))
+    found = [*before, *_flat(check(evidence) for check in checks_of(evidence))]
+    # what noise explains is not blamed on reflectors or the floor first: a stable order
+    found.sort(key=lambda one: (one.severity != "refuse", one.code != WEAK))
+    return (*receivers.rejected(evidence), *found)
 
 
 def _flat(found: Iterable[Found]) -> Iterator[Finding]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import hashlib
 import json
 import multiprocessing
@@ -23,6 +24,8 @@ from benchmarks.gate.score import Score
 from benchmarks.gate.versions import KEPT, ROOT, Version
 
 TESTS = ROOT / "tests"
+BASELINE = TESTS / "data" / "baseline"
+"""Scores of the version that others are held against, in folders of its key."""
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 LONGEST_S = 1800.0
 """By the clock, for one scene: a version that has not answered by then never will."""
@@ -38,18 +41,22 @@ class Population:
         As `benchmarks.world.kinds.draw` takes them.
     drops
         Of one session, with one set of antennas; 0: single scenes.
+    asked
+        Tables of the setup that replace those drawn, as {"processing": {"correction": "flights"}}.
     """
 
     kind: str
     seed: int
     held: Mapping[str, Any] = field(default_factory=dict)
     drops: int = 0
+    asked: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     @property
     def file_name(self) -> str:
         """Under which its scores are kept."""
-        held = hashlib.sha256(json.dumps(self.held, sort_keys=True).encode()).hexdigest()[:8] if self.held else ""
-        return "-".join(str(part) for part in (self.kind, self.seed, self.drops or "", held) if part != "") + ".jsonl"
+        held, asked = (_digest(one) if one else "" for one in (self.held, self.asked))
+        parts = (self.kind, self.seed, self.drops or "", held, asked)
+        return "-".join(str(part) for part in parts if part != "") + ".jsonl"
 
     def write(self, number: int, folder: Path) -> list[Path]:
         """Draw one scene into a folder, or the drops of one session each into a folder of its own below it."""
@@ -57,20 +64,25 @@ class Population:
         from benchmarks.world.kinds import draw, draw_session
 
         if not self.drops:
-            write_scene(draw(self.kind, self.seed, number, self.held), folder)
+            write_scene(draw(self.kind, self.seed, number, self.held), folder, self.asked)
             return [folder]
         scenes = draw_session(self.kind, self.seed, number, self.drops, self.held)
         places = [folder / str(drop) for drop in range(len(scenes))]
         for scene, place in zip(scenes, places, strict=True):
             place.mkdir()
-            write_scene(scene, place)
+            write_scene(scene, place, self.asked)
         return places
+
+
+def _digest(values: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()[:8]
 
 
 class Store:
     """Scores of one version on one population, a line of JSON each, written as they come.
 
-    A score counts where the scene is still the same: the code that draws is, or else what it draws.
+    A score counts where the scene is still the same: the code that draws is, or else what it draws. Those of the
+    baseline stand in the repository, so that nobody computes them again.
     """
 
     def __init__(self, version: Version, population: Population) -> None:
@@ -78,14 +90,20 @@ class Store:
         self._lock = threading.Lock()
         self._lines: dict[int, dict[str, Any]] = {}
         self._begin = ""
+        shipped = BASELINE / version.key / f"{population.file_name}.gz"
+        if shipped.is_file():
+            self._read(gzip.decompress(shipped.read_bytes()).decode("utf-8"))
         if self._path.is_file():
             text = self._path.read_text(encoding="utf-8")
             # an interruption may have cut the last line: what follows must begin a new one
             self._begin = "" if text.endswith("\n") else "\n"
-            for line in text.splitlines():
-                with suppress(ValueError):
-                    one = json.loads(line)
-                    self._lines[one["number"]] = one
+            self._read(text)
+
+    def _read(self, text: str) -> None:
+        for line in text.splitlines():
+            with suppress(ValueError):
+                one = json.loads(line)
+                self._lines[one["number"]] = one
 
     def get(self, number: int, world: str = "", scene: str = "") -> list[Score] | None:
         """Return the scores of a number, made with this code of the world or of this very scene; None without."""

@@ -67,8 +67,11 @@ class SceneTruth:
     gravity_m_s2: float | None
 
 
-def write_scene(scene: PopulationScene, folder: Path) -> None:
-    """Make the record of a scene and write it with its setup and its truth into a folder that is there."""
+def write_scene(scene: PopulationScene, folder: Path, asked: Mapping[str, Mapping[str, Any]] | None = None) -> None:
+    """Make the record of a scene and write it with its setup and its truth into a folder that is there.
+
+    `asked`: tables whose values replace those of the setup.
+    """
     # only who draws needs the writer: a version under test brings its own package of that name
     from radargui.files.run_writer import RunWriter
     from radargui.model.recording import LARGEST_INDEX
@@ -79,7 +82,10 @@ def write_scene(scene: PopulationScene, folder: Path) -> None:
     for block in recording.blocks(LARGEST_INDEX):
         writer.write(block)
     writer.close()
-    (folder / SETUP).write_text(tomlkit.dumps(dict(scene.setup)), encoding="utf-8")
+    setup = dict(scene.setup)
+    for table, values in (asked or {}).items():
+        setup[table] = {**setup.get(table, {}), **values}
+    (folder / SETUP).write_text(tomlkit.dumps(setup), encoding="utf-8")
     truth = truth_of(scene, record)
     np.savez_compressed(
         folder / TRACK,

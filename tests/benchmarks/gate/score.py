@@ -37,6 +37,7 @@ OUTCOMES: tuple[Outcome, ...] = ("right", "told", "wrong cause", "SILENT", "refu
 
 TRACK_U, VALUE_U = 3.0, 3.3
 SEEN_M_S, NEAR_END_S, SAME_S = 0.15, 0.030, 0.005
+CONVERGED_S, CONVERGED_E, CONVERGED_U = 0.002, 1e-3, 4.0
 LEAST_REST_S = 0.05
 """A shorter rest is no zero of paths."""
 LEAST_U_M = 1e-9
@@ -120,6 +121,9 @@ class Score:
         Those that are told.
     missed, invented
         How many.
+    converged
+        Whether each impact that must not be missed is found within 2 ms, each e told is within 0.1 % or 4 u, and none
+        is invented; None of old scores.
     seconds
         Of processor time.
     left_out
@@ -143,6 +147,7 @@ class Score:
     g: Value | None = None
     missed: int = 0
     invented: int = 0
+    converged: bool | None = None
     seconds: float = 0.0
     left_out: tuple[str, ...] = ()
 
@@ -231,7 +236,7 @@ def score(truth: SceneTruth, answer: Answer, seconds: float = 0.0, left_out: Seq
         "left_out": tuple(left_out),
     }
     if answer.status != "ok":
-        return Score(**said)
+        return Score(**said, converged=False)
     return Score(**said, **_motion(truth, answer), **_impacts(truth, answer), g=_gravity(truth, answer))
 
 
@@ -280,13 +285,15 @@ def _impacts(truth: SceneTruth, answer: Answer) -> dict[str, Any]:
     """Return the coefficients told of true impacts on a floor, and how many impacts were missed and invented."""
     true_s = np.array([one.time_s for one in truth.impacts])
     told: dict[int, Value] = {}
-    found, invented = set(), 0
+    found, at_once, invented = set(), set(), 0
     for time_s, e, u, valid in answer.impacts:
         nearest = int(np.argmin(np.abs(true_s - time_s))) if true_s.size else -1
         if nearest < 0 or abs(true_s[nearest] - time_s) > SAME_S:
             invented += 1
             continue
         found.add(nearest)
+        if abs(true_s[nearest] - time_s) < CONVERGED_S:
+            at_once.add(nearest)
         if valid and truth.impacts[nearest].on_floor:
             told[nearest] = Value(e, u, truth.impacts[nearest].e)
         elif valid:
@@ -300,7 +307,10 @@ def _impacts(truth: SceneTruth, answer: Answer) -> dict[str, Any]:
     missed = len(needed - found) if truth.position_m is not None else 0
     first = next((number for number, one in enumerate(truth.impacts) if one.on_floor), -1)
     e = tuple(told[number] for number in sorted(told))
-    return {"e": e, "first_e": told.get(first), "missed": missed, "invented": invented + _false_fall(truth, answer)}
+    invented += _false_fall(truth, answer)
+    near = all(abs(one.error) <= max(CONVERGED_E * one.truth, CONVERGED_U * one.u) for one in e)
+    converged = near and not invented and needed <= at_once
+    return {"e": e, "first_e": told.get(first), "missed": missed, "invented": invented, "converged": converged}
 
 
 def _false_fall(truth: SceneTruth, answer: Answer) -> int:

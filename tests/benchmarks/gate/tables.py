@@ -41,6 +41,7 @@ def _counts(populations: Mapping[str, Scenes]) -> str:
         "refused blaming right / wrong / nothing",
         "right, but warned of",
         "missed, invented",
+        "converged",
     )
     rows = []
     for name, scenes in populations.items():
@@ -54,6 +55,7 @@ def _counts(populations: Mapping[str, Scenes]) -> str:
                 " / ".join(str(refused[blamed]) for blamed in ("right", "wrong", "nothing")),
                 _percent(_share(scenes, lambda one: one.outcome == "right" and one.status == "ok" and one.warned)),
                 f"{sum(one.missed for one in all_)}, {sum(one.invented for one in all_)}",
+                "-" if None in (one.converged for one in all_) else _percent(_share(scenes, lambda one: one.converged)),
             )
         )
     return _table(header, rows)

@@ -1,0 +1,29 @@
+"""What floor and clock change of e and g."""
+
+import numpy as np
+import pytest
+
+from radargui.model.assumed import CONTACT_S
+from radargui.model.resources import default_setup_path
+from radargui.model.result import Bounce, Bounces
+from radargui.model.setup import read_setup
+from radargui.restitution.floor_and_clock import tilt_and_clock
+
+
+def test_an_impact_that_lasts_as_long_as_hard_floors_do_is_within_the_uncertainty_of_e() -> None:
+    before, e, lasts_s = 1.1, 0.7, CONTACT_S
+    after, g = e * before, 9.81
+    # the parabolas before and after the contact, which begins at 0 and ends at `lasts_s` at the same height, meet at t
+    t = np.linspace(0.0, lasts_s, 100001)
+    down, up = -before * t - g / 2.0 * t**2, after * (t - lasts_s) - g / 2.0 * (t - lasts_s) ** 2
+    meet = t[np.argmin(np.abs(down - up))]
+    seen = (after + g * (lasts_s - meet)) / (before + g * meet)
+    bounces = Bounces((Bounce(0.5, before, after, e, 1e-5, "flights", True),), None, (0.0, 0.0, 1.0))
+    time = np.linspace(0.0, 1.0, 5)
+    side = np.array([[0.0, 0.0, before]])
+    (change,) = tilt_and_clock(time, lambda: (-side, e * side), bounces, read_setup(default_setup_path()))[-1:]
+    assert seen - e > 1e-4
+    assert change.e == pytest.approx([seen - e], rel=0.01)
+    assert not change.moved_m.any()
+    # on steel after a fall of 25 cm it is a ten-thousandth, and nothing where nothing was hit
+    assert tilt_and_clock(time, lambda: (-side, e * side), Bounces(), read_setup(default_setup_path())) == []

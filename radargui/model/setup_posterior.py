@@ -72,6 +72,10 @@ class SetupLikelihood:
         matrix = precision[:n, :n] - mixed @ rest @ mixed.T
         return SetupLikelihood.sound(matrix, vector[:n] - mixed @ rest @ vector[n:])
 
+    def widened(self, factor: float) -> SetupLikelihood:
+        """Return it with all uncertainties times a factor."""
+        return SetupLikelihood(self.matrix / factor**2, self.vector / factor**2)
+
     def smeared(self, spread: FloatArray) -> SetupLikelihood:
         """Return the likelihood of what this run's unknowns scatter about by N(0, spread spread^T), spread (n, k)."""
         across = self.matrix @ spread

@@ -104,13 +104,13 @@ def measure_drop(
         # milliseconds that nothing explains are left out by circles
         is_left_out = isinstance(joint.found, UnexplainedError)
         return None if is_left_out else drop.motion.said(warn("joint_not_used", cause=why_of(joint.found)))
-    found, others, moved = _pooled(joint.found, fall, setup, others)
-    motion = _judged(motion_of_joint(found, conditioned, setup), found, drop.motion, setup)
+    found, measured = _pooled(joint.found, fall, conditioned, setup, others)
+    motion = _judged(measured, found, drop.motion, setup)
     if motion.estimate is None or motion.rejected.any():
         return None
     own = drop.motion.corrected
     drift = drifting_rest(own.time_s, own.i + 1j * own.q, own.valid, conditioned.segment, setup.radar.wavelength_m)
-    return replace(_with_prior(motion, joint), setup_prior=others).said(moved, drift)
+    return _with_prior(motion, joint).said(drift)
 
 
 def measure_by_estimate(
@@ -193,11 +193,10 @@ def _attempt(
             warn("joint_not_used", cause=why_of(joint.found))
         )
         return _Candidate(motion, joint.found.stretches if isinstance(joint.found, UnexplainedError) else ())
-    found, others, moved = _pooled(joint.found, rounds, setup, others)
-    motion = _judged(motion_of_joint(found, conditioned, setup), found, tested, setup)
+    found, measured = _pooled(joint.found, rounds, conditioned, setup, others)
+    motion = _judged(measured, found, tested, setup)
     if motion.estimate is not None:
-        motion = replace(_with_prior(motion, joint), setup_prior=others)
-        motion = motion.said(moved, _drift_at_rest(adaptive, conditioned, setup))
+        motion = _with_prior(motion, joint).said(_drift_at_rest(adaptive, conditioned, setup))
     return _Candidate(motion)
 
 
@@ -339,19 +338,27 @@ def _tried(
 
 
 def _pooled(
-    alone: JointEstimate, begun: AdaptiveRounds | FoundFall, setup: Setup, others: SetupPrior | None
-) -> tuple[JointEstimate, SetupPrior | None, Finding | None]:
-    """Return the estimate with what other runs say of the setup, whether that was used, and what is said of it."""
-    own = alone.chosen.setup
-    if own is None or others is None:
-        return alone, None, None
-    if moved := bumped(own.alone, others, setup):
+    alone: JointEstimate,
+    begun: AdaptiveRounds | FoundFall,
+    conditioned: Conditioned,
+    setup: Setup,
+    others: SetupPrior | None,
+) -> tuple[JointEstimate, MeasuredMotion]:
+    """Return the estimate and what it measured, with what other runs say of the setup where it agrees with them."""
+    motion = motion_of_joint(alone, conditioned, setup)
+    own, said = alone.chosen.setup, motion.setup_likelihood
+    # whose flights do not fit says nothing of its antennas, and cannot contradict
+    if own is None or said is None or others is None:
+        return alone, motion
+    if moved := bumped(said, others, setup):
         # an antenna that was pushed: nothing of before it holds for this run, nor for those after
-        return alone, replace(others, used=False), warn("setup_differs", runs=run_names(others.runs), cause=moved)
+        differs = warn("setup_differs", runs=run_names(others.runs), cause=moved)
+        return alone, replace(motion, setup_prior=replace(others, used=False)).said(differs)
     try:
-        return with_setup_known(alone, begun, setup, others.likelihood(own.deviation)), others, None
+        found = with_setup_known(alone, begun, setup, others.likelihood(own.deviation))
     except SolveError:
-        return alone, None, None
+        return alone, motion
+    return found, replace(motion_of_joint(found, conditioned, setup), setup_prior=others, setup_likelihood=said)
 
 
 def _with_prior(motion: MeasuredMotion, joint: _Joint) -> MeasuredMotion:

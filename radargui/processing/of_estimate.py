@@ -33,6 +33,9 @@ def motion_of_joint(estimate: JointEstimate, conditioned: Conditioned, setup: Se
     found = estimate.chosen.setup
     estimate, bounces, changes, flights = _with_flights(estimate, setup)
     paths, track = _located(estimate, _paths_of(estimate, setup), setup)
+    # flights that do not fit bend antennas, too: other runs must not be told
+    is_sound = estimate.chosen.solution.settled and flights.bent is None and flights.cause is None
+    said = found.alone.widened(flights.widening) if found is not None and is_sound else None
     motion = MeasuredMotion(
         _corrected_of(estimate, setup),
         paths,
@@ -40,7 +43,7 @@ def motion_of_joint(estimate: JointEstimate, conditioned: Conditioned, setup: Se
         bounces,
         changes,
         setup_posterior=() if found is None else found.values(setup),
-        setup_likelihood=None if found is None else found.alone,
+        setup_likelihood=said,
         estimate=estimate,
         flights=flights,
     )

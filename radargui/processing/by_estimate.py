@@ -34,6 +34,7 @@ from radargui.model.front_end import FrontEnd, FrontEndPrior, run_names
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior, bumped
+from radargui.model.setup_posterior import SetupPosterior
 from radargui.processing.by_flights import MeasuredDrop
 from radargui.processing.checks.estimate import doubt, is_fringe_sure, is_unknown
 from radargui.processing.drifting_rest import drifting_rest
@@ -76,6 +77,15 @@ class _Joint:
     unused: Finding | None = None
 
 
+_MOST_PULL = 4.0
+"""Of a value of the setup from what is stated, in its u: one of 16 000 is farther off by chance."""
+
+
+def _is_pulled(found: SetupPosterior | None) -> bool:
+    """Return whether a value of the setup was found so far from what is stated that an entry is wrong."""
+    return found is not None and bool((np.abs(found.mean) > _MOST_PULL * found.deviation).any())
+
+
 def measure_drop(
     drop: MeasuredDrop,
     conditioned: Conditioned,
@@ -104,6 +114,9 @@ def measure_drop(
         # milliseconds that nothing explains are left out by circles
         is_left_out = isinstance(joint.found, UnexplainedError)
         return None if is_left_out else drop.motion.said(warn("joint_not_used", cause=why_of(joint.found)))
+    # an entry that is wrong pulls the others along: the road by circles names it
+    if _is_pulled(joint.found.chosen.setup):
+        return None
     found, measured = _pooled(joint.found, fall, conditioned, setup, others)
     motion = _judged(measured, found, drop.motion, setup)
     if motion.estimate is None or motion.rejected.any():

@@ -13,7 +13,7 @@ from radargui.estimation.flights.readout import drop_motion, place_changes
 from radargui.estimation.hardware import as_prior
 from radargui.estimation.signals import ScaledSignals, remaining, scaled_signals
 from radargui.geometry.path_length import LEAST_RECEIVERS
-from radargui.model.errors import ProcessingError
+from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.finding import Finding, error_of, warn
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.result import CorrectedIQ, PathLengths, Track
@@ -87,10 +87,14 @@ def measure_by_flights(
     if prior is not None:
         wired = tuple(front_end.with_phase_sign(setup.radar.phase_sign) for front_end in prior.front_ends)
         known = as_prior(remaining(wired, signals))
-    estimate = estimate_drop(signals, setup, front_ends=known, watch=watch)
-    if isinstance(estimate, Finding):
-        raise error_of(ProcessingError, estimate.code, **estimate.facts)
-    changes = place_changes(estimate)
+    try:
+        estimate = estimate_drop(signals, setup, front_ends=known, watch=watch)
+        if isinstance(estimate, Finding):
+            raise error_of(ProcessingError, estimate.code, **estimate.facts)
+        changes = place_changes(estimate)
+    # a matrix without inverse says that the signal holds too little; every other fault is one
+    except np.linalg.LinAlgError as error:
+        raise error_of(SolveError, "no_solution", error=str(error)) from error
     motion = drop_motion(estimate, signals, changes)
     rad_per_m = 2.0 * np.pi / setup.radar.wavelength_m
     if any(one.verdict == "rejected" for one in motion.channels):

@@ -16,7 +16,7 @@ from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.gravity import drag_of_sphere_1_m
 from radargui.model.radar import Tracer
 from radargui.model.setup import Setup
-from radargui.model.setup_posterior import SetupLikelihood, SetupPosterior
+from radargui.model.setup_posterior import SetupPosterior
 from radargui.motion.flights import Flights
 
 
@@ -287,9 +287,7 @@ class PathFlights:
     def posterior(self) -> SetupPosterior:
         """What the paths say of the setup."""
         own, part = self.model.setup.unknowns, self.model.stated
-        mean, covariance = self.at[part], self.covariance[part, part]
-        alone = SetupLikelihood.of_posterior(mean, covariance, own.deviation, own.size)
-        return SetupPosterior(own.inputs, own.deviation, mean, covariance, alone)
+        return SetupPosterior(own.inputs, own.deviation, self.at[part], self.covariance[part, part])
 
     def directions(self, *, prior_of_g: bool = True) -> tuple[FloatArray, FloatArray]:
         """Return independent directions in which setup and sphere leave the unknowns open, each (n_directions, n).

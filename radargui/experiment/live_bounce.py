@@ -28,8 +28,8 @@ EVEN = 1.5
 def first_bounce(live: LiveTrack, first_index: int, setup: Setup) -> Bounce | None:
     """Return the first bounce of a run as soon as e is known, with its combined uncertainty; None until then.
 
-    The paths of the live track are taken like those of a corrected recording: flights that meet at the impact, with
-    what antennas, floor and drag leave open in the uncertainty.
+    The places of the live track are taken like those of a corrected recording: two parabolas that meet at the impact,
+    with what antennas, floor, drag and a fall that misses gravity leave open in the uncertainty.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def first_bounce(live: LiveTrack, first_index: int, setup: Setup) -> Bounce | No
     track = Track(span.time_s, span.position_m, np.full(span.position_m.shape, U_M), known, "exact")
     segment = Segment(begin - 1, span.index.size, 0, begin - 1)
     rate_hz = 1.0 / float(span.time_s[1] - span.time_s[0])
-    bounces = impacts_of_track(track, paths, segment, setup, rate_hz).bounces
+    _, bounces, _ = impacts_of_track(track, paths, segment, setup, rate_hz)
     if not bounces.impacts or not bounces.impacts[0].valid:
         return None
     first = bounces.impacts[0]

@@ -52,15 +52,12 @@ class BudgetLine:
         Of the diameter; where no polarisation is given, what taking the sphere for a point may cost.
     combined
         All of them in squares (JCGM 100, 5.1.2).
-    shape
-        Of a position: the same with the mean shift over the motion taken off.
     """
 
     statistical: float | None = None
     calibration: float | None = None
     sphere: float | None = None
     combined: float | None = None
-    shape: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -168,18 +168,6 @@ class Flights:
             start = start + path[:, -1]
         return position, slopes
 
-    def impact_velocities(self) -> tuple[FloatArray, FloatArray]:
-        """Return the velocities before and after each impact, (n_impacts, 6), and their derivatives by the unknowns.
-
-        These of shape (n_impacts, 6, layout.size).
-        """
-        layout = self.layout
-        after = np.zeros((layout.n_flights - 1, 3, layout.size))
-        for number, rows in enumerate(after):
-            rows[:, layout.velocity(number + 1)] = np.eye(3)
-        values = np.concatenate([self.velocity_before_m_s(), self.velocity_m_s[1:]], axis=1)
-        return values, np.concatenate([self.velocity_before_slopes(), after], axis=1)
-
     def velocity_before_slopes(self) -> FloatArray:
         """Return the derivatives of `velocity_before_m_s` by the unknowns, (n_flights - 1, 3, layout.size)."""
         layout = self.layout

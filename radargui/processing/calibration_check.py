@@ -1,7 +1,7 @@
 """What one drop says about the calibration before a series: whether g comes out and the sphere falls straight."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,8 +9,7 @@ from radargui.model.calibrated_setup import day_of
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2
 from radargui.model.result import RunResult
 from radargui.model.rounding import COVERAGE, concise
-from radargui.processing.locate import place_at
-from radargui.processing.uncertainty_budget import TrackShifts, changes_of_places
+from radargui.processing.uncertainty_budget import changes_of_track
 from radargui.restitution.site_gravity import site_check
 
 COVERAGE_2D = 2.45
@@ -43,8 +42,6 @@ def check_calibration(result: RunResult) -> CalibrationCheck | None:
     u_g = None if budget is None else budget.g_m_s2.combined
     if fall is None or track is None or paths is None or result.segment is None or not u_g:
         return None
-    # a result's track has the antennas that its flights found: these have made it straight
-    track = replace(track, position_m=place_at(np.where(paths.valid, paths.change_m, np.nan), result.setup))
     during = (track.time_s >= fall.first_time_s) & (track.time_s <= fall.last_time_s)
     during &= track.valid & np.isfinite(track.position_m).all(axis=0)
     if during.sum() < LEAST_SAMPLES:
@@ -54,8 +51,7 @@ def check_calibration(result: RunResult) -> CalibrationCheck | None:
     # over shares of the span T: the coefficient of their square is a T^2 / 2 itself
     drift = np.polyfit(share, track.position_m[:2, during].T, 2)[0]
     variance = float(np.mean(track.u_position_m[:2, during] ** 2))
-    shifts = TrackShifts.of(track, result.segment, result.setup, None)
-    for one in changes_of_places(shifts):
+    for one in changes_of_track(paths, result.bounces, result.setup, result.segment):
         inside = (one.time_s >= fall.first_time_s) & (one.time_s <= fall.last_time_s)
         if inside.sum() > 3:
             bends = np.polyfit((one.time_s[inside] - fall.first_time_s) / span, one.moved_m[:2, inside].T, 2)[0]

@@ -2,31 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
-from typing import NamedTuple
 
+from radargui.model.gravity import drag_of_sphere_1_m
 from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup
-from radargui.model.setup_posterior import SetupValue
 from radargui.model.uncertainty_budget import InputChange, UncertaintyBudget
-from radargui.processing.uncertainty_budget import (
-    TrackShifts,
-    changes_of_drops,
-    changes_of_places,
-    moved_track,
-    with_budget,
-)
-from radargui.restitution.bounces import bounces_of_drops, joined
-from radargui.restitution.track_fit import fit_drops
-
-
-class TrackImpacts(NamedTuple):
-    """A track and its bounces with their combined uncertainties, their budget, and what flights say of the setup."""
-
-    track: Track
-    bounces: Bounces
-    budget: UncertaintyBudget | None = None
-    posterior: tuple[SetupValue, ...] = ()
+from radargui.processing.uncertainty_budget import changes_of_track, with_budget
+from radargui.restitution.bounces import find_bounces
+from radargui.restitution.site_gravity import with_missed_gravity
 
 
 def impacts_of_track(
@@ -37,7 +22,7 @@ def impacts_of_track(
     sample_rate_hz: float,
     bounces: Bounces | None = None,
     changes: tuple[InputChange, ...] | None = None,
-) -> TrackImpacts:
+) -> tuple[Track, Bounces, UncertaintyBudget | None]:
     """Return a track and its bounces with their combined uncertainties, and the budget of these.
 
     Parameters
@@ -52,21 +37,26 @@ def impacts_of_track(
         Of track and paths.
     bounces, changes
         Of an estimate that knows the speeds at an impact from all samples, and what its uncertain inputs change; None:
-        those of the flights that are fitted to the paths, which also say where the antennas are.
+        those of the track, from its flights.
     """
-    fits = fit_drops(paths, track, segment, setup, sample_rate_hz) if bounces is None else ()
+    of_track = bounces is None
+    if bounces is None:
+        bounces = _bounces_of(track, segment, setup, sample_rate_hz)
     # without a rest the zero of L is assumed: no uncertainty of a calibration means anything then
     if not segment.has_rest:
-        found = bounces or joined(bounces_of_drops(fits, track, segment, setup))
         # where the sphere was at the start is assumed, not known: no e, and no g
-        return TrackImpacts(track, Bounces(tuple(replace(impact, valid=False) for impact in found.impacts)))
-    if bounces is not None and changes is not None:
-        return TrackImpacts(*with_budget(track, bounces, changes, segment, setup))
-    shifts = TrackShifts.of(track, segment, setup, fits[0] if fits else None)
-    if not fits:
-        found = bounces or Bounces()
-        return TrackImpacts(*with_budget(track, found, changes_of_places(shifts, found), segment, setup))
-    track, posterior = moved_track(track, shifts, fits[0]), fits[0].posterior.values(setup)
-    each = bounces_of_drops(fits, track, segment, setup)
-    own = changes_of_drops(shifts, each, setup, fits)
-    return TrackImpacts(*with_budget(track, joined(each), own, segment, setup), posterior)
+        return track, Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts)), None
+    if changes is None:
+        changes = changes_of_track(paths, bounces, setup, segment)
+    if of_track:
+        bounces = with_missed_gravity(bounces, setup, math.hypot(*(one.g_m_s2 for one in changes)))
+    return with_budget(track, bounces, changes, segment, setup)
+
+
+def _bounces_of(track: Track, segment: Segment, setup: Setup, rate_hz: float) -> Bounces:
+    # a normal that is a default is no statement about this floor
+    given = "normal" in setup.floor.model_fields_set
+    normal = setup.floor.normal if given else None
+    drag_1_m = drag_of_sphere_1_m(setup.tracer.diameter_m, setup.tracer.density_kg_m3)
+    is_known = setup.tracer.density_kg_m3 is not None
+    return find_bounces(track, segment, normal, rate_hz, setup.floor.u_tilt_deg, drag_1_m, is_drag_known=is_known)

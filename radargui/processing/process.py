@@ -203,7 +203,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
     conditioned, corrected = part.conditioned, motion.corrected
     whole = Whole(recording, conditioned, part.receivers)
     evidence = Evidence(recording, part, motion, whole.channels(corrected, part.faults), motion.track)
-    is_refused, paths, track, posterior = evidence.is_refused, motion.paths, motion.track, motion.setup_posterior
+    is_refused, paths, track = evidence.is_refused, motion.paths, motion.track
     if is_refused:
         # rejected means rejected: no sample of it is called valid
         paths = replace(paths, valid=np.zeros_like(paths.valid))
@@ -211,7 +211,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
     if track is not None and not conditioned.segment.has_rest and part.begins_after_gap:
         track = known_where(track, np.zeros_like(track.valid))
     if track is not None and not is_refused:
-        track, bounces, budget, found = impacts_of_track(
+        track, bounces, budget = impacts_of_track(
             track,
             motion.paths,
             conditioned.segment,
@@ -220,7 +220,6 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
             motion.bounces,
             motion.changes,
         )
-        posterior = found or posterior
         # the joint estimate's errors belong to the place: what mirrors do turns by one radian within this
         alike_m = None if motion.bounces is None else part.setup.radar.wavelength_m / (4.0 * np.pi)
         by_conic = corrected.method in ("ellipse", "none")
@@ -237,7 +236,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
         track=None if track is None else partial(whole.track, track),
         bounces=evidence.bounces,
         uncertainty_budget=evidence.budget,
-        setup_posterior=posterior,
+        setup_posterior=motion.setup_posterior,
         setup_likelihood=None if is_refused or any(part.faults) else motion.setup_likelihood,
         setup_prior=motion.setup_prior,
         findings=findings_of(evidence),

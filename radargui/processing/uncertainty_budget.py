@@ -2,27 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import replace
-from typing import NamedTuple
+from itertools import combinations_with_replacement
 
 import numpy as np
 
 from radargui.conditioning.averager import block_means
-from radargui.estimation.flights.of_paths import PathFlights, PathSetup
 from radargui.geometry.bistatic import solve_gradient
+from radargui.geometry.path_length import LEAST_RECEIVERS, distance, path_gradient, place_antennas, t_matrix
+from radargui.geometry.scattering import scattering_delay_m, supposed_delays_m
 from radargui.model.arrays import FloatArray
-from radargui.model.assumed import assumed_uncertainties
-from radargui.model.result import Bounces, Segment, Track
+from radargui.model.assumed import (
+    CLOCK,
+    SUPPOSED_POLARIZATIONS_DEG,
+    SUPPOSED_TURNS_DEG,
+    TILT,
+    assumed_uncertainties,
+    uncertain_inputs,
+)
+from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import BudgetLine, InputChange, Share, UncertaintyBudget
-from radargui.restitution.drop_bounces import e_slopes
-from radargui.restitution.floor_and_clock import tilt_and_clock
-from radargui.restitution.sphere_parts import sphere_parts_m
+from radargui.processing.locate import place_at
+from radargui.restitution.track_response import floor_and_clock, respond
 
-NO_BOUNCES = Bounces()
 POINTS, LONGEST_S = 500, 0.002
-"""Means of a motion at which its shifts are given, at the least, and how long one may be."""
+"""Means of the motion at which its shifts are given, at the least, and how long one may be: a flight of 12 ms, and the
+30 ms beside an impact, must hold some."""
+FIELD_POINTS, LEAST_OF_FIELD = 200, 1e-6
+"""Places at which a smooth field of place is computed; share of the strongest below which no direction is visited."""
+LEAST_M = 1e-12
+"""In place of the reach of a coordinate that stays the same, so that nothing is divided by zero."""
+SUPPOSED = len(SUPPOSED_POLARIZATIONS_DEG) * len(SUPPOSED_TURNS_DEG)
 
 
 def with_budget(
@@ -67,11 +79,6 @@ def with_budget(
     fall = bounces.free_fall
     u_first, u_g = bounces.impacts[0].u_e if bounces.impacts else np.nan, np.nan if fall is None else fall.u_g_m_s2
     position = _line(motion(track.u_position_m**2), {share: motion(value) for share, value in squares.items()})
-    if position.statistical is not None:
-        # what all places share changes no speed and no height
-        bent = [one.moved_m - one.moved_m.mean(axis=1, keepdims=True) for of in by_share.values() for one in of]
-        square = sum(float(np.mean(one**2)) for one in bent if one.size)
-        position = replace(position, shape=float(np.sqrt(position.statistical**2 + square)))
     e = _line(u_first, {share: float(np.sqrt(value[0])) for share, value in e_squares.items() if value.size})
     g = _line(u_g, {share: float(np.sqrt(value)) for share, value in g_squares.items()})
     budget = UncertaintyBudget(position, e, g, assumed_uncertainties(setup))
@@ -99,111 +106,139 @@ def _line(statistical: float, shares: dict[str, float]) -> BudgetLine:
     return BudgetLine(*known)
 
 
-class TrackShifts(NamedTuple):
-    """What places change by with each unknown of setup and sphere.
+def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment: Segment) -> tuple[InputChange, ...]:
+    """Return what a located track changes by with each uncertain input of the setup, to first order.
 
-    Attributes
-    ----------
-    time_s
-        Instants, shape (n,): shifts are smooth, few tell them.
-    moved_m
-        With each, one standard uncertainty of its prior unit, shape (n_unknowns, 3, n); 0 where the place is unknown.
-    setup
-        The first of them are its.
-    """
-
-    time_s: FloatArray
-    moved_m: FloatArray
-    setup: PathSetup
-
-    @staticmethod
-    def of(track: Track, segment: Segment, setup: Setup, fit: PathFlights | None) -> TrackShifts:
-        """Return those of a track, at the instants that its flights were fitted at where any were.
-
-        The same path lengths are located with the unknown moved (GUM, 5.1.3), to first order.
-        """
-        if fit is not None:
-            data = fit.model.data
-            return TrackShifts._at(data.time_s, data.position_m, data.added_m, fit.model.setup)
-        spacing_s = float(track.time_s[1] - track.time_s[0])
-        size = max(1, min((segment.last - segment.first) // POINTS, round(LONGEST_S / spacing_s)))
-        part = slice(segment.first, segment.last)
-        # with a sample that is not known the mean is not
-        place = block_means(np.where(track.valid, track.position_m, np.nan)[:, part], size)
-        time_s = block_means(track.time_s[part], size)
-        return TrackShifts._at(time_s, place, sphere_parts_m(place, setup), PathSetup.of(setup))
-
-    @staticmethod
-    def _at(time_s: FloatArray, place_m: FloatArray, added_m: FloatArray, setup: PathSetup) -> TrackShifts:
-        at = np.zeros(setup.unknowns.size)
-        longer = np.concatenate([np.moveaxis(setup.by_unknowns(at, place_m), -1, 0), added_m])
-        gradient = setup.gradient(at, place_m)
-        moved = [-solve_gradient(gradient, one) for one in longer]
-        return TrackShifts(time_s, np.nan_to_num(np.array(moved).reshape(-1, *place_m.shape)), setup)
-
-    def along(self, direction: FloatArray) -> FloatArray:
-        """Return the shift, (3, n), along a direction whose first values are those of setup and sphere."""
-        return np.asarray(np.tensordot(direction[: len(self.moved_m)], self.moved_m, 1))
-
-
-def moved_track(track: Track, shifts: TrackShifts, fit: PathFlights) -> Track:
-    """Return a track located anew with the setup and the sphere that its flights found, to first order."""
-    shift = _between(shifts.time_s, shifts.along(fit.at), track.time_s)
-    return replace(track, position_m=track.position_m + shift)
-
-
-def changes_of_places(shifts: TrackShifts, bounces: Bounces = NO_BOUNCES) -> tuple[InputChange, ...]:
-    """Return what places change by with each input by its own u, where nothing flies; e and g are not known."""
-    inputs, n = shifts.setup.unknowns, len(shifts.moved_m)
-    own = np.concatenate([np.where(inputs.deviation < 1.0, 0.0, 1.0), np.ones(n - inputs.size)])
-    keys = [*(one.key for one in inputs.inputs), *("sphere",) * (n - inputs.size)]
-    calibration: Share = "calibration"
-    sphere: Share = "sphere"
-    of_share = [*[calibration] * inputs.size, *[sphere] * (n - inputs.size)]
-    unknown = np.full(len(bounces.impacts), np.nan)
-    return tuple(
-        InputChange(key, share, shifts.time_s, by * moved, unknown, np.nan)
-        for key, share, by, moved in zip(keys, of_share, own.tolist(), shifts.moved_m, strict=True)
-    )
-
-
-def changes_of_drops(
-    shifts: TrackShifts, each: Sequence[Bounces], setup: Setup, fits: Sequence[PathFlights]
-) -> tuple[InputChange, ...]:
-    """Return what the track, all e and g change by along independent directions that setup and sphere are left open in.
-
-    Those of the posterior of each drop's flights; track and g are of the first.
+    The same path lengths are located with the input moved (GUM, 5.1.3). That these change with the geometry too,
+    through maps of position, is of second order. A sphere that is no point adds the phase it scatters with: by its
+    diameter and the polarisations where they are stated, else that of a few polarisations.
 
     Parameters
     ----------
-    shifts
-        Of the track's places, at the instants of the first drop's flights.
-    each, fits
-        Of the drops.
-    setup
-        Says how well floor and clock are known, which move no place.
+    paths, bounces, segment
+        Of the run.
     """
-    changes, sizes = [], [len(one.impacts) for one in each]
-    for number, (bounces, fit) in enumerate(zip(each, fits, strict=True)):
-        around = sum(sizes[:number]), sum(sizes[number + 1 :])
-        for one in _changes_of_drop(shifts, bounces, setup, fit):
-            e = np.pad(one.e, around)
-            changes.append(
-                replace(one, e=e) if number == 0 else replace(one, e=e, moved_m=np.zeros_like(one.moved_m), g_m_s2=0.0)
-            )
-    return tuple(changes)
+    spacing_s = float(paths.time_s[1] - paths.time_s[0])
+    size = max(1, min((segment.last - segment.first) // POINTS, round(LONGEST_S / spacing_s)))
+    # before and after the motion all shifts stand
+    part = slice(segment.first, segment.last)
+    if setup.n_receivers < LEAST_RECEIVERS:
+        return ()
+    # with a sample that is not known the mean is not
+    change_m = block_means(np.where(paths.valid, paths.change_m, np.nan)[:, part], size)
+    position, time_s = place_at(change_m, setup), block_means(paths.time_s[part], size)
+    known = np.asarray(np.isfinite(position).all(axis=0))
+    base = Track(time_s, position, np.full_like(position, np.nan), known, setup.processing.geometry)
+    inner = Segment(0, base.time_s.size, 0, 0)
+    shifts = _Shifts(base.position_m, change_m, setup)
+    found: list[tuple[str, Share, FloatArray]] = []
+    is_polarised = setup.transmitter.polarization_deg is not None
+    for one in uncertain_inputs(setup):
+        # clock and floor move no place, only what is read from places: `floor_and_clock`
+        if one.u == 0.0 or one.key in (CLOCK, TILT):
+            continue
+        other = one.moved(setup)
+        if one.key == "tracer.diameter_m" or one.key.endswith("polarization_deg"):
+            if is_polarised:
+                change_m = scattering_delay_m(base.position_m, setup) - scattering_delay_m(base.position_m, other)
+                found.append((one.key, "sphere", shifts.by_paths(change_m)))
+            continue
+        found.append((one.key, "calibration", shifts.by_setup(other)))
+    if not is_polarised:
+        delays_m = smooth_in_place(base.position_m, lambda place_m: supposed_delays_m(place_m, setup))
+        # none of them is likelier: their mean square counts
+        found += [("sphere", "sphere", shifts.by_paths(-delay_m) / np.sqrt(SUPPOSED)) for delay_m in delays_m]
+    if not found:
+        return ()
+    given = "normal" in setup.floor.model_fields_set
+    moved = np.stack([shift_m for _, _, shift_m in found])
+    e, g = respond(base, inner, bounces, moved, given, setup.floor.u_tilt_deg)
+    moved = moved if known.all() else np.nan_to_num(moved)
+    rows = zip(found, moved, e, g.tolist(), strict=True)
+    changes = [InputChange(key, share, base.time_s, *own) for (key, share, _), *own in rows]
+    return (*changes, *floor_and_clock(base, inner, bounces, setup))
 
 
-def _changes_of_drop(shifts: TrackShifts, bounces: Bounces, setup: Setup, fit: PathFlights) -> list[InputChange]:
-    time_s = shifts.time_s
-    velocity, by_unknowns = fit.impact_velocities()
-    by_e, place, unit = e_slopes(bounces, by_unknowns), fit.model.gravity, float(fit.model.deviation[4])
-    shares: tuple[Share, Share] = ("calibration", "sphere")
-    directions, of_paths = fit.directions(), fit.directions(prior_of_g=False)
-    changes = [
-        InputChange(f"{share}[{number}]", share, time_s, shifts.along(one), by_e @ one, unit * float(of_g[place]))
-        for share, own, apart in zip(shares, directions, of_paths, strict=True)
-        for number, (one, of_g) in enumerate(zip(own, apart, strict=True), 1)
-    ]
-    changes += tilt_and_clock(time_s, lambda: (velocity[:, :3], velocity[:, 3:]), bounces, setup)
-    return changes
+class _Shifts:
+    """How places move with paths and with the setup, to first order: one Newton step, of a shift far below them.
+
+    Parameters
+    ----------
+    position_m, change_m
+        Places and their changes of path, shapes (3, n) and (n_receivers, n).
+    setup
+        That the places were found with.
+    """
+
+    def __init__(self, position_m: FloatArray, change_m: FloatArray, setup: Setup) -> None:
+        self._position_m, self._change_m, self._setup = position_m, change_m, setup
+        antennas = place_antennas(setup)
+        self._away_m: dict[tuple[float, ...], FloatArray] = {}
+        self._since_release_m = self._ways(setup)
+        # moves of a place by each path, shape (n_receivers, 3, n), shared by all inputs: each is a change of some paths
+        if setup.processing.geometry == "plane":
+            # p = p_release - T^-1 dL (Rech & Huang 2019, eq. 3)
+            self._by_path = -np.linalg.pinv(t_matrix(antennas)).T[:, :, None]
+        else:
+            gradient, units = path_gradient(position_m, antennas), np.eye(antennas.n_receivers)
+            self._by_path = np.stack([solve_gradient(gradient, unit[:, None]) for unit in units])
+
+    def _ways(self, setup: Setup) -> FloatArray:
+        """Return how much longer the paths of a setup are than at its release, shape (n_receivers, n)."""
+        antennas, release = place_antennas(setup), np.array(setup.tracer.release_position_m)
+        there, *back = (self._way(place_m, release) for place_m in (antennas.transmitter_m, *antennas.receivers_m))
+        return np.stack([there + one for one in back])
+
+    def _way(self, antenna_m: FloatArray, release_m: FloatArray) -> FloatArray:
+        """Return how much farther the places are from an antenna than the release is, shape (n,)."""
+        # most inputs move one antenna or none
+        key = tuple(antenna_m.tolist())
+        if key not in self._away_m:
+            self._away_m[key] = distance(self._position_m - antenna_m[:, None])
+        return self._away_m[key] - float(np.linalg.norm(release_m - antenna_m))
+
+    def by_paths(self, longer_m: FloatArray) -> FloatArray:
+        """Return the moves by paths that are longer, shape (n_receivers, n) or (n_receivers, 1)."""
+        out = np.zeros(self._position_m.shape)
+        for column, longer in zip(self._by_path, longer_m, strict=True):
+            if longer.any():
+                out += column * longer
+        return out
+
+    def by_setup(self, other: Setup) -> FloatArray:
+        """Return the moves where the same phases are located with another setup."""
+        ratio = other.radar.wavelength_m / self._setup.radar.wavelength_m
+        if self._setup.processing.geometry == "plane":
+            return place_at(ratio * self._change_m, other) - self._position_m
+        # what was measured less what the other setup gives there
+        longer = self._since_release_m - self._ways(other)
+        if ratio != 1.0:
+            # the phase was measured: its path counts in wavelengths
+            longer = longer + (ratio - 1.0) * self._change_m
+        return self.by_paths(longer)
+
+
+def smooth_in_place(position_m: FloatArray, field: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    """Return a smooth field of place (..., n) at places (3, n), computed at few of them.
+
+    Between these a polynomial of third degree: the phase of a sphere's echo changes by fractions of a millimetre over
+    the whole motion. NaN where the place is.
+    """
+    known = np.flatnonzero(np.isfinite(position_m).all(axis=0))
+    if known.size <= FIELD_POINTS:
+        return field(position_m)
+    few = position_m[:, known[:: known.size // FIELD_POINTS]]
+    centre = few.mean(axis=1, keepdims=True)
+    unit = np.maximum(np.ptp(few, axis=1, keepdims=True), LEAST_M)
+    there = field(few)
+    columns, *_ = np.linalg.lstsq(
+        _cubic((few - centre) / unit).T, there.reshape(-1, few.shape[1]).T, rcond=LEAST_OF_FIELD
+    )
+    out = columns.T @ _cubic((position_m - centre) / unit)
+    return np.asarray(out.reshape(*there.shape[:-1], -1))
+
+
+def _cubic(place: FloatArray) -> FloatArray:
+    """Return the twenty products of up to three coordinates of places (3, n), shape (20, n)."""
+    x = np.concatenate([np.ones((1, place.shape[1])), place])
+    return np.stack([x[a] * x[b] * x[c] for a, b, c in combinations_with_replacement(range(4), 3)])

@@ -1,129 +1,194 @@
 """Bounces of a track: coefficient of restitution of each, and the free fall before the first (method 5, Flights)."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.estimation.flights.of_paths import PathFlights
-from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.gravity import drag_of_sphere_1_m
-from radargui.model.result import Bounce, Bounces, FreeFall, Segment, Track
-from radargui.model.setup import Setup
-from radargui.restitution.cross_check import FITTED_PATHS, cross_check, without_checks_by_walls
-from radargui.restitution.drop_bounces import normal_of_velocities, speeds_along
-from radargui.restitution.floor_normal import FloorNormal
-from radargui.restitution.settings import FLIGHTS, TRACKS
+from radargui.model.arrays import FloatArray, robust_sd
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.model.result import Bounces, FreeFall, Segment, Track
+from radargui.motion.impacts import THIRD_DIFFERENCE_GAIN, find_track_impacts
+from radargui.restitution.cross_check import PARABOLAS, cross_check, without_checks_by_walls
+from radargui.restitution.floor_normal import UP, normal_of_impacts
+from radargui.restitution.impact_speeds import ImpactSpeeds, drag_of_flights, error_of_e, speeds_at_impacts, with_drag
+from radargui.restitution.parabola import fit_parabolas
+from radargui.restitution.settings import TRACKS
+from radargui.restitution.track_flights import (
+    FittedFlights,
+    Heights,
+    find_flights,
+    fit_track_flights,
+    velocities_of_track,
+)
 from radargui.restitution.walls_of_track import without_e_by_walls
 
-
-def bounces_of_drops(fits: Sequence[PathFlights], track: Track, segment: Segment, setup: Setup) -> tuple[Bounces, ...]:
-    """Return the bounces of each drop of a record, parameters as for `find_bounces`."""
-    return tuple(find_bounces(one, track, segment, setup) for one in fits)
+SOME = 16
+"""One sample of so many tells u, and one third difference the noise."""
 
 
-def joined(each: Sequence[Bounces]) -> Bounces:
-    """Return the bounces of some drops, one after the other, as those of the first."""
-    if not each:
-        return Bounces()
-    return replace(
-        each[0],
-        impacts=tuple(impact for one in each for impact in one.impacts),
-        walls_s=tuple(moment for one in each for moment in one.walls_s),
-        with_walls_s=tuple(moment for one in each for moment in one.with_walls_s),
-    )
-
-
-def find_bounces(fit: PathFlights, track: Track, segment: Segment, setup: Setup) -> Bounces:
+def find_bounces(
+    track: Track,
+    segment: Segment,
+    normal: tuple[float, float, float] | None,
+    sample_rate_hz: float,
+    u_tilt_deg: float | None = None,
+    drag_1_m: float = 0.0,
+    *,
+    is_drag_known: bool = True,
+) -> Bounces:
     """Return impacts with e = speed after / speed before along the floor's normal, and the first fall.
+
+    The flights before and after an impact are parabolas with one g; the instant of impact is where neighbours meet,
+    and the speeds are their slopes there.
 
     Parameters
     ----------
-    fit
-        Of the track's flights, whose speeds where they meet these are.
     track
-        Where the body was, for walls, heights and what is drawn.
+        Position of the sphere's centre.
     segment
         The motion within the track.
-    setup
-        Its floor's normal is the direction of the speeds; where it gives none, the one that the impacts support, whose
-        uncertainty is a part of u_e.
+    normal
+        Unit vector away from the floor; None: found from the impacts, its uncertainty a part of u_e.
+    sample_rate_hz
+        Rate of the samples.
+    u_tilt_deg
+        Standard deviation of the floor's slope from level, where the setup gives it and no normal.
+    drag_1_m, is_drag_known
+        k of the sphere in air, part of the uncertainties; unless it is known, that of the flights where they show more.
     """
-    flights, (velocity, by_unknowns) = fit.flights, fit.impact_velocities()
-    statistical = np.einsum("ean,nm,ebm->eab", by_unknowns, fit.held, by_unknowns)
-    # an impact is known by the flights before and after it
-    known = fit.fitted[:-1] & fit.fitted[1:] & (velocity[:, 2] < 0.0) & (velocity[:, 5] > 0.0)
-    floor, given = FloorNormal(np.asarray(setup.floor.normal)), "normal" in setup.floor.model_fields_set
-    if not given:
+    # first along the vertical: the impacts themselves say how the floor leans, and where they are does not need it
+    found = _along(track, segment, UP if normal is None else normal, sample_rate_hz)
+    u_by_normal, u_found_deg = None, None
+    if found is None:
+        return Bounces()
+    at = velocities_of_track(track, segment, found.impacts.time_s)
+    if normal is None:
         # an impact that gives no e may be no impact: it has no say about the floor
-        usable = known & np.array(
-            [_bounce(0.0, one, own, floor, is_known=True).valid for one, own in zip(velocity, statistical, strict=True)]
-        )
-        floor = normal_of_velocities(velocity[usable], statistical[usable], setup.floor.u_tilt_deg)
-    # a speed is that of a flight that was fitted
-    velocity[~fit.fitted[:-1], :3] = velocity[~fit.fitted[1:], 3:] = np.nan
-    rows = zip(flights.impact_s.tolist(), velocity, statistical, known.tolist(), strict=True)
-    impacts = tuple(_bounce(time_s, one, own, floor, is_known=seen) for time_s, one, own, seen in rows)
-    x, y, z = (float(part) for part in floor.normal)
-    bounces = Bounces(
-        impacts,
-        _free_fall(fit, track, segment, floor.normal),
-        (x, y, z),
-        None if given else floor.u_tilt_deg,
-        _braked_1_m(fit, setup),
-    )
-    span_s = float(track.time_s[segment.first]), fit.end_s
-    bounces = without_e_by_walls(bounces, track, velocity, span_s)
-    time_s = np.arange(flights.onset_s, fit.end_s, FLIGHTS.check_step_s)
-    height_m = floor.normal @ flights.position_m(time_s)
-    checked = cross_check(bounces, time_s, height_m, flights.g_m_s2 * z, flights.drag_1_m)
-    return without_checks_by_walls(checked)
+        known = np.isfinite(at.u_side_m_s) & found.impacts.valid
+        floor = normal_of_impacts(at.before_m_s[known], at.after_m_s[known], at.u_side_m_s[known], u_tilt_deg)
+        x, y, z = (float(part) for part in floor.normal)
+        u_by_normal, u_found_deg = np.sqrt(floor.e_variance(at.before_m_s, at.after_m_s)), floor.u_tilt_deg
+        # again: heights, speeds and what counts as a flight are along the normal found
+        found = _along(track, segment, (x, y, z), sample_rate_hz, found.impacts.time_s)
+    if found is None:
+        return Bounces()
+    impacts, heights, g_m_s2 = found.impacts, found.heights, NOMINAL_GRAVITY_M_S2 * found.normal[2]
+    fall = _free_fall(track, segment, found)
+    braked_1_m = None
+    # air on a sphere of metal is known; a plastic one nobody named is braked ten times as much
+    if not is_drag_known:
+        least_1_m = TRACKS.much_drag * drag_1_m
+        seen_1_m, u_seen_1_m = drag_of_flights(found.flights, least_1_m)
+        if seen_1_m - TRACKS.sure_of_drag * u_seen_1_m > least_1_m:
+            braked_1_m = drag_1_m = seen_1_m
+    # waves as long as a rebound is high bend both flights, and leave no residuals
+    u_at_impact_m = _u_of_waves_m(track, found)
+    rebound_m = impacts.after_m_s**2 / (2.0 * g_m_s2)
+    impacts = impacts.widened(TRACKS.waves_in_rebounds * impacts.e * u_at_impact_m / rebound_m, impacts.valid)
+    if drag_1_m:
+        impacts = impacts.widened(error_of_e(impacts, found.flights, drag_1_m), impacts.valid)
+        fall = None if fall is None else with_drag(fall, found.flights, drag_1_m, found.normal)
+    if u_by_normal is not None:
+        # the normal comes from velocities sideways, u_e from heights: independent
+        known = np.isfinite(impacts.u_e) & np.isfinite(u_by_normal)
+        impacts = impacts.widened(np.where(known, u_by_normal, 0.0), known | impacts.valid)
+    bounces = Bounces(impacts.bounces(PARABOLAS), fall, found.normal, u_found_deg, braked_1_m)
+    span_s = float(track.time_s[segment.first]), _landing_s(bounces, segment, track)
+    bounces = without_e_by_walls(bounces, track, at, span_s)
+    return without_checks_by_walls(cross_check(bounces, heights.time_s, heights.height_m, g_m_s2))
 
 
-def _bounce(
-    time_s: float, velocity: FloatArray, covariance: FloatArray, floor: FloorNormal, *, is_known: bool
-) -> Bounce:
-    before, after, e, u_e = speeds_along(velocity, covariance, floor)
-    if not is_known:
-        return Bounce(time_s, before, after, np.nan, np.nan, FITTED_PATHS, valid=False)
-    # no passive impact gives more than it takes: e above 1 beyond its u is a wrong track
-    valid = bool(u_e < TRACKS.largest_u_e and 0.0 < e < 1.0 + TRACKS.sigmas_above_1 * u_e)
-    return Bounce(time_s, before, after, e, u_e, FITTED_PATHS, valid)
+def _landing_s(bounces: Bounces, segment: Segment, track: Track) -> float:
+    """Return when the flight after the last impact ends."""
+    last = bounces.impacts[-1]
+    landing_s = last.time_s + 2.0 * last.speed_after_m_s / NOMINAL_GRAVITY_M_S2
+    return min(landing_s, float(track.time_s[segment.last - 1]))
 
 
-def _braked_1_m(fit: PathFlights, setup: Setup) -> float | None:
-    """Return k where the flights of a sphere of unknown density are braked more than metal is; None else."""
-    metal_1_m = drag_of_sphere_1_m(setup.tracer.diameter_m, None)
-    drag_1_m, u_1_m = fit.drag
-    is_braked = drag_1_m - TRACKS.sure_of_drag * u_1_m > TRACKS.much_drag * metal_1_m
-    return drag_1_m if setup.tracer.density_kg_m3 is None and is_braked else None
+@dataclass(frozen=True, slots=True)
+class _Along:
+    """Impacts and flights along a normal, and the heights along it on the known samples of the motion."""
+
+    normal: tuple[float, float, float]
+    heights: Heights
+    flights: FittedFlights
+    impacts: ImpactSpeeds
 
 
-def _free_fall(fit: PathFlights, track: Track, segment: Segment, normal: FloatArray) -> FreeFall | None:
-    """Return the first fall with the g of all flights: a check of the whole chain against gravity."""
-    flights = fit.flights
-    first_s, last_s = flights.onset_s, float(flights.impact_s[0]) - TRACKS.clearance_s
-    if not fit.fitted[0] or last_s - first_s < TRACKS.least_fall_s:
+def _along(
+    track: Track,
+    segment: Segment,
+    normal: tuple[float, float, float],
+    sample_rate_hz: float,
+    impact_s: FloatArray | None = None,
+) -> _Along | None:
+    """Return the impacts along a normal, None without any; their instants are sought where they are not known."""
+    height = np.asarray(normal) @ track.position_m
+    part = slice(segment.first, segment.last)
+    time, known = track.time_s, track.valid & np.isfinite(height)
+    inside = known[part]
+    heights = Heights(time[part][inside], height[part][inside])
+    begin, end = float(time[segment.first]), float(time[segment.last - 1])
+
+    def flights_between(impact_s: FloatArray) -> FittedFlights | None:
+        flights = find_flights(begin, end, impact_s, heights.rising_speed(float(impact_s[-1])))
+        return fit_track_flights(heights, flights)
+
+    if impact_s is None:
+        impact_s = find_track_impacts(time[part], height[part], inside, sample_rate_hz)
+        # seen to a millisecond only, and with samples of the wrong flight the parabolas are wrong: fitted twice
+        rough = flights_between(impact_s) if impact_s.size else None
+        if rough is None:
+            return None
+        impact_s = rough.meet(impact_s)
+    fitted, expected = flights_between(impact_s), NOMINAL_GRAVITY_M_S2 * max(normal[2], 1e-9)
+    # a hand, a string or a lost fringe makes kinks as well: only what falls under gravity bounces
+    if fitted is None or abs(float(fitted.parabolas.g_m_s2) / expected - 1.0) >= TRACKS.largest_g_error:
         return None
-    g, u_g = fit.gravity
-    height_m = normal @ track.position_m
-    during = _known(track, height_m, slice(*np.searchsorted(track.time_s, [first_s, last_s])))
-    # what is drawn is a parabola of this fall alone
-    since_s = track.time_s[during] - first_s
-    bend, slope, level = np.polyfit(since_s, height_m[during], 2).tolist()
-    left = height_m[during] - np.polyval([bend, slope, level], since_s)
-    at_rest = height_m[_known(track, height_m, slice(segment.rest_first, segment.rest_last))]
+    return _Along(normal, heights, fitted, speeds_at_impacts(fitted, fitted.meet(impact_s)))
+
+
+def _u_of_waves_m(track: Track, found: _Along) -> FloatArray:
+    """Return u of the height at the impacts without the noise from sample to sample, shape (n_impacts,)."""
+    # it changes slowly: some samples tell it
+    some = np.flatnonzero(track.valid[::SOME]) * SOME
+    u_m = np.linalg.norm(np.array(found.normal)[:, None] * track.u_position_m[:, some], axis=0)
+    # the third difference has none of what is smooth; its median none of gaps and impacts
+    height = found.heights.height_m
+    height = height[: height.size // SOME * SOME].reshape(-1, SOME)
+    third = height[:, 3] - 3.0 * (height[:, 2] - height[:, 1]) - height[:, 0]
+    noise_m = robust_sd(third) / np.sqrt(THIRD_DIFFERENCE_GAIN)
+    waves_m = np.sqrt(np.maximum(u_m**2 - noise_m**2, 0.0))
+    return np.asarray(np.interp(found.impacts.time_s, track.time_s[some], waves_m))
+
+
+def _free_fall(track: Track, segment: Segment, found: _Along) -> FreeFall | None:
+    """Return the parabola of the first fall by itself: a check of the whole chain against gravity."""
+    normal, flights = found.normal, found.flights
+    if 0 not in flights.place:
+        return None
+    first = flights.samples.chosen(np.arange(flights.samples.size) == flights.place[0])
+    if np.ptp(first.away_s[: first.count[0]]) < TRACKS.least_fall_s:
+        return None
+    height = flights.height_m[: first.count[0]]
+    # alone: with g shared by all flights, drag and a soft floor of the later ones would hide in it
+    own, vertical = fit_parabolas(first, height), max(abs(normal[2]), 1e-9)
+    # along a leaning normal only the part g cos(tilt) acts; what rides a plate, or hangs, does not fall
+    if abs(own.g_m_s2 / vertical / NOMINAL_GRAVITY_M_S2 - 1.0) >= TRACKS.largest_g_error:
+        return None
+    rest = slice(segment.rest_first, segment.rest_last)
+    at_rest = np.asarray(normal) @ track.position_m[:, rest]
+    at_rest = at_rest[track.valid[rest] & np.isfinite(at_rest)]
     # without a known rest the highest place stands for it: the fall began no lower
-    release = float(at_rest.mean()) if at_rest.size else float(height_m[during].max())
-    drop = release - float(normal @ flights.position_m(flights.impact_s[:1])[:, 0])
-    rms = float(np.sqrt((left**2).mean()))
-    return FreeFall(g, u_g, first_s, last_s, release, drop, (level, slope, bend), rms)
-
-
-def _known(track: Track, height_m: FloatArray, part: slice) -> BoolArray:
-    """Return which samples of a part of a track are known, shape (n_samples,)."""
-    out = np.zeros(track.valid.size, dtype=np.bool_)
-    out[part] = track.valid[part] & np.isfinite(height_m[part])
-    return out
+    release = float(at_rest.mean()) if at_rest.size else float(height.max())
+    begin, end = (float(first.origin_s[0] + first.away_s[k]) for k in (0, -1))
+    return FreeFall(
+        g_m_s2=own.g_m_s2 / vertical,
+        u_g_m_s2=own.u_g_m_s2 / vertical,
+        first_time_s=begin,
+        last_time_s=end,
+        release_height_m=release,
+        drop_height_m=release - float(flights.parabolas.height_at(flights.place[0], found.impacts.time_s[0])),
+        parabola=(float(own.parabolas.height_at(0, begin)), float(own.parabolas.speed_at(0, begin)), -0.5 * own.g_m_s2),
+        residual_rms_m=own.residual_rms_m,
+    )

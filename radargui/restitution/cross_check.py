@@ -9,7 +9,10 @@ import numpy as np
 from radargui.model.arrays import FloatArray
 from radargui.model.finding import Finding, warn
 from radargui.model.result import Bounces
+from radargui.restitution.parabola import solve_parabolas
 from radargui.restitution.settings import CHECKS
+from radargui.restitution.stretches import Stretches
+from radargui.restitution.track_flights import are_known
 
 
 def cross_check(
@@ -64,19 +67,20 @@ def without_checks_by_walls(bounces: Bounces) -> Bounces:
 
 def _rises_m(impact_s: FloatArray, time_s: FloatArray, height_m: FloatArray) -> list[float]:
     """Return the height of each flight between two impacts above the first, from its own parabola; NaN if unknown."""
-    out = []
-    for first_s, last_s in itertools.pairwise(impact_s.tolist()):
-        # the smoothed corners at the impacts would pull the parabola down
-        margin_s = CHECKS.edge_share * (last_s - first_s)
-        inside = slice(*np.searchsorted(time_s, [first_s + margin_s, last_s - margin_s]))
-        since_s = time_s[inside] - first_s
-        if since_s.size < CHECKS.least_samples or since_s[-1] - since_s[0] < CHECKS.least_known_s:
-            out.append(math.nan)
-            continue
-        bend, speed, _ = np.polyfit(since_s, height_m[inside], 2).tolist()
+    span = np.diff(impact_s)
+    # the smoothed corners at the impacts would pull the parabola down
+    margin = CHECKS.edge_share * span
+    begin, end = np.searchsorted(time_s, [impact_s[:-1] + margin, impact_s[1:] - margin])
+    known = np.flatnonzero(are_known(time_s, begin, end, CHECKS.least_known_s))
+    out = np.full(span.size, np.nan)
+    if known.size:
+        flights = Stretches.between(time_s, begin[known], end[known])
+        own = solve_parabolas(flights, flights.of(height_m), shared=False)
         # at the impact: v^2 / 2g above it
-        out.append(speed**2 / (-4.0 * bend) if bend < 0.0 else math.nan)
-    return out
+        g, speed = own.g_m_s2, own.speed_m_s + own.g_m_s2 * (flights.origin_s - impact_s[known])
+        falls = g > 0.0
+        out[known[falls]] = speed[falls] ** 2 / (2.0 * g[falls])
+    return out.tolist()
 
 
 def found_tilt(bounces: Bounces) -> tuple[str, ...]:
@@ -98,8 +102,8 @@ def found_tilt(bounces: Bounces) -> tuple[str, ...]:
     return (sentence,)
 
 
-FITTED_PATHS = "flights of the track"
-"""Method of impacts whose speeds are those of flights fitted to path lengths."""
+PARABOLAS = "parabolas with shared g"
+"""Method of impacts whose speeds are those of a track's parabolas."""
 
 
 def walls_met(bounces: Bounces) -> tuple[str, ...]:
@@ -107,7 +111,7 @@ def walls_met(bounces: Bounces) -> tuple[str, ...]:
     if not bounces.walls_s:
         return ()
     moments = ", ".join(f"{moment:.3f}" for moment in bounces.walls_s)
-    by_track = any(one.method == FITTED_PATHS for one in bounces.impacts)
+    by_track = any(one.method == PARABOLAS for one in bounces.impacts)
     then = "the flights beside them give no e" if by_track else "its flights end there"
     return (f"Walls beside the fall threw the sphere back at {moments} s: {then}.",)
 
@@ -115,7 +119,7 @@ def walls_met(bounces: Bounces) -> tuple[str, ...]:
 def floor_and_wall(bounces: Bounces) -> list[Finding]:
     """Return a finding for each impact at which a wall was met, too."""
     return [
-        warn("wall_at_impact", impact=number, where="beside" if impact.method == FITTED_PATHS else "within")
+        warn("wall_at_impact", impact=number, where="beside" if impact.method == PARABOLAS else "within")
         for number, impact in enumerate(bounces.impacts, 1)
         if impact.time_s in bounces.with_walls_s
     ]

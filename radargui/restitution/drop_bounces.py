@@ -11,9 +11,9 @@ from radargui.model.result import Bounce, Bounces, FreeFall
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
 from radargui.restitution.cross_check import cross_check
-from radargui.restitution.floor_and_clock import tilt_and_clock
 from radargui.restitution.floor_normal import FloorNormal, normal_of_impacts
 from radargui.restitution.settings import FLIGHTS
+from radargui.restitution.track_response import tilt_and_clock
 
 
 def drop_bounces(estimate: DropEstimate, setup: Setup) -> Bounces:
@@ -43,28 +43,18 @@ def _normal(estimate: DropEstimate, setup: Setup, velocity: FloatArray, covarian
     floor = FloorNormal(np.asarray(setup.floor.normal))
     if "normal" in setup.floor.model_fields_set or not len(velocity):
         return floor
-    return normal_of_velocities(velocity, covariance, setup.floor.u_tilt_deg)
-
-
-def normal_of_velocities(velocity: FloatArray, covariance: FloatArray, u_tilt_deg: float | None) -> FloorNormal:
-    """Return the normal by velocities before and after impacts, (n, 6), with their covariances, (n, 6, 6)."""
     change = np.concatenate([-np.eye(2, 3), np.eye(2, 3)], axis=1)
     aside = np.trace(change @ covariance @ change.T, axis1=1, axis2=2) / 2.0
-    return normal_of_impacts(velocity[:, :3], velocity[:, 3:], np.sqrt(aside), u_tilt_deg)
+    return normal_of_impacts(velocity[:, :3], velocity[:, 3:], np.sqrt(aside), setup.floor.u_tilt_deg)
 
 
-def speeds_along(velocity: FloatArray, covariance: FloatArray, floor: FloorNormal) -> tuple[float, float, float, float]:
-    """Return speeds before and after along a normal, e and its u, by velocities (6,) with their covariance (6, 6)."""
+def _bounce(time_s: float, velocity: FloatArray, covariance: FloatArray, floor: FloorNormal) -> Bounce:
     before_m_s, after_m_s = velocity[:3], velocity[3:]
     before, after = -float(before_m_s @ floor.normal), float(after_m_s @ floor.normal)
     e = after / before
     slope = np.concatenate([e / before * floor.normal, floor.normal / before])
     variance = float(slope @ covariance @ slope) + float(floor.e_variance(before_m_s, after_m_s))
-    return before, after, e, float(np.sqrt(max(variance, 0.0)))
-
-
-def _bounce(time_s: float, velocity: FloatArray, covariance: FloatArray, floor: FloorNormal) -> Bounce:
-    before, after, e, u_e = speeds_along(velocity, covariance, floor)
+    u_e = float(np.sqrt(max(variance, 0.0)))
     valid = bool(0.0 < e < FLIGHTS.most_e and u_e < FLIGHTS.usable_u_e)
     return Bounce(time_s, before, after, e, u_e, "flights", valid)
 
@@ -88,7 +78,10 @@ def drop_changes(
 ) -> tuple[InputChange, ...]:
     """Return what places, e and g change by along each direction that the posterior leaves the setup open in."""
     velocity, by_unknowns = estimate.impact_velocities()
-    e = e_slopes(bounces, by_unknowns)
+    normal = np.asarray(bounces.normal)
+    speed = np.array([[one.speed_before_m_s, one.e] for one in bounces.impacts]).reshape(-1, 2)
+    by_speeds = by_unknowns[:, :3] * speed[:, 1, None, None] + by_unknowns[:, 3:]
+    e = np.einsum("a,ean->en", normal, by_speeds) / speed[:, :1]
     out = [
         InputChange(
             f"setup[{number}]",
@@ -102,13 +95,3 @@ def drop_changes(
     ]
     out += tilt_and_clock(changes.time_s, lambda: (velocity[:, :3], velocity[:, 3:]), bounces, setup)
     return tuple(out)
-
-
-def e_slopes(bounces: Bounces, by_unknowns: FloatArray) -> FloatArray:
-    """Return the derivatives of all e, (n_impacts, n), by those of the velocities before and after, (n_impacts, 6, n).
-
-    With v = -before . n and e v = after . n: v de = (d after + e d before) . n.
-    """
-    speed = np.array([[one.speed_before_m_s, one.e] for one in bounces.impacts]).reshape(-1, 2)
-    by_speeds = by_unknowns[:, :3] * speed[:, 1, None, None] + by_unknowns[:, 3:]
-    return np.asarray(np.einsum("a,ean->en", np.asarray(bounces.normal), by_speeds) / speed[:, :1])

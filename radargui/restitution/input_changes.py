@@ -21,10 +21,10 @@ from radargui.model.setup_posterior import EXACT, SetupLikelihood, SetupPosterio
 from radargui.model.uncertainty_budget import InputChange, Share
 from radargui.restitution.flight_fit import FlightFit, FlightInputs, break_velocities, first_by_flights
 from radargui.restitution.flight_test import FlightTest
-from radargui.restitution.floor_and_clock import tilt_and_clock
 from radargui.restitution.settings import FLIGHTS
 from radargui.restitution.setup_chi_square import SetupChiSquare
 from radargui.restitution.setup_outlier import setup_outlier
+from radargui.restitution.track_response import tilt_and_clock
 
 INSTANTS = 8000
 """At which shifts are kept, over the whole record: each is a curve of its own, and there are two dozens."""

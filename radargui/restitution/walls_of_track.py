@@ -13,19 +13,18 @@ import numpy as np
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.result import Bounces, Track
 from radargui.restitution.settings import WALLS
+from radargui.restitution.track_flights import ImpactVelocities
 
 
-def without_e_by_walls(
-    bounces: Bounces, track: Track, velocity_m_s: FloatArray, span_s: tuple[float, float]
-) -> Bounces:
+def without_e_by_walls(bounces: Bounces, track: Track, at: ImpactVelocities, span_s: tuple[float, float]) -> Bounces:
     """Return the bounces without e beside walls, and when these were met.
 
     Parameters
     ----------
     bounces, track
-        Of a track.
-    velocity_m_s
-        Before and after the impacts, shape (n_impacts, 6).
+        Of the parabolas of a track.
+    at
+        Velocities at the impacts.
     span_s
         When the motion begins, and the flight after the last impact ends.
     """
@@ -34,7 +33,7 @@ def without_e_by_walls(
         return bounces
     edges = np.concatenate([[span_s[0]], impact_s, [max(span_s[1], float(impact_s[-1]))]])
     aside = Aside.of(track, edges[:-1], edges[1:])
-    turned, thrown = aside.turned, aside.thrown_back(velocity_m_s, np.asarray(bounces.normal))
+    turned, thrown = aside.turned, aside.thrown_back(at, np.asarray(bounces.normal))
     beside = turned[:-1] | turned[1:] | thrown
     if not beside.any():
         return bounces
@@ -44,7 +43,8 @@ def without_e_by_walls(
         bounces,
         impacts=tuple(replace(one, valid=one.valid and not met) for one, met in by_wall),
         walls_s=walls_s,
-        with_walls_s=tuple(one.time_s for one, met in by_wall if met),
+        # an impact that gave no e before needs no reason
+        with_walls_s=tuple(one.time_s for one, met in by_wall if met and one.valid),
     )
 
 
@@ -93,13 +93,13 @@ class Aside:
             u[seen] = np.sqrt(12.0) * u_m / length[seen]
         return cls(when, before, after, turned, u)
 
-    def thrown_back(self, velocity_m_s: FloatArray, normal: FloatArray) -> BoolArray:
+    def thrown_back(self, at: ImpactVelocities, normal: FloatArray) -> BoolArray:
         """Return which impacts turned the motion along the floor back: friction stops it at most, shape (n_impacts,).
 
         Whole flights say how fast they go aside: what a wall within milliseconds of the floor does is the impact's.
         """
-        before = np.column_stack([self.after_m_s[:-1], velocity_m_s[:, 2]])
-        after = np.column_stack([self.before_m_s[1:], velocity_m_s[:, 5]])
+        before = np.column_stack([self.after_m_s[:-1], at.before_m_s[:, 2]])
+        after = np.column_stack([self.before_m_s[1:], at.after_m_s[:, 2]])
         before, after = (one - np.outer(one @ normal, normal) for one in (before, after))
         slower = np.minimum(np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1))
         back = (before * after).sum(axis=1) < 0.0

@@ -18,7 +18,7 @@ from radargui.model.calibrated_setup import calibrated
 from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup, moved
 from radargui.processing.locate import locate
-from radargui.processing.uncertainty_budget import TrackShifts, changes_of_places, with_budget
+from radargui.processing.uncertainty_budget import changes_of_track, with_budget
 
 DRAWS = 2000
 
@@ -59,8 +59,8 @@ def fallen(setup: Setup) -> tuple[PathLengths, Track, Segment]:
 
 
 def share_of(setup: Setup) -> float:
-    _, track, segment = fallen(setup)
-    changes = changes_of_places(TrackShifts.of(track, segment, setup, None))
+    paths, track, segment = fallen(setup)
+    changes = changes_of_track(paths, Bounces(), setup, segment)
     share = with_budget(track, Bounces(), changes, segment, setup)[2].position_m.calibration
     assert share is not None
     return share

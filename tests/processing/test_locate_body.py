@@ -43,8 +43,7 @@ def test_its_phase_is_taken_off_the_track_and_off_the_paths_where_the_polarisati
         errors[name] = [float(np.sqrt(np.mean(one**2))) for one in (at, along)]
         assert result.uncertainty_budget is not None
         errors[name].append(result.uncertainty_budget.position_m.sphere or 0.0)
-    # flights tell the track what the sphere adds where nobody says it
-    assert max(own[0] for own in errors.values()) < 2e-4
+    assert errors["told"][0] < 0.7 * errors["not told"][0]
     assert errors["told"][1] < 0.7 * errors["not told"][1]
     # 2 hundredths of a millimetre of diameter and 5 degrees cost less than not to know
     assert 0.0 < errors["told"][2] < 0.5 * errors["not told"][2]

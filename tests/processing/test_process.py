@@ -45,23 +45,14 @@ def test_without_mismatch_the_chain_is_true_to_a_micrometre_and_e_to_a_ten_thous
     assert result.status == "ok"
     assert result.track is not None
     assert result.track.valid.all()
-    assert result.track.u_combined_m is not None
-    # the paths are exact; the place stands with the antennas that the flights found
-    paths = result.paths
-    assert paths is not None
-    assert np.abs(paths.change_m - (truth.path_m - truth.path_m[:, :1])).max() < 1e-6
-    off = np.abs(result.track.position_m - truth.position_m)
-    assert (off < result.track.u_combined_m).all()
-    assert off.max() < 2e-4
+    assert np.abs(result.track.position_m - truth.position_m).max() < 1e-6
     impacts = result.bounces.impacts
     assert len(impacts) > 10
     assert np.abs([impact.e - E for impact in impacts[:6]]).max() < 1e-4
     assert [impact.time_s for impact in impacts[:6]] == pytest.approx(list(truth.impact_time_s[:6]), abs=1e-6)
     assert result.bounces.free_fall is not None
-    # the drag that a sphere in air has is not in the simulation: within its u
-    assert result.uncertainty_budget is not None
-    assert abs(result.bounces.free_fall.g_m_s2 - 9.81) < 2.0 * (result.uncertainty_budget.g_m_s2.combined or 0.0)
-    assert result.bounces.free_fall.drop_height_m == pytest.approx(0.27, abs=2e-4)
+    assert result.bounces.free_fall.g_m_s2 == pytest.approx(9.81, abs=1e-4)
+    assert result.bounces.free_fall.drop_height_m == pytest.approx(0.27, abs=1e-6)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -304,9 +295,8 @@ def test_the_budget_holds_what_the_setup_leaves_open_and_names_what_was_assumed(
     assert track.u_combined_m is not None
     known = track.valid & (np.arange(track.time_s.size) >= segment.first)
     begin, end = np.flatnonzero(known)[[0, -1]]
-    # at the release hardly more than its own place is open, where the sphere came down the antennas' angles too
-    assert (track.u_combined_m[:, begin] < 0.003).all()
-    assert (track.u_combined_m[:, begin] > 0.002).all()
+    # at the release only its own place is open, where the sphere came down the antennas' angles too
+    assert track.u_combined_m[:, begin] == pytest.approx(0.003, rel=0.1)
     assert (track.u_combined_m[:, end] > track.u_combined_m[:, begin]).any()
 
 

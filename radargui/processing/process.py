@@ -35,6 +35,18 @@ from radargui.restitution.cross_check import found_tilt, walls_met
 from radargui.restitution.impact_plane import judged_by_floor
 
 ESTIMATES = ("adaptive", "joint", "flights")
+_OF_CIRCLES = (
+    "arc_too_short",
+    "channel_dead",
+    "channel_off",
+    "pair_not_in_quadrature",
+    "pair_of_two_motions",
+    "pair_without_phase",
+    "phase_reversed",
+    "phase_sign_wrong",
+    "several_frequencies",
+)
+"""What is said of a receiver whose I and Q run on no circle."""
 
 OnPreliminary = Callable[[RunResult], None]
 
@@ -95,7 +107,7 @@ def process(
         # a dead, doubled or exchanged channel is no receiver: its neighbours must not be corrected together with it
         part = Part(setup, conditioned, *wired_wrongly(conditioned, setup))
         # flights that explain all receivers tell more of them than circles, which a strong floor bends
-        whole = replace(part, faults=(None,) * len(part.faults))
+        whole = replace(part, faults=tuple(None if one and one.code in _OF_CIRCLES else one for one in part.faults))
         flown = _of_drop(recording, whole, done, on_preliminary, front_ends, others)
         if isinstance(flown, MeasuredMotion):
             part, motion = whole, flown
@@ -169,6 +181,9 @@ def _of_drop(
 
     prior = None if front_ends is None else part.prior(front_ends)
     is_first = method == "joint"
+    # a channel that is off says nothing, whatever the others fly
+    if fault := next(filter(None, part.faults), None):
+        return None if is_first else fault
     report = progress.attempt(_OF_FLIGHTS) if is_first else progress.attempt()
     try:
         drop = measure_by_flights(part.conditioned, part.setup, report, prior)

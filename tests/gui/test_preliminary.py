@@ -33,7 +33,7 @@ def stands(window: MainWindow) -> bool:
     return window.run.result is not None and window.run.result.preliminary
 
 
-def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_one(
+def test_the_result_by_flights_is_shown_as_preliminary_and_replaced_by_the_joint_one(
     joint_window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     window = joint_window
@@ -45,7 +45,7 @@ def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_o
     (entry,) = window.runs.model.entries
     assert entry.verdict.startswith("preliminary, ")
     assert window.runs.table.chosen == entry
-    assert window.run.result.corrected.method == "adaptive"
+    assert window.run.result.corrected.method == "flights"
     assert window.run._title.text() == "drop 1 (run-0001, simulated), preliminary"
     assert COMPUTING in window.run.figures.notes
     wait_for(lambda: window.track._title.text() == "drop 1 (run-0001, simulated): preliminary result")

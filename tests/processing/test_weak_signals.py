@@ -10,7 +10,7 @@ from radargui.processing.process import process
 
 
 def test_a_weak_signal_is_the_first_cause_that_is_named() -> None:
-    weak = {"snr_db": 9.0, "restitution": 0.6}
+    weak = {"snr_db": 6.0, "restitution": 0.6}
     setup = changed(quick_setup(), daq={"rate_hz": 4000.0}, simulation=weak, processing={"correction": "joint"})
     result = process(simulate_recording(setup)[0], setup)
     codes = [one.code for one in result.findings]

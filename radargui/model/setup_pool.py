@@ -15,7 +15,7 @@ from radargui.model.finding import Finding, warn
 from radargui.model.setup import Setup
 from radargui.model.setup_posterior import SetupLikelihood, unknown_inputs
 
-_RELEASE = "tracer.release_position_m"
+_RELEASE, _WAVE = "tracer.release_position_m", "radar"
 _SIGMAS = 3.72
 """A place differs by so much by chance once in ten thousand: as many deviations of a normal number."""
 _LEAST = 1e-6
@@ -138,7 +138,8 @@ def bumped(alone: SetupLikelihood, prior: SetupPrior, setup: Setup) -> Finding |
     slope, cost = weighed @ off, weighed @ alone.matrix
     found: list[tuple[float, float, str]] = []
     places = np.array([one.key.split("[")[0] if one.key.startswith("tracer.") else _place(one.key) for one in inputs])
-    for place in dict.fromkeys(places.tolist()):
+    # a wavelength is pushed by nobody, and a drop tells next to nothing of it: what it differs by is rounding
+    for place in dict.fromkeys(one for one in places.tolist() if one != _WAVE):
         free = np.flatnonzero(places == place)
         normal = 0.5 * (cost + cost.T)[np.ix_(free, free)]
         gain = float(slope[free] @ np.linalg.pinv(normal, rcond=1e-9, hermitian=True) @ slope[free])

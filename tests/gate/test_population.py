@@ -47,7 +47,6 @@ def test_nearly_all_quick_drops_are_right_and_e_lies_inside_two_of_its_uncertain
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="023: antennas as unknowns end in a false minimum over a strong floor, and it is refused")
 def test_of_all_drops_nearly_all_are_right() -> None:
     assert len(SCENES) == 24
     assert [scored(folder).outcome for folder in SCENES].count("right") >= LEAST_RIGHT

@@ -105,6 +105,19 @@ def test_a_pushed_antenna_is_named_and_drops_that_agree_are_not_blamed() -> None
     assert named.count("receiver[2]") > 40
 
 
+def test_a_wavelength_of_which_a_run_knows_next_to_nothing_has_not_moved() -> None:
+    rng = np.random.default_rng(5)
+    off = truth(rng)
+    prior = known_setup([run_of(off, rng) for _ in range(3)], (), SETUP)
+    assert prior is not None
+    here, wave = run_of(off, rng).likelihood, KEYS.index("radar.frequency_hz")
+    # what rounding leaves where nothing is known
+    matrix, vector = here.matrix.copy(), here.vector.copy()
+    matrix[wave], matrix[:, wave] = 0.0, 0.0
+    matrix[wave, wave], vector[wave] = 1e-12, 1e-5
+    assert bumped(SetupLikelihood(matrix, vector), prior, SETUP) is None
+
+
 def test_nothing_before_a_run_that_contradicts_counts_nor_what_comes_after_another_one() -> None:
     rng = np.random.default_rng(4)
     off = truth(rng)

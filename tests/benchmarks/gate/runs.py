@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import hashlib
 import json
 import multiprocessing
@@ -24,8 +23,6 @@ from benchmarks.gate.score import Score
 from benchmarks.gate.versions import KEPT, ROOT, Version
 
 TESTS = ROOT / "tests"
-BASELINE = TESTS / "data" / "baseline"
-"""Scores of the version that others are held against, in folders of its key."""
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 LONGEST_S = 1800.0
 """By the clock, for one scene: a version that has not answered by then never will."""
@@ -81,8 +78,7 @@ def _digest(values: Mapping[str, Any]) -> str:
 class Store:
     """Scores of one version on one population, a line of JSON each, written as they come.
 
-    A score counts where the scene is still the same: the code that draws is, or else what it draws. Those of the
-    baseline stand in the repository, so that nobody computes them again.
+    A score counts where the scene is still the same: the code that draws is, or else what it draws.
     """
 
     def __init__(self, version: Version, population: Population) -> None:
@@ -90,20 +86,14 @@ class Store:
         self._lock = threading.Lock()
         self._lines: dict[int, dict[str, Any]] = {}
         self._begin = ""
-        shipped = BASELINE / version.key / f"{population.file_name}.gz"
-        if shipped.is_file():
-            self._read(gzip.decompress(shipped.read_bytes()).decode("utf-8"))
         if self._path.is_file():
             text = self._path.read_text(encoding="utf-8")
             # an interruption may have cut the last line: what follows must begin a new one
             self._begin = "" if text.endswith("\n") else "\n"
-            self._read(text)
-
-    def _read(self, text: str) -> None:
-        for line in text.splitlines():
-            with suppress(ValueError):
-                one = json.loads(line)
-                self._lines[one["number"]] = one
+            for line in text.splitlines():
+                with suppress(ValueError):
+                    one = json.loads(line)
+                    self._lines[one["number"]] = one
 
     def get(self, number: int, world: str = "", scene: str = "") -> list[Score] | None:
         """Return the scores of a number, made with this code of the world or of this very scene; None without."""

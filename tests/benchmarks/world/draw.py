@@ -12,10 +12,11 @@ from benchmarks.world.bed import Bed
 from benchmarks.world.course import UP, Course
 from benchmarks.world.draw_course import COURSES, course_of, placed
 from benchmarks.world.draw_grain import EXPERIMENTS, experiment_of
+from benchmarks.world.drawn_drop import draw_mixers
 from benchmarks.world.draws import Draws
 from benchmarks.world.drop import Body, Drop, Floor, fall
 from benchmarks.world.mirror import Conductor, Dielectric, Mirror, permittivity_of
-from benchmarks.world.receiver_chain import Converter, Mixer, Noise
+from benchmarks.world.receiver_chain import Converter, Noise
 from benchmarks.world.room import Room
 from benchmarks.world.scene import Scene
 from benchmarks.world.sphere import Sphere
@@ -119,7 +120,7 @@ def draw(seed: int, stated: Stated = "exact", *, name: str = "laboratory", **hel
         room=Room(antennas, sphere, mirrors, corners, coupled, path.bed),
         body=body,
         drop=path.drop,
-        mixers=_mixers(value),
+        mixers=draw_mixers(value),
         noise=noise,
         converter=Converter(rate_hz, skew_s, crosstalk, true.range_v),
         phase_sign=true.phase_sign,
@@ -291,17 +292,3 @@ def _uneven(rng: np.random.Generator, share: float) -> NDArray[np.complex128]:
     count = N_RECEIVERS + 1
     phase = rng.uniform(0.0, 2.0 * np.pi) + rng.normal(0.0, 0.3, count)
     return share * rng.uniform(0.8, 1.2, count) * np.exp(1j * phase)
-
-
-def _mixers(value: Draws) -> tuple[Mixer, ...]:
-    rng = value.rng("mixers")
-    amplitude_v = value("amplitude_v", lambda r: r.choice([0.05, 0.5, 1.0, 1.5]))
-    return tuple(
-        Mixer(
-            amplitude_v * rng.uniform(0.8, 1.2),
-            rng.uniform(0.85, 1.15),
-            np.radians(rng.uniform(-10.0, 10.0)),
-            (rng.uniform(-0.5, 0.5), rng.uniform(-0.5, 0.5)),
-        )
-        for _ in range(N_RECEIVERS)
-    )

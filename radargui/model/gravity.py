@@ -4,6 +4,7 @@ Method 5, Flights.
 """
 
 import math
+from typing import NamedTuple
 
 from radargui.model.radar import Site
 
@@ -24,7 +25,11 @@ U_NORMAL_GRAVITY_M_S2 = 5e-4
 """Free-air anomaly, root mean square over land: mountains and rock that the ellipsoid does not know, 50 mGal."""
 AIR_DENSITY_KG_M3 = 1.2
 """Of dry air at 20 degrees C and 1013 hPa (1.204); weather and a laboratory on a hill change it by 10 %."""
-_DRAG_COEFFICIENT = 0.45  # of a sphere at Reynolds numbers of 300 to 2000 (`drag_of_sphere_1_m`)
+_AIR_VISCOSITY_M2_S = 1.51e-5
+"""Kinematic, of air at 20 degrees C."""
+_DRAG_COEFFICIENT, _DRAG_REYNOLDS = 0.40, 170.0  # c and Re1 of `drag_of_sphere`
+_U_DRAG_SHARE = 0.2
+"""Of k of a sphere whose density is given, relative: a wake that has not grown yet, weather."""
 _METAL_KG_M3 = 5000.0  # between aluminium and steel
 _EQUATOR_M_S2, _K, _E2 = 9.7803253359, 1.93185265241e-3, 6.69437999013e-3  # WGS 84 (NIMA TR8350.2): gamma_e, k, e^2
 _A_M, _FLATTENING, _M = 6378137.0, 1.0 / 298.257223563, 3.44978650684e-3  # the same: a, f, m = omega^2 a^2 b / GM
@@ -83,10 +88,38 @@ def share_in_air(density_kg_m3: float | None) -> float:
     return (1.0 - r) / (1.0 + 0.5 * r)
 
 
-def drag_of_sphere_1_m(diameter_m: float, density_kg_m3: float | None) -> float:
-    """Return k of a = g - k |v| v for a sphere in air, 3 c_d rho_air / (4 rho d) with c_d = 0.45; 1/m.
+class Drag(NamedTuple):
+    """Drag of air, a = -k (|v| + v1) v.
 
-    Right within 30 % from 0.5 to 3 m/s at 10 mm (Clift, Grace & Weber, Bubbles, Drops, and Particles, 1978, table
-    5.2). A sphere of which no density is given is of metal.
+    Attributes
+    ----------
+    k_1_m, u_k_1_m
+        k and its standard uncertainty, 1/m.
+    slow_m_s
+        v1, at which the linear part equals the quadratic one.
     """
+
+    k_1_m: float
+    u_k_1_m: float
+    slow_m_s: float
+
+
+UNKNOWN_DRAG = Drag(0.0, 0.04, 0.0)
+"""Of a body nobody has described: 10 mm of steel have k = 0.005 1/m, of light plastic 0.05."""
+
+
+def drag_of_sphere(diameter_m: float, density_kg_m3: float | None) -> Drag:
+    """Return the drag of a sphere in air; one of which no density is given is of metal, and k hardly known.
+
+    c_d = c (1 + Re1 / Re) with c = 0.40, Re1 = 170 is within 4 % of the standard drag curve from Re = 100 to 2000
+    (Clift, Grace & Weber, Bubbles, Drops, and Particles, 1978, table 5.2): 0.15 to 3 m/s at 10 mm. Then
+    k = 3 c rho_air / (4 rho d), v1 = Re1 nu / d.
+    """
+    k = drag_of_sphere_1_m(diameter_m, density_kg_m3)
+    u = UNKNOWN_DRAG.u_k_1_m if density_kg_m3 is None else _U_DRAG_SHARE * k
+    return Drag(k, u, _DRAG_REYNOLDS * _AIR_VISCOSITY_M2_S / diameter_m)
+
+
+def drag_of_sphere_1_m(diameter_m: float, density_kg_m3: float | None) -> float:
+    """Return k of the quadratic part of the drag of a sphere in air, 1/m (`drag_of_sphere`)."""
     return 0.75 * _DRAG_COEFFICIENT * AIR_DENSITY_KG_M3 / ((density_kg_m3 or _METAL_KG_M3) * diameter_m)

@@ -14,7 +14,8 @@ from radargui.motion.free_flight import fall_below_apex, speed_below_apex
 class FlightLayout:
     """Where each unknown of some flights stands.
 
-    Order: onset; start x, y, z; g; drag; velocity x, y, z at the start of each flight; times of the impacts between.
+    Order: onset; start x, y, z; g; drag k; its v1; velocity x, y, z at the start of each flight; times of the impacts
+    between.
     """
 
     n_flights: int
@@ -39,27 +40,32 @@ class FlightLayout:
         """Place of the drag k."""
         return 5
 
+    @property
+    def slow(self) -> int:
+        """Place of the speed v1 at which the linear part of the drag equals the quadratic one."""
+        return 6
+
     def velocity(self, flight: int) -> slice:
         """Return the places of the velocity at the start of a flight."""
-        return slice(6 + 3 * flight, 9 + 3 * flight)
+        return slice(7 + 3 * flight, 10 + 3 * flight)
 
     @property
     def impacts(self) -> slice:
         """Places of the times between flights."""
-        return slice(6 + 3 * self.n_flights, self.size)
+        return slice(7 + 3 * self.n_flights, self.size)
 
     @property
     def size(self) -> int:
         """How many unknowns there are."""
-        return 5 + 4 * self.n_flights
+        return 6 + 4 * self.n_flights
 
 
 @dataclass(frozen=True, slots=True)
 class Flights:
-    """A body that rests, flies, and flies again after each impact, under gravity and drag k |v| v.
+    """A body that rests, flies, and flies again after each impact, under gravity and drag k (|v| + v1) v.
 
     Each flight begins where the one before ends. Heights are the series of `fall_below_apex`; sideways, drag counts to
-    first order along a steep path, dv/ds = -k v, s the path travelled up and down.
+    first order along a steep path.
 
     Attributes
     ----------
@@ -67,8 +73,8 @@ class Flights:
         Start of the first flight; before it the body rests.
     start_m
         Where it rests, shape (3,).
-    g_m_s2, drag_1_m
-        g and k, common to all flights.
+    g_m_s2, drag_1_m, slow_m_s
+        g, k and v1, common to all flights.
     velocity_m_s
         At the start of each flight, shape (n_flights, 3).
     impact_s
@@ -79,16 +85,17 @@ class Flights:
     start_m: FloatArray
     g_m_s2: float
     drag_1_m: float
+    slow_m_s: float
     velocity_m_s: FloatArray
     impact_s: FloatArray
 
     @classmethod
     def of(cls, unknowns: FloatArray) -> Flights:
         """Return the flights of unknowns (layout.size,)."""
-        layout = FlightLayout((unknowns.size - 5) // 4)
-        onset, g, k = (float(unknowns[n]) for n in (layout.onset, layout.gravity, layout.drag))
-        velocity = unknowns[6 : layout.impacts.start].reshape(-1, 3)
-        return cls(onset, unknowns[layout.start], g, k, velocity, unknowns[layout.impacts])
+        layout = FlightLayout((unknowns.size - 6) // 4)
+        onset, g, k, slow = (float(unknowns[n]) for n in (layout.onset, layout.gravity, layout.drag, layout.slow))
+        velocity = unknowns[7 : layout.impacts.start].reshape(-1, 3)
+        return cls(onset, unknowns[layout.start], g, k, slow, velocity, unknowns[layout.impacts])
 
     @property
     def layout(self) -> FlightLayout:
@@ -98,8 +105,11 @@ class Flights:
     @property
     def unknowns(self) -> FloatArray:
         """The unknowns, shape (layout.size,)."""
-        head = [self.onset_s, *self.start_m, self.g_m_s2, self.drag_1_m]
+        head = [self.onset_s, *self.start_m, self.g_m_s2, self.drag_1_m, self.slow_m_s]
         return np.concatenate([head, self.velocity_m_s.ravel(), self.impact_s])
+
+    def _course(self, rise_m_s: FloatArray | float, time_s: FloatArray) -> _Course:
+        return _Course(rise_m_s, self.g_m_s2, self.drag_1_m, self.slow_m_s, time_s)
 
     @property
     def begin_s(self) -> FloatArray:
@@ -119,14 +129,14 @@ class Flights:
         number = self.number_at(time_s)
         flight = np.maximum(number, 0)
         start, velocity = self.begin_s[flight], self.velocity_m_s[flight].T
-        after = _Course(velocity[2], self.g_m_s2, self.drag_1_m, time_s - start)
+        after = self._course(velocity[2], time_s - start)
         there = np.stack([*(velocity[:2] * after.share), after.speed_m_s])
         return np.where(number < 0, 0.0, there)
 
     def velocity_before_m_s(self) -> FloatArray:
         """Return the velocities with which the impacts are reached, shape (n_flights - 1, 3)."""
         velocity = self.velocity_m_s[:-1].T
-        end = _Course(velocity[2], self.g_m_s2, self.drag_1_m, np.diff(self.begin_s))
+        end = self._course(velocity[2], np.diff(self.begin_s))
         return np.stack([*(velocity[:2] * end.share), end.speed_m_s], axis=1)
 
     def position_and_slopes(self, time_s: FloatArray, *, with_slopes: bool = True) -> tuple[FloatArray, FloatArray]:
@@ -149,15 +159,14 @@ class Flights:
             end = begin[flight + 1] if flight + 1 < n_flights else begin[flight]
             time = np.append(time_s[inside], end) - begin[flight]
             velocity, place = self.velocity_m_s[flight], layout.velocity(flight)
-            course = _Course(velocity[2], self.g_m_s2, self.drag_1_m, time)
+            course = self._course(velocity[2], time)
             path = np.stack([velocity[0] * course.drift_s, velocity[1] * course.drift_s, course.rise_m])
             position[:, inside] = start[:, None] + path[:, :-1]
             if with_slopes:
                 own = np.zeros((layout.size, 3, time.size))
                 own[place.start, 0] = own[place.start + 1, 1] = course.drift_s
-                for row, (drift, rise) in zip(
-                    (place.start + 2, layout.gravity, layout.drag), course.slopes(), strict=True
-                ):
+                shared = (place.start + 2, layout.gravity, layout.drag, layout.slow)
+                for row, (drift, rise) in zip(shared, course.slopes(), strict=True):
                     own[row, :2], own[row, 2] = velocity[:2, None] * drift, rise
                 speed = np.stack([*(velocity[:2, None] * course.share), course.speed_m_s])
                 own[_begins(layout, flight)] -= speed
@@ -175,17 +184,18 @@ class Flights:
         for flight, rows in enumerate(out):
             velocity, place = self.velocity_m_s[flight], layout.velocity(flight)
             lasts_s = np.diff(self.begin_s)[flight : flight + 1]
-            course = _Course(velocity[2], self.g_m_s2, self.drag_1_m, lasts_s)
+            course = self._course(velocity[2], lasts_s)
             rows[0, place.start] = rows[1, place.start + 1] = course.share[0]
             begin, end = _begins(layout, flight), layout.impacts.start + flight
             for by, side in ((course.speed_slopes(), False), (course.share_slopes(), True)):
-                values = [float(one[0]) for one in by]
+                *values, by_time = (float(one[0]) for one in by)
+                shared = (place.start + 2, layout.gravity, layout.drag, layout.slow)
                 for axis in (0, 1) if side else (2,):
                     factor = velocity[axis] if side else 1.0
-                    for number, value in zip((place.start + 2, layout.gravity, layout.drag), values[:3], strict=True):
+                    for number, value in zip(shared, values, strict=True):
                         rows[axis, number] += factor * value
-                    rows[axis, end] += factor * values[3]
-                    rows[axis, begin] -= factor * values[3]
+                    rows[axis, end] += factor * by_time
+                    rows[axis, begin] -= factor * by_time
         return out
 
 
@@ -197,33 +207,40 @@ def _begins(layout: FlightLayout, flight: int) -> int:
 class _Course:
     """One flight seen from its start: how far it rises, what time counts sideways, at times after it.
 
-    From the apex the body is D0 = -(v/g) (1 - s y/3 + y^2/5 - s y^3/7) away at the start, y = k v^2 / g, s the sign
-    of v: the inverse of `speed_below_apex` (tangent rising, hyperbolic tangent falling).
+    From the apex the body is D0 = -(v/g) (1 - y/3 - c/2 + y^2/5 + y c/2 + c^2/3 - y^3/7) away at the start,
+    y = s k v^2 / g, c = k v1 v / g, s the sign of v: the inverse of `speed_below_apex`,
+    dt/du = 1 / (g + s k (u + v1) u).
     """
 
-    def __init__(self, rise_m_s: FloatArray | float, g_m_s2: float, drag_1_m: float, time_s: FloatArray) -> None:
-        self._v, self._g, self._k, self._t = np.asarray(rise_m_s), g_m_s2, drag_1_m, time_s
-        y = np.sign(self._v) * drag_1_m * self._v**2 / g_m_s2
-        self._first = -self._v / g_m_s2 * (1.0 + y * (-1.0 / 3.0 + y * (1.0 / 5.0 - y / 7.0)))
-        # d (v f(y)) with y ~ v^2 k / g: f + 2 y f', and so on; f + 2 y f' is 1 / (1 + y)
-        self._inverse_slope = 1.0 - y + y * y - y**3
-        self._by_y = -1.0 / 3.0 + y * (2.0 / 5.0 - y * 3.0 / 7.0)
-        self._y, self._d = y, time_s + self._first
+    def __init__(
+        self, rise_m_s: FloatArray | float, g_m_s2: float, drag_1_m: float, slow_m_s: float, time_s: FloatArray
+    ) -> None:
+        v = self._v = np.asarray(rise_m_s)
+        g, k = self._g, self._k = g_m_s2, drag_1_m
+        self._slow, self._t = slow_m_s, time_s
+        y, c = np.sign(v) * k * v**2 / g, k * slow_m_s * v / g
+        self._shape = 1.0 + y * (-1.0 / 3.0 + y * (1.0 / 5.0 - y / 7.0)) + c * (-0.5 + 0.5 * y + c / 3.0)
+        self._by_y = -1.0 / 3.0 + y * (2.0 / 5.0 - y * 3.0 / 7.0) + 0.5 * c
+        self._by_c = -0.5 + 0.5 * y + c * 2.0 / 3.0
+        self._first = -v / g * self._shape
+        self._y, self._c, self._d = y, c, time_s + self._first
 
     @property
     def rise_m(self) -> FloatArray:
         """Height above the start."""
-        return np.asarray(fall_below_apex(self._first, self._g, self._k) - fall_below_apex(self._d, self._g, self._k))
+        first, d = (fall_below_apex(one, self._g, self._k, self._slow) for one in (self._first, self._d))
+        return np.asarray(first - d)
 
     @property
     def speed_m_s(self) -> FloatArray:
         """Upward velocity."""
-        return speed_below_apex(self._d, self._g, self._k)
+        return speed_below_apex(self._d, self._g, self._k, self._slow)
 
     @property
     def _path_m(self) -> FloatArray:
-        """Path travelled up and down, without drag."""
-        return np.asarray(0.5 * self._g * (self._d * np.abs(self._d) - self._first * np.abs(self._first)))
+        """Path travelled up and down, without drag, and v1 t."""
+        path = 0.5 * self._g * (self._d * np.abs(self._d) - self._first * np.abs(self._first))
+        return np.asarray(path + self._slow * self._t)
 
     @property
     def share(self) -> FloatArray:
@@ -232,70 +249,74 @@ class _Course:
 
     @property
     def drift_s(self) -> FloatArray:
-        """Time that counts sideways: t - k times the integral of the path travelled."""
-        return np.asarray(self._t - self._k * self._lost)
+        """Time that counts sideways: t - k times the integral of the path travelled and v1 t."""
+        return np.asarray(self._t - self._k * (self._lost + 0.5 * self._slow * self._t**2))
 
     @property
     def _lost(self) -> FloatArray:
         cubes = (np.abs(self._d) ** 3 - np.abs(self._first) ** 3) / 6.0
         return np.asarray(self._g * (cubes - 0.5 * self._first * np.abs(self._first) * self._t))
 
-    def _first_slopes(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the derivatives of D0 by v, g and k."""
-        v, g, y = self._v, self._g, self._y
-        f = -self._first * g / np.where(v == 0.0, 1.0, v)
-        by_v = -self._inverse_slope / g
-        by_g = v / g**2 * (np.where(v == 0.0, 1.0, f) + y * self._by_y)
-        by_k = -v / g * self._by_y * np.sign(v) * v**2 / g
-        return by_v, by_g, by_k
+    def _first_slopes(self) -> tuple[FloatArray, ...]:
+        """Return the derivatives of D0 by v, g, k and v1."""
+        v, g, k = self._v, self._g, self._k
+        along_y, along_c = self._y * self._by_y, self._c * self._by_c
+        # y grows as the square of v, c as v itself; both fall with g
+        by_v = -(self._shape + 2.0 * along_y + along_c) / g
+        by_g = v / g**2 * (self._shape + along_y + along_c)
+        by_k = -v / g * (self._by_y * np.sign(v) * v**2 + self._by_c * self._slow * v) / g
+        return by_v, by_g, by_k, -v / g * self._by_c * k * v / g
 
     def slopes(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
-        """Return the derivatives of (`drift_s`, `rise_m`) by the velocity upwards, g and k."""
-        k, d, first = self._k, self._d, self._first
-        speed, at_first = self.speed_m_s, speed_below_apex(first, self._g, k)
+        """Return the derivatives of (`drift_s`, `rise_m`) by the velocity upwards, g, k and v1."""
+        g, k, d, first, t = self._g, self._k, self._d, self._first, self._t
         # a start that is later by dD0 is dD0 (v(D) - v(D0)) higher at the same time after it
-        by_first, out = speed - at_first, []
-        lost_by_first = 0.5 * self._g * (d * np.abs(d) - first * np.abs(first)) - self._g * np.abs(first) * self._t
-        none = np.zeros_like(d)
-        direct = (
-            (none, none),
-            (self._lost / self._g, _by_g(first, self._g, k) - _by_g(d, self._g, k)),
-            (none, _by_k(first, self._g, k) - _by_k(d, self._g, k)),
+        by_first = self.speed_m_s - speed_below_apex(first, g, k, self._slow)
+        lost_by_first = 0.5 * g * (d * np.abs(d) - first * np.abs(first)) - g * np.abs(first) * t
+        linear = 0.5 * t**2
+        drifts = (0.0 * t, -k * self._lost / g, -(self._lost + self._slow * linear), -k * linear)
+        rises = [at_first - at_d for at_first, at_d in zip(self._fall_slopes(first), self._fall_slopes(d), strict=True)]
+        return tuple(
+            (np.broadcast_to(drift - k * lost_by_first * by, d.shape), np.broadcast_to(rise + by_first * by, d.shape))
+            for by, drift, rise in zip(self._first_slopes(), drifts, (0.0 * t, *rises), strict=True)
         )
-        for by, (lost, rise) in zip(self._first_slopes(), direct, strict=True):
-            out.append((-k * (lost + lost_by_first * by), rise + by_first * by))
-        drift, rise = out[2]
-        out[2] = (drift - self._lost, rise)
-        return tuple((np.broadcast_to(a, d.shape), np.broadcast_to(b, d.shape)) for a, b in out)
 
-    def speed_slopes(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return the derivatives of `speed_m_s` by the velocity upwards, g, k and time."""
-        g, k, d = self._g, self._k, self._d
-        s = np.where(d < 0.0, 1.0, -1.0)
-        x = s * g * k * d * d
-        inner = 1.0 + x * (1.0 / 3.0 + x * (2.0 / 15.0 + x * (17.0 / 315.0)))
-        by_x = 1.0 / 3.0 + x * (4.0 / 15.0 + x * (17.0 / 105.0))
-        by_d = -g * (inner + 2.0 * x * by_x)
-        by_v, by_g, by_k = (by_d * one for one in self._first_slopes())
-        return by_v, by_g - d * (inner + x * by_x), by_k - g * d * by_x * s * g * d * d, by_d
+    def _fall_slopes(self, after_apex_s: FloatArray) -> tuple[FloatArray, ...]:
+        """Return the derivatives of `fall_below_apex` by g, k and v1."""
+        g, k, d2 = self._g, self._k, after_apex_s**2
+        x, y, brakes = self._terms(after_apex_s)
+        by_x = 1.0 / 12.0 + x * (2.0 / 45.0 + x * (51.0 / 2520.0)) + y / 15.0
+        by_y = 1.0 / 6.0 + x / 15.0 + y / 12.0
+        fall = fall_below_apex(after_apex_s, g, k, self._slow)
+        return fall / g + d2 * x * by_x, g * d2 * (by_x * brakes[0] + by_y * brakes[1]), g * d2 * by_y * brakes[2]
 
-    def share_slopes(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return the derivatives of `share` by the velocity upwards, g, k and time."""
+    def _terms(self, after_apex_s: FloatArray) -> tuple[FloatArray, FloatArray, tuple[FloatArray, ...]]:
+        """Return x and y of the series, and the derivatives of x by k, of y by k and by v1."""
+        side = np.where(after_apex_s < 0.0, 1.0, -1.0)
+        square, linear = side * self._g * after_apex_s**2, side * np.abs(after_apex_s)
+        return self._k * square, self._k * self._slow * linear, (square, self._slow * linear, self._k * linear)
+
+    def speed_slopes(self) -> tuple[FloatArray, ...]:
+        """Return the derivatives of `speed_m_s` by the velocity upwards, g, k, v1 and time."""
+        g, d = self._g, self._d
+        x, y, brakes = self._terms(d)
+        by_x = 1.0 / 3.0 + x * (4.0 / 15.0 + x * (17.0 / 105.0)) + y / 3.0
+        by_y = 0.5 + x / 3.0 + y / 3.0
+        inner = -self.speed_m_s / g
+        by_d = -g * np.where(d == 0.0, 1.0, inner / np.where(d == 0.0, 1.0, d)) - g * (2.0 * x * by_x + y * by_y)
+        direct = (
+            0.0 * d,
+            -inner - d * x * by_x,
+            -g * d * (by_x * brakes[0] + by_y * brakes[1]),
+            -g * d * by_y * brakes[2],
+        )
+        return *(own + by_d * by for own, by in zip(direct, self._first_slopes(), strict=True)), by_d
+
+    def share_slopes(self) -> tuple[FloatArray, ...]:
+        """Return the derivatives of `share` by the velocity upwards, g, k, v1 and time."""
         g, k, d, first = self._g, self._k, self._d, self._first
         by_first = -k * g * (np.abs(d) - np.abs(first))
-        by_v, by_g, by_k = (by_first * one for one in self._first_slopes())
-        return by_v, by_g - k * self._path_m / g, by_k - self._path_m, -k * g * np.abs(d)
-
-
-def _by_g(after_apex_s: FloatArray, g: float, k: float) -> FloatArray:
-    """Return the derivative of `fall_below_apex` by g."""
-    d2 = after_apex_s**2
-    x = np.where(after_apex_s < 0.0, 1.0, -1.0) * g * k * d2
-    return np.asarray(d2 * (0.5 + x * (2.0 / 12.0 + x * (3.0 / 45.0 + x * (68.0 / 2520.0)))))
-
-
-def _by_k(after_apex_s: FloatArray, g: float, k: float) -> FloatArray:
-    """Return the derivative of `fall_below_apex` by k."""
-    d2, s = after_apex_s**2, np.where(after_apex_s < 0.0, 1.0, -1.0)
-    x = s * g * k * d2
-    return np.asarray(g * d2 * (s * g * d2) * (1.0 / 12.0 + x * (2.0 / 45.0 + x * (51.0 / 2520.0))))
+        fallen = self._path_m - self._slow * self._t
+        direct = (0.0 * d, -k * fallen / g, -self._path_m, -k * self._t)
+        moved = (own + by_first * by for own, by in zip(direct, self._first_slopes(), strict=True))
+        return *moved, -k * (g * np.abs(d) + self._slow)

@@ -19,6 +19,8 @@ from radargui.model.errors import SolveError
 from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns, UnknownLayout, impact_rows
 from radargui.restitution.settings import FLIGHTS
 
+Prior = tuple[FloatArray, FloatArray]
+"""Means and weights of the unknowns, each (n,); a weight of zero: nothing is known."""
 _LEAST_PIVOT = 1e-6
 """Of the Cholesky factor of a system of unit diagonal: below it rounding may decide what a direction gets."""
 
@@ -257,7 +259,7 @@ def fit_flights(information: MotionInformation, plan: FlightPlan) -> FlightFit:
     """Fit gravity, drag, flights and impact times by generalised least squares on the motion's information.
 
     Neighbouring flights meet at their impact by construction, so that the impact's time follows from both. The drag
-    has the prior N(0, 0.04^2) 1/m (a 10 mm sphere of steel has 0.005, of light plastic 0.05).
+    has the prior that the motion was estimated with.
 
     Parameters
     ----------
@@ -274,9 +276,10 @@ def fit_flights(information: MotionInformation, plan: FlightPlan) -> FlightFit:
     unknowns = FlightUnknowns(information, plan)
     # the spline follows the flights closely: the start lies in the right basin
     q = unknowns.start()
-    prior = np.zeros(q.size)
+    mean, weight = np.zeros((2, q.size))
     # without it, one short fall trades k against g: both accelerate downwards
-    prior[UnknownLayout.drag] = FLIGHTS.drag_sd_1_m**-2.0
+    mean[UnknownLayout.drag], weight[UnknownLayout.drag] = unknowns.drag.k_1_m, unknowns.drag.u_k_1_m**-2.0
+    prior = mean, weight
     cost, damping = _cost(unknowns, q, prior), 0.0
     normal, slope = _normal_equations(unknowns, q, prior)
     for _ in range(FLIGHTS.steps):
@@ -296,19 +299,20 @@ def fit_flights(information: MotionInformation, plan: FlightPlan) -> FlightFit:
     return _result(unknowns, q, normal)
 
 
-def _normal_equations(unknowns: FlightUnknowns, q: FloatArray, prior: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _normal_equations(unknowns: FlightUnknowns, q: FloatArray, prior: Prior) -> tuple[FloatArray, FloatArray]:
     """Return J^T Lambda J + prior, and the slope of the cost."""
-    information = unknowns.information
+    information, (mean, weight) = unknowns.information, prior
     jacobian = unknowns.slopes(q).x
     # the slope of -ln L at x(q), by the chain rule pulled back to q
     pull = information.form.times(unknowns.motion(q).x - information.x0) + information.slope
-    return jacobian.T @ information.form.times(jacobian) + np.diag(prior), jacobian.T @ pull + prior * q
+    return jacobian.T @ information.form.times(jacobian) + np.diag(weight), jacobian.T @ pull + weight * (q - mean)
 
 
-def _cost(unknowns: FlightUnknowns, q: FloatArray, prior: FloatArray) -> float:
-    information = unknowns.information
+def _cost(unknowns: FlightUnknowns, q: FloatArray, prior: Prior) -> float:
+    information, (mean, weight) = unknowns.information, prior
     offset = unknowns.motion(q).x - information.x0
-    return float(0.5 * offset @ information.form.times(offset) + information.slope @ offset + 0.5 * (prior * q) @ q)
+    of_data = 0.5 * offset @ information.form.times(offset) + information.slope @ offset
+    return float(of_data + 0.5 * weight @ (q - mean) ** 2)
 
 
 def _sensible(unknowns: FlightUnknowns, q: FloatArray) -> bool:

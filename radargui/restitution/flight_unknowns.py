@@ -105,7 +105,7 @@ def impact_rows(results: FloatArray) -> FloatArray:
     return results[2:].reshape(-1, 7, *results.shape[1:])
 
 
-def _fly(own: FloatArray, share: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _fly(own: FloatArray, share: FloatArray, slow_m_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the flights of (g, k, apex time, vx, vy, start, end), shape (7, ...), seen from where they start.
 
     Their paths at shares of their time (n,), the start first, the end last, shape (..., n, 3), and the velocities at
@@ -115,14 +115,15 @@ def _fly(own: FloatArray, share: FloatArray) -> tuple[FloatArray, FloatArray, Fl
     g, k, apex, vx, vy, first, last = own[..., None]
     time = first + (last - first) * share
     # relative to the start, which drops the apex's own height from all flights but the first
-    height = fall_below_apex(first - apex, g, k) - fall_below_apex(time - apex, g, k)
-    moved = drift_time(time - first, height, k)
-    # sideways speed dies with the path: dv/ds = -k v, the path of a steep flight being |dz|
-    slowing = np.exp(-k * np.abs(np.diff(height)).sum(axis=-1, keepdims=True))
+    height = fall_below_apex(first - apex, g, k, slow_m_s) - fall_below_apex(time - apex, g, k, slow_m_s)
+    moved = drift_time(time - first, height, k, slow_m_s)
+    # sideways speed dies with the path, that of a steep flight being |dz|, and with the time
+    path = np.abs(np.diff(height)).sum(axis=-1, keepdims=True)
+    slowing = np.exp(-k * (path + slow_m_s * (last - first)))
     return (
         np.stack([vx * moved, vy * moved, height], axis=-1),
-        np.concatenate([vx, vy, speed_below_apex(first - apex, g, k)], axis=-1),
-        np.concatenate([vx * slowing, vy * slowing, speed_below_apex(last - apex, g, k)], axis=-1),
+        np.concatenate([vx, vy, speed_below_apex(first - apex, g, k, slow_m_s)], axis=-1),
+        np.concatenate([vx * slowing, vy * slowing, speed_below_apex(last - apex, g, k, slow_m_s)], axis=-1),
     )
 
 
@@ -154,7 +155,7 @@ class FlightUnknowns:
     """
 
     def __init__(self, information: MotionInformation, plan: FlightPlan) -> None:
-        self.information, self.plan = information, plan
+        self.information, self.plan, self.drag = information, plan, information.free.drag
         self.segments = information.free.segments[: plan.n_flights]
         self.collocation = [segment.collocation() for segment in self.segments]
         # coefficient 0 is no unknown: the motion starts at the release position
@@ -180,7 +181,7 @@ class FlightUnknowns:
         impacts[:, 0] = q[layout.breaks][: len(impacts)]
         start = self._first_start(q)
         for number, (share, solve) in enumerate(self.collocation):
-            path, start_m_s, end_m_s = _fly(self._own(q, number), share)
+            path, start_m_s, end_m_s = _fly(self._own(q, number), share, self.drag.slow_m_s)
             rows, part = self._rows(number)
             # collocation: the spline that goes through the flight at as many points as it has coefficients
             coefficients[rows] = (solve @ (path + start) - self.information.free.release_m)[part]
@@ -210,7 +211,7 @@ class FlightUnknowns:
             known = places >= 0
             path, after, before = (
                 ((value[0] - value[1]) / (2.0 * step.reshape(-1, *(1,) * (value.ndim - 2))))[known]
-                for value in _fly(self._own(q, number)[:, None, None] + shifts, share)
+                for value in _fly(self._own(q, number)[:, None, None] + shifts, share, self.drag.slow_m_s)
             )
             rows, part = self._rows(number)
             coefficients[rows] = start
@@ -238,8 +239,7 @@ class FlightUnknowns:
         """Return the unknowns as the free motion has them, shape (layout.size,)."""
         info, layout, g = self.information, self.layout, NOMINAL_GRAVITY_M_S2
         q = np.zeros(layout.size)
-        # no drag to begin with: it is a small correction to all else
-        q[layout.gravity] = g
+        q[layout.gravity], q[layout.drag] = g, self.drag.k_1_m
         q[layout.breaks] = info.x0[3 * info.size :]
         q[layout.free] = info.x0[: 3 * self.free.size]
         for number, segment in enumerate(self.segments):
@@ -262,7 +262,8 @@ class FlightUnknowns:
 
     def _first_start(self, q: FloatArray) -> FloatArray:
         layout = self.layout
-        fall = fall_below_apex(self.edges(q)[0] - q[layout.apex_time(0)], q[layout.gravity], q[layout.drag])
+        since_apex_s = self.edges(q)[0] - q[layout.apex_time(0)]
+        fall = fall_below_apex(since_apex_s, q[layout.gravity], q[layout.drag], self.drag.slow_m_s)
         return np.array([*q[layout.start_place], q[layout.apex_height] - fall])
 
     def _first_start_slopes(self, q: FloatArray) -> FloatArray:

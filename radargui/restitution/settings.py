@@ -9,8 +9,6 @@ class FlightSettings:
 
     Attributes
     ----------
-    drag_sd_1_m
-        Prior of the drag k, N(0, this^2): a 10 mm sphere of steel has 0.005, of light plastic 0.05.
     steps, enough
         Of Gauss-Newton at most so many; a step that gains less in ln L is the last.
     g_m_s2, drag_1_m
@@ -59,7 +57,6 @@ class FlightSettings:
         Heights for the cross-check are taken so far apart.
     """
 
-    drag_sd_1_m: float = 0.04
     steps: int = 20
     enough: float = 1e-3
     g_m_s2: tuple[float, float] = (5.0, 15.0)

@@ -66,11 +66,14 @@ def test_a_fall_with_drag_deviates_from_the_law_by_nothing() -> None:
     place = np.stack([0.0 * time, 0.0 * time, -np.log(np.cosh(9.81 * time / speed)) / k])
     motion = fitted(spline, time, place)
     rows = EquationRows.of(spline, np.ones(30, dtype=bool))
-    equation = EquationDeviation.of(rows, motion.coefficients, np.append(GRAVITY, k), 0)
+    equation = EquationDeviation.of(rows, motion.coefficients, np.append(GRAVITY, k), 0.0, 0)
     assert np.abs(equation.value).max() < 2e-4
-    without = EquationDeviation.of(rows, motion.coefficients, np.append(GRAVITY, 0.0), 0)
+    without = EquationDeviation.of(rows, motion.coefficients, np.append(GRAVITY, 0.0), 0.0, 0)
     assert without.value[-1, 2] == pytest.approx(k * (speed * np.tanh(9.81 * 0.3 / speed)) ** 2, rel=1e-3)
     assert equation.drag[-1, 2] == pytest.approx(-without.value[-1, 2] / k, rel=1e-3)
+    slower = EquationDeviation.of(rows, motion.coefficients, np.append(GRAVITY, k), 0.3, 0)
+    velocity = rows.velocity @ motion.coefficients
+    assert slower.drag - equation.drag == pytest.approx(0.3 * velocity)
 
 
 def test_what_the_breaks_move_equals_differences() -> None:
@@ -78,11 +81,11 @@ def test_what_the_breaks_move_equals_differences() -> None:
     in_flight = np.ones(sum(spline.spans), dtype=bool)
     in_flight[[0, 25, 26]] = False
     c, known = drawn(spline), np.append(GRAVITY, 0.0)
-    equation = EquationDeviation.of(EquationRows.of(spline, in_flight), c, known, 2)
+    equation = EquationDeviation.of(EquationRows.of(spline, in_flight), c, known, 0.2, 2)
     for k in range(2):
         up, down = (
             EquationDeviation.of(
-                EquationRows.of(spline.with_breaks(spline.break_s + step * np.eye(2)[k]), in_flight), c, known, 2
+                EquationRows.of(spline.with_breaks(spline.break_s + step * np.eye(2)[k]), in_flight), c, known, 0.2, 2
             )
             for step in (1e-7, -1e-7)
         )

@@ -42,7 +42,7 @@ def deviations(solution: Solution, coefficients: np.ndarray, theta: np.ndarray) 
     problem, layout = solution.problem, solution.problem.layout
     spline = problem.spline.with_breaks(theta[layout.breaks])
     rows = EquationRows.of(spline, problem.in_flight)
-    return EquationDeviation.of(rows, coefficients, theta[layout.flight], spline.break_s.size).value
+    return EquationDeviation.of(rows, coefficients, theta[layout.flight], 0.0, spline.break_s.size).value
 
 
 def dense_of(solution: Solution) -> tuple[np.ndarray, np.ndarray]:

@@ -17,7 +17,7 @@ from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.signals import ScaledSignals
 from radargui.model.arrays import FloatArray
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, drag_of_sphere_1_m, gravity_of_site, share_in_air
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, drag_of_sphere, gravity_of_site, share_in_air
 from radargui.model.setup import Setup
 from radargui.motion.flights import FlightLayout
 
@@ -36,8 +36,6 @@ class DropPrior:
         Where the setup names no site: from the equator to the poles it is 0.015.
     least_gravity_m_s2
         Of one that is called exact: what the samples say of it can then still be told.
-    drag_share, drag_1_m
-        Of a sphere of known density, relative; of another.
     floor_tilt_rad, floor_shift_m
         Of the plane that reflects: below the surface that is touched lie plates of millimetres to centimetres.
     unknown_floor_m
@@ -58,8 +56,6 @@ class DropPrior:
     first_velocity_m_s: float = 0.05
     gravity_m_s2: float = 0.03
     least_gravity_m_s2: float = 1e-4
-    drag_share: float = 0.3
-    drag_1_m: float = 0.04
     floor_tilt_rad: float = 0.03
     floor_shift_m: float = 0.008
     unknown_floor_m: float = 0.08
@@ -89,9 +85,8 @@ def flights_prior(setup: Setup, onset_s: float) -> tuple[FloatArray, FloatArray]
     mean[layout.onset], deviation[layout.onset] = onset_s, PRIOR.onset_s
     mean[layout.start] = setup.tracer.release_position_m
     mean[layout.gravity], deviation[layout.gravity] = gravity_prior(setup)
-    drag = drag_of_sphere_1_m(setup.tracer.diameter_m, setup.tracer.density_kg_m3)
-    is_known = setup.tracer.density_kg_m3 is not None
-    mean[layout.drag], deviation[layout.drag] = drag, PRIOR.drag_share * drag if is_known else PRIOR.drag_1_m
+    drag = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3)
+    mean[layout.drag], deviation[layout.drag], mean[layout.slow] = drag
     deviation[layout.velocity(0)] = PRIOR.first_velocity_m_s
     return mean, deviation
 

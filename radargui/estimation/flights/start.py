@@ -21,7 +21,7 @@ from radargui.estimation.forward.bins import Bins
 from radargui.estimation.forward.signal_model import EVERY, nodes_of, waves_at
 from radargui.model.arrays import FloatArray
 from radargui.model.finding import Finding, refuse
-from radargui.motion.flights import Flights
+from radargui.motion.flights import FlightLayout, Flights
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,7 +277,7 @@ class _Followed:
         self.trace.append(sentence)
 
 
-_ONE_FLIGHT = 9  # values of a single flight
+_ONE_FLIGHT = FlightLayout(1).size
 
 
 class _Impact(NamedTuple):

@@ -38,7 +38,8 @@ class EquationRows:
     """The equation of motion as rows of the spline's coefficients, outside of flights first.
 
     Outside of flights a row is a span's third derivative. In a flight it is the acceleration at a knot, of which
-    a = -g - k |v| v is expected: one row more than spans, so that with place and velocity they say all of a cubic.
+    a = -g - k (|v| + v1) v is expected: one row more than spans, so that with place and velocity they say all of a
+    cubic.
 
     Attributes
     ----------
@@ -101,7 +102,7 @@ class EquationDeviation:
     value
         m/s^3 or m/s^2, shape (n_rows, 3).
     drag
-        |v| v in flight, else zero, shape (n_rows, 3): the slope with respect to k.
+        (|v| + v1) v in flight, else zero, shape (n_rows, 3): the slope with respect to k.
     by_breaks
         Slopes with respect to the times of the breaks before and after each row's segment, shape (n_rows, 3, 2).
     n_breaks
@@ -116,22 +117,22 @@ class EquationDeviation:
 
     @staticmethod
     def of(
-        rows: EquationRows, coefficients: FloatArray, gravity_and_drag: FloatArray, n_breaks: int
+        rows: EquationRows, coefficients: FloatArray, gravity_and_drag: FloatArray, slow_m_s: float, n_breaks: int
     ) -> EquationDeviation:
-        """Return the deviation for coefficients (size, 3) and (g_x, g_y, g_z, k), empty where nothing flies."""
+        """Return the deviation for coefficients (size, 3), (g_x, g_y, g_z, k) and v1, empty where nothing flies."""
         value = rows.rows @ coefficients
         drag, by_breaks = np.zeros_like(value), np.zeros((*value.shape, 2))
         if rows.duration_s.size:
             velocity = rows.velocity @ coefficients
             flying = slice(rows.n_jerk, None)
-            drag[flying] = np.linalg.norm(velocity, axis=1)[:, None] * velocity
+            drag[flying] = (np.linalg.norm(velocity, axis=1)[:, None] + slow_m_s) * velocity
             # knots move with the breaks: at fixed coefficients an acceleration goes with the duration to the power -2
             shorter = 2.0 * value[flying] / rows.duration_s[:, None]
             # start and end of the record do not move
             segment = rows.segment[flying, None]
             by_breaks[flying, :, 0] = np.where(segment > 0, shorter, 0.0)
             by_breaks[flying, :, 1] = np.where(segment < n_breaks, -shorter, 0.0)
-            # what is left of a = -g - k |v| v
+            # what is left of a = -g - k (|v| + v1) v
             value[flying] += gravity_and_drag[:3] + gravity_and_drag[3] * drag[flying]
         return EquationDeviation(rows, value, drag, by_breaks, n_breaks)
 

@@ -9,7 +9,14 @@ import numpy as np
 from radargui.geometry.path_length import Antennas, place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import UncertainInput
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, U_ANYWHERE_M_S2, expected_gravity
+from radargui.model.gravity import (
+    NOMINAL_GRAVITY_M_S2,
+    U_ANYWHERE_M_S2,
+    UNKNOWN_DRAG,
+    Drag,
+    drag_of_sphere,
+    expected_gravity,
+)
 from radargui.model.setup import Setup
 from radargui.model.setup_posterior import unknown_inputs
 
@@ -35,6 +42,8 @@ class SetupUnknowns:
         What each adds to ln K, shape (n,).
     gravity_m_s2, u_gravity_m_s2
         Acceleration of the fall, along -z: the vertical is what the antennas' angles are measured from.
+    drag
+        Of the sphere in air.
     """
 
     inputs: tuple[UncertainInput, ...]
@@ -44,6 +53,7 @@ class SetupUnknowns:
     by_log_wavenumber: FloatArray
     gravity_m_s2: float = NOMINAL_GRAVITY_M_S2
     u_gravity_m_s2: float = U_ANYWHERE_M_S2
+    drag: Drag = UNKNOWN_DRAG
 
     @property
     def size(self) -> int:
@@ -65,7 +75,13 @@ class SetupUnknowns:
             else (np.zeros((1 + len(setup.receiver), 3, 0)), np.zeros((3, 0)), np.zeros(0))
         )
         return SetupUnknowns(
-            inputs, deviation, antenna, release, wave, *expected_gravity(setup.site, setup.tracer.density_kg_m3)
+            inputs,
+            deviation,
+            antenna,
+            release,
+            wave,
+            *expected_gravity(setup.site, setup.tracer.density_kg_m3),
+            drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3),
         )
 
     def antennas(self, at: Antennas, by: FloatArray) -> Antennas:

@@ -9,6 +9,7 @@ from scipy.interpolate import BSpline
 
 from radargui.estimation.forward.motion_spline import SplineMotion
 from radargui.model.arrays import FloatArray
+from radargui.model.gravity import UNKNOWN_DRAG, Drag
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,10 +75,13 @@ class FreeMotion:
         Spline and coefficients.
     release_m
         Shape (3,).
+    drag
+        What is known of the air's drag where it flies.
     """
 
     motion: SplineMotion
     release_m: FloatArray
+    drag: Drag = UNKNOWN_DRAG
 
     @property
     def edge_s(self) -> FloatArray:

@@ -41,9 +41,8 @@ class MotionPosterior:
     def free(self) -> FreeMotion:
         """The motion, of which no equation is asked."""
         solution = self.solution
-        return FreeMotion(
-            SplineMotion(solution.at.spline, solution.state.coefficients), solution.problem.inputs.release_m
-        )
+        motion = SplineMotion(solution.at.spline, solution.state.coefficients)
+        return FreeMotion(motion, solution.problem.inputs.release_m, solution.problem.drag)
 
     @cached_property
     def breaks(self) -> BreakVelocities:

@@ -23,6 +23,7 @@ from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.priors import PRIORS, Prior, flight_prior, make_prior
 from radargui.estimation.solve.problem import JointProblem, Start, State
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.gravity import UNKNOWN_DRAG
 
 # Limits of the jerk's deviation where knots change, m/s^3: new spans start loose enough to follow what the old ones
 # could not, and stiff enough to stay in place. Chosen by hand.
@@ -98,9 +99,9 @@ def problem_with_flights(solution: Solution) -> Start | None:
     groups = [replace(group, index=place[group.index]) for group in problem.prior.groups]
     jerk_sd = np.exp(_log_jerk_sd(solution)[1])
     # antennas that are off bend it by more than a wall: held straight at once, signals lead it astray
-    n_breaks = motion.spline.break_s.size
-    bent = EquationDeviation.of(rows, motion.coefficients, mean[layout.flight], n_breaks).value[rows.is_flight]
-    off_m_s2 = max(_OFF_GRAVITY_M_S2, float(np.sqrt((bent**2).mean())))
+    drag, n_breaks = UNKNOWN_DRAG if unknowns is None else unknowns.drag, motion.spline.break_s.size
+    bent = EquationDeviation.of(rows, motion.coefficients, mean[layout.flight], drag.slow_m_s, n_breaks)
+    off_m_s2 = max(_OFF_GRAVITY_M_S2, float(np.sqrt((bent.value[rows.is_flight] ** 2).mean())))
     changed = replace(
         problem,
         spline=motion.spline,
@@ -108,6 +109,7 @@ def problem_with_flights(solution: Solution) -> Start | None:
         prior=Prior(mean, sd, groups),
         in_flight=in_flight,
         equation_sd=np.where(rows.is_flight, off_m_s2, jerk_sd[rows.span]),
+        slow_m_s=drag.slow_m_s,
     )
     return Start(changed, State(solution.state.coefficients, new_theta))
 

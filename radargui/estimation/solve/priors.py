@@ -19,7 +19,7 @@ from radargui.estimation.forward.setup_unknowns import SetupUnknowns
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.model.arrays import FloatArray, IntArray
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, TIDES_M_S2, U_ANYWHERE_M_S2
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, TIDES_M_S2, U_ANYWHERE_M_S2, UNKNOWN_DRAG
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,8 +70,6 @@ class PriorSettings:
     u_wall_lobe
         The same over a wall where `lobe_prior` tells nothing better. Re-estimated from the samples they ran away, and
         two laboratory drops were 0.25 and 0.28 mm off instead of 0.09 and 0.03.
-    drag_1_m
-        Of k: a 10 mm sphere of steel has 0.005, of light plastic 0.05.
     sideways_m_s2
         Of the horizontal part of a flight's acceleration: what turns a sphere in air, and the Earth under it, make of
         2 m/s.
@@ -101,7 +99,6 @@ class PriorSettings:
     lobe: tuple[float, ...] = (0.0, -0.9, 0.0)
     u_main_lobe: tuple[float, ...] = (0.3, 2.0, 2.0)
     u_wall_lobe: tuple[float, ...] = (0.3, 0.6, 2.0)
-    drag_1_m: float = 0.04
     sideways_m_s2: float = 1e-3
     crosstalk: Allowed = Allowed(0.003, 1e-5, 0.03)
     off_flight_m_s2: float = 0.02
@@ -224,7 +221,8 @@ def flight_prior(setup: SetupUnknowns | None, settings: PriorSettings = PRIORS) 
     sideways = settings.sideways_m_s2
     # a g that is called exact is held by what tides make of it
     u_g = max(u_g, TIDES_M_S2)
-    return np.array([0.0, 0.0, g, 0.0]), np.array([sideways, sideways, u_g, settings.drag_1_m])
+    k, u_k, _ = UNKNOWN_DRAG if setup is None else setup.drag
+    return np.array([0.0, 0.0, g, k]), np.array([sideways, sideways, u_g, u_k])
 
 
 def with_polarisation(prior: Prior, layout: Layout, sphere: PolarisedSphere) -> Prior:

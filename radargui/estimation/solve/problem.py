@@ -25,6 +25,7 @@ from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.solve.priors import Prior
 from radargui.geometry.path_length import range_factor
 from radargui.model.arrays import BoolArray, FloatArray, pieces
+from radargui.model.gravity import UNKNOWN_DRAG, Drag
 
 # Beyond so many standard deviations a residual counts by its size, not its square: less than one in 10^4 of Gaussian
 # ones. Impulses and what the model lacks then pull with a bounded force.
@@ -56,6 +57,8 @@ class JointProblem:
         Functions of position for bias and log amplitude.
     released_s
         From here on the release is over.
+    slow_m_s
+        v1 of the air's drag, where something flies.
     sphere
         The tracer and the antennas' polarisation; None where it counts as a point.
     multiplexer
@@ -78,10 +81,19 @@ class JointProblem:
     bias_basis: PositionBasis
     amplitude_basis: PositionBasis
     released_s: float
+    slow_m_s: float = 0.0
     sphere: PolarisedSphere | None = None
     multiplexer: Multiplexer | None = None
     mapped_m: FloatArray | None = None
     mapped_mirrors: FloatArray | None = None
+
+    @property
+    def drag(self) -> Drag:
+        """The air's drag as the flights are told of it."""
+        if not self.layout.sizes.flight:
+            return UNKNOWN_DRAG
+        k = self.layout.flight.stop - 1
+        return Drag(float(self.prior.mean[k]), float(self.prior.sd[k]), self.slow_m_s)
 
     @property
     def n_receivers(self) -> int:
@@ -194,9 +206,8 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
     residual = (np.concatenate([one.value for one in signals]) - bins.value) / sigma
     losses, weight = huber(residual)
     loss, weight = float((losses @ problem.use).sum()), weight * problem.use / sigma**2
-    equation = EquationDeviation.of(
-        EquationRows.of(spline, problem.in_flight), state.coefficients, theta[layout.flight], spline.break_s.size
-    )
+    rows, n_breaks = EquationRows.of(spline, problem.in_flight), spline.break_s.size
+    equation = EquationDeviation.of(rows, state.coefficients, theta[layout.flight], problem.slow_m_s, n_breaks)
     loss += _prior_cost(problem, theta, equation)
     return Linearised(loss, residual, weight, signals, node_m, spline, series, motion, equation, excess, waves)
 

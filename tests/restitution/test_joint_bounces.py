@@ -192,7 +192,8 @@ def test_drag_is_taken_out_of_the_two_other_ways_to_e(drop: tuple[SceneRecord, J
     record, estimate = drop
     bounces, fit = joint_bounces(estimate, record.setup)
     assert fit is not None
-    assert fit.drag_1_m == pytest.approx(0.06, abs=0.01)
+    # the quadratic part of a drag that is 0.06 v^2 at 2 m/s
+    assert fit.drag_1_m == pytest.approx(0.053, abs=0.01)
     first = bounces.impacts[0]
     assert first.e_flight_time == pytest.approx(first.e, rel=5e-4)
     assert first.e_height == pytest.approx(first.e, rel=3e-3)

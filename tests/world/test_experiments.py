@@ -72,7 +72,7 @@ def test_between_its_meetings_it_flies_as_gravity_has_it(scenes: list[Scene]) ->
             before, at, after = (one.drop.position(times + shift) for shift in (-step, 0.0, step))
             speed = np.linalg.norm(after - before, axis=0) / (2.0 * step)
             assert np.linalg.norm((after - 2.0 * at + before) / step**2 + [[0.0], [0.0], [9.8]], axis=0).max() < (
-                0.03 + one.body.drag_1_m * 1.1 * speed.max() ** 2
+                0.03 + one.body.braking_1_s(float(speed.max())) * 1.1 * speed.max()
             )
             checked += 1
         assert checked

@@ -197,7 +197,7 @@ class _Way:
 
         def slope(_time: float, state: Array) -> Array:
             speed = state[3:]
-            braked = -body.drag_1_m * np.linalg.norm(speed) * speed
+            braked = -body.braking_1_s(float(np.linalg.norm(speed))) * speed
             return np.concatenate([speed, braked - [0.0, 0.0, body.acceleration_m_s2]])
 
         def touching(surface: Surface) -> Callable[[float, Array], float]:

@@ -32,13 +32,13 @@ def swing(
     push_m_s, push_s
         The speed that a push would give a free sphere, shape (3,), and how long it lasts from the start.
     decay_s
-        In which the speed falls to 1/e by what grows with it; air's drag, which grows with its square, is beside it.
+        In which the speed falls to 1/e by what grows with it; air's drag is beside it.
     """
     length_squared = float(hang_m @ hang_m)
 
     def slope(time_s: float, state: Array) -> Array:
         place, speed = state[:3], state[3:]
-        brake = 1.0 / decay_s + body.drag_1_m * np.linalg.norm(speed)
+        brake = 1.0 / decay_s + body.braking_1_s(float(np.linalg.norm(speed)))
         force = -body.acceleration_m_s2 * UP - brake * speed
         if time_s < push_s:  # sin^2: mean 1/2, starts and ends gently
             force = force + push_m_s * 2.0 / push_s * np.sin(np.pi * time_s / push_s) ** 2

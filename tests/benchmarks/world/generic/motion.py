@@ -6,10 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from benchmarks.world.drop import drag_coefficient_times_speed
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 GRAVITY_M_S2 = 9.81
+DIAMETER_M, FAST_M_S = 0.010, 2.0
+"""Of the sphere, and the speed at which its drag is that told."""
 Array = NDArray[np.float64]
 
 
@@ -33,11 +36,13 @@ class Motion:
 
 
 def _flight(start: Array, velocity: Array, drag_1_m: float, floor_m: float, limit_s: float):
-    """Integrate a = -g z - k |v| v until the floor or the limit; return (duration, dense output)."""
+    """Integrate a fall with a sphere's drag, k v^2 at 2 m/s, until the floor or the limit; (duration, dense output)."""
+    scale = drag_1_m * FAST_M_S / drag_coefficient_times_speed(FAST_M_S, DIAMETER_M)
 
     def rate(_t, state):
         v = state[3:]
-        return np.concatenate([v, np.array([0.0, 0.0, -GRAVITY_M_S2]) - drag_1_m * np.linalg.norm(v) * v])
+        braked = scale * drag_coefficient_times_speed(float(np.linalg.norm(v)), DIAMETER_M) * v
+        return np.concatenate([v, np.array([0.0, 0.0, -GRAVITY_M_S2]) - braked])
 
     def height(_t, state):
         return state[2] - floor_m if state[5] < 0 else 1.0

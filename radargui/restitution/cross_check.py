@@ -16,13 +16,18 @@ from radargui.restitution.track_flights import are_known
 
 
 def cross_check(
-    bounces: Bounces, time_s: FloatArray, height_m: FloatArray, g_m_s2: float, drag_1_m: float = 0.0
+    bounces: Bounces,
+    time_s: FloatArray,
+    height_m: FloatArray,
+    g_m_s2: float,
+    drag_1_m: float = 0.0,
+    slow_m_s: float = 0.0,
 ) -> Bounces:
     """Return the bounces with e from the flight time and from the height of the flight that follows each.
 
-    With drag k v^2 a flight of duration T over a level floor begins with (g T / 2) (1 + g k T^2 / 16), to first order
-    in k, and one of height h with sqrt((g / k) (exp(2 k h) - 1)), exactly; without drag with g T / 2 and sqrt(2 g h).
-    Over the speed before the impact each is e.
+    With drag k (v + v1) v a flight of duration T over a level floor begins with
+    (g T / 2) (1 + g k T^2 / 16 + k v1 T / 6), to first order in k, and one of height h with sqrt((g / k) (exp(2 k h) - 1)), exactly in k v^2, times
+    1 + k v1 sqrt(2 h / g) / 3; without drag with g T / 2 and sqrt(2 g h). Over the speed before the impact each is e.
 
     Parameters
     ----------
@@ -32,8 +37,8 @@ def cross_check(
         Height along the floor's normal on the known samples of the motion, shape (n_samples,).
     g_m_s2
         Gravity along the normal.
-    drag_1_m
-        k, where it is known.
+    drag_1_m, slow_m_s
+        k and v1, where they are known.
     """
     impacts = list(bounces.impacts)
     at = np.array([impact.time_s for impact in impacts])
@@ -46,12 +51,14 @@ def cross_check(
         duration, rise = following.time_s - impact.time_s, rises[number]
         # the speed that rises to h under drag: its square is 2 g h times (exp(2 k h) - 1) / (2 k h), one for k = 0
         x = 2.0 * drag_1_m * rise
-        braked = math.expm1(x) / x if x else 1.0
+        braked, linear_1_s = math.expm1(x) / x if x else 1.0, drag_1_m * slow_m_s
+        by_time = 1.0 + g_m_s2 * drag_1_m * duration**2 / 16.0 + linear_1_s * duration / 6.0
+        by_height = 1.0 + linear_1_s * math.sqrt(2.0 * max(rise, 0.0) / g_m_s2) / 3.0
         impacts[number] = replace(
             impact,
             # T from two instants, h from positions: a wrong slope shows in neither (method 5, Cross-check)
-            e_flight_time=0.5 * g_m_s2 * duration * (1.0 + g_m_s2 * drag_1_m * duration**2 / 16.0) / before,
-            e_height=math.sqrt(2.0 * g_m_s2 * rise * braked) / before if rise > 0.0 else math.nan,
+            e_flight_time=0.5 * g_m_s2 * duration * by_time / before,
+            e_height=math.sqrt(2.0 * g_m_s2 * rise * braked) * by_height / before if rise > 0.0 else math.nan,
         )
     return replace(bounces, impacts=tuple(impacts))
 

@@ -36,7 +36,7 @@ def drop_bounces(estimate: DropEstimate, setup: Setup) -> Bounces:
     )
     time = np.arange(flights.onset_s, estimate.end_s, FLIGHTS.check_step_s)
     height = floor.normal @ flights.position_m(time)
-    return cross_check(bounces, time, height, flights.g_m_s2 * z, flights.drag_1_m)
+    return cross_check(bounces, time, height, flights.g_m_s2 * z, flights.drag_1_m, flights.slow_m_s)
 
 
 def _normal(estimate: DropEstimate, setup: Setup, velocity: FloatArray, covariance: FloatArray) -> FloorNormal:

@@ -297,7 +297,8 @@ def _checked(bounces: Bounces, posterior: MotionPosterior, fit: FlightFit | None
     time = np.arange(posterior.onset_s, float(free.edge_s[-1]), FLIGHTS.check_step_s)
     # without fitted flights there is no drag to correct with: the check's tolerance holds it
     g, drag = (NOMINAL_GRAVITY_M_S2, 0.0) if fit is None else (fit.g_m_s2, fit.drag_1_m)
-    checked = cross_check(bounces, time, normal @ free.position_m(time), g * float(normal[2]), drag)
+    height, along = normal @ free.position_m(time), g * float(normal[2])
+    checked = cross_check(bounces, time, height, along, drag, free.drag.slow_m_s)
     return without_checks_by_walls(checked)
 
 

@@ -19,6 +19,7 @@ from radargui.estimation.readout.motion_posterior import MotionPosterior
 from radargui.estimation.readout.samples import _hidden_m, _uncertainties, _with_alternatives
 from radargui.estimation.solve.break_velocities import one_sided_slopes
 from radargui.geometry.path_length import Antennas, path_gradient, path_lengths
+from radargui.model.gravity import UNKNOWN_DRAG
 
 RELEASE = np.array([0.01, -0.02, 0.12])
 ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.2, 0.4, 0.55], [-0.25, -0.4, 0.5]]))
@@ -74,6 +75,7 @@ def solved() -> tuple[SimpleNamespace, np.ndarray]:
         inputs=inputs,
         bins=SimpleNamespace(time_s=np.linspace(0.1, 0.5, 300)),
         layout=SimpleNamespace(breaks=slice(0, 2)),
+        drag=UNKNOWN_DRAG,
     )
     return SimpleNamespace(
         problem=problem,

@@ -18,10 +18,10 @@ from radargui.restitution.cross_check import (
 G, BEFORE, AFTER = 9.81, 2.0, 1.6
 
 
-@pytest.mark.parametrize("drag_1_m", [0.0, 0.06])
-def test_duration_and_height_of_a_flight_give_the_speed_it_began_with(drag_1_m: float) -> None:
+@pytest.mark.parametrize(("drag_1_m", "slow_m_s"), [(0.0, 0.0), (0.06, 0.0), (0.05, 0.25)])
+def test_duration_and_height_of_a_flight_give_the_speed_it_began_with(drag_1_m: float, slow_m_s: float) -> None:
     def rate(_t: float, s: np.ndarray) -> list[float]:
-        return [s[1], -G - drag_1_m * abs(s[1]) * s[1]]
+        return [s[1], -G - drag_1_m * (abs(s[1]) + slow_m_s) * s[1]]
 
     def lands(_t: float, s: np.ndarray) -> float:
         return float(s[0])
@@ -32,7 +32,7 @@ def test_duration_and_height_of_a_flight_give_the_speed_it_began_with(drag_1_m: 
     time = np.linspace(0.0, end, 2000)
     e = AFTER / BEFORE
     impacts = tuple(Bounce(at, BEFORE, AFTER, e, 1e-4, "made", valid=True) for at in (0.0, end))
-    first, last = cross_check(Bounces(impacts), time, flight.sol(time)[0], G, drag_1_m).impacts
+    first, last = cross_check(Bounces(impacts), time, flight.sol(time)[0], G, drag_1_m, slow_m_s).impacts
     assert first.e_flight_time == pytest.approx(e, rel=3e-4)
     assert first.e_height == pytest.approx(e, rel=2e-3 if drag_1_m else 1e-6)
     assert np.isnan(last.e_flight_time)

@@ -27,7 +27,7 @@ AIR_DENSITY_KG_M3 = 1.2
 """Of dry air at 20 degrees C and 1013 hPa (1.204); weather and a laboratory on a hill change it by 10 %."""
 _AIR_VISCOSITY_M2_S = 1.51e-5
 """Kinematic, of air at 20 degrees C."""
-_DRAG_COEFFICIENT, _DRAG_REYNOLDS = 0.40, 170.0  # c and Re1 of `drag_of_sphere`
+_DRAG_COEFFICIENT, _DRAG_REYNOLDS = 0.36, 280.0  # c and Re1 of `drag_of_sphere`
 _U_DRAG_SHARE = 0.2
 """Of k of a sphere whose density is given, relative: a wake that has not grown yet, weather."""
 _METAL_KG_M3 = 5000.0  # between aluminium and steel
@@ -111,8 +111,8 @@ UNKNOWN_DRAG = Drag(0.0, 0.04, 0.0)
 def drag_of_sphere(diameter_m: float, density_kg_m3: float | None) -> Drag:
     """Return the drag of a sphere in air; one of which no density is given is of metal, and k hardly known.
 
-    c_d = c (1 + Re1 / Re) with c = 0.40, Re1 = 170 is within 4 % of the standard drag curve from Re = 100 to 2000
-    (Clift, Grace & Weber, Bubbles, Drops, and Particles, 1978, table 5.2): 0.15 to 3 m/s at 10 mm. Then
+    c_d = c (1 + Re1 / Re) with c = 0.36, Re1 = 280 is within 3 % of the standard drag curve from Re = 300 to 1500
+    (after Clift & Gauvin, Proc. Chemeca 1, 14, 1970): 0.45 to 2.3 m/s at 10 mm; slower there is next to no drag. Then
     k = 3 c rho_air / (4 rho d), v1 = Re1 nu / d.
     """
     k = drag_of_sphere_1_m(diameter_m, density_kg_m3)

@@ -26,8 +26,9 @@ def cross_check(
     """Return the bounces with e from the flight time and from the height of the flight that follows each.
 
     With drag k (v + v1) v a flight of duration T over a level floor begins with
-    (g T / 2) (1 + g k T^2 / 16 + k v1 T / 6), to first order in k, and one of height h with sqrt((g / k) (exp(2 k h) - 1)), exactly in k v^2, times
-    1 + k v1 sqrt(2 h / g) / 3; without drag with g T / 2 and sqrt(2 g h). Over the speed before the impact each is e.
+    (g T / 2) (1 + g k T^2 / 16 + k v1 T / 6), to first order in k, and one of height h with
+    sqrt((g / k) (exp(2 k h) - 1)) (1 + k v1 sqrt(2 h / g) / 3), exactly in k v^2; without drag with g T / 2 and
+    sqrt(2 g h). Over the speed before the impact each is e.
 
     Parameters
     ----------

@@ -21,6 +21,7 @@ from radargui.live.processor import LiveProcessor
 from radargui.live.track import LiveTrack
 from radargui.model.recording import Recording, Truth
 from radargui.model.result import Bounce
+from radargui.model.rounding import quantity
 from radargui.model.setup import Setup
 from radargui.session.session import Session
 
@@ -119,7 +120,7 @@ def test_an_experiment_tells_it_once_a_run_and_hands_it_on_with_the_run(tmp_path
     assert events.index(bounce) < events.index(taken)
     assert bounce.bounce is not None
     assert bounce.bounce.e == pytest.approx(0.7, abs=2.0 * bounce.bounce.u_stated)
-    assert bounce.message.startswith("live e = 0.7")
+    assert bounce.message == f"live e = {quantity(bounce.bounce.e, bounce.bounce.u_stated)}"
     assert taken.run is not None
     assert taken.run.live is bounce.bounce
     assert (bounce.number, taken.number) == (1, 1)

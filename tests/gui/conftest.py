@@ -142,6 +142,8 @@ def windows(
         window.close()
         window.closing.leave_now()
         qtbot.waitUntil(window.isHidden, timeout=LONGEST_MS)
+        # left behind, it would look for the next test's folders
+        qtbot.waitUntil(lambda one=window: not one.jobs.running, timeout=LONGEST_MS)
         # what waits for it comes first: one that had never run its events crashed twice as it was deleted
         QApplication.sendPostedEvents()
         window.deleteLater()

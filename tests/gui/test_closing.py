@@ -76,6 +76,8 @@ def test_a_source_that_does_not_answer_is_named_and_can_be_left_behind(
     window = make_window(setup_path, source_maker=lambda *_args, **_options: source)
     try:
         source.push_all(codes(1000))
+        # what the start looks for is done
+        wait_for(lambda: window.sessions._right is not None)
         window.actions_.start.trigger()
         wait_for(source.stuck.is_set)
         window.close()

@@ -39,6 +39,8 @@ class Falls:
         Velocities after the impacts, first guesses, shape (n_impacts, 3).
     end_s
         End of the last flight.
+    slow_m_s
+        v1 of the sphere's drag k (|v| + v1) v.
     """
 
     place: str
@@ -46,6 +48,7 @@ class Falls:
     impact_s: FloatArray
     after_m_s: FloatArray
     end_s: float
+    slow_m_s: float = 0.0
 
     @property
     def own(self) -> tuple[Unknown, ...]:
@@ -90,7 +93,7 @@ class Falls:
         place = frame @ flights.position_m(np.append(np.minimum(time_s, self.end_s), flights.impact_s))
         place += np.array([[shared[f"{self.place}.{axis}"]] for axis in "xyz"])
         velocity = frame @ flights.velocity_at(time_s)
-        drag = flights.drag_1_m * np.sqrt((velocity**2).sum(axis=0)) * velocity
+        drag = flights.drag_1_m * (np.sqrt((velocity**2).sum(axis=0)) + self.slow_m_s) * velocity
         acceleration = -flights.g_m_s2 * frame[:, 2:] - drag
         series = np.stack(
             [place[:, : time_s.size], *(np.where(is_flying, one, 0.0) for one in (velocity, acceleration))]
@@ -141,4 +144,4 @@ class Falls:
         if not (np.diff(begin_s, append=self.end_s) > 0.0).all() or not np.isfinite(own).all():
             raise SolveError("Impacts out of their order are no fall.")
         g, drag = shared[named.GRAVITY], shared[named.DRAG]
-        return Flights(float(own[0]), np.zeros(3), g, drag, velocity @ frame, begin_s[1:]), frame
+        return Flights(float(own[0]), np.zeros(3), g, drag, self.slow_m_s, velocity @ frame, begin_s[1:]), frame

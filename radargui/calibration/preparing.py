@@ -28,7 +28,7 @@ from radargui.estimation.solve.problem import Start
 from radargui.geometry.path_length import LEAST_RECEIVERS, path_lengths, place_antennas
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.errors import ProcessingError
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, drag_of_sphere
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.motion.impacts import find_track_impacts
@@ -107,7 +107,8 @@ def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
             ),
             remedy="Give the recordings of drops with --known fall.",
         )
-    motion = Falls(place, estimate.onset_s, impact_s, after_m_s, end_s)
+    slow_m_s = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3).slow_m_s
+    motion = Falls(place, estimate.onset_s, impact_s, after_m_s, end_s, slow_m_s)
     change = np.where(estimate.valid, estimate.change_m, np.nan)
     return Prepared(rounds.signals, _thinned(estimate.time_s, change), motion)
 

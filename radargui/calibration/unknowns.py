@@ -13,7 +13,7 @@ from radargui.model.errors import UsageError
 from radargui.model.gravity import (
     NOMINAL_GRAVITY_M_S2,
     U_NOMINAL_GRAVITY_M_S2,
-    drag_of_sphere_1_m,
+    drag_of_sphere,
     gravity_of_site,
     share_in_air,
 )
@@ -29,8 +29,6 @@ U_UNSTATED = {"tilt": 3.0, "azimuth": 3.0, "distance": 0.02, "release": 0.002, "
 """Prior deviations (degrees, m) where the setup gives none: wide, since what nobody measured is what is asked for."""
 U_PLUMB_DEG = 0.3
 """Of the vertical against the setup's z axis: a spirit level."""
-U_DRAG, U_DRAG_1_M = 0.3, 0.02
-"""Of the drag, relative for a known density (model.gravity), 1/m for an unknown one."""
 U_HEIGHT_M, U_FLOOR_DEG = 0.5, 0.5
 """Of the floor's height where the setup gives none, and of its level."""
 GRAVITY, DRAG, HEIGHT = "gravity.g_m_s2", "drag_1_m", "floor.height_m"
@@ -116,8 +114,8 @@ def place_unknowns(setup: Setup, place_m: Sequence[float], name: str) -> list[Un
 def fall_unknowns(setup: Setup) -> list[Unknown]:
     """Return gravity in air and its direction, the drag, and the floor: what all falls share."""
     g, u_g = site_gravity(setup)
-    density, floor = setup.tracer.density_kg_m3, setup.floor
-    drag = drag_of_sphere_1_m(setup.tracer.diameter_m, density)
+    floor = setup.floor
+    drag = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3)
     leaning = U_FLOOR_DEG if floor.u_tilt_deg is None else floor.u_tilt_deg
     # for a floor that leans a little slope and angle are one
     slopes = [math.degrees(x / floor.normal[2]) for x in floor.normal[:2]]
@@ -125,7 +123,7 @@ def fall_unknowns(setup: Setup) -> list[Unknown]:
         Unknown(GRAVITY, g, u_g),
         Unknown(GRAVITY_X, 0.0, U_PLUMB_DEG, "gravity"),
         Unknown(GRAVITY_Y, 0.0, U_PLUMB_DEG, "gravity"),
-        Unknown(DRAG, drag, U_DRAG_1_M if density is None else U_DRAG * drag),
+        Unknown(DRAG, drag.k_1_m, drag.u_k_1_m),
         # where the floor is known, it is known as the release is; else the impacts say it
         Unknown(HEIGHT, floor.height_m or 0.0, U_HEIGHT_M),
         Unknown(FLOOR_X, slopes[0], leaning),

@@ -104,6 +104,7 @@ class Drag(NamedTuple):
     slow_m_s: float
 
 
+NO_DRAG = Drag(0.0, 0.0, 0.0)
 UNKNOWN_DRAG = Drag(0.0, 0.04, 0.0)
 """Of a body nobody has described: 10 mm of steel have k = 0.005 1/m, of light plastic 0.05."""
 
@@ -115,11 +116,6 @@ def drag_of_sphere(diameter_m: float, density_kg_m3: float | None) -> Drag:
     (after Clift & Gauvin, Proc. Chemeca 1, 14, 1970): 0.45 to 2.3 m/s at 10 mm; slower there is next to no drag. Then
     k = 3 c rho_air / (4 rho d), v1 = Re1 nu / d.
     """
-    k = drag_of_sphere_1_m(diameter_m, density_kg_m3)
+    k = 0.75 * _DRAG_COEFFICIENT * AIR_DENSITY_KG_M3 / ((density_kg_m3 or _METAL_KG_M3) * diameter_m)
     u = UNKNOWN_DRAG.u_k_1_m if density_kg_m3 is None else _U_DRAG_SHARE * k
     return Drag(k, u, _DRAG_REYNOLDS * _AIR_VISCOSITY_M2_S / diameter_m)
-
-
-def drag_of_sphere_1_m(diameter_m: float, density_kg_m3: float | None) -> float:
-    """Return k of the quadratic part of the drag of a sphere in air, 1/m (`drag_of_sphere`)."""
-    return 0.75 * _DRAG_COEFFICIENT * AIR_DENSITY_KG_M3 / ((density_kg_m3 or _METAL_KG_M3) * diameter_m)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from radargui.model.gravity import drag_of_sphere_1_m
+from radargui.model.gravity import drag_of_sphere
 from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange, UncertaintyBudget
@@ -57,6 +57,6 @@ def _bounces_of(track: Track, segment: Segment, setup: Setup, rate_hz: float) ->
     # a normal that is a default is no statement about this floor
     given = "normal" in setup.floor.model_fields_set
     normal = setup.floor.normal if given else None
-    drag_1_m = drag_of_sphere_1_m(setup.tracer.diameter_m, setup.tracer.density_kg_m3)
+    drag = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3)
     is_known = setup.tracer.density_kg_m3 is not None
-    return find_bounces(track, segment, normal, rate_hz, setup.floor.u_tilt_deg, drag_1_m, is_drag_known=is_known)
+    return find_bounces(track, segment, normal, rate_hz, setup.floor.u_tilt_deg, drag, is_drag_known=is_known)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.model.arrays import FloatArray, robust_sd
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.model.gravity import NO_DRAG, NOMINAL_GRAVITY_M_S2, Drag
 from radargui.model.result import Bounces, FreeFall, Segment, Track
 from radargui.motion.impacts import THIRD_DIFFERENCE_GAIN, find_track_impacts
 from radargui.restitution.cross_check import PARABOLAS, cross_check, without_checks_by_walls
@@ -32,7 +32,7 @@ def find_bounces(
     normal: tuple[float, float, float] | None,
     sample_rate_hz: float,
     u_tilt_deg: float | None = None,
-    drag_1_m: float = 0.0,
+    drag: Drag = NO_DRAG,
     *,
     is_drag_known: bool = True,
 ) -> Bounces:
@@ -53,8 +53,8 @@ def find_bounces(
         Rate of the samples.
     u_tilt_deg
         Standard deviation of the floor's slope from level, where the setup gives it and no normal.
-    drag_1_m, is_drag_known
-        k of the sphere in air, part of the uncertainties; unless it is known, that of the flights where they show more.
+    drag, is_drag_known
+        Of the sphere in air, part of the uncertainties; unless it is known, k of the flights where they show more.
     """
     # first along the vertical: the impacts themselves say how the floor leans, and where they are does not need it
     found = _along(track, segment, UP if normal is None else normal, sample_rate_hz)
@@ -77,17 +77,17 @@ def find_bounces(
     braked_1_m = None
     # air on a sphere of metal is known; a plastic one nobody named is braked ten times as much
     if not is_drag_known:
-        least_1_m = TRACKS.much_drag * drag_1_m
-        seen_1_m, u_seen_1_m = drag_of_flights(found.flights, least_1_m)
+        least_1_m = TRACKS.much_drag * drag.k_1_m
+        seen_1_m, u_seen_1_m = drag_of_flights(found.flights, drag.slow_m_s, least_1_m)
         if seen_1_m - TRACKS.sure_of_drag * u_seen_1_m > least_1_m:
-            braked_1_m = drag_1_m = seen_1_m
+            braked_1_m, drag = seen_1_m, drag._replace(k_1_m=seen_1_m)
     # waves as long as a rebound is high bend both flights, and leave no residuals
     u_at_impact_m = _u_of_waves_m(track, found)
     rebound_m = impacts.after_m_s**2 / (2.0 * g_m_s2)
     impacts = impacts.widened(TRACKS.waves_in_rebounds * impacts.e * u_at_impact_m / rebound_m, impacts.valid)
-    if drag_1_m:
-        impacts = impacts.widened(error_of_e(impacts, found.flights, drag_1_m), impacts.valid)
-        fall = None if fall is None else with_drag(fall, found.flights, drag_1_m, found.normal)
+    if drag.k_1_m:
+        impacts = impacts.widened(error_of_e(impacts, found.flights, drag), impacts.valid)
+        fall = None if fall is None else with_drag(fall, found.flights, drag, found.normal)
     if u_by_normal is not None:
         # the normal comes from velocities sideways, u_e from heights: independent
         known = np.isfinite(impacts.u_e) & np.isfinite(u_by_normal)

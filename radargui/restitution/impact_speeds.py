@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.gravity import Drag
 from radargui.model.result import Bounce, FreeFall
 from radargui.motion.free_flight import fall_below_apex, speed_below_apex
 from radargui.restitution.parabola import (
@@ -125,12 +126,12 @@ def changes_of_e(
     return np.asarray((speed_out - gained - after_m_s / before_m_s * (gained - speed_in)) / before_m_s)
 
 
-def _bend(after_apex_s: FloatArray, g_m_s2: float, drag_1_m: float) -> FloatArray:
+def _bend(after_apex_s: FloatArray, g_m_s2: float, drag: Drag) -> FloatArray:
     """Return by how much a flight with drag is above the parabola of the same apex and g."""
-    return fall_below_apex(after_apex_s, g_m_s2, 0.0) - fall_below_apex(after_apex_s, g_m_s2, drag_1_m)
+    return fall_below_apex(after_apex_s, g_m_s2, 0.0) - fall_below_apex(after_apex_s, g_m_s2, drag.k_1_m, drag.slow_m_s)
 
 
-def drag_of_flights(flights: FittedFlights, least_1_m: float = -math.inf) -> tuple[float, float]:
+def drag_of_flights(flights: FittedFlights, slow_m_s: float, least_1_m: float = -math.inf) -> tuple[float, float]:
     """Return k of the sphere by how its flights bend, and its standard uncertainty, 1/m.
 
     What a parabola leaves of a flight with drag is as good as linear in k: least squares of the heights' residuals,
@@ -138,7 +139,7 @@ def drag_of_flights(flights: FittedFlights, least_1_m: float = -math.inf) -> tup
     """
     own, samples = flights.parabolas, flights.samples
     small_1_m = 1e-3
-    bend = _bends(own, small_1_m, samples)
+    bend = _bends(own, Drag(small_1_m, 0.0, slow_m_s), samples)
     shape = residuals(samples, bend, solve_parabolas(samples, bend)) / small_1_m
     left = residuals(samples, flights.height_m, own)
     squares = samples.sums(shape**2)
@@ -149,14 +150,14 @@ def drag_of_flights(flights: FittedFlights, least_1_m: float = -math.inf) -> tup
     return drag_1_m, float(np.sqrt((variance * squares).sum()) / squares.sum())
 
 
-def _bends(parabolas: Parabolas, drag_1_m: float, samples: Stretches) -> FloatArray:
+def _bends(parabolas: Parabolas, drag: Drag, samples: Stretches) -> FloatArray:
     """Return the bends of flights at their samples; what parabolas make of them is the error that drag leaves."""
     # about its apex: v0 / g after the middle of the flight
     after_apex = samples.away_s - samples.spread(parabolas.speed_m_s / parabolas.g_m_s2)
-    return _bend(after_apex, float(parabolas.g_m_s2), drag_1_m)
+    return _bend(after_apex, float(parabolas.g_m_s2), drag)
 
 
-def error_of_e(impacts: ImpactSpeeds, flights: FittedFlights, drag_1_m: float) -> FloatArray:
+def error_of_e(impacts: ImpactSpeeds, flights: FittedFlights, drag: Drag) -> FloatArray:
     """Return by how much drag makes e of parabolas too small, to first order in k, (n_impacts,); 0 where it has none.
 
     Drag bends a flight by g^2 k D^4 / 12, which a parabola takes for another speed and another g: with k = 0.005 1/m
@@ -167,12 +168,12 @@ def error_of_e(impacts: ImpactSpeeds, flights: FittedFlights, drag_1_m: float) -
     ----------
     impacts, flights
         Of parabolas with one g.
-    drag_1_m
-        k of the sphere.
+    drag
+        Of the sphere.
     """
     own, g = flights.parabolas, float(flights.parabolas.g_m_s2)
     # a fit is linear in heights: what it makes of the bends is its error
-    fitted = solve_parabolas(flights.samples, _bends(own, drag_1_m, flights.samples))
+    fitted = solve_parabolas(flights.samples, _bends(own, drag, flights.samples))
     sides = np.stack(flights.sides(impacts.e.size))
     known, before, after = sides[:, np.isfinite(impacts.e[sides[0]])]
     instant, arriving, leaving = (values[known] for values in (impacts.time_s, impacts.before_m_s, impacts.after_m_s))
@@ -180,18 +181,18 @@ def error_of_e(impacts: ImpactSpeeds, flights: FittedFlights, drag_1_m: float) -
     def missed(place: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return true less fitted height and upward speed of flights at the instants."""
         d = np.asarray(instant - own.origin_s[place] - own.speed_m_s[place] / g)
-        faster = speed_below_apex(d, g, drag_1_m) - speed_below_apex(d, g, 0.0)
+        faster = speed_below_apex(d, g, drag.k_1_m, drag.slow_m_s) - speed_below_apex(d, g, 0.0)
         # of the flight with drag: what its own parabola has not followed
-        return _bend(d, g, drag_1_m) - fitted.height_at(place, instant), faster - fitted.speed_at(place, instant)
+        return _bend(d, g, drag) - fitted.height_at(place, instant), faster - fitted.speed_at(place, instant)
 
     out = np.zeros(impacts.e.size)
     out[known] = changes_of_e(missed(before), missed(after), arriving, leaving, g)
     return out
 
 
-def with_drag(fall: FreeFall, flights: FittedFlights, drag_1_m: float, normal: tuple[float, float, float]) -> FreeFall:
+def with_drag(fall: FreeFall, flights: FittedFlights, drag: Drag, normal: tuple[float, float, float]) -> FreeFall:
     """Return the first fall with what drag does in the uncertainty of its g; parameters as above."""
     first = np.arange(flights.samples.size) == flights.place[0]
     samples = flights.samples.chosen(first)
-    g = solve_parabolas(samples, _bends(flights.parabolas.chosen(first), drag_1_m, samples)).g_m_s2
+    g = solve_parabolas(samples, _bends(flights.parabolas.chosen(first), drag, samples)).g_m_s2
     return replace(fall, u_g_m_s2=math.hypot(fall.u_g_m_s2, float(g) / max(abs(normal[2]), 1e-9)))

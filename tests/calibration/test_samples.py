@@ -74,7 +74,7 @@ def test_the_slope_is_that_of_the_cost(drop: tuple[Setup, Prepared], *, polarise
 
 def test_an_antenna_that_moves_takes_the_axes_of_its_polarisation_along(drop: tuple[Setup, Prepared]) -> None:
     setup, ready = drop
-    turned = tuple(one.model_copy(update={"azimuth_deg": one.azimuth_deg + 3.0}) for one in setup.receiver)
+    turned = tuple(one.model_copy(update={"azimuth_deg": one.azimuth_deg + 0.3}) for one in setup.receiver)
     off = setup.model_copy(update={"receiver": turned})
     fields = []
     for which in (setup, off):

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.world.drop import Body, Floor, fall
 from support.drops import Drop
 
-from radargui.model.gravity import drag_of_sphere_1_m
+from radargui.model.gravity import drag_of_sphere
 from radargui.model.result import Bounces, Segment, Track
 from radargui.restitution.bounces import find_bounces
 from radargui.restitution.cross_check import disagreements
@@ -60,15 +60,15 @@ def test_a_sphere_of_plastic_is_told_by_its_flights_where_no_density_is_given(de
     time = np.arange(6000) / 5000.0
     position = drop.position(time) + 5e-5 * np.random.default_rng(2).standard_normal((3, time.size))
     track = Track(time, position, np.full_like(position, 5e-5), np.ones(time.size, dtype=bool), "exact")
-    segment, metal = Segment(1500, time.size, 0, 1450), drag_of_sphere_1_m(0.01, None)
-    found = find_bounces(track, segment, UP, 5000.0, drag_1_m=metal, is_drag_known=False)
+    segment, metal = Segment(1500, time.size, 0, 1450), drag_of_sphere(0.01, None)
+    found = find_bounces(track, segment, UP, 5000.0, drag=metal, is_drag_known=False)
     assert (found.braked_1_m is not None) is seen
     if found.braked_1_m is not None:
-        assert found.braked_1_m == pytest.approx(drag_of_sphere_1_m(0.01, density_kg_m3), rel=0.15)
-        assert found.braked_1_m > 1.5 * drag_of_sphere_1_m(0.01, None)
+        assert found.braked_1_m == pytest.approx(drag_of_sphere(0.01, density_kg_m3).k_1_m, rel=0.15)
+        assert found.braked_1_m > 1.5 * metal.k_1_m
     assert all(abs(one.e - 0.8) < 2.0 * one.u_e for one in found.impacts[:3])
     # who gives a density is believed
-    assert find_bounces(track, segment, UP, 5000.0, drag_1_m=metal).braked_1_m is None
+    assert find_bounces(track, segment, UP, 5000.0, drag=metal).braked_1_m is None
 
 
 def test_waves_as_long_as_a_rebound_are_in_the_uncertainty_of_e() -> None:
@@ -91,7 +91,7 @@ def test_what_drag_does_to_parabolas_is_in_the_uncertainty_of_e_and_g(density_kg
     track = Track(time, position, np.full_like(position, 1e-6), np.ones(time.size, dtype=bool), "exact")
     segment = Segment(1500, time.size, 0, 1450)
     bare = find_bounces(track, segment, UP, 5000.0)
-    told = find_bounces(track, segment, UP, 5000.0, drag_1_m=drag_of_sphere_1_m(0.01, density_kg_m3))
+    told = find_bounces(track, segment, UP, 5000.0, drag=drag_of_sphere(0.01, density_kg_m3))
     assert bare.free_fall is not None
     assert told.free_fall is not None
     g_missed = body.acceleration_m_s2 - bare.free_fall.g_m_s2

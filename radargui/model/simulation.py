@@ -34,9 +34,10 @@ class Simulation(Section):
         How long the sphere rests before and after the motion.
     drop_height_m
         Fall from the release to the first impact; left out: down to `floor.height_m`, else 0.26 m.
-    drag_per_m
-        k of the air's drag on a falling sphere (drop, bed), a = g - k |v| v, with k = 3 rho_air c_d / (4 rho_sphere d):
-        0.005 for 10 mm of steel, 0.05 for light plastic. Circle and pendulum know no air.
+    drag_per_m, drag_slow_m_s
+        k and v1 of the air's drag on a falling sphere (drop, bed), a = g - k (|v| + v1) v. One drag coefficient c_d is
+        v1 = 0, k = 3 rho_air c_d / (4 rho_sphere d); the standard curve of a sphere of 10 mm is v1 = 0.42 m/s with
+        k = 0.0042 1/m for steel, 0.04 for light plastic. Circle and pendulum know no air.
     lateral_speed_m_s, lateral_azimuth_deg
         Drift of a falling sphere; the azimuth is also the direction of the circle's middle and of the swing.
     restitution
@@ -111,6 +112,7 @@ class Simulation(Section):
     restitution_exponent: Annotated[Real, Field(ge=-0.5, le=0.5)] = 0.0
     restitution_scatter: Annotated[Real, Field(ge=0.0, le=0.2)] = 0.0
     drag_per_m: Annotated[Real, Field(ge=0.0, le=0.2)] = 0.0
+    drag_slow_m_s: Annotated[Real, Field(ge=0.0, le=10.0)] = 0.0
     lateral_speed_m_s: Annotated[Real, Field(ge=0.0, le=5.0)] = 0.0
     lateral_azimuth_deg: Annotated[Real, Field(ge=-360.0, le=360.0)] = 30.0
     kick_m_s: Annotated[Real, Field(ge=0.0, le=1.0)] = 0.0

@@ -19,7 +19,7 @@ from radargui.model.setup import Setup
 from radargui.processing.process import process
 
 E = 0.8
-PERFECT = {"mismatch": 0.0, "noise": False, "adc_bits": 0}
+PERFECT = {"mismatch": 0.0, "noise": False, "adc_bits": 0, "drag_per_m": 0.0}
 
 
 @pytest.fixture(scope="module")

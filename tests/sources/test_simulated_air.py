@@ -78,8 +78,11 @@ def _integrated(setup: Setup, count: int) -> tuple[list[float], np.ndarray, np.n
         force = gravity + push if time < 0.01 else gravity
 
         def rate(_time: float, state: np.ndarray, force: np.ndarray = force) -> np.ndarray:
-            velocity = state[3:]
-            return np.r_[velocity, force - simulation.drag_per_m * np.sqrt(velocity @ velocity) * velocity]
+            velocity, slow = state[3:], simulation.drag_slow_m_s
+            return np.r_[
+                velocity,
+                force - simulation.drag_per_m * (np.sqrt(velocity @ velocity) + slow) * velocity,
+            ]
 
         end = 0.01 if time < 0.01 else 100.0
         flown = solve_ivp(
@@ -106,7 +109,9 @@ def _integrated(setup: Setup, count: int) -> tuple[list[float], np.ndarray, np.n
 @pytest.mark.parametrize("sideways", [0.003, 0.05, 0.5])
 @pytest.mark.parametrize("floor", [None, TILTED], ids=["level", "tilted"])
 def test_with_sideways_motion_drag_acts_on_the_whole_velocity(sideways: float, floor: dict[str, object]) -> None:
-    setup = perfect_setup(rest_s=0.0, drag_per_m=0.2, restitution=0.7, floor=floor, lateral_speed_m_s=sideways)
+    setup = perfect_setup(
+        rest_s=0.0, drag_per_m=0.2, drag_slow_m_s=0.5, restitution=0.7, floor=floor, lateral_speed_m_s=sideways
+    )
     impacts, times, places = _integrated(setup, 5)
     scene = Scene(setup)
     np.testing.assert_allclose(scene.impacts_s(0.0, 100.0)[:5], impacts, rtol=0.0, atol=1e-9)

@@ -231,11 +231,11 @@ class _Followed:
             self.unknowns, self.end_s = self.model.unknowns(values), end
             self.at = evaluate(self.model, self.unknowns, coefficients=self.at.coefficients)
         begin, length = _last_flight(self.at.values)
-        if length * self.at.values.flights[4] < START.least_rebound_m_s:
+        since = self.model.bins.time_s > begin
+        if length * self.at.values.flights[4] < START.least_rebound_m_s or not since.any():
             self.model, self.unknowns, self.at, self.end_s = kept
             return False
-        since = self.model.bins.time_s > begin
-        if since.any() and _power(self.at)[since].mean() > START.lost:
+        if _power(self.at)[since].mean() > START.lost:
             self.model, self.unknowns, self.at, self.end_s = kept
             self.why = refuse("flight_lost")
             return False

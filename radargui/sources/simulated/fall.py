@@ -98,7 +98,7 @@ _RELATIVE, _ABSOLUTE = 1e-13, 1e-15
 
 
 class Fall:
-    """A sphere let go at rest, with the acceleration g - k |v| v, k = `drag_per_m`; 0 is a vacuum.
+    """A sphere let go at rest, with the acceleration g - k (|v| + v1) v, `drag_per_m` and `drag_slow_m_s`.
 
     The flights are integrated (Dormand and Prince, eighth order) up to the very impacts; an impact turns the speed
     along the floor's normal round, e times as fast (`Simulation.restitution_at`), and leaves the rest of the velocity
@@ -152,7 +152,7 @@ class Fall:
         while True:
             end_s, force = (_PUSH_S, pushed) if time_s < _PUSH_S else (time_s + _LONGEST_S, gravity)
             flown = solve_ivp(
-                _rate(force, simulation.drag_per_m),
+                _rate(force, simulation.drag_per_m, simulation.drag_slow_m_s),
                 (time_s, end_s),
                 state,
                 "DOP853",
@@ -223,13 +223,13 @@ def _polynomials(flown: OdeSolution) -> PPoly:
     return PPoly(np.moveaxis(scaled / steps_s ** powers[:, None, None], 1, 2), flown.ts)
 
 
-def _rate(force_m_s2: FloatArray, drag_per_m: float) -> Callable[[float, FloatArray], FloatArray]:
-    """Return d/dt (x, v) = (v, f - k |v| v), k = 3 rho_air c_d / (4 rho_sphere d); f is gravity and push."""
+def _rate(force_m_s2: FloatArray, drag_per_m: float, slow_m_s: float) -> Callable[[float, FloatArray], FloatArray]:
+    """Return d/dt (x, v) = (v, f - k (|v| + v1) v); f is gravity and push."""
     shift, push = np.eye(6, k=3), np.concatenate([np.zeros(3), force_m_s2])
 
     def rate(_: float, state: FloatArray) -> FloatArray:
         change: FloatArray = shift @ state + push
-        change[3:] -= drag_per_m * math.hypot(*state[3:]) * state[3:]
+        change[3:] -= drag_per_m * (math.hypot(*state[3:]) + slow_m_s) * state[3:]
         return change
 
     return rate

@@ -82,10 +82,15 @@ def _written(tree: str, folder: Path) -> Path:
             ["git", "archive", "--format=tar", tree, *PROGRAM], cwd=ROOT, capture_output=True, check=True
         ).stdout
         with tempfile.TemporaryDirectory(dir=folder.parent) as fresh, tarfile.open(fileobj=io.BytesIO(archive)) as tar:
-            tar.extractall(fresh, filter="data")
             # whole or not at all: what was interrupted is no version
-            Path(fresh).rename(folder)
-            Path(fresh).mkdir()
+            whole = Path(fresh, "whole")
+            tar.extractall(whole, filter="data")
+            try:
+                whole.rename(folder)
+            except OSError:
+                # another run that was started with this one was faster
+                if not folder.is_dir():
+                    raise
     return folder
 
 

@@ -75,9 +75,6 @@ def test(arguments: list[str], *prefix: str) -> int:
     # a file stays together: its shared window or estimate is made once. A process that crashes ends the run: with
     # another in its place pytest-xdist 3.8 hands out what was done already, and waits for it for ever
     parallel = [] if alone else ["-n", "3", "--dist", "loadfile", "--max-worker-restart", "0"]
-    if hasattr(os, "nice"):
-        # as low as it goes: what the program itself puts below the window has its turn beside the tests
-        os.nice(19)
     return _call([str(python), "-m", *prefix, "pytest", *parallel, *arguments], cwd=ROOT)
 
 

@@ -16,6 +16,9 @@ from hypothesis import settings
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+# as low as it goes, once for all processes: what the program puts below its window has its turn beside the tests
+if hasattr(os, "nice"):
+    os.nice(19)
 # commands that run with a folder of the test as home would look through all fonts each time
 os.environ.setdefault("MPLCONFIGDIR", str(Path(tempfile.gettempdir(), "radargui-tests-matplotlib")))
 os.environ.setdefault("PYQTGRAPH_QT_LIB", "PySide6")

@@ -54,7 +54,7 @@ def test_a_fall_is_told_in_a_hum_and_in_noise(hum: Hum | None, noise: float, lat
     assert watched(volts(time_of(1.0), hum=hum, noise=noise))[0].objection == ""
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (2, 3))])
 def test_a_minute_of_noise_hum_and_drift_is_no_motion(seed: int) -> None:
     time_s, draw = time_of(60.0), np.random.default_rng(seed)
     drift = 0.3 * np.sin(2.0 * np.pi * draw.uniform(0.03, 0.3) * time_s + draw.uniform(0.0, 6.0))

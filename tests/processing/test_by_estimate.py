@@ -207,6 +207,7 @@ def test_a_path_off_its_signal_ends_it_and_a_bent_circle_does_not() -> None:
     assert not _is_hopeless(bent_alone, bent_alone)
 
 
+@pytest.mark.slow
 def test_a_wide_circle_over_a_strong_floor_is_found_though_its_circles_are_bent() -> None:
     # laboratory seed 474253: half a metre across, a quarter of the wave comes back; adaptive misfits of 14 to 28
     record = make_world_record(draw_world(474253, "exact", motion="circle"))
@@ -313,7 +314,9 @@ def test_a_motion_that_is_not_known_to_a_wavelength_counts_no_fringes() -> None:
     assert not is_unknown(track, 49.5, 0.03)
 
 
-@pytest.mark.parametrize(("motion", "status"), [("circle", "rejected"), ("drop", "ok")])
+@pytest.mark.parametrize(
+    ("motion", "status"), [pytest.param("circle", "rejected", marks=pytest.mark.slow), ("drop", "ok")]
+)
 def test_what_nothing_holds_is_refused_where_maps_or_mirrors_stand_for_what_no_laboratory_has(
     monkeypatch: pytest.MonkeyPatch, motion: str, status: str
 ) -> None:
@@ -328,7 +331,9 @@ def test_what_nothing_holds_is_refused_where_maps_or_mirrors_stand_for_what_no_l
     assert "a fringe may be lost" in (result.reason if status == "rejected" else " ".join(result.warnings))
 
 
-@pytest.mark.parametrize(("motion", "status"), [("circle", "rejected"), ("drop", "ok")])
+@pytest.mark.parametrize(
+    ("motion", "status"), [pytest.param("circle", "rejected", marks=pytest.mark.slow), ("drop", "ok")]
+)
 def test_where_no_motion_of_one_body_describes_round_circles_only_a_fall_makes_them_believed(
     monkeypatch: pytest.MonkeyPatch, motion: str, status: str
 ) -> None:
@@ -355,6 +360,7 @@ def test_where_maps_stand_for_the_signal_of_all_receivers_all_are_refused(monkey
     assert result.reason.startswith("receivers 1, 2 and 3: the offsets change with the place as much as the signal")
 
 
+@pytest.mark.slow
 def test_a_sphere_that_lies_on_a_shaken_plate_after_its_fall_is_measured() -> None:
     # 25 dB; to and fro by 1.1 mm, fifteen times a second
     record = make_world_record(draw_world(931104, "exact", motion="shaken", rate_hz=5000.0))
@@ -390,6 +396,7 @@ def test_a_polarisation_far_off_what_the_setup_states_is_told(off_deg: float, le
     assert turned_polarisation(solution) is None
 
 
+@pytest.mark.slow
 def test_a_fall_that_is_longer_than_the_antennas_are_away_is_known_as_well_as_others() -> None:
     # no step of the joint estimate was possible: its misfit was thousands, the adaptive one 0.1 mm off
     record = make_world_record(draw_world(771000, nearer=0.3, height_m=0.2, walls=0))

@@ -165,7 +165,7 @@ def test_exchanged_wires_are_named_before_anything_is_measured() -> None:
     assert f"set radar.phase_sign to {-scene.setup.radar.phase_sign}" in result.reason
 
 
-@pytest.mark.parametrize("stated", ["drawn", "exact"])
+@pytest.mark.parametrize("stated", [pytest.param("drawn", marks=pytest.mark.slow), "exact"])
 def test_a_release_five_centimetres_off_is_named_with_where_it_is_and_the_uncertainty_holds_it(stated: Stated) -> None:
     clear = {"floor": 0.0, "snr_db": 40.0, "crosstalk": 0.0, "lobes": False, "lively": False, "e": 0.5}
     scene = mistaken("release/sideways", 3, stated, 0.9, **QUICK, **clear)

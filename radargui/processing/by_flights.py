@@ -11,6 +11,7 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.estimation.flights.estimate import DropEstimate, estimate_drop
 from radargui.estimation.flights.readout import drop_motion, place_changes
 from radargui.estimation.hardware import as_prior
+from radargui.estimation.readout.unexplained import Residuals, unexplained_stretches
 from radargui.estimation.signals import ScaledSignals, remaining, scaled_signals
 from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.errors import ProcessingError, SolveError
@@ -112,7 +113,16 @@ def measure_by_flights(
         track = Track(motion.time_s, motion.position_m, motion.u_position_m, known_where, "exact")
     used = None if prior is None else replace(prior, used=True)
     moved = drop_changes(estimate, bounces, changes, setup)
-    found = MeasuredMotion(corrected, paths, track, bounces, moved, used, findings=_findings(estimate))
+    found = MeasuredMotion(
+        corrected,
+        paths,
+        track,
+        bounces,
+        moved,
+        used,
+        findings=_findings(estimate),
+        unexplained=unexplained_stretches(Residuals.of_drop(estimate)),
+    )
     return MeasuredDrop(found, estimate, signals)
 
 

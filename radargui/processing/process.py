@@ -20,6 +20,7 @@ from radargui.model.recording import Recording
 from radargui.model.result import Quality, RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior
+from radargui.model.unexplained_stretch import unexplained_of
 from radargui.processing.by_receiver import measure_by_receiver
 from radargui.processing.checks.evidence import Evidence
 from radargui.processing.checks.receivers import wired_wrongly
@@ -51,6 +52,9 @@ _OF_CIRCLES = (
 OnPreliminary = Callable[[RunResult], None]
 
 STOPPED = warn("joint_stopped")
+_MOST_ESTIMATES = 3
+"""Each without what the one before could not explain: a contact that opens again and again does so for the rest of the
+record, too."""
 _OF_FLIGHTS = 0.1
 """Share of the bar that flights take before the joint estimate: 1 to 3 s of 10 to 20."""
 
@@ -106,20 +110,44 @@ def process(
         done.reach(0.1)
         # a dead, doubled or exchanged channel is no receiver: its neighbours must not be corrected together with it
         part = Part(setup, conditioned, *wired_wrongly(conditioned, setup))
-        # flights that explain all receivers tell more of them than circles, which a strong floor bends
-        whole = replace(part, faults=tuple(None if one and one.code in _OF_CIRCLES else one for one in part.faults))
-        flown = _of_drop(recording, whole, done, on_preliminary, front_ends, others)
-        if isinstance(flown, MeasuredMotion):
-            part, motion = whole, flown
-        else:
-            motion = _measure(recording, part, done, on_preliminary, front_ends, others)
-            motion = motion.said(warn("no_flights", cause=flown)) if flown else motion
+
+        def by_circles(part: Part) -> tuple[Part, MeasuredMotion]:
+            return part, _measure(recording, part, done, on_preliminary, front_ends, others)
+
+        def by_flights(part: Part) -> tuple[Part, MeasuredMotion]:
+            # flights that explain all receivers tell more of them than circles, which a strong floor bends
+            whole = replace(part, faults=tuple(None if one and one.code in _OF_CIRCLES else one for one in part.faults))
+            flown = _of_drop(recording, whole, done, on_preliminary, front_ends, others)
+            if isinstance(flown, MeasuredMotion):
+                return whole, flown
+            part, motion = by_circles(part)
+            return part, motion.said(warn("no_flights", cause=flown)) if flown else motion
+
+        part, motion = _explained(part, by_flights)
         # one at a time may reject another: without a bad receiver its neighbours are judged anew
         while failed := _left_out(part, motion):
-            part = part.without(failed)
-            motion = _measure(recording, part, done, on_preliminary, front_ends, others)
+            part, motion = _explained(part.without(failed), by_circles)
         done.reach(0.97)
         return _result(recording, part, motion)
+
+
+def _explained(part: Part, measure: Callable[[Part], tuple[Part, MeasuredMotion]]) -> tuple[Part, MeasuredMotion]:
+    """Measure the motion, anew without each stretch of a receiver that no motion explains.
+
+    Where there is no end of such stretches, or nothing stands without them but circles, their receivers are rejected: a
+    phase that was led astray for milliseconds may have lost a fringe, and a round circle says nothing of that.
+    """
+    for _ in range(_MOST_ESTIMATES):
+        used, motion = measure(part)
+        if not motion.unexplained:
+            break
+        # what bent the motion may have hidden another one
+        used = used.without_stretches(motion.unexplained)
+        part = replace(part, whole=used.whole, left_out=used.left_out)
+    if motion.unexplained or (motion.estimate is None and motion.corrected.method != "flights"):
+        for number, why in unexplained_of(used.left_out).items():
+            motion = motion.refused(why, np.array(used.receivers) == number)
+    return used, motion
 
 
 def _measure(
@@ -189,7 +217,7 @@ def _of_drop(
         drop = measure_by_flights(part.conditioned, part.setup, report, prior)
     except ProcessingError as error:
         return None if is_first else why_of(error)
-    if not is_first:
+    if not is_first or drop.motion.unexplained:
         return drop.motion
     if on_preliminary is not None and drop.is_explained:
         on_preliminary(replace(_result(recording, part, drop.motion), preliminary=True))

@@ -74,6 +74,13 @@ class MeasuredMotion:
         """Return it with what was found besides."""
         return replace(self, findings=(*self.findings, *(one for one in findings if one is not None)))
 
+    def contradicted(self, cause: Finding | None) -> MeasuredMotion:
+        """Return it with what of the setup is likely wrong; what was refused is by that. None: nothing is."""
+        if cause is None:
+            return self
+        motion = self.refused(cause, self.rejected) if self.rejected.any() else self
+        return replace(motion, flights=replace(self.flights, cause=cause))
+
     def refused(self, finding: Finding, receivers: BoolArray | None = None) -> MeasuredMotion:
         """Return it with receivers, shape (n_receivers,), rejected by a finding; None: all of them."""
         finding = replace(finding, severity="refuse")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -34,6 +35,10 @@ from radargui.processing.progress import Progress
 from radargui.processing.whole import Whole
 from radargui.restitution.cross_check import found_tilt, walls_met
 from radargui.restitution.impact_plane import judged_by_floor
+
+if TYPE_CHECKING:
+    # only who asks for flights pays for loading them
+    from radargui.processing.by_flights import MeasuredDrop
 
 ESTIMATES = ("adaptive", "joint", "flights")
 _OF_CIRCLES = (
@@ -117,11 +122,14 @@ def process(
         def by_flights(part: Part) -> tuple[Part, MeasuredMotion]:
             # flights that explain all receivers tell more of them than circles, which a strong floor bends
             whole = replace(part, faults=tuple(None if one and one.code in _OF_CIRCLES else one for one in part.faults))
-            flown = _of_drop(recording, whole, done, on_preliminary, front_ends, others)
-            if isinstance(flown, MeasuredMotion):
-                return whole, flown
-            part, motion = by_circles(part)
-            return part, motion.said(warn("no_flights", cause=flown)) if flown else motion
+            drop = _drop(whole, done, front_ends)
+            motion = _of_drop(recording, whole, drop, done, on_preliminary, front_ends, others)
+            part, motion = (whole, motion) if motion else by_circles(part)
+            if isinstance(drop, Finding):
+                motion = motion.said(warn("no_flights", cause=drop))
+            elif drop is not None and not motion.unexplained:
+                motion = motion.contradicted(drop.wrong_diameter(whole.setup, motion))
+            return part, motion
 
         part, motion = _explained(part, by_flights)
         # one at a time may reject another: without a bad receiver its neighbours are judged anew
@@ -189,15 +197,8 @@ def _measure(
         return replace(motion, findings=(warn("estimate_impossible", method=method, cause=why_of(error)),))
 
 
-def _of_drop(
-    recording: Recording,
-    part: Part,
-    progress: Progress,
-    on_preliminary: OnPreliminary | None,
-    front_ends: FrontEndPrior | None,
-    others: SetupPrior | None,
-) -> MeasuredMotion | Finding | None:
-    """Measure a drop by its flights, or by the joint estimate begun from them, with all receivers.
+def _drop(part: Part, progress: Progress, front_ends: FrontEndPrior | None) -> MeasuredDrop | Finding | None:
+    """Measure a drop by its flights, with all receivers.
 
     None where another correction is wanted or needed; why not where flights are and nothing can be followed so.
     """
@@ -214,11 +215,26 @@ def _of_drop(
         return None if is_first else fault
     report = progress.attempt(_OF_FLIGHTS) if is_first else progress.attempt()
     try:
-        drop = measure_by_flights(part.conditioned, part.setup, report, prior)
+        return measure_by_flights(part.conditioned, part.setup, report, prior)
     except ProcessingError as error:
         return None if is_first else why_of(error)
-    if not is_first or drop.motion.unexplained:
+
+
+def _of_drop(
+    recording: Recording,
+    part: Part,
+    drop: MeasuredDrop | Finding | None,
+    progress: Progress,
+    on_preliminary: OnPreliminary | None,
+    front_ends: FrontEndPrior | None,
+    others: SetupPrior | None,
+) -> MeasuredMotion | None:
+    """Return what a drop's flights measured, or the joint estimate begun from them; None where circles have to tell."""
+    if drop is None or isinstance(drop, Finding):
+        return None
+    if part.setup.processing.correction == "flights" or drop.motion.unexplained:
         return drop.motion
+    prior = None if front_ends is None else part.prior(front_ends)
     if on_preliminary is not None and drop.is_explained:
         on_preliminary(replace(_result(recording, part, drop.motion), preliminary=True))
     from radargui.processing.by_estimate import measure_drop

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from support.small_problem import small_problem
 
@@ -64,6 +65,15 @@ def test_nothing_is_told_where_all_fits_or_where_it_lasts() -> None:
     assert unexplained_stretches(left_by(begin_s=0.1, end_s=0.4)) == ()
     # what chance explains is none
     assert unexplained_stretches(left_by(), StretchSettings(chance=1e-300)) == ()
+
+
+def test_what_holds_little_of_what_is_wrong_with_a_receiver_is_no_stretch() -> None:
+    left = left_by(off=0.3)
+    assert unexplained_stretches(left)
+    # a model that lacks a wall leaves as much in every bin together
+    everywhere = replace(left, misfit=left.misfit + np.array([0.0, 60.0, 0.0])[:, None])
+    assert unexplained_stretches(everywhere, StretchSettings(least_part=0.0))
+    assert unexplained_stretches(everywhere) == ()
 
 
 def test_one_sentence_names_all_stretches_of_a_receiver() -> None:

@@ -6,7 +6,7 @@ knows more.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,12 +18,7 @@ from radargui.estimation.adaptive.found import AdaptiveRounds, adaptive_rounds
 from radargui.estimation.hardware import disagreement, knows_more
 from radargui.estimation.joint import JointEstimate, estimate_joint, with_setup_known
 from radargui.estimation.motion_estimate import MotionEstimate
-from radargui.estimation.readout.unexplained import (
-    UnexplainedError,
-    UnexplainedStretch,
-    unexplained_of,
-    unexplained_stretches,
-)
+from radargui.estimation.readout.unexplained import Residuals, UnexplainedError, unexplained_stretches
 from radargui.estimation.select.budget import LooseMapsError, NoSingleBodyError
 from radargui.estimation.select.fall import FoundFall
 from radargui.geometry.path_length import LEAST_RECEIVERS
@@ -45,27 +40,8 @@ from radargui.processing.progress import Progress, Report
 from radargui.restitution.flight_test import FlightTest
 from radargui.restitution.settings import TRACKS
 
-_MOST_ESTIMATES = 3
-"""Joint estimates, each without what the one before could not explain: a contact that opens again and again does so
-for the rest of the record, too."""
 _FALL_MARGIN = 0.1  # of the fall left out at both ends
 NO_SINGLE_BODY = refuse("no_single_body")
-
-
-@dataclass(frozen=True, slots=True)
-class _Candidate:
-    """What an attempt ends in.
-
-    Attributes
-    ----------
-    motion
-        As measured; receivers that something refuses are rejected.
-    unexplained
-        Stretches without which the joint estimate would have come near the signals.
-    """
-
-    motion: MeasuredMotion
-    unexplained: tuple[UnexplainedStretch, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,10 +86,10 @@ def measure_drop(
         return None
     fall = FoundFall.of(drop.estimate, drop.signals, setup)
     joint = _joint_estimate(prior, setup, fall, progress)
+    if isinstance(joint.found, UnexplainedError):
+        return replace(drop.motion, unexplained=joint.found.stretches)
     if isinstance(joint.found, ProcessingError):
-        # milliseconds that nothing explains are left out by circles
-        is_left_out = isinstance(joint.found, UnexplainedError)
-        return None if is_left_out else drop.motion.said(warn("joint_not_used", cause=why_of(joint.found)))
+        return drop.motion.said(warn("joint_not_used", cause=why_of(joint.found)))
     # an entry that is wrong pulls the others along: the road by circles names it
     if _is_pulled(joint.found.chosen.setup):
         return None
@@ -165,52 +141,32 @@ def measure_by_estimate(
         alone = measure_in_band(conditioned, setup.radar.wavelength_m, lambda own: _by_circles(own, setup))
         asked = setup.processing.correction == "joint" and "correction" in setup.processing.model_fields_set
         return alone.said(warn("joint_not_used", cause=refuse("needs_three_receivers")) if asked else None)
-    left_out: tuple[UnexplainedStretch, ...] = ()
-    for _ in range(_MOST_ESTIMATES):
-        found = _attempt(conditioned, setup, progress, on_preliminary, prior, others)
-        if not found.unexplained:
-            return _with_left_out(found.motion, unexplained_of(left_out))
-        # what bent the motion may have hidden another one
-        left_out += found.unexplained
-        for one in found.unexplained:
-            conditioned = conditioned.without(one.receiver, one.begin_s, one.end_s)
-    # there is no end of it
-    return _with_left_out(_by_circles(conditioned, setup), unexplained_of(left_out))
-
-
-def _attempt(
-    conditioned: Conditioned,
-    setup: Setup,
-    progress: Progress,
-    on_preliminary: Callable[[MeasuredMotion], None],
-    prior: FrontEndPrior | None,
-    others: SetupPrior | None,
-) -> _Candidate:
     rounds = adaptive_rounds(conditioned, setup)
     # always: it starts the joint estimate, and stands where that does not
     adaptive = estimate_adaptive(rounds)
     if setup.processing.correction != "joint":
         motion = motion_of_adaptive(adaptive, conditioned, setup)
-        return _Candidate(motion.said(_drift_at_rest(adaptive, conditioned, setup)))
+        return motion.said(_drift_at_rest(adaptive, conditioned, setup))
     tested = motion_of_adaptive(adaptive, conditioned, setup, is_tested=True)
     # a long search in a signal without an echo ends in a misfit: said at once instead
     if _is_hopeless(adaptive, tested):
-        return _Candidate(tested)
+        return tested
     # the operator has a result soon, and the joint one replaces it
     on_preliminary(tested)
     joint = _joint_estimate(prior, setup, rounds, progress)
+    if isinstance(joint.found, UnexplainedError):
+        return replace(tested, unexplained=joint.found.stretches)
     if isinstance(joint.found, ProcessingError):
         refused = _refused_with(joint.found, adaptive, tested)
         # where nothing has tested it, it is judged by its own signal
-        motion = refused or motion_of_adaptive(adaptive, conditioned, setup).said(
+        return refused or motion_of_adaptive(adaptive, conditioned, setup).said(
             warn("joint_not_used", cause=why_of(joint.found))
         )
-        return _Candidate(motion, joint.found.stretches if isinstance(joint.found, UnexplainedError) else ())
     found, measured = _pooled(joint.found, rounds, conditioned, setup, others)
     motion = _judged(measured, found, tested, setup)
     if motion.estimate is not None:
         motion = _with_prior(motion, joint).said(_drift_at_rest(adaptive, conditioned, setup))
-    return _Candidate(motion)
+    return motion
 
 
 def _by_circles(conditioned: Conditioned, setup: Setup) -> MeasuredMotion:
@@ -267,18 +223,6 @@ def _instead(adaptive: MeasuredMotion, cause: Finding | None, guess: Finding) ->
         # nothing counts in uncertainties that nobody gets
         return adaptive.refused(cause.with_facts(is_counted=False))
     return replace(adaptive.refused(guess), flights=FlightTest(cause=cause))
-
-
-def _with_left_out(motion: MeasuredMotion, left_out: Mapping[int, Finding]) -> MeasuredMotion:
-    """Return a motion with what it was measured without; rejected where no joint estimate stands without it either.
-
-    A phase that was led astray for milliseconds may have lost a fringe, and a round circle says nothing of that.
-    """
-    if motion.estimate is not None:
-        return replace(motion, left_out=left_out)
-    for receiver, why in left_out.items():
-        motion = motion.refused(why, np.arange(motion.rejected.size) == receiver)
-    return motion
 
 
 def _is_hopeless(estimate: MotionEstimate, adaptive: MeasuredMotion) -> bool:
@@ -344,7 +288,7 @@ def _tried(
     except np.linalg.LinAlgError as error:
         return error_of(SolveError, "no_solution", error=str(error))
     # ten milliseconds in a second hardly show in the misfit, and bend the motion all the same
-    if stretches := unexplained_stretches(joint.chosen.solution):
+    if stretches := unexplained_stretches(Residuals.of_solution(joint.chosen.solution)):
         return UnexplainedError(joint.chi_square, stretches)
     # a bad misfit is a model that is wrong here, and its u means nothing
     return joint if joint.fits else NoSingleBodyError(joint.chi_square)

@@ -9,18 +9,23 @@ import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
 from radargui.estimation.flights.estimate import DropEstimate, estimate_drop
+from radargui.estimation.flights.other_diameter import other_diameter
 from radargui.estimation.flights.readout import drop_motion, place_changes
 from radargui.estimation.hardware import as_prior
+from radargui.estimation.readout.unexplained import Residuals, unexplained_stretches
 from radargui.estimation.signals import ScaledSignals, remaining, scaled_signals
 from radargui.geometry.path_length import LEAST_RECEIVERS
+from radargui.model.assumed import DIAMETER
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.finding import Finding, error_of, warn
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.result import CorrectedIQ, PathLengths, Track
 from radargui.model.setup import Setup
+from radargui.processing.checks.estimate import is_blamed
 from radargui.processing.locate import locate
 from radargui.processing.measured_motion import MeasuredMotion
 from radargui.restitution.drop_bounces import drop_bounces, drop_changes
+from radargui.restitution.setup_outlier import wrong_value
 
 MOST_CHI_SQUARE = 2.0
 """Of residuals averaged over 5 ms: above it more than noise is left, and uncertainties that are widened by it are a
@@ -42,6 +47,18 @@ class MeasuredDrop:
     motion: MeasuredMotion
     estimate: DropEstimate
     signals: ScaledSignals
+
+    def wrong_diameter(self, setup: Setup, motion: MeasuredMotion) -> Finding | None:
+        """Return that the sphere's diameter is likely wrong, where something of a motion would be blamed on else."""
+        other = other_diameter(self.estimate, setup) if is_blamed(motion, setup) else None
+        if other is None:
+            return None
+        before, after = (
+            max(float(one.max()) - MOST_CHI_SQUARE, 0.0)
+            for one in (self.estimate.block_chi_square, other.block_chi_square)
+        )
+        by, left = other.diameter_m - setup.tracer.diameter_m, after / before if before else float(after > 0.0)
+        return wrong_value(DIAMETER, by, other.gain, left, setup, motion.flights.cause)
 
     @property
     def is_explained(self) -> bool:
@@ -112,7 +129,16 @@ def measure_by_flights(
         track = Track(motion.time_s, motion.position_m, motion.u_position_m, known_where, "exact")
     used = None if prior is None else replace(prior, used=True)
     moved = drop_changes(estimate, bounces, changes, setup)
-    found = MeasuredMotion(corrected, paths, track, bounces, moved, used, findings=_findings(estimate))
+    found = MeasuredMotion(
+        corrected,
+        paths,
+        track,
+        bounces,
+        moved,
+        used,
+        findings=_findings(estimate),
+        unexplained=unexplained_stretches(Residuals.of_drop(estimate)),
+    )
     return MeasuredDrop(found, estimate, signals)
 
 

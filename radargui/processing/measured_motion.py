@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -16,6 +15,7 @@ from radargui.model.result import Bounces, CorrectedIQ, PathLengths, Track
 from radargui.model.setup_pool import SetupPrior
 from radargui.model.setup_posterior import SetupLikelihood, SetupValue
 from radargui.model.uncertainty_budget import InputChange
+from radargui.model.unexplained_stretch import UnexplainedStretch
 from radargui.restitution.flight_test import FlightTest
 
 if TYPE_CHECKING:
@@ -47,8 +47,8 @@ class MeasuredMotion:
         What was found on the way.
     estimate, flights
         The joint estimate, and what its flights say; None, and nothing, of other corrections.
-    left_out
-        Receivers, counted from 0, of which milliseconds were left out, and why.
+    unexplained
+        What no motion explains and has to be left out before anything of this counts.
     """
 
     corrected: CorrectedIQ
@@ -63,7 +63,7 @@ class MeasuredMotion:
     findings: tuple[Finding, ...] = ()
     estimate: JointEstimate | None = None
     flights: FlightTest = field(default_factory=FlightTest)
-    left_out: Mapping[int, Finding] = field(default_factory=dict)
+    unexplained: tuple[UnexplainedStretch, ...] = ()
 
     @property
     def rejected(self) -> BoolArray:
@@ -73,6 +73,13 @@ class MeasuredMotion:
     def said(self, *findings: Finding | None) -> MeasuredMotion:
         """Return it with what was found besides."""
         return replace(self, findings=(*self.findings, *(one for one in findings if one is not None)))
+
+    def contradicted(self, cause: Finding | None) -> MeasuredMotion:
+        """Return it with what of the setup is likely wrong; what was refused is by that. None: nothing is."""
+        if cause is None:
+            return self
+        motion = self.refused(cause, self.rejected) if self.rejected.any() else self
+        return replace(motion, flights=replace(self.flights, cause=cause))
 
     def refused(self, finding: Finding, receivers: BoolArray | None = None) -> MeasuredMotion:
         """Return it with receivers, shape (n_receivers,), rejected by a finding; None: all of them."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from radargui.conditioning.conditioned import Conditioned
@@ -9,6 +10,7 @@ from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.finding import Finding
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.setup import Setup
+from radargui.model.unexplained_stretch import UnexplainedStretch
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,12 +27,15 @@ class Part:
         Why a receiver is left out, one a receiver; None where it is not.
     clock
         That all phases turn too fast or too slow for a fall.
+    left_out
+        What was left out since no motion explains it; receivers are numbered from 0 among all.
     """
 
     whole_setup: Setup
     whole: Conditioned
     faults: tuple[Finding | None, ...]
     clock: Finding | None = None
+    left_out: tuple[UnexplainedStretch, ...] = ()
 
     @property
     def receivers(self) -> tuple[int, ...]:
@@ -76,6 +81,14 @@ class Part:
     def without(self, faults: dict[int, Finding]) -> Part:
         """Return what is left without further receivers, by number, each with its reason."""
         return replace(self, faults=tuple(faults.get(number, fault) for number, fault in enumerate(self.faults)))
+
+    def without_stretches(self, stretches: Sequence[UnexplainedStretch]) -> Part:
+        """Return the same with stretches left out, whose receivers are numbered among those that can be used."""
+        whole, left_out = self.whole, self.left_out
+        for one in stretches:
+            numbered = replace(one, receiver=self.receivers[one.receiver])
+            whole, left_out = whole.without(numbered.receiver, one.begin_s, one.end_s), (*left_out, numbered)
+        return replace(self, whole=whole, left_out=left_out)
 
     def with_correction(self, name: str) -> Part:
         """Return the same for another correction."""

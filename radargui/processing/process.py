@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from radargui.model.recording import Recording
 from radargui.model.result import Quality, RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior
+from radargui.model.unexplained_stretch import unexplained_of
 from radargui.processing.by_receiver import measure_by_receiver
 from radargui.processing.checks.evidence import Evidence
 from radargui.processing.checks.receivers import wired_wrongly
@@ -33,6 +35,10 @@ from radargui.processing.progress import Progress
 from radargui.processing.whole import Whole
 from radargui.restitution.cross_check import found_tilt, walls_met
 from radargui.restitution.impact_plane import judged_by_floor
+
+if TYPE_CHECKING:
+    # only who asks for flights pays for loading them
+    from radargui.processing.by_flights import MeasuredDrop
 
 ESTIMATES = ("adaptive", "joint", "flights")
 _OF_CIRCLES = (
@@ -51,6 +57,9 @@ _OF_CIRCLES = (
 OnPreliminary = Callable[[RunResult], None]
 
 STOPPED = warn("joint_stopped")
+_MOST_ESTIMATES = 3
+"""Each without what the one before could not explain: a contact that opens again and again does so for the rest of the
+record, too."""
 _OF_FLIGHTS = 0.1
 """Share of the bar that flights take before the joint estimate: 1 to 3 s of 10 to 20."""
 
@@ -106,20 +115,47 @@ def process(
         done.reach(0.1)
         # a dead, doubled or exchanged channel is no receiver: its neighbours must not be corrected together with it
         part = Part(setup, conditioned, *wired_wrongly(conditioned, setup))
-        # flights that explain all receivers tell more of them than circles, which a strong floor bends
-        whole = replace(part, faults=tuple(None if one and one.code in _OF_CIRCLES else one for one in part.faults))
-        flown = _of_drop(recording, whole, done, on_preliminary, front_ends, others)
-        if isinstance(flown, MeasuredMotion):
-            part, motion = whole, flown
-        else:
-            motion = _measure(recording, part, done, on_preliminary, front_ends, others)
-            motion = motion.said(warn("no_flights", cause=flown)) if flown else motion
+
+        def by_circles(part: Part) -> tuple[Part, MeasuredMotion]:
+            return part, _measure(recording, part, done, on_preliminary, front_ends, others)
+
+        def by_flights(part: Part) -> tuple[Part, MeasuredMotion]:
+            # flights that explain all receivers tell more of them than circles, which a strong floor bends
+            whole = replace(part, faults=tuple(None if one and one.code in _OF_CIRCLES else one for one in part.faults))
+            drop = _drop(whole, done, front_ends)
+            motion = _of_drop(recording, whole, drop, done, on_preliminary, front_ends, others)
+            part, motion = (whole, motion) if motion else by_circles(part)
+            if isinstance(drop, Finding):
+                motion = motion.said(warn("no_flights", cause=drop))
+            elif drop is not None and not motion.unexplained:
+                motion = motion.contradicted(drop.wrong_diameter(whole.setup, motion))
+            return part, motion
+
+        part, motion = _explained(part, by_flights)
         # one at a time may reject another: without a bad receiver its neighbours are judged anew
         while failed := _left_out(part, motion):
-            part = part.without(failed)
-            motion = _measure(recording, part, done, on_preliminary, front_ends, others)
+            part, motion = _explained(part.without(failed), by_circles)
         done.reach(0.97)
         return _result(recording, part, motion)
+
+
+def _explained(part: Part, measure: Callable[[Part], tuple[Part, MeasuredMotion]]) -> tuple[Part, MeasuredMotion]:
+    """Measure the motion, anew without each stretch of a receiver that no motion explains.
+
+    Where there is no end of such stretches, or nothing stands without them but circles, their receivers are rejected: a
+    phase that was led astray for milliseconds may have lost a fringe, and a round circle says nothing of that.
+    """
+    for _ in range(_MOST_ESTIMATES):
+        used, motion = measure(part)
+        if not motion.unexplained:
+            break
+        # what bent the motion may have hidden another one
+        used = used.without_stretches(motion.unexplained)
+        part = replace(part, whole=used.whole, left_out=used.left_out)
+    if motion.unexplained or (motion.estimate is None and motion.corrected.method != "flights"):
+        for number, why in unexplained_of(used.left_out).items():
+            motion = motion.refused(why, np.array(used.receivers) == number)
+    return used, motion
 
 
 def _measure(
@@ -161,15 +197,8 @@ def _measure(
         return replace(motion, findings=(warn("estimate_impossible", method=method, cause=why_of(error)),))
 
 
-def _of_drop(
-    recording: Recording,
-    part: Part,
-    progress: Progress,
-    on_preliminary: OnPreliminary | None,
-    front_ends: FrontEndPrior | None,
-    others: SetupPrior | None,
-) -> MeasuredMotion | Finding | None:
-    """Measure a drop by its flights, or by the joint estimate begun from them, with all receivers.
+def _drop(part: Part, progress: Progress, front_ends: FrontEndPrior | None) -> MeasuredDrop | Finding | None:
+    """Measure a drop by its flights, with all receivers.
 
     None where another correction is wanted or needed; why not where flights are and nothing can be followed so.
     """
@@ -186,11 +215,26 @@ def _of_drop(
         return None if is_first else fault
     report = progress.attempt(_OF_FLIGHTS) if is_first else progress.attempt()
     try:
-        drop = measure_by_flights(part.conditioned, part.setup, report, prior)
+        return measure_by_flights(part.conditioned, part.setup, report, prior)
     except ProcessingError as error:
         return None if is_first else why_of(error)
-    if not is_first:
+
+
+def _of_drop(
+    recording: Recording,
+    part: Part,
+    drop: MeasuredDrop | Finding | None,
+    progress: Progress,
+    on_preliminary: OnPreliminary | None,
+    front_ends: FrontEndPrior | None,
+    others: SetupPrior | None,
+) -> MeasuredMotion | None:
+    """Return what a drop's flights measured, or the joint estimate begun from them; None where circles have to tell."""
+    if drop is None or isinstance(drop, Finding):
+        return None
+    if part.setup.processing.correction == "flights" or drop.motion.unexplained:
         return drop.motion
+    prior = None if front_ends is None else part.prior(front_ends)
     if on_preliminary is not None and drop.is_explained:
         on_preliminary(replace(_result(recording, part, drop.motion), preliminary=True))
     from radargui.processing.by_estimate import measure_drop

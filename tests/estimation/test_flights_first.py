@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -18,9 +19,11 @@ from radargui.estimation.flights.setup_unknowns import setup_unknowns
 from radargui.estimation.forward.bins import pool
 from radargui.estimation.forward.sphere import polarised_sphere
 from radargui.estimation.signals import scaled_signals
+from radargui.model.finding import warn
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.motion.flights import Flights
+from radargui.processing.by_flights import measure_by_flights
 from radargui.processing.process import process
 
 USUAL: Mapping[str, Any] = {
@@ -121,6 +124,37 @@ def test_the_joint_estimate_begins_from_the_flights_which_stand_meanwhile() -> N
     first = result.bounces.impacts[0]
     assert first.e == pytest.approx(record.impacts[0][3], rel=1e-3)
     assert first.e == pytest.approx(record.impacts[0][3], abs=4.0 * first.u_stated)
+
+
+def test_a_diameter_told_twice_as_large_is_named_and_a_right_one_is_not() -> None:
+    held = {"floor": 0.1, "diameter_m": 0.009, "height_m": 0.1, "rate_hz": 5000.0, "exact": True}
+    record, setup = _scene(**held)
+    conditioned = conditioned_of(record.recording, setup)
+    doubled = setup.model_copy(update={"tracer": setup.tracer.model_copy(update={"diameter_m": 0.018})})
+    for stated in (setup, doubled):
+        drop = measure_by_flights(conditioned, stated, lambda _: None, None)
+        # nobody asks where nothing is blamed
+        assert drop.wrong_diameter(stated, drop.motion) is None
+        cause = drop.wrong_diameter(stated, drop.motion.said(warn("flights_misfit", misfit=3.0)))
+        assert (cause is None) == (stated is setup)
+    assert cause is not None
+    assert "likely tracer.diameter_m is wrong, adding diameter_m -9 mm would agree" in cause.text
+
+
+def test_a_dip_is_seen_in_what_the_flights_leave() -> None:
+    record, setup = _scene(floor=0.3, height_m=0.1, rate_hz=5000.0)
+    recording, begin_s = record.recording, record.start_s + 0.05
+    rate_hz = recording.digitisation.sample_rate_hz
+    raw, dip = recording.raw.copy(), slice(round(begin_s * rate_hz), round((begin_s + 0.01) * rate_hz))
+    raw[2:4, dip] //= 3
+    result = process(replace(recording, raw=raw), setup)
+    _assert_right(record, result)
+    told, *rest = result.findings
+    assert (told.code, told.receiver) == ("dip_left_out", 2)
+    assert {one.code for one in rest} <= {"some_samples_clipped", "few_samples_valid"}
+    first, last = map(float, re.findall(r"\d\.\d{3}", told.text))
+    assert first == pytest.approx(begin_s, abs=0.015)
+    assert last == pytest.approx(begin_s + 0.01, abs=0.015)
 
 
 def test_a_receiver_that_turns_backwards_is_named() -> None:

@@ -45,6 +45,7 @@ def test_a_sentence_blames_what_it_names(sentence: str, blames: set[str], never:
         ("flights_bend", {"guess": ""}, set(), {"walls", "antennas"}),
         ("setup_contradicted", {"place": "receiver[2]"}, {"antennas"}, {"release", "wiring"}),
         ("setup_contradicted", {"place": "tracer.release_position_m"}, {"release"}, {"antennas"}),
+        ("setup_contradicted", {"place": "tracer.diameter_m"}, {"sphere"}, {"antennas", "release"}),
         ("setup_contradicted", {"place": "receiver[1]", "beside": "exchanged"}, {"wiring"}, {"release"}),
         ("receiver_left_out", {"cause": {"code": "cable_on_both", "facts": {}}}, {"wiring"}, {"antennas"}),
     ],

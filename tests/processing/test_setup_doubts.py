@@ -21,6 +21,7 @@ from radargui.model.resources import default_setup_path
 from radargui.model.result import Bounce, Bounces, FreeFall, Track
 from radargui.model.setup import Setup, changed, read_setup
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
+from radargui.model.unexplained_stretch import UnexplainedStretch
 from radargui.processing.checks.flights import flights_bend, g_impossible, setup_contradicted
 from radargui.processing.checks.setup import OF_SETUP, floor_elsewhere, release_assumed
 from radargui.processing.process import process
@@ -194,7 +195,7 @@ def test_antennas_where_none_stands_are_the_cause_of_flights_that_bend() -> None
     bent = warn("flights_bend", chi_square=500.0, expected=100, widening=2.2, guess="reflector", remedy="reflector")
     setup = read_setup(default_setup_path())
     none = SimpleNamespace(measured=object(), exact_track=None, budget=None, bounces=Bounces())
-    part, motion = SimpleNamespace(has_room=True), SimpleNamespace(flights=FlightTest(bent, named))
+    part, motion = SimpleNamespace(has_room=True, left_out=()), SimpleNamespace(flights=FlightTest(bent, named))
     right: Any = SimpleNamespace(**vars(none), setup=setup, part=part, motion=motion)
     assert setup_contradicted(right) == named
     assert flights_bend(right) == bent
@@ -203,8 +204,15 @@ def test_antennas_where_none_stands_are_the_cause_of_flights_that_bend() -> None
     assert setup_contradicted(far) is None
     assert "likely a reflector" not in words(flights_bend(far))
     # delays that do not fit are a cause, too
-    right.part = SimpleNamespace(has_room=False)
+    right.part = SimpleNamespace(has_room=False, left_out=())
     assert "likely a reflector" not in words(flights_bend(right))
+    # an impact in milliseconds that were left out bends them as well; a place that explains all of it is one still
+    hole = (UnexplainedStretch(1, 0.2, 0.22),)
+    right.part = SimpleNamespace(has_room=True, left_out=hole)
+    assert setup_contradicted(right) is None
+    assert "likely a reflector" not in words(flights_bend(right))
+    right.motion = SimpleNamespace(flights=FlightTest(bent, named.with_facts(explains=True)))
+    assert setup_contradicted(right) is not None
     # of a run that is refused nothing was held against the setup
     far.measured = None
     assert (setup_contradicted(far), flights_bend(far)) == (named, bent)

@@ -14,7 +14,7 @@ from radargui.model.assumed import uncertain_inputs
 from radargui.model.setup import Setup
 from radargui.model.setup_posterior import EXACT
 from radargui.restitution.setup_chi_square import SetupChiSquare
-from radargui.restitution.setup_outlier import SetupOutlier, _most_by_chance, setup_outlier
+from radargui.restitution.setup_outlier import SetupOutlier, _most_by_chance, setup_outlier, wrong_value
 
 SETUP = Setup.model_validate(
     {
@@ -173,3 +173,19 @@ def test_a_place_that_leaves_much_of_what_bends_is_not_the_whole_cause() -> None
     left = re.search(r", leaves (\d+)% of it", beside.finding.text)
     assert left is not None
     assert int(left[1]) == pytest.approx(70, abs=15)
+
+
+def test_a_value_that_was_tried_by_itself_is_named_first_where_it_explains_all() -> None:
+    key, by, gain = "tracer.diameter_m", -0.005, 40.0
+    alone = wrong_value(key, by, gain, 0.0, SETUP, None)
+    assert alone is not None
+    assert "likely tracer.diameter_m is wrong, adding diameter_m -5 mm" in alone.text
+    outlier = judged({"tracer.release_position_m[1]": 60.0})
+    assert outlier is not None
+    beside = wrong_value(key, by, gain, 0.0, SETUP, outlier.finding)
+    assert beside is not None
+    assert "likely tracer.diameter_m (or tracer.release_position_m) is wrong" in beside.text
+    # what is gained by chance, what leaves most of it, and what is within a few u
+    assert wrong_value(key, by, 10.0, 0.0, SETUP, None) is None
+    assert wrong_value(key, by, gain, 0.5, SETUP, None) is None
+    assert wrong_value(key, -5e-5, gain, 0.0, SETUP, None) is None

@@ -218,7 +218,7 @@ def estimate_drop(
         covariance,
         held,
         equations.linear_by_unknowns,
-        _block_chi_square(model, at),
+        block_chi_square(model, at),
     )
 
 
@@ -317,7 +317,7 @@ def _noise_scale(model: DropModel, at: Evaluation) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(1.0, median)))
 
 
-def _block_chi_square(model: DropModel, at: Evaluation) -> FloatArray:
+def block_chi_square(model: DropModel, at: Evaluation) -> FloatArray:
     """Return the mean square of residuals averaged over blocks, in what white noise leaves, one a receiver."""
     time = model.bins.time_s[model.used]
     label = np.floor((time - time[0]) / DROP.block_s).astype(int)

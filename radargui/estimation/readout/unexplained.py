@@ -1,50 +1,20 @@
-"""Stretches of one receiver that the motion of the body does not explain: a loose contact, a dip of its supply.
+"""Which stretches of one receiver an estimate leaves unexplained, though the others agree with it (method 2)."""
 
-Method 2.
-"""
+from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import chdtrc, fdtrc
 
-from radargui.correction.quality import LIMITS
+from radargui.estimation.flights.drop_model import wave_gain
+from radargui.estimation.flights.estimate import DropEstimate
+from radargui.estimation.forward.bins import Bins
+from radargui.estimation.forward.signal_model import shown
 from radargui.estimation.select.budget import NoSingleBodyError
 from radargui.estimation.solve.minimise import Solution, receiver_misfits
-from radargui.model.arrays import FloatArray, runs_of
-from radargui.model.finding import Finding, refuse
-
-
-@dataclass(frozen=True, slots=True)
-class UnexplainedStretch:
-    """Where a receiver, numbered from 0, shows what no motion of the body does."""
-
-    receiver: int
-    begin_s: float
-    end_s: float
-
-
-def unexplained_of(stretches: Sequence[UnexplainedStretch]) -> dict[int, Finding]:
-    """Return the finding of each receiver that has stretches; the receivers are numbered from 0, in order."""
-    return {
-        receiver: refuse(
-            "dip_unexplained",
-            spans=tuple(f"{begin:.3f} to {end:.3f}" for begin, end in _joined(stretches, receiver)),
-        )
-        for receiver in sorted({one.receiver for one in stretches})
-    }
-
-
-def _joined(stretches: Sequence[UnexplainedStretch], receiver: int) -> list[tuple[float, float]]:
-    """Return from when to when the stretches of a receiver go; those that overlap are one."""
-    out: list[tuple[float, float]] = []
-    for begin, end in sorted((one.begin_s, one.end_s) for one in stretches if one.receiver == receiver):
-        if out and begin <= out[-1][1]:
-            out[-1] = out[-1][0], max(end, out[-1][1])
-        else:
-            out.append((begin, end))
-    return out
+from radargui.model.arrays import BoolArray, FloatArray, runs_of
+from radargui.model.unexplained_stretch import UnexplainedStretch
 
 
 class UnexplainedError(NoSingleBodyError):
@@ -80,6 +50,9 @@ class StretchSettings:
         Left out on both sides.
     most_share
         Of the windows: what is wrong for longer is wrong with the model.
+    least_part
+        Of what the receiver's squared residuals are above noise, that lies in its stretches: most of it. Dips had 0.86
+        and more, what a wall does beside an impact 0.1.
     """
 
     window_s: float = 0.005
@@ -87,30 +60,69 @@ class StretchSettings:
     least_share: float = 0.1
     margin_s: float = 0.001
     most_share: float = 0.15
+    least_part: float = 0.5
 
 
 STRETCHES = StretchSettings()
 
 
-def unexplained_stretches(solution: Solution, settings: StretchSettings = STRETCHES) -> tuple[UnexplainedStretch, ...]:
-    """Return the stretches without which every receiver fits, in order; none where that would not do.
+@dataclass(frozen=True, slots=True)
+class Residuals:
+    """What an estimate leaves of the signals.
+
+    Attributes
+    ----------
+    bins, use
+        Means of the samples, and which count, shape (n_bins,).
+    misfit
+        Squared residual of both channels in units of the white noise, shape (n_receivers, n_bins).
+    noise
+        That noise over the receiver's wave, same shape.
+    """
+
+    bins: Bins
+    use: BoolArray
+    misfit: FloatArray
+    noise: FloatArray
+
+    @classmethod
+    def of_solution(cls, solution: Solution) -> Residuals:
+        """Return what a joint estimate leaves."""
+        problem, at = solution.problem, solution.at
+        wave = np.array([np.median(np.abs(signal.direct)) for signal in at.signals])
+        return cls(problem.bins, problem.use, receiver_misfits(problem, at), _noise(problem.bins, wave))
+
+    @classmethod
+    def of_drop(cls, drop: DropEstimate) -> Residuals:
+        """Return what a drop by its flights leaves."""
+        model, at = drop.model, drop.at
+        wave = np.abs(shown(at.waves) * wave_gain(model, at)[:, 0, 0, :, 0])
+        return cls(model.bins, model.used, at.misfit, _noise(model.bins, np.median(wave, axis=(1, 2))))
+
+
+def _noise(bins: Bins, wave: FloatArray) -> FloatArray:
+    return np.asarray(bins.sigma.reshape(wave.size, 2, -1).mean(axis=1) / wave[:, None])
+
+
+def unexplained_stretches(
+    residuals: Residuals, settings: StretchSettings = STRETCHES
+) -> tuple[UnexplainedStretch, ...]:
+    """Return the stretches that hold most of what is wrong with their receiver, in order; none where it lasts.
 
     In a window a receiver is tested against its noise (chi-square; where its median is larger, against that: a model
     that is wrong throughout has no stretch) and against the other receivers there (Fisher's F), since what the motion
-    lacks they all show. A window beside one that stands out belongs to it where it is beyond noise, too.
+    lacks they all show. The window before and after one that stands out belongs to it where it is beyond noise, too;
+    what lies farther off is what the fit has spread.
 
     Parameters
     ----------
-    solution
-        Converged, whatever its misfit.
+    residuals
+        Of an estimate that has converged, whatever its misfit.
     settings
         What stands out.
     """
-    bins, use = solution.problem.bins, solution.problem.use
-    misfit = receiver_misfits(solution.problem, solution.at)
+    bins, use, misfit = residuals.bins, residuals.use, residuals.misfit
     n_receivers = misfit.shape[0]
-    wave = np.array([np.median(np.abs(signal.direct)) for signal in solution.at.signals])
-    noise = bins.sigma.reshape(n_receivers, 2, -1).mean(axis=1) / wave[:, None]
     # means over equal times: bins are short where the tracer is fast, and one of them is noise
     window = np.floor((bins.time_s - bins.time_s[0]) / settings.window_s).astype(np.intp)
     count = np.bincount(window[use], minlength=window[-1] + 1)
@@ -119,7 +131,7 @@ def unexplained_stretches(solution: Solution, settings: StretchSettings = STRETC
         sums = [np.bincount(window[use], weights=row[use], minlength=count.size) for row in values]
         return np.asarray(sums) / np.maximum(count, 1)
 
-    by_window, share = mean(misfit), np.sqrt(2.0 * mean(misfit * noise**2))
+    by_window, share = mean(misfit), np.sqrt(2.0 * mean(misfit * residuals.noise**2))
     typical = np.maximum(np.median(by_window[:, count > 0], axis=1), 1.0)
     relative = by_window / typical[:, None]
     # I and Q of each bin
@@ -128,21 +140,19 @@ def unexplained_stretches(solution: Solution, settings: StretchSettings = STRETC
     others = (relative.sum(axis=0) - relative) / (n_receivers - 1)
     ratio = relative / np.maximum(others, np.finfo(float).tiny)
     is_alone = (count > 0) & (fdtrc(dof, (n_receivers - 1) * dof, ratio) < level)
+    stands_out = is_beyond_noise & is_alone & (share > settings.least_share)
+    near = stands_out.copy()
+    near[:, 1:] |= stands_out[:, :-1]
+    near[:, :-1] |= stands_out[:, 1:]
+    wrong = near & is_beyond_noise
+    above = count * np.maximum(by_window - 1.0, 0.0)
     out = []
-    for receiver in range(n_receivers):
-        stands_out = is_beyond_noise[receiver] & is_alone[receiver] & (share[receiver] > settings.least_share)
-        runs = runs_of(is_beyond_noise[receiver])
-        wrong = np.zeros(use.size, dtype=np.bool_)
-        for first, last in runs[[bool(stands_out[slice(*run)].any()) for run in runs]]:
+    for receiver in np.flatnonzero(stands_out.any(axis=1)).tolist():
+        is_short = wrong[receiver].sum() <= settings.most_share * (count > 0).sum()
+        if not (is_short and above[receiver, wrong[receiver]].sum() > settings.least_part * above[receiver].sum()):
+            continue
+        for first, last in runs_of(wrong[receiver]):
             inside = (window >= first) & (window < last)
-            wrong |= inside
             begin, end = float(bins.first_s[inside].min()), float(bins.last_s[inside].max())
             out.append(UnexplainedStretch(receiver, begin - settings.margin_s, end + settings.margin_s))
-        n_wrong = np.unique(window[wrong & use]).size
-        # leaving stretches out must help, or they are not what is wrong
-        if (
-            n_wrong > settings.most_share * (count > 0).sum()
-            or misfit[receiver, use & ~wrong].mean() > LIMITS.most_misfit
-        ):
-            return ()
     return tuple(out)

@@ -18,6 +18,7 @@ from radargui.model.result import Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
 from radargui.processing.checks.evidence import Evidence
+from radargui.processing.measured_motion import MeasuredMotion
 from radargui.restitution.flight_test import NOTHING
 
 _MOST_U_M = 1.5e-4
@@ -74,6 +75,18 @@ def poorly_determined(evidence: Evidence) -> Finding | None:
         return None
     unseen = doubt(estimate.chosen.solution, estimate.onset_s, evidence.setup, flights.bias_deviations)
     return unseen or hardly_known(estimate, evidence.setup, evidence.motion.changes)
+
+
+def is_blamed(motion: MeasuredMotion, setup: Setup) -> bool:
+    """Return whether what was measured is refused or bent, or says of setup or reflectors that they are wrong."""
+    estimate, flights = motion.estimate, motion.flights
+    if motion.rejected.any() or flights.bent is not None or flights.cause is not None:
+        return True
+    if estimate is None:
+        return bool(motion.findings)
+    solution = estimate.chosen.solution
+    unseen = turned_polarisation(solution) or doubt(solution, estimate.onset_s, setup, flights.bias_deviations)
+    return (unseen or hardly_known(estimate, setup, motion.changes)) is not None
 
 
 def is_unknown(track: Track, onset_s: float, wavelength_m: float) -> bool:

@@ -19,7 +19,9 @@ def setup_contradicted(evidence: Evidence) -> Finding | None:
     # where antennas stand as none does flights would name any place
     if evidence.measured is not None and is_misplaced(evidence.setup):
         return None
-    return evidence.motion.flights.cause
+    cause = evidence.motion.flights.cause
+    # what bends the rest of it stands there already
+    return None if cause is not None and evidence.part.left_out and not cause.facts["explains"] else cause
 
 
 def flights_bend(evidence: Evidence) -> Finding | None:
@@ -27,7 +29,9 @@ def flights_bend(evidence: Evidence) -> Finding | None:
     flights = evidence.motion.flights
     if flights.bent is None or "guess" not in flights.bent.facts:
         return flights.bent
-    is_named = flights.is_explained or (evidence.measured is not None and _is_setup_wrong(evidence))
+    is_named = (
+        flights.is_explained or evidence.part.left_out or (evidence.measured is not None and _is_setup_wrong(evidence))
+    )
     return flights.bent.with_facts(guess="", remedy="") if is_named else flights.bent
 
 

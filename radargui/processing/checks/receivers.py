@@ -8,6 +8,7 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.fall_signs import fall_signs
 from radargui.model.finding import Finding, refuse, warn
 from radargui.model.setup import Setup
+from radargui.model.unexplained_stretch import unexplained_of
 from radargui.processing.checks.evidence import Evidence
 
 
@@ -41,8 +42,8 @@ def rejected(evidence: Evidence) -> Iterator[Finding]:
 
 def dips_left_out(evidence: Evidence) -> Iterator[Finding]:
     """Yield where milliseconds of a receiver were left out, which no motion of the sphere explains."""
-    for number, why in evidence.motion.left_out.items():
-        yield Finding("dip_left_out", "warn", evidence.part.receivers[number] + 1, {"cause": why})
+    for number, why in unexplained_of(evidence.part.left_out).items():
+        yield Finding("dip_left_out", "warn", number + 1, {"cause": why})
 
 
 def clock_wrong(evidence: Evidence) -> Finding | None:

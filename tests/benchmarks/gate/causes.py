@@ -194,6 +194,7 @@ def causes_of_finding(finding: Mapping[str, Any]) -> Causes | None:
             if re.search(r"receiver|transmitter|calibration", named_places)
             else NOTHING,
             _set("release holder") if "release_position" in named_places else NOTHING,
+            _set("sphere") if "diameter" in named_places else NOTHING,
             _set("wiring") if facts.get("beside") == "exchanged" else NOTHING,
         ]
     # one may only pass on why something could not be done

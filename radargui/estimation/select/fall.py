@@ -115,7 +115,10 @@ class FoundFall:
         if data.setup is not None:
             by_key = dict(zip(stated.inputs, self.estimate.unknowns, strict=False))
             theta[layout.setup] = [by_key.get(one.key, 0.0) for one in data.setup.inputs]
-        return Start(flying.problem, State(flying.state.coefficients, theta))
+        # the motion goes with the release: what is scattered there is not what it was at the stated one
+        release_m = flying.problem.placed(theta).inputs.release_m
+        place = self.offset_m(data.bins.time_s) + release_m[:, None]
+        return Start(flying.problem.at_places(place, theta), State(flying.state.coefficients, theta))
 
     def _constants(self) -> list[ReceiverConstants]:
         """Return the constants of each receiver: the wave at the release, offsets as they are on average."""

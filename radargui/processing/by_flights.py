@@ -50,14 +50,15 @@ class MeasuredDrop:
 
     def wrong_diameter(self, setup: Setup, motion: MeasuredMotion) -> Finding | None:
         """Return that the sphere's diameter is likely wrong, where something of a motion would be blamed on else."""
-        other = other_diameter(self.estimate, setup) if is_blamed(motion, setup) else None
+        unexplained = float(self.estimate.block_chi_square.max()) - MOST_CHI_SQUARE
+        # where the flights explain the signals with the size that is stated, it is something else
+        if unexplained <= 0.0 or not is_blamed(motion, setup):
+            return None
+        other = other_diameter(self.estimate, setup)
         if other is None:
             return None
-        before, after = (
-            max(float(one.max()) - MOST_CHI_SQUARE, 0.0)
-            for one in (self.estimate.block_chi_square, other.block_chi_square)
-        )
-        by, left = other.diameter_m - setup.tracer.diameter_m, after / before if before else float(after > 0.0)
+        left = max(float(other.block_chi_square.max()) - MOST_CHI_SQUARE, 0.0) / unexplained
+        by = other.diameter_m - setup.tracer.diameter_m
         return wrong_value(DIAMETER, by, other.gain, left, setup, motion.flights.cause)
 
     @property

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from benchmarks.gate.worker import setup_of_version
 from benchmarks.world.kinds import PopulationRecord, draw
+from support.changed import changed
 from support.estimates import conditioned_of
 
 from radargui.estimation.flights.drop_model import DropModel, LinearPart, evaluate, slopes_of
@@ -127,18 +128,18 @@ def test_the_joint_estimate_begins_from_the_flights_which_stand_meanwhile() -> N
 
 
 def test_a_diameter_told_twice_as_large_is_named_and_a_right_one_is_not() -> None:
-    held = {"floor": 0.1, "diameter_m": 0.009, "height_m": 0.1, "rate_hz": 5000.0, "exact": True}
-    record, setup = _scene(**held)
-    conditioned = conditioned_of(record.recording, setup)
-    doubled = setup.model_copy(update={"tracer": setup.tracer.model_copy(update={"diameter_m": 0.018})})
-    for stated in (setup, doubled):
+    scene = draw("mistaken", 55501, 2, {"which": "sphere/double", "rate_hz": 10_000.0})
+    doubled, _ = setup_of_version(scene.setup)
+    right = changed(doubled, tracer={"diameter_m": scene.facts["diameter_m"]})
+    conditioned = conditioned_of(scene.record().recording, doubled)
+    for stated in (right, doubled):
         drop = measure_by_flights(conditioned, stated, lambda _: None, None)
         # nobody asks where nothing is blamed
-        assert drop.wrong_diameter(stated, drop.motion) is None
+        assert drop.wrong_diameter(stated, replace(drop.motion, findings=())) is None
         cause = drop.wrong_diameter(stated, drop.motion.said(warn("flights_misfit", misfit=3.0)))
-        assert (cause is None) == (stated is setup)
+        assert (cause is None) == (stated is right)
     assert cause is not None
-    assert "likely tracer.diameter_m is wrong, adding diameter_m -9 mm would agree" in cause.text
+    assert "likely tracer.diameter_m is wrong, adding diameter_m -10 mm would agree" in cause.text
 
 
 def test_a_dip_is_seen_in_what_the_flights_leave() -> None:

@@ -218,6 +218,8 @@ def window(
     window.control.end(Asked.LEAVE)
     wait_for(lambda: not window.control.state.running)
     window.sessions.flush()
+    # half a second after its folder was named, it would look into the next test's
+    window.sessions._entering.stop()
     wait_for(lambda: not window.jobs.running)
     window.control.use_session(None)
     window.session_panel.set_details("", "")

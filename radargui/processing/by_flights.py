@@ -11,6 +11,7 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.estimation.flights.estimate import DropEstimate, estimate_drop
 from radargui.estimation.flights.other_diameter import other_diameter
 from radargui.estimation.flights.readout import drop_motion, place_changes
+from radargui.estimation.flights.start import DropStart
 from radargui.estimation.hardware import as_prior
 from radargui.estimation.readout.unexplained import Residuals, unexplained_stretches
 from radargui.estimation.signals import ScaledSignals, remaining, scaled_signals
@@ -68,7 +69,11 @@ class MeasuredDrop:
 
 
 def measure_by_flights(
-    conditioned: Conditioned, setup: Setup, progress: Callable[[float], None], prior: FrontEndPrior | None
+    conditioned: Conditioned,
+    setup: Setup,
+    progress: Callable[[float], None],
+    prior: FrontEndPrior | None,
+    begun: DropStart | None = None,
 ) -> MeasuredDrop:
     """Return a drop by its flights.
 
@@ -82,6 +87,8 @@ def measure_by_flights(
         Called with the share done, 0 to 1; what it raises ends the work.
     prior
         What is known about the front ends, as they are wired; None where nothing is.
+    begun
+        How it was begun before stretches were left out: an impact may lie in one.
 
     Raises
     ------
@@ -106,7 +113,10 @@ def measure_by_flights(
         wired = tuple(front_end.with_phase_sign(setup.radar.phase_sign) for front_end in prior.front_ends)
         known = as_prior(remaining(wired, signals))
     try:
-        estimate = estimate_drop(signals, setup, front_ends=known, watch=watch)
+        estimate = estimate_drop(signals, setup, front_ends=known, begun=begun, watch=watch)
+        # what was left out may have led astray how it was begun, too
+        if begun is not None and (isinstance(estimate, Finding) or _findings(estimate)):
+            estimate = estimate_drop(signals, setup, front_ends=known, watch=watch)
         if isinstance(estimate, Finding):
             raise error_of(ProcessingError, estimate.code, **estimate.facts)
         changes = place_changes(estimate)

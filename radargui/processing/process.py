@@ -119,10 +119,13 @@ def process(
         def by_circles(part: Part) -> tuple[Part, MeasuredMotion]:
             return part, _measure(recording, part, done, on_preliminary, front_ends, others)
 
+        drop: MeasuredDrop | Finding | None = None
+
         def by_flights(part: Part) -> tuple[Part, MeasuredMotion]:
+            nonlocal drop
             # flights that explain all receivers tell more of them than circles, which a strong floor bends
             whole = replace(part, faults=tuple(None if one and one.code in _OF_CIRCLES else one for one in part.faults))
-            drop = _drop(whole, done, front_ends)
+            drop = _drop(whole, done, front_ends, drop)
             motion = _of_drop(recording, whole, drop, done, on_preliminary, front_ends, others)
             part, motion = (whole, motion) if motion else by_circles(part)
             if isinstance(drop, Finding):
@@ -197,8 +200,10 @@ def _measure(
         return replace(motion, findings=(warn("estimate_impossible", method=method, cause=why_of(error)),))
 
 
-def _drop(part: Part, progress: Progress, front_ends: FrontEndPrior | None) -> MeasuredDrop | Finding | None:
-    """Measure a drop by its flights, with all receivers.
+def _drop(
+    part: Part, progress: Progress, front_ends: FrontEndPrior | None, former: MeasuredDrop | Finding | None
+) -> MeasuredDrop | Finding | None:
+    """Measure a drop by its flights, with all receivers; `former` is what was found before stretches were left out.
 
     None where another correction is wanted or needed; why not where flights are and nothing can be followed so.
     """
@@ -214,8 +219,9 @@ def _drop(part: Part, progress: Progress, front_ends: FrontEndPrior | None) -> M
     if fault := next(filter(None, part.faults), None):
         return None if is_first else fault
     report = progress.attempt(_OF_FLIGHTS) if is_first else progress.attempt()
+    begun = None if former is None or isinstance(former, Finding) else former.estimate.start
     try:
-        return measure_by_flights(part.conditioned, part.setup, report, prior)
+        return measure_by_flights(part.conditioned, part.setup, report, prior, begun)
     except ProcessingError as error:
         return None if is_first else why_of(error)
 

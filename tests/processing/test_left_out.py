@@ -77,10 +77,14 @@ def test_a_loose_contact_of_15_ms_is_left_out_and_no_fringe_is_lost() -> None:
     assert np.diff([*shares, 1.0]).max() < 0.3
 
 
-def test_a_dip_that_hardly_shows_in_the_misfit_is_left_out_and_told_by_its_time() -> None:
-    scene = disturbed("dip/echo", 4200116, walls=0)
+@pytest.mark.parametrize("over_the_impact", [False, True])
+def test_a_dip_that_hardly_shows_in_the_misfit_is_left_out_and_told_by_its_time(over_the_impact: bool) -> None:
+    scene = disturbed("dip/echo", 4200116, walls=0, rate_hz=5000.0)
     (dip,) = scene.disturbances
     assert isinstance(dip, Dip)
+    if over_the_impact:
+        dip = replace(dip, begin_s=scene.drop.impacts[0].time_s - 0.008)
+        scene = replace(scene, disturbances=(dip,))
     record = make_record(scene)
     result = process(record.recording, scene.setup)
     assert result.status == "ok"
@@ -96,7 +100,8 @@ def test_a_dip_that_hardly_shows_in_the_misfit_is_left_out_and_told_by_its_time(
     assert result.track is not None
     known = result.track.valid & (result.track.time_s > scene.drop.start_s)
     wrong_m = np.abs(result.track.position_m - record.truth.position_m)[:, known]
-    assert (wrong_m < 2.0 * result.track.u_position_m[:, known]).mean() > 0.9
+    # as a population counts what is right: errors of one drop hang together
+    assert (wrong_m**2).mean() < 9.0 * (result.track.u_position_m[:, known] ** 2).mean()
     assert wrong_m.max() < 1e-3
 
 

@@ -172,6 +172,7 @@ def estimate_drop(
     setup: Setup,
     *,
     front_ends: Sequence[LogFrontEnd] | None = None,
+    begun: DropStart | None = None,
     watch: Callable[[], None] | None = None,
 ) -> DropEstimate | Finding:
     """Measure a drop; return why not where none could be followed.
@@ -184,11 +185,13 @@ def estimate_drop(
         With what it states and how well.
     front_ends
         What earlier runs say, one a receiver.
+    begun
+        How the same drop was begun with more of its samples; None: begun blind.
     watch
         Called now and then: what it raises ends the work.
     """
     known = setup_unknowns(setup), polarised_sphere(setup)
-    start = _started(signals, setup, known)
+    start = _started(signals, setup, known) if begun is None else begun
     if start.why is not None and start.flights.layout.n_flights == 1:
         return start.why
     if backwards := _backwards(start):

@@ -45,7 +45,7 @@ _CODES: Mapping[Causes, str] = {
         signal_on_both cable_on_both pair_of_two_motions pair_not_in_quadrature pair_without_phase mixer_impossible""",
     _set("wiring sign"): "phase_reversed phase_sign_wrong receivers_backwards",
     _set("walls offsets") | STATED: "flights_misfit",
-    _set("wiring antennas clock disturbance signal"): "no_single_body",
+    _set("wiring antennas clock sphere disturbance signal"): "no_single_body",
     _set("contact dip disturbance"): "noise_in_bursts",
     _set("contact dip disturbance gap"): "dip_unexplained",
     _set("disturbance harmonics hum floor walls plate"): "several_frequencies",

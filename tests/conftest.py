@@ -24,7 +24,7 @@ os.environ.setdefault("MPLCONFIGDIR", str(Path(tempfile.gettempdir(), "radargui-
 os.environ.setdefault("PYQTGRAPH_QT_LIB", "PySide6")
 
 # the same examples each time: a suite that fails by chance is not believed when it fails for a reason
-settings.register_profile("seeded", derandomize=True, deadline=None)
+settings.register_profile("seeded", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("seeded")
 
 

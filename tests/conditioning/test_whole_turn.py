@@ -63,7 +63,7 @@ def test_an_arc_tells_nothing() -> None:
         # 4 cm on a plate that stands still; the same that moves by 3 mm; small hops after a fall; 10 cm at 2 kHz
         ("shaken", 941005, {"mode": "dropped", "shake_g": 0.0}),
         ("shaken", 941005, {"mode": "dropped", "shake_hz": 10.0}),
-        ("shaken", 931107, {}),
+        pytest.param("shaken", 931107, {}, marks=pytest.mark.slow),
         ("drop", 4105008, {"height_m": 0.1}),
     ],
 )

@@ -27,7 +27,11 @@ def test_an_echo_that_grows_leaves_the_ellipse_uncertain_by_more_than_each_fring
 
 @pytest.mark.parametrize(
     ("method", "motion", "first"),
-    [("published", "drop", 555005), ("adaptive", "drop", 555018), ("adaptive", "pendulum", 555105)],
+    [
+        ("published", "drop", 555005),
+        ("adaptive", "drop", 555018),
+        pytest.param("adaptive", "pendulum", 555105, marks=pytest.mark.slow),
+    ],
 )
 def test_circles_each_by_itself_are_as_uncertain_as_reflections_make_them(method: str, motion: str, first: int) -> None:
     # rooms whose floors send back 5 to 30 % of the wave, which turns a phase as much as it lengthens the phasor

@@ -142,6 +142,7 @@ def test_a_diameter_told_twice_as_large_is_named_and_a_right_one_is_not() -> Non
     assert "likely tracer.diameter_m is wrong, adding diameter_m -10 mm would agree" in cause.text
 
 
+@pytest.mark.slow
 def test_a_dip_is_seen_in_what_the_flights_leave() -> None:
     record, setup = _scene(floor=0.3, height_m=0.1, rate_hz=5000.0)
     recording, begin_s = record.recording, record.start_s + 0.05

@@ -199,6 +199,7 @@ def test_walls_that_were_not_tried_weigh_as_those_that_are() -> None:
     assert len(moved) == 3
 
 
+@pytest.mark.slow
 def test_places_that_weigh_alike_share_one_weight(monkeypatch: pytest.MonkeyPatch) -> None:
     noisy = converged(small_problem((FLOOR_PLANE,), sigma=0.2))
     monkeypatch.setattr(LinearisedSearch, "gains", lambda self, planes: np.ones(len(planes)))

@@ -185,7 +185,7 @@ def test_times_as_text_are_no_times_and_the_rate_is_asked_for(tmp_path: Path) ->
     assert read_recording(path, rate_hz=2.0).raw.tolist() == [[1, 3], [2, 4]]
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(
     st.sampled_from([",", ";", "\t", " "]),
     st.booleans(),
@@ -250,7 +250,7 @@ def test_every_number_python_writes_comes_back(
     assert math.isclose(recording.digitisation.sample_rate_hz, rate_hz, rel_tol=1e-9)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.text(alphabet="time_s,IQ12;.\n\r-+e0 \t#\"'x\0ä", max_size=80))
 def test_any_text_is_read_or_refused(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
     path = tmp_path_factory.mktemp("csv") / "a.csv"

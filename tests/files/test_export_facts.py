@@ -61,7 +61,7 @@ JSON = st.recursive(
 SOUND = ExportFacts("a", Digitisation(("I1", "Q1"), 1e3, ((0.0, 1.0), (0.0, 1.0))), 5, (Gap(2, 1, "x"),), 3).table()
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=60)
 @given(st.sampled_from(sorted(SOUND)), JSON)
 def test_a_fact_of_any_other_kind_is_refused_or_sound(key: str, value: Any) -> None:
     found = facts_of_table({**SOUND, key: value})

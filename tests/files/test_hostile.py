@@ -58,7 +58,7 @@ def test_what_claims_terabytes_nests_without_end_or_points_elsewhere_is_refused_
     assert {name: calls for name, _, _, calls in told if calls > 100_000} == {}
 
 
-@settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(deadline=None, max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.sampled_from(SUFFIXES), st.binary(max_size=300), st.booleans())
 @pytest.mark.filterwarnings("ignore")
 def test_any_bytes_under_any_name_are_refused_or_read(
@@ -74,7 +74,7 @@ def test_any_bytes_under_any_name_are_refused_or_read(
         refused_in_one_line(error)
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=50)
 @given(st.text(max_size=80) | st.text("IQ12=:,./\\ abc", max_size=40))
 def test_any_text_as_channel_map_is_refused_or_complete_pairs(text: str) -> None:
     try:
@@ -91,7 +91,7 @@ def test_a_receiver_of_five_thousand_digits_is_no_channel_map() -> None:
     assert "\n" not in str(refusal.value)
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=50)
 @given(st.text(max_size=200) | st.text("[]{}=\"'.#\n ae1_-", max_size=60))
 def test_any_text_as_setup_is_refused_in_one_line(text: str) -> None:
     with pytest.raises(SetupError) as refusal:

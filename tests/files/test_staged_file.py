@@ -19,7 +19,7 @@ _STEP = st.one_of(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.lists(_STEP, max_size=30))
 def test_it_behaves_as_a_file_in_memory_and_the_disk_holds_the_last_commit(
     tmp_path_factory: pytest.TempPathFactory, steps: list[tuple[str, int, object]]

@@ -115,7 +115,7 @@ def disturbed_setups(draw: st.DrawFn) -> str:
     return "\n".join(lines)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.one_of(disturbed_setups(), st.text(max_size=200)))
 def test_any_text_is_a_setup_or_one_line_of_setup_error(text: str) -> None:
     try:

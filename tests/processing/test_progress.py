@@ -90,7 +90,16 @@ def at_once(report: Report) -> RunResult:
     return process(simulate_recording(setup)[0], setup, report)
 
 
-@pytest.mark.parametrize("path", [at_once, rejected_receiver, with_prior, adaptive_instead, published_instead])
+@pytest.mark.parametrize(
+    "path",
+    [
+        at_once,
+        rejected_receiver,
+        pytest.param(with_prior, marks=pytest.mark.slow),
+        pytest.param(adaptive_instead, marks=pytest.mark.slow),
+        published_instead,
+    ],
+)
 def test_no_path_runs_back(path: Path) -> None:
     shares: list[float] = []
     path(shares.append)

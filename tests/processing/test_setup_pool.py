@@ -75,6 +75,7 @@ def test_a_drop_after_an_antenna_was_pushed_is_measured_alone_and_says_which(dro
     np.testing.assert_allclose(result.position_m, alone.position_m, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_setup_that_does_not_pool_leaves_each_run_to_itself(drop: Run, alone: Result) -> None:
     setup = changed(drop.setup, processing={"pool_setup": False})
     result = process(Run(drop.recording, setup), session=[alone])

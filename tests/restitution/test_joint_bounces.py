@@ -270,6 +270,7 @@ def test_g_comes_from_one_fall_into_grains_and_no_impact_is_invented() -> None:
     assert np.isnan(fall.drop_height_m)
 
 
+@pytest.mark.slow
 def test_a_sphere_that_is_thrown_flies_from_where_the_hand_lets_go() -> None:
     # pushed up for 70 ms: from 10 ms after the onset on it obeys the equation only once the hand has let go
     record = laboratory_record(draw(1306, "exact", motion="throw"))

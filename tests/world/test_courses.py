@@ -160,7 +160,7 @@ def test_a_stage_goes_its_length_no_faster_than_told_and_comes_back(length: floa
 
 @pytest.fixture(scope="module", params=COURSES)
 def scenes(request: pytest.FixtureRequest) -> list[Scene]:
-    return [draw(seed, motion=request.param) for seed in range(20)]
+    return [draw(seed, motion=request.param) for seed in range(10)]
 
 
 def looked_at(drop: Drop) -> tuple[np.ndarray, np.ndarray]:

@@ -22,12 +22,18 @@ from radargui.model.setup_posterior import unknown_inputs
 
 PRIOR, DECISIONS, FINDINGS, FINDING, SETUP = "front_end_prior", "decisions", "findings", "finding", "setup_posterior"
 LIKELIHOOD, SETUP_PRIOR = "setup_likelihood", "setup_prior"
-_UNITS = {"rad": "rad", "m": "m", "s": "s"}
+_UNITS = {"_rad": "rad", "_m_s2": "m/s^2", "_m_s": "m/s", "_m": "m", "_s": "s"}
+"""By the end of a name, the longest first."""
 ARRAYS: Mapping[str, Mapping[str, DTypeLike]] = {
     # for display, as the phase, which the path lengths give in full
     "corrected": {"i": np.float32, "q": np.float32},
     "paths": {"phase_rad": np.float32, "change_m": float, "u_m": float, "valid": bool, "piece": np.int32},
     "track": {"time_s": float, "position_m": float, "u_position_m": float, "valid": bool, "u_combined_m": float},
+    "motion": {
+        **dict.fromkeys(("time_s", "position_m", "velocity_m_s", "acceleration_m_s2"), float),
+        **dict.fromkeys(("u_position_m", "u_velocity_m_s", "u_acceleration_m_s2"), float),
+        "flight": np.int32,
+    },
 }
 """What is stored of the parts of a result, by field, and as what; a field that is None is left out."""
 _KEPT_PARTS = ("bounces", layout.THUMBNAIL)
@@ -173,7 +179,7 @@ def _write_arrays(group: Any, result: RunResult, chunk: int) -> None:
         below = group.require_group(part)
         for name, kind in kinds.items():
             if (array := getattr(values, name)) is not None:
-                unit = _UNITS.get(name.rpartition("_")[2], "1")
+                unit = next((unit for end, unit in _UNITS.items() if name.endswith(end)), "1")
                 hdf5.store(below, name, np.asarray(array, kind), chunk, unit=unit)
 
 
@@ -181,7 +187,10 @@ _NAME = "bounces"
 _BESIDE = ("normal", "u_tilt_deg", "braked_1_m", "walls_s", "with_walls_s")
 """What is found beside impacts and fall: attributes of the table of impacts."""
 _METHOD_BYTES = 40  # in UTF-8: rows of a table are of one length, longer names are cut (chosen by hand)
-_BOUNCE_UNITS = ("s", "m/s", "m/s", "1", "1", "text", "1", "1", "1", "1")
+_BOUNCE_UNITS = (
+    *("s", "m/s", "m/s", "1", "1", "text", "1", "1", "1", "1"),
+    *("m", "m", "m", "m", "m/s", "m/s", "deg", "deg", "m/s", "m/s", "1", "1", "1", "1"),
+)
 _KINDS: dict[type, Any] = {float: "<f8", bool: "?", str: h5py.string_dtype("utf-8", _METHOD_BYTES)}
 BOUNCE_TYPE = np.dtype([(name, _KINDS[kind]) for name, kind in get_type_hints(Bounce).items()])
 
@@ -228,5 +237,7 @@ def _row(bounce: Bounce) -> tuple[Any, ...]:
 
 
 def _bounce(row: Any) -> Bounce:
-    values = {name: row[name].item() for name in BOUNCE_TYPE.names or () if name != "method"}
+    # an older version knew fewer
+    known = set(row.dtype.names).intersection(BOUNCE_TYPE.names or ()) - {"method"}
+    values = {name: row[name].item() for name in known}
     return Bounce(**values, method=bytes(row["method"]).decode("utf-8", "replace"))

@@ -35,6 +35,7 @@ from radargui.model.result import (
     Bounces,
     CorrectedIQ,
     FreeFall,
+    Motion,
     PathLengths,
     RunResult,
     Segment,
@@ -337,6 +338,7 @@ class _Stored:
             paths=paths,
             track=self._track(recording),
             bounces=bounces_in(self._group, self._path),
+            motion=self._motion(),
             uncertainty_budget=_BUDGET.validate_json(self._text("uncertainty_budget")),
             # what earlier versions wrote knows of none
             setup_posterior=_SETUP.validate_json(hdf5.text(self._group.attrs, SETUP) or "[]"),
@@ -373,6 +375,21 @@ class _Stored:
             return None
         found = self._arrays("track", 3, recording.n_samples)
         return Track(recording.time_s(), geometry=self._text("geometry"), **found)
+
+    def _motion(self) -> Motion | None:
+        # results of earlier versions have none
+        if "motion" not in self._group:
+            return None
+        group = self._group["motion"]
+        time_s = np.asarray(hdf5.dataset(group, "time_s", self._path, (1,))[...], np.float64)
+        found: dict[str, Any] = {}
+        for name in ARRAYS["motion"].keys() - {"time_s"}:
+            shape = time_s.shape if name == "flight" else (3, time_s.size)
+            stored = hdf5.dataset(group, name, self._path, (len(shape),))
+            if stored.shape != shape:
+                raise ValueError(name)
+            found[name] = np.asarray(stored[...], np.intp if name == "flight" else np.float64)
+        return Motion(time_s, **found)
 
     def _segment(self, count: int) -> Segment | None:
         if "segment" not in self._group.attrs:

@@ -42,6 +42,22 @@ class Bounce:
         From the height of the apex that follows, sqrt(2 g h) / v_before; NaN without a next impact.
     u_e_combined
         Standard uncertainty of e with what antennas, floor and sphere leave open; NaN where it was not carried.
+    x_m, y_m, z_m, u_position_m
+        Where the centre was, and the standard uncertainty of a coordinate, root mean square of the three.
+    u_speed_before_m_s, u_speed_after_m_s
+        Standard uncertainties of the speeds.
+    angle_deg, u_angle_deg
+        Angle of incidence from the normal.
+    vt_before_m_s, vt_after_m_s
+        Speeds along the floor.
+    e_t, u_e_t
+        Component of the velocity along the floor after the impact in the direction of the one before, over that before;
+        NaN where that is zero within three times its uncertainty.
+    mu, u_mu
+        Apparent friction |dv_t| / dv_n: the least that the coefficient of sliding friction can be.
+
+    All velocities are of the centre: e_t is not the restitution of the point that touches, which spin would need. What
+    was not carried is NaN.
     """
 
     time_s: float
@@ -54,6 +70,20 @@ class Bounce:
     e_flight_time: float = float("nan")
     e_height: float = float("nan")
     u_e_combined: float = float("nan")
+    x_m: float = float("nan")
+    y_m: float = float("nan")
+    z_m: float = float("nan")
+    u_position_m: float = float("nan")
+    u_speed_before_m_s: float = float("nan")
+    u_speed_after_m_s: float = float("nan")
+    angle_deg: float = float("nan")
+    u_angle_deg: float = float("nan")
+    vt_before_m_s: float = float("nan")
+    vt_after_m_s: float = float("nan")
+    e_t: float = float("nan")
+    u_e_t: float = float("nan")
+    mu: float = float("nan")
+    u_mu: float = float("nan")
 
     @property
     def u_stated(self) -> float:
@@ -92,6 +122,33 @@ class FreeFall:
 
 
 @dataclass(frozen=True, slots=True)
+class ImpactVelocities:
+    """Velocities of the centre at impacts, as an estimate knows them.
+
+    Attributes
+    ----------
+    time_s
+        Shape (n_impacts,).
+    before_m_s, after_m_s
+        Shape (n_impacts, 3).
+    covariance
+        Of (before x, y, z, after x, y, z) with the setup held, shape (n_impacts, 6, 6).
+    slope_variance
+        Of the floor's normal, x / z and y / z, where it was found from the impacts.
+    """
+
+    time_s: FloatArray
+    before_m_s: FloatArray
+    after_m_s: FloatArray
+    covariance: FloatArray
+    slope_variance: float = 0.0
+
+    def widened(self, factor: float) -> ImpactVelocities:
+        """Return them with uncertainties times a factor."""
+        return replace(self, covariance=factor**2 * self.covariance)
+
+
+@dataclass(frozen=True, slots=True)
 class Bounces:
     """All impacts of a run in time order, and the fall before the first.
 
@@ -105,6 +162,8 @@ class Bounces:
         Standard uncertainty of its angle from the vertical, where it was found from the impacts with one.
     braked_1_m, walls_s, with_walls_s
         k of the drag that flights show beyond a metal sphere's; when walls were met, or the floor with one (not valid).
+    velocities
+        What the impacts' speeds, angles and friction are worked out from; None once they are, and where unknown.
     """
 
     impacts: tuple[Bounce, ...] = ()
@@ -114,6 +173,7 @@ class Bounces:
     braked_1_m: float | None = None
     walls_s: tuple[float, ...] = ()
     with_walls_s: tuple[float, ...] = ()
+    velocities: ImpactVelocities | None = field(default=None, repr=False, compare=False)
 
     def widened(self, factor: float) -> Bounces:
         """Return them with the uncertainties of every e and of g times a factor."""
@@ -123,6 +183,7 @@ class Bounces:
             self,
             impacts=tuple(replace(one, u_e=factor * one.u_e) for one in self.impacts),
             free_fall=None if fall is None else replace(fall, u_g_m_s2=factor * fall.u_g_m_s2),
+            velocities=None if self.velocities is None else self.velocities.widened(factor),
         )
 
 
@@ -247,6 +308,46 @@ class Track:
     u_combined_m: FloatArray | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Place, velocity and acceleration of the sphere's centre a thousand times a second, from the whole estimate.
+
+    Attributes
+    ----------
+    time_s
+        Of the motion, whole milliseconds, shape (n,).
+    position_m, velocity_m_s, acceleration_m_s2
+        Shape (3, n). At an impact's very instant the velocity is that after it.
+    u_position_m, u_velocity_m_s, u_acceleration_m_s2
+        Standard uncertainties with the setup held, same shape.
+    flight
+        Number of the flight, from 0; -1 where the sphere does not fly, shape (n,).
+    """
+
+    time_s: FloatArray
+    position_m: FloatArray
+    velocity_m_s: FloatArray
+    acceleration_m_s2: FloatArray
+    u_position_m: FloatArray
+    u_velocity_m_s: FloatArray
+    u_acceleration_m_s2: FloatArray
+    flight: IntArray
+
+    def widened(self, factor: float) -> Motion:
+        """Return it with uncertainties times a factor."""
+        return replace(
+            self,
+            u_position_m=factor * self.u_position_m,
+            u_velocity_m_s=factor * self.u_velocity_m_s,
+            u_acceleration_m_s2=factor * self.u_acceleration_m_s2,
+        )
+
+
+def whole_milliseconds(first_s: float, last_s: float) -> FloatArray:
+    """Return the whole milliseconds from one time to another, shape (n,)."""
+    return np.arange(math.ceil(1e3 * first_s), math.floor(1e3 * last_s) + 1) / 1e3
+
+
 Status = Literal["ok", "no_motion", "rejected"]
 
 
@@ -299,6 +400,8 @@ class RunResult:
         with fewer than 3 receivers.
     bounces
         Impacts and first fall.
+    motion
+        Velocities and accelerations; None where the correction is none that knows them.
     uncertainty_budget
         Whose share of the uncertainty is how large; None without a track.
     setup_posterior
@@ -328,6 +431,7 @@ class RunResult:
     paths: Deferred[PathLengths] = field(default=Deferred[PathLengths](), repr=False)
     track: Deferred[Track] = field(default=Deferred[Track](), repr=False)
     bounces: Bounces = field(default_factory=Bounces)
+    motion: Motion | None = field(default=None, repr=False)
     uncertainty_budget: UncertaintyBudget | None = None
     setup_posterior: tuple[SetupValue, ...] = ()
     setup_likelihood: SetupLikelihood | None = field(default=None, repr=False, compare=False)

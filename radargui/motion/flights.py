@@ -180,23 +180,50 @@ class Flights:
     def velocity_before_slopes(self) -> FloatArray:
         """Return the derivatives of `velocity_before_m_s` by the unknowns, (n_flights - 1, 3, layout.size)."""
         layout = self.layout
-        out = np.zeros((layout.n_flights - 1, 3, layout.size))
-        for flight, rows in enumerate(out):
-            velocity, place = self.velocity_m_s[flight], layout.velocity(flight)
-            lasts_s = np.diff(self.begin_s)[flight : flight + 1]
-            course = self._course(velocity[2], lasts_s)
-            rows[0, place.start] = rows[1, place.start + 1] = course.share[0]
-            begin, end = _begins(layout, flight), layout.impacts.start + flight
-            for by, side in ((course.speed_slopes(), False), (course.share_slopes(), True)):
-                *values, by_time = (float(one[0]) for one in by)
-                shared = (place.start + 2, layout.gravity, layout.drag, layout.slow)
-                for axis in (0, 1) if side else (2,):
-                    factor = velocity[axis] if side else 1.0
-                    for number, value in zip(shared, values, strict=True):
-                        rows[axis, number] += factor * value
-                    rows[axis, end] += factor * by_time
-                    rows[axis, begin] -= factor * by_time
+        _, slopes = self.velocity_and_slopes(self.impact_s, np.arange(layout.n_flights - 1))
+        out = np.moveaxis(slopes, -1, 0).transpose(0, 2, 1).copy()
+        for flight in range(layout.n_flights - 1):
+            # a flight that ends later is as one that began earlier
+            out[flight, :, layout.impacts.start + flight] -= out[flight, :, _begins(layout, flight)]
         return out
+
+    def velocity_and_slopes(self, time_s: FloatArray, number: IntArray | None = None) -> tuple[FloatArray, FloatArray]:
+        """Return the velocities (3, n) at times (n,), and their derivatives by the unknowns, (layout.size, 3, n).
+
+        In the flights of these numbers, shape (n,), else in those that the times belong to; 0 at rest.
+        """
+        layout, number = self.layout, self.number_at(time_s) if number is None else number
+        out, slopes = np.zeros((3, time_s.size)), np.zeros((layout.size, 3, time_s.size))
+        for flight in range(layout.n_flights):
+            inside = np.flatnonzero(number == flight)
+            velocity, place = self.velocity_m_s[flight], layout.velocity(flight)
+            course = self._course(velocity[2], time_s[inside] - self.begin_s[flight])
+            out[:, inside] = np.stack([*(velocity[:2, None] * course.share), course.speed_m_s])
+            slopes[place.start, 0, inside] = slopes[place.start + 1, 1, inside] = course.share
+            shared = (place.start + 2, layout.gravity, layout.drag, layout.slow)
+            for by, axes in ((course.speed_slopes(), (2,)), (course.share_slopes(), (0, 1))):
+                *values, by_time = by
+                for axis in axes:
+                    factor = 1.0 if axis == 2 else velocity[axis]
+                    for unknown, value in zip(shared, values, strict=True):
+                        slopes[unknown, axis, inside] += factor * value
+                    slopes[_begins(layout, flight), axis, inside] -= factor * by_time
+        return out, slopes
+
+    def acceleration(self, velocity_m_s: FloatArray) -> FloatArray:
+        """Return the acceleration (3, n) of a body that flies with velocities (3, n)."""
+        drag = self.drag_1_m * (np.linalg.norm(velocity_m_s, axis=0) + self.slow_m_s)
+        return np.asarray(-drag * velocity_m_s - np.array([0.0, 0.0, self.g_m_s2])[:, None])
+
+    def acceleration_slopes(self, velocity_m_s: FloatArray, by_unknowns: FloatArray) -> FloatArray:
+        """Return the derivatives of `acceleration` by the unknowns, by those of the velocities, (layout.size, 3, n)."""
+        layout, speed = self.layout, np.linalg.norm(velocity_m_s, axis=0)
+        faster = (by_unknowns * velocity_m_s).sum(axis=1, keepdims=True) / np.maximum(speed, 1e-12)
+        out = -self.drag_1_m * ((speed + self.slow_m_s) * by_unknowns + faster * velocity_m_s)
+        out[layout.gravity, 2] -= 1.0
+        out[layout.drag] -= (speed + self.slow_m_s) * velocity_m_s
+        out[layout.slow] -= self.drag_1_m * velocity_m_s
+        return np.asarray(out)
 
 
 def _begins(layout: FlightLayout, flight: int) -> int:

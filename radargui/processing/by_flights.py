@@ -10,7 +10,7 @@ import numpy as np
 from radargui.conditioning.conditioned import Conditioned
 from radargui.estimation.flights.estimate import DropEstimate, estimate_drop
 from radargui.estimation.flights.other_diameter import other_diameter
-from radargui.estimation.flights.readout import drop_motion, place_changes
+from radargui.estimation.flights.readout import drop_kinematics, drop_motion, place_changes
 from radargui.estimation.flights.start import DropStart
 from radargui.estimation.hardware import as_prior
 from radargui.estimation.readout.unexplained import Residuals, unexplained_stretches
@@ -20,7 +20,7 @@ from radargui.model.assumed import DIAMETER
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.finding import Finding, error_of, warn
 from radargui.model.front_end import FrontEndPrior
-from radargui.model.result import CorrectedIQ, PathLengths, Track
+from radargui.model.result import CorrectedIQ, PathLengths, Track, whole_milliseconds
 from radargui.model.setup import Setup
 from radargui.processing.checks.estimate import is_blamed
 from radargui.processing.locate import locate
@@ -146,6 +146,7 @@ def measure_by_flights(
         track,
         bounces,
         moved,
+        drop_kinematics(estimate, whole_milliseconds(estimate.flights.onset_s, estimate.end_s)),
         used,
         findings=_findings(estimate),
         unexplained=unexplained_stretches(Residuals.of_drop(estimate)),

@@ -11,6 +11,7 @@ from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange, UncertaintyBudget
 from radargui.processing.uncertainty_budget import changes_of_track, with_budget
 from radargui.restitution.bounces import find_bounces
+from radargui.restitution.oblique import with_oblique
 from radargui.restitution.site_gravity import with_missed_gravity
 
 
@@ -50,7 +51,8 @@ def impacts_of_track(
         changes = changes_of_track(paths, bounces, setup, segment)
     if of_track:
         bounces = with_missed_gravity(bounces, setup, math.hypot(*(one.g_m_s2 for one in changes)))
-    return with_budget(track, bounces, changes, segment, setup)
+    track, bounces, budget = with_budget(track, bounces, changes, segment, setup)
+    return track, with_oblique(bounces, changes, track, setup), budget
 
 
 def _bounces_of(track: Track, segment: Segment, setup: Setup, rate_hz: float) -> Bounces:

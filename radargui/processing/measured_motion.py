@@ -11,7 +11,7 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.model.arrays import BoolArray
 from radargui.model.finding import Finding
 from radargui.model.front_end import FrontEndPrior
-from radargui.model.result import Bounces, CorrectedIQ, PathLengths, Track
+from radargui.model.result import Bounces, CorrectedIQ, Motion, PathLengths, Track
 from radargui.model.setup_pool import SetupPrior
 from radargui.model.setup_posterior import SetupLikelihood, SetupValue
 from radargui.model.uncertainty_budget import InputChange
@@ -37,6 +37,8 @@ class MeasuredMotion:
         Where the estimate holds them itself; None: to be found from the track.
     changes
         What they change by with each uncertain input of the setup, where the estimate knows it itself.
+    motion
+        Velocities and accelerations, where the estimate knows them.
     front_end_prior
         What was known about the front ends, and whether it was used.
     setup_posterior
@@ -56,6 +58,7 @@ class MeasuredMotion:
     track: Track | None
     bounces: Bounces | None = None
     changes: tuple[InputChange, ...] | None = None
+    motion: Motion | None = None
     front_end_prior: FrontEndPrior | None = None
     setup_posterior: tuple[SetupValue, ...] = ()
     setup_likelihood: SetupLikelihood | None = None

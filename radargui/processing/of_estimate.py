@@ -5,9 +5,10 @@ import numpy as np
 from radargui.conditioning.conditioned import Conditioned
 from radargui.estimation.joint import JointEstimate
 from radargui.estimation.motion_estimate import MotionEstimate
+from radargui.estimation.readout.kinematics import kinematics
 from radargui.model.errors import SolveError
 from radargui.model.finding import warn, why_of
-from radargui.model.result import Bounces, CorrectedIQ, PathLengths, Track
+from radargui.model.result import Bounces, CorrectedIQ, Motion, PathLengths, Track, whole_milliseconds
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
 from radargui.processing.checks.estimate import is_fringe_sure
@@ -42,6 +43,7 @@ def motion_of_joint(estimate: JointEstimate, conditioned: Conditioned, setup: Se
         track,
         bounces,
         changes,
+        motion=_motion(estimate, conditioned, flights.widening),
         setup_posterior=() if found is None else found.values(setup),
         setup_likelihood=said,
         estimate=estimate,
@@ -49,6 +51,13 @@ def motion_of_joint(estimate: JointEstimate, conditioned: Conditioned, setup: Se
     )
     is_sure = is_fringe_sure(track, estimate.onset_s)
     return checked(motion, conditioned, setup.radar.wavelength_m, is_held=is_sure)
+
+
+def _motion(estimate: JointEstimate, conditioned: Conditioned, widening: float) -> Motion:
+    """Return velocities and accelerations of the motion."""
+    last_s = float(estimate.time_s[min(conditioned.segment.last, estimate.time_s.size) - 1])
+    time_s = whole_milliseconds(estimate.onset_s, last_s)
+    return kinematics(estimate.chosen.solution, estimate.chosen.alternatives, time_s).widened(widening)
 
 
 def _with_flights(

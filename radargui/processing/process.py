@@ -300,6 +300,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
         paths=partial(whole.paths, paths),
         track=None if track is None else partial(whole.track, track),
         bounces=evidence.bounces,
+        motion=None if is_refused else motion.motion,
         uncertainty_budget=evidence.budget,
         setup_posterior=motion.setup_posterior,
         setup_likelihood=None if is_refused or any(part.faults) else motion.setup_likelihood,

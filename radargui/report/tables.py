@@ -1,4 +1,4 @@
-"""The tables of one run for other programs: track.csv, bounces.csv and result.json; JSON that every reader takes."""
+"""The tables of one run for other programs: track, motion, bounces, result.json; JSON that every reader takes."""
 
 import csv
 import io
@@ -31,11 +31,24 @@ _POSITION = ("x_m", "y_m", "z_m")
 _U_POSITION = ("ux_m", "uy_m", "uz_m")
 _U_COMBINED = ("ux_combined_m", "uy_combined_m", "uz_combined_m")
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
-BOUNCE_HEADER = ("time_s", "speed_before_m_s", "speed_after_m_s", "e", "u_e", "method", "valid", "u_e_combined")
+BOUNCE_HEADER = (
+    *("time_s", "speed_before_m_s", "speed_after_m_s", "e", "u_e", "method", "valid", "u_e_combined"),
+    *("x_m", "y_m", "z_m", "u_position_m", "u_speed_before_m_s", "u_speed_after_m_s", "angle_deg", "u_angle_deg"),
+    *("vt_before_m_s", "vt_after_m_s", "e_t", "u_e_t"),
+)
+_MOTION = ("position_m", "velocity_m_s", "acceleration_m_s2")
+MOTION_HEADER = (
+    "time_s",
+    *("x_m", "y_m", "z_m", "vx_m_s", "vy_m_s", "vz_m_s", "ax_m_s2", "ay_m_s2", "az_m_s2"),
+    *("u_x_m", "u_y_m", "u_z_m", "u_vx_m_s", "u_vy_m_s", "u_vz_m_s", "u_ax_m_s2", "u_ay_m_s2", "u_az_m_s2"),
+    "flight",
+)
 
 
 def write_tables(result: RunResult, folder: Path) -> None:
-    """Write track.csv, bounces.csv and result.json of one run; result.json comes last.
+    """Write track.csv, motion.csv, bounces.csv and result.json of one run; result.json comes last.
+
+    With fewer than three receivers there is no motion.csv.
 
     Parameters
     ----------
@@ -53,6 +66,8 @@ def write_tables(result: RunResult, folder: Path) -> None:
     has_track = result.status != "no_motion" and result.recording.n_receivers >= LEAST_RECEIVERS
     impacts = map(asdict, result.bounces.impacts if has_track else ())
     write_whole(folder / "bounces.csv", [csv_bytes(BOUNCE_HEADER, impacts)])
+    if result.recording.n_receivers >= LEAST_RECEIVERS:
+        write_whole(folder / "motion.csv", _motion(result))
     write_whole(folder / "result.json", [json_bytes(result_document(result))])
 
 
@@ -114,6 +129,18 @@ def _track(result: RunResult) -> Iterator[bytes | bytearray]:
         lost = int(result.recording.index()[-1]) + 1 - excerpt.last_stored
         last_piece = int(columns["piece"].values[-1])
         yield from _unknown(result, excerpt.last_stored, lost, excerpt.of_samples, piece=last_piece)
+
+
+def _motion(result: RunResult) -> Iterator[bytes | bytearray]:
+    yield (",".join(MOTION_HEADER) + "\n").encode()
+    motion = result.motion
+    if motion is None or motion.time_s.size == 0:
+        return
+    rows = [row for name in _MOTION for row in getattr(motion, name)]
+    u_rows = [row for name in _MOTION for row in getattr(motion, f"u_{name}")]
+    columns = [Column(motion.time_s, 3), *(Column(row, LENGTH_DECIMALS) for row in rows)]
+    columns += [Column(row, LENGTH_DECIMALS, upwards=True) for row in u_rows]
+    yield from lines([*columns, Column(motion.flight, 0)])
 
 
 def columns_of(result: RunResult) -> dict[str, Column]:

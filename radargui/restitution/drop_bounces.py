@@ -7,7 +7,7 @@ import numpy as np
 from radargui.estimation.flights.estimate import DropEstimate
 from radargui.estimation.flights.readout import PlaceChanges
 from radargui.model.arrays import FloatArray
-from radargui.model.result import Bounce, Bounces, FreeFall
+from radargui.model.result import Bounce, Bounces, FreeFall, ImpactVelocities
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
 from radargui.restitution.cross_check import cross_check
@@ -32,7 +32,13 @@ def drop_bounces(estimate: DropEstimate, setup: Setup) -> Bounces:
     given = "normal" in setup.floor.model_fields_set
     x, y, z = (float(part) for part in floor.normal)
     bounces = Bounces(
-        impacts, _free_fall(estimate, floor.normal), (x, y, z), None if given or not impacts else floor.u_tilt_deg
+        impacts,
+        _free_fall(estimate, floor.normal),
+        (x, y, z),
+        None if given or not impacts else floor.u_tilt_deg,
+        velocities=ImpactVelocities(
+            flights.impact_s, velocity[:, :3], velocity[:, 3:], statistical, floor.slope_variance
+        ),
     )
     time = np.arange(flights.onset_s, estimate.end_s, FLIGHTS.check_step_s)
     height = floor.normal @ flights.position_m(time)

@@ -19,7 +19,7 @@ from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.processing.process import process
 
-TABLES = ["bounces.csv", "result.json", "track.csv"]
+TABLES = ["bounces.csv", "motion.csv", "result.json", "track.csv"]
 
 
 @pytest.fixture

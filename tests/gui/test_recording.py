@@ -58,6 +58,7 @@ def test_a_recorded_run_is_listed_shown_and_can_be_reported(
     assert {path.name for path in (tmp_path / "tables" / "run-0001").iterdir()} == {
         "track.csv",
         "bounces.csv",
+        "motion.csv",
         "result.json",
     }
     assert window.runs.open_report.isEnabled()

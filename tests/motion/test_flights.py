@@ -70,3 +70,22 @@ def test_derivatives_are_those_of_differences(drag: float) -> None:
         assert slopes[number] == pytest.approx(difference, abs=2e-7)
         ends = (Flights.of(more).velocity_before_m_s() - Flights.of(less).velocity_before_m_s()) / (2.0 * step)
         assert by_speed[:, :, number] == pytest.approx(ends, abs=1e-6)
+
+
+@pytest.mark.parametrize("drag", [0.0, 0.05])
+def test_derivatives_of_velocity_and_acceleration_are_those_of_differences(drag: float) -> None:
+    unknowns = DROP.unknowns
+    unknowns[DROP.layout.drag] = drag
+    time = np.array([0.26, 0.35, 0.47, 0.48, 0.6, 0.78, 0.8, 0.95])
+    velocity, slopes = Flights.of(unknowns).velocity_and_slopes(time)
+    assert velocity == pytest.approx(Flights.of(unknowns).velocity_at(time))
+    bends = Flights.of(unknowns).acceleration_slopes(velocity, slopes)
+    for number in range(unknowns.size):
+        step = 1e-6
+        more, less = unknowns.copy(), unknowns.copy()
+        more[number] += step
+        less[number] -= step
+        faster, slower = (Flights.of(one).velocity_at(time) for one in (more, less))
+        assert slopes[number] == pytest.approx((faster - slower) / (2.0 * step), abs=1e-6)
+        pulled = Flights.of(more).acceleration(faster) - Flights.of(less).acceleration(slower)
+        assert bends[number] == pytest.approx(pulled / (2.0 * step), abs=1e-5)

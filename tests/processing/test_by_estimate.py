@@ -57,6 +57,24 @@ def drop(setup: Setup) -> tuple[Recording, Truth]:
     return simulate_recording(setup)
 
 
+def assert_moves_as(result: RunResult, time_s: np.ndarray, position_m: np.ndarray, impact_s: float) -> None:
+    """Velocity and acceleration of the fall and the first rebound are those of the truth, within what is said."""
+    motion = result.motion
+    assert motion is not None
+    flies = (np.abs(motion.time_s - impact_s) > 0.01) & (motion.time_s > motion.time_s[0] + 0.02)
+    flies &= (motion.flight >= 0) & (motion.flight <= 1)
+    assert set(motion.flight[flies]) == {0, 1}
+    true = np.gradient(position_m, time_s, axis=1)
+    for values, u, most in (
+        (motion.velocity_m_s, motion.u_velocity_m_s, 2e-3),
+        (motion.acceleration_m_s2, motion.u_acceleration_m_s2, 0.1),
+    ):
+        wrong = values - np.array([np.interp(motion.time_s, time_s, row) for row in true])
+        assert (np.abs(wrong) < 3.0 * u)[:, flies].mean() > 0.95
+        assert u[:, flies].max() < most
+        true = np.gradient(true, time_s, axis=1)
+
+
 def test_the_joint_correction_is_ten_times_nearer_to_the_truth_than_the_published_one() -> None:
     fixed = {"rate_hz": 5000.0, "snr_db": 35.0, "skew_s": 2e-5, "e": 0.7, "height_m": 0.2}
     record = make_record(draw_scene(9, "generic", "drop", moving_s=0.5, **fixed))
@@ -92,6 +110,7 @@ def test_the_joint_correction_is_ten_times_nearer_to_the_truth_than_the_publishe
             assert inside.mean() > 0.95
             assert result.corrected.channels[0].quadrature_error_deg is not None
             assert result.warnings == ()
+            assert_moves_as(result, record.recording.time_s(), record.truth.position_m, impact.time_s)
             assert told == sorted(told)
             assert len(set(told)) > 15
             assert 0.0 < told[0] < 0.9 < told[-1] <= 1.0

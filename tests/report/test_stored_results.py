@@ -78,7 +78,7 @@ def test_tables_are_equal_and_curves_to_single_precision(
 
     write_tables(result_of_run(run, setup), tmp_path / "stored")
     names = sorted(path.name for path in (tmp_path / "computed").iterdir())
-    assert names == ["bounces.csv", "result.json", "track.csv"]
+    assert names == ["bounces.csv", "motion.csv", "result.json", "track.csv"]
     for name in names:
         assert (tmp_path / "stored" / name).read_bytes() == (tmp_path / "computed" / name).read_bytes()
 

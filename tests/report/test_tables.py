@@ -21,6 +21,7 @@ from radargui import __version__
 from radargui.model.errors import FileError
 from radargui.model.finding import as_stored
 from radargui.model.recording import Excerpt, Recording
+from radargui.model.result import Motion, whole_milliseconds
 from radargui.report.tables import write_tables
 
 TRACK = (
@@ -28,7 +29,15 @@ TRACK = (
     "ux_combined_m,uy_combined_m,uz_combined_m"
 )
 VALID, PIECE = 10, 11
-BOUNCES = "time_s,speed_before_m_s,speed_after_m_s,e,u_e,method,valid,u_e_combined"
+BOUNCES = (
+    "time_s,speed_before_m_s,speed_after_m_s,e,u_e,method,valid,u_e_combined,x_m,y_m,z_m,u_position_m,"
+    "u_speed_before_m_s,u_speed_after_m_s,angle_deg,u_angle_deg,vt_before_m_s,vt_after_m_s,e_t,u_e_t"
+)
+MOTION = (
+    "time_s,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s,ax_m_s2,ay_m_s2,az_m_s2,u_x_m,u_y_m,u_z_m,u_vx_m_s,u_vy_m_s,u_vz_m_s,"
+    "u_ax_m_s2,u_ay_m_s2,u_az_m_s2,flight"
+)
+TABLES = ["bounces.csv", "motion.csv", "result.json", "track.csv"]
 KEYS = [
     "status",
     "reason",
@@ -80,7 +89,7 @@ def test_the_track_has_one_row_per_sample_with_the_columns_of_the_contract(tmp_p
     assert set(table[:, PIECE]) == {0.0}
     np.testing.assert_allclose(table[:, 12:15], result.paths.u_m.T, atol=1.01e-9)
     np.testing.assert_allclose(table[:, 15:], result.track.u_combined_m.T, atol=1.01e-9)
-    assert sorted(item.name for item in path.parent.iterdir()) == ["bounces.csv", "result.json", "track.csv"]
+    assert sorted(item.name for item in path.parent.iterdir()) == TABLES
 
 
 def test_unknown_values_are_nan_and_not_valid(tmp_path: Path) -> None:
@@ -123,7 +132,38 @@ def test_one_row_per_impact_with_positive_speeds(tmp_path: Path) -> None:
     assert len(rows) == 1 + len(result.bounces.impacts) > 3
     assert float(rows[1][3]) == pytest.approx(0.8)
     assert float(rows[1][2]) / float(rows[1][1]) == pytest.approx(float(rows[1][3]), rel=1e-11)
-    assert rows[1][5:] == ["hand", "1", "nan"]
+    assert rows[1][5:] == ["hand", "1", *["nan"] * 13]
+    impact = replace(result.bounces.impacts[0], x_m=0.01, angle_deg=3.0, e_t=0.7, u_e_t=0.02)
+    write_tables(replace(result, bounces=replace(result.bounces, impacts=(impact,))), tmp_path)
+    (row,) = read_csv(tmp_path / "bounces.csv")[1:]
+    said = dict(zip(BOUNCES.split(","), row, strict=True))
+    assert [float(said[name]) for name in ("x_m", "angle_deg", "e_t", "u_e_t")] == [0.01, 3.0, 0.7, 0.02]
+
+
+def test_the_motion_has_a_thousand_rows_a_second_with_velocity_and_acceleration(tmp_path: Path) -> None:
+    time = whole_milliseconds(0.2996, 0.7)
+    rows = np.arange(3 * time.size).reshape(3, -1) / 1e3
+    motion = Motion(
+        time, rows, rows + 1.0, rows - 9.81, 1e-5 + 0.0 * rows, 2e-4 + 0.0 * rows, 3e-2 + 0.0 * rows, 0 * time
+    )
+    write_tables(replace(drop_result(rate_hz=1000.0), motion=replace(motion, flight=np.full(time.size, -1))), tmp_path)
+    lines = (tmp_path / "motion.csv").read_text(encoding="utf-8").splitlines()
+    assert lines[0] == MOTION
+    assert lines[1].startswith("0.300,0.000000000,")
+    assert lines[1].endswith(",-1")
+    table = np.loadtxt(tmp_path / "motion.csv", delimiter=",", skiprows=1)
+    assert table.shape == (401, 20)
+    np.testing.assert_allclose(table[:, 0], np.arange(300, 701) / 1e3)
+    np.testing.assert_allclose(table[:, 4:7], motion.velocity_m_s.T, atol=1e-9)
+    np.testing.assert_allclose(table[:, 7:10], motion.acceleration_m_s2.T, atol=1e-9)
+    np.testing.assert_allclose(table[:, 16:19], 3e-2, atol=2e-9)
+
+
+def test_where_velocities_are_not_known_the_motion_has_its_header_alone(tmp_path: Path) -> None:
+    write_tables(drop_result(rate_hz=1000.0), tmp_path)
+    assert (tmp_path / "motion.csv").read_text(encoding="utf-8") == MOTION + "\n"
+    write_tables(drop_result(rate_hz=1000.0, n_receivers=2), tmp_path / "two")
+    assert not (tmp_path / "two" / "motion.csv").exists()
 
 
 def test_no_motion_gives_headers_only_and_says_so(tmp_path: Path) -> None:
@@ -275,7 +315,7 @@ def test_rows_are_written_by_the_thousand_and_cost_the_interpreter_next_to_nothi
     result = drop_result(rate_hz=1000.0)
     assert result.paths is not None
     assert result.track is not None
-    times = 30
+    times = 60
 
     def longer(values: np.ndarray) -> np.ndarray:
         return np.tile(values, times)

@@ -20,7 +20,7 @@ from radargui.model.channel_quality import ChannelQuality
 from radargui.model.errors import FileError
 from radargui.model.finding import as_stored, warn
 from radargui.model.recording import Block, Digitisation, Gap, Recording, Truth, iq_names
-from radargui.model.result import Bounce, Bounces, CorrectedIQ, FreeFall, PathLengths, RunResult, Track
+from radargui.model.result import Bounce, Bounces, CorrectedIQ, FreeFall, Motion, PathLengths, RunResult, Track
 from radargui.model.setup import Setup, dump_setup
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
 
@@ -161,7 +161,7 @@ def result_of(recording: Recording) -> RunResult:
     )
     bounces = Bounces(
         (
-            Bounce(0.2, 2.0, 1.6, 0.8, 0.01, "fit", valid=True),
+            Bounce(0.2, 2.0, 1.6, 0.8, 0.01, "fit", valid=True, x_m=0.01, angle_deg=4.0, e_t=0.7, mu=0.05),
             Bounce(0.4, 1.6, 0.8, 0.5, 0.1, "fit", valid=False),
         ),
         FreeFall(9.81, 0.02, 0.0, 0.2, 0.12, 0.26, (0.12, 0.0, -4.905), 1e-5),
@@ -176,6 +176,7 @@ def result_of(recording: Recording) -> RunResult:
         paths=PathLengths(time_s, volts(3, n), volts(3, n), volts(3, n), valid),
         track=Track(time_s, volts(3, n), volts(3, n), valid[0], "exact"),
         bounces=bounces,
+        motion=Motion(time_s, *(volts(3, n) for _ in range(6)), np.arange(n) // 100 - 1),
         uncertainty_budget=UncertaintyBudget(
             e=BudgetLine(0.001, 0.002, None, 0.003), assumed={"daq.u_clock_ppm": 50.0}
         ),

@@ -14,6 +14,7 @@ from radargui.estimation.signals import ScaledSignals, composed
 from radargui.geometry.path_length import path_gradient, path_lengths
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.front_end import FrontEnd, point_of
+from radargui.model.result import Motion
 from radargui.motion.flights import Flights
 
 INSTANTS = 400
@@ -114,6 +115,26 @@ def drop_motion(estimate: DropEstimate, signals: ScaledSignals, changes: PlaceCh
         chi_square,
         estimate.choices(),
     )
+
+
+def drop_kinematics(estimate: DropEstimate, time_s: FloatArray) -> Motion:
+    """Return place, velocity and acceleration at times (n,); uncertainties hold the setup."""
+    flights = estimate.flights
+    position, by_place = flights.position_and_slopes(time_s)
+    velocity, by_velocity = flights.velocity_and_slopes(time_s)
+    number = flights.number_at(time_s)
+    flies = number >= 0
+    acceleration = np.where(flies, flights.acceleration(velocity), 0.0)
+    by_acceleration = np.where(flies, flights.acceleration_slopes(velocity, by_velocity), 0.0)
+    u_m, u_m_s, u_m_s2 = (_u(estimate, slopes) for slopes in (by_place, by_velocity, by_acceleration))
+    return Motion(time_s, position, velocity, acceleration, np.hypot(u_m, LEAST_U_M), u_m_s, u_m_s2, number)
+
+
+def _u(estimate: DropEstimate, by_flights: FloatArray) -> FloatArray:
+    """Return what is known with the setup held of values by their slopes by the flights, (n_flights_values, 3, n)."""
+    columns = estimate.by_unknowns(np.moveaxis(by_flights, 0, -1))
+    variance = np.einsum("anu,uv,anv->an", columns, estimate.widening**2 * estimate.held, columns)
+    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
 
 def _spread(variance: FloatArray, known_s: FloatArray, time_s: FloatArray) -> FloatArray:

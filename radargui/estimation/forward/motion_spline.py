@@ -169,12 +169,22 @@ class MotionSpline:
         breaks: dp/da = -(1 - s) v, dp/db = -s v. The start and the end do not move: their share is zero, their number
         that of some break.
         """
-        part = np.clip(np.searchsorted(self.edge_s, time_s) - 1, 0, self.edge_s.size - 2)
-        share = (time_s - self.edge_s[part]) / np.diff(self.edge_s)[part]
-        inside = (share > 0.0) & (share <= 1.0)
-        out, number = np.stack([share - 1.0, -share], axis=1), np.stack([part - 1, part], axis=1)
-        out *= inside[:, None] & (number >= 0) & (number < self.break_s.size)
+        share, _, number, moves = self._between_edges(time_s)
+        out = np.stack([share - 1.0, -share], axis=1) * moves
         return out, np.clip(number, 0, max(self.break_s.size - 1, 0))
+
+    def break_share_rates(self, time_s: FloatArray) -> FloatArray:
+        """Return what the shares of `break_shares` change by in a second, shape (n, 2)."""
+        _, lasts_s, _, moves = self._between_edges(time_s)
+        return np.asarray(np.stack([1.0 / lasts_s, -1.0 / lasts_s], axis=1) * moves)
+
+    def _between_edges(self, time_s: FloatArray) -> tuple[FloatArray, FloatArray, IntArray, BoolArray]:
+        """Return s of times (n,), b - a, the numbers of the breaks at a and b, (n, 2), and which of them are breaks."""
+        part = np.clip(np.searchsorted(self.edge_s, time_s) - 1, 0, self.edge_s.size - 2)
+        lasts_s = np.diff(self.edge_s)[part]
+        share, number = (time_s - self.edge_s[part]) / lasts_s, np.stack([part - 1, part], axis=1)
+        inside = (share > 0.0) & (share <= 1.0)
+        return share, lasts_s, number, inside[:, None] & (number >= 0) & (number < self.break_s.size)
 
     def break_slopes(self, time_s: FloatArray, coefficients: FloatArray) -> csr_matrix:
         """Return dp/dtau of each break at fixed coefficients, x, y, z interleaved, shape (3 n, n_breaks)."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from radargui.estimation.forward.motion_spline import SplineSeries
 from radargui.estimation.forward.signal_model import FrontEndState
 from radargui.estimation.motion_estimate import few_fringes_factor
 from radargui.estimation.select.chosen_model import Alternative
@@ -72,7 +73,7 @@ def at_samples(solution: Solution, signals: ScaledSignals, alternatives: tuple[A
     u_position, u_change = wide.max() * u_position, wide[:, None] * u_change
     if not problem.in_flight.any():
         place = positions_at_bins(solution)
-        hidden = _hidden_m(solution, place)
+        hidden = hidden_m(solution, place)
         u_position = np.hypot(u_position, position_uncertainty(place, hidden, inputs.antennas))
         u_change = np.hypot(u_change, hidden)
 
@@ -87,7 +88,7 @@ def at_samples(solution: Solution, signals: ScaledSignals, alternatives: tuple[A
     return AtSamples(np.ascontiguousarray(position), u_position, change, u_change, i, q, spread(misfit))
 
 
-def _hidden_m(solution: Solution, place: FloatArray) -> FloatArray:
+def hidden_m(solution: Solution, place: FloatArray) -> FloatArray:
     """Return what reflectors that are not in the model may make of each path at places (3, n), (n_receivers, n).
 
     A wave beside the direct one turns its phase by as much as it changes ln A, a quarter of a turn apart: 1 + r is
@@ -141,14 +142,21 @@ def _uncertainties(solution: Solution) -> tuple[FloatArray, FloatArray]:
     """Return standard uncertainties at the bins: positions (3, n_bins), changes of path (n_receivers, n_bins)."""
     problem = solution.problem
     gradient = path_gradient(positions_at_bins(solution), problem.inputs.antennas)
-    spline, time_s = solution.at.spline, problem.bins.time_s
-    # a break that moves carries the knots of both flights along
-    share, breaks = spline.break_shares(time_s)
-    by_breaks = spline.velocity(time_s, solution.state.coefficients)[:, :, None] * share[:, None]
-    covariance = solution.normal.covariance().of_rows(solution.at.series.rows(), by_global=by_breaks, places=breaks)
+    covariance = covariance_of_motion(solution, problem.bins.time_s, solution.at.series)
     # paths from the same covariance: errors of x, y and z of one motion are correlated
     of_paths = np.einsum("ran,nab,rbn->rn", gradient, covariance, gradient)
     return np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)).T, np.sqrt(of_paths)
+
+
+def covariance_of_motion(solution: Solution, time_s: FloatArray, series: SplineSeries, order: int = 0) -> FloatArray:
+    """Return the covariance of a derivative of the motion at times (n,), where these series are, (n, 3, 3)."""
+    spline, motion = solution.at.spline, series.motion(solution.state.coefficients)
+    # a break that moves carries the knots of both flights along: the derivative of share times velocity
+    share, breaks = spline.break_shares(time_s)
+    by_breaks = motion[order + 1].T[:, :, None] * share[:, None]
+    if order:
+        by_breaks += order * motion[order].T[:, :, None] * spline.break_share_rates(time_s)[:, None]
+    return solution.normal.covariance().of_rows(series.rows(order), by_global=by_breaks, places=breaks)
 
 
 def _corrected(

@@ -31,7 +31,7 @@ from radargui.report.facts import (
     speed_points,
 )
 from radargui.restitution.findings import UNNAMED, Findings, SessionFindings
-from radargui.restitution.speed_models import MODELS, SpeedFit
+from radargui.restitution.speed_models import SpeedFit, law_names, title_of
 from radargui.restitution.statistics import Statistics
 from radargui.session.session import Session
 
@@ -99,7 +99,7 @@ class SpeedView(QWidget):
     def __init__(self, theme: Theme) -> None:
         super().__init__()
         self._facts: ReportFacts | None = None
-        models = ((name, one.title) for name, one in MODELS.items())
+        models = ((name, title_of(name)) for name in law_names())
         self.model = having(Choice(((_BEST, "best described (AICc)"), *models)), accessibleName="Model")
         self.model.setToolTip("Model of e against the impact speed: what is drawn over the points, as in the report")
         self.model.currentIndexChanged.connect(self._draw)
@@ -140,7 +140,7 @@ class SpeedView(QWidget):
             speed = np.linspace(max(fit.speed_low_m_s, 1e-3), fit.speed_high_m_s, 80)
             e, u = fit.e(speed)
             self.plot.band("fit").show_band(speed, e - COVERAGE * u, e + COVERAGE * u)
-            self.plot.fast_line("fit", MODELS[fit.model].title, dashed=True).setData(speed, e)
+            self.plot.fast_line("fit", title_of(fit.model), dashed=True).setData(speed, e)
         for number, (speed, e, u) in enumerate(groups):
             # one line for all bars, which not-a-number breaks: a hundred items would take their time to draw
             x = np.repeat(speed, 3)
@@ -152,7 +152,7 @@ class SpeedView(QWidget):
         n_outside = int(np.count_nonzero((every[1] < low) | (every[1] > high)))
         self.plot.setXRange(0.0, 1.08 * float(every[0].max()), padding=0)
         self.plot.setYRange(low, high, padding=0)
-        titles = dict.fromkeys(MODELS[fit.model].title for fit in drawn)
+        titles = dict.fromkeys(title_of(fit.model) for fit in drawn)
         fitted = [("╌", "fit", f"{' / '.join(titles)} ± {COVERAGE:g} u")] if drawn else []
         outside = [("", "text", f"{n_outside} outside")] if n_outside else []
         self.key.show_entries(("│", "text", f"± {COVERAGE:g} u"), *fitted, *session_key(found), *outside)

@@ -103,7 +103,7 @@ class Air(Section):
         return self.temperature_c or 0.0, self.pressure_hpa or 0.0, self.humidity_percent or 0.0
 
     def _u_of(self, value: Callable[[float, float, float], float]) -> float:
-        """Return the standard uncertainty of a function of the state, by half differences over u (GUM, 5.1.3, note 2)."""
+        """Return the standard uncertainty of a function of the state, by differences over u (GUM, 5.1.3, note 2)."""
         if not self.is_known:
             return 0.0
         changes = []

@@ -33,10 +33,10 @@ def report_sessions(options: Report) -> int:
     # an export does not need what draws figures
     from radargui.processing.result_of_run import stored_or_computed
     from radargui.report.report import PageLayout, write_report, write_series_report
-    from radargui.restitution.speed_models import law_names
+    from radargui.restitution.speed_models import model_names
 
-    if options.model is not None and options.model not in law_names():
-        raise UsageError(f"--law = {options.model!r}, allowed: {', '.join(law_names())}")
+    if options.model is not None and options.model not in model_names():
+        raise UsageError(f"--law = {options.model!r}, allowed: {', '.join(model_names())}")
 
     status = 0
     reports: list[WrittenReport] = []

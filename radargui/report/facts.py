@@ -116,7 +116,7 @@ def speed_points(runs: Sequence[RunFacts]) -> FloatArray:
     return np.array(found, np.float64).reshape(-1, 3).T
 
 
-def told_of(facts: ReportFacts, on: str) -> list[Dependence]:
+def dependences_on(facts: ReportFacts, on: str) -> list[Dependence]:
     """Return for each sample whose impacts tell it how e depends on something, among `COVARIATES`."""
     every = [one for sample in facts.findings.samples for one in sample.dependences if one.on == on]
     return [one for one in every if not one.problem]
@@ -126,6 +126,12 @@ def points_of(found: Dependence) -> FloatArray:
     """Return what e may depend on, e and its statistical u of the impacts that tell it, shape (3, n), to be drawn."""
     e, u = np.array(found.e), np.array([one.u_e for one in found.impacts])
     return np.stack([found.x, e, u])[:, u < WORST_SHARE * e]
+
+
+def e_label(found: Sequence[Dependence]) -> str:
+    """Return what is drawn of dependences: e, at which speed where all of them were brought to one."""
+    speeds = {one.reduced.partition(" (")[0] for one in found}
+    return f"e {speeds.pop()}".strip() if len(speeds) == 1 else "e, each sample at its mean speed"
 
 
 def histogram_of(found: Distribution) -> tuple[FloatArray, FloatArray]:

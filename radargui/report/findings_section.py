@@ -9,7 +9,7 @@ from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.model.uncertainty_budget import SHARES, BudgetLine, variance_shares
 from radargui.model.words import percent, sentence
 from radargui.report.document import Chapter, Content, Drawing, Facts, Grid, Note
-from radargui.report.facts import ReportFacts, SessionFacts, fit_cells, session_cells, told_of
+from radargui.report.facts import ReportFacts, SessionFacts, dependences_on, fit_cells, session_cells
 from radargui.report.provenance import RunProvenance
 from radargui.report.publication import bibtex, methods
 from radargui.report.run_facts import RunFacts, all_simulated, badges
@@ -161,7 +161,7 @@ def _series(facts: ReportFacts) -> Iterator[Content]:
         yield Facts.of(spread, "Distribution of e of the first impacts")
     from radargui.report.series_figures import draw_falls, draw_spread
 
-    if spread or any(told_of(facts, on) for on in COVARIATES):
+    if spread or any(dependences_on(facts, on) for on in COVARIATES):
         yield Drawing("Distribution of e, and what it may depend on", partial(draw_spread, facts=facts), _SPREAD_MM)
 
     runs = [one.runs for one in facts.sessions]

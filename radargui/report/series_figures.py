@@ -14,6 +14,8 @@ from radargui.report.facts import (
     MOST_LOOKS,
     WORST_SHARE,
     ReportFacts,
+    dependences_on,
+    e_label,
     e_span,
     histogram_of,
     mean_gravity,
@@ -21,7 +23,6 @@ from radargui.report.facts import (
     session_look,
     shown_fits,
     speed_points,
-    told_of,
 )
 from radargui.report.run_facts import RunFacts
 from radargui.report.sheet import Area
@@ -97,7 +98,7 @@ def draw_spread(figure: Figure, area: Area, facts: ReportFacts) -> None:
     """Draw how e is distributed, p(e) one colour a session, and e against what it depends on besides the speed."""
     spreads = [(number, one.distribution) for number, one in enumerate(facts.findings.sessions)]
     shown = [(number, one) for number, one in spreads if one is not None]
-    drawn = {on: told for on in COVARIATES if (told := told_of(facts, on))}
+    drawn = {on: known for on in COVARIATES if (known := dependences_on(facts, on))}
     n = bool(shown) + len(drawn)
     width = (area.width - (n - 1) * _BESIDE_MM) / max(n, 1)
     places = iter(area.inside(k * (width + _BESIDE_MM), 0.0, width, area.height) for k in range(n))
@@ -111,18 +112,18 @@ def draw_spread(figure: Figure, area: Area, facts: ReportFacts) -> None:
         if len(shown) == 1:
             panel.curve(Curve(*histogram_of(shown[0][1])), Line(_colour(shown[0][0]), 0.5))
         panel.frame("p(e), first impacts", "e")
-    for on, told in drawn.items():
+    for on, found in drawn.items():
         covariate = COVARIATES[on]
-        x, e, u = np.concatenate([points_of(one) for one in told], axis=1)
+        x, e, u = np.concatenate([points_of(one) for one in found], axis=1)
         low, high = float(x.min()) * covariate.scale, float(x.max()) * covariate.scale
         room = 0.06 * (high - low)
         panel = Panel(canvas, next(places), (low - room, high + room), e_span(np.stack([x, e, u])), _LARGE)
-        for number, one in enumerate(told):
-            x, e, u = points_of(one)
+        for number, dependence in enumerate(found):
+            x, e, u = points_of(dependence)
             _draw_points(panel, np.stack([covariate.scale * x, e, u]), _colour(number), session_look(number)[1])
             ends_x = np.array([x.min(), x.max()])
-            panel.curve(Curve(covariate.scale * ends_x, one.line(ends_x)), Line(sheet.FIT_COLOUR, 0.9, _DASHES))
-        panel.frame(f"e, bars ± {COVERAGE:g} u", covariate.label.replace("[", "/ ").replace("]", ""))
+            panel.curve(Curve(covariate.scale * ends_x, dependence.line(ends_x)), Line(sheet.FIT_COLOUR, 0.9, _DASHES))
+        panel.frame(f"{e_label(found)}, bars ± {COVERAGE:g} u", covariate.label.replace("[", "/ ").replace("]", ""))
 
 
 def draw_falls(figure: Figure, area: Area, sessions: Sequence[Sequence[RunFacts]]) -> None:

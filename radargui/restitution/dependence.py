@@ -96,7 +96,7 @@ class Dependence:
         return f"e against the {covariate.title}: slope {slope}{unit}, p {probability(p)}: {said}{brought}"
 
 
-def dependences(points: Sequence[ImpactPoint], law: SpeedFit | None) -> tuple[Dependence, ...]:
+def dependences(points: Sequence[ImpactPoint], fit: SpeedFit | None) -> tuple[Dependence, ...]:
     """Return the slopes of e along all `COVARIATES`.
 
     e of an impact is multiplied by what a law of the speed gives at the mean speed over what it gives at its own: the
@@ -106,13 +106,13 @@ def dependences(points: Sequence[ImpactPoint], law: SpeedFit | None) -> tuple[De
     ----------
     points
         Valid impacts of drops that count, each once.
-    law
+    fit
         That describes them best; None: they are left as measured.
     """
-    return tuple(_dependence(points, name, law) for name in COVARIATES)
+    return tuple(_dependence(points, name, fit) for name in COVARIATES)
 
 
-def _dependence(points: Sequence[ImpactPoint], on: str, law: SpeedFit | None) -> Dependence:
+def _dependence(points: Sequence[ImpactPoint], on: str, fit: SpeedFit | None) -> Dependence:
     known = tuple(one for one in points if math.isfinite(getattr(one, on)))
     x = np.array([getattr(one, on) for one in known], dtype=np.float64)
     # all drops of a sphere have its diameter: they tell it once
@@ -120,13 +120,13 @@ def _dependence(points: Sequence[ImpactPoint], on: str, law: SpeedFit | None) ->
     groups = np.unique(of)
     speed, e, u = np.array([(one.speed_m_s, one.e, one.u_e) for one in known]).reshape(-1, 3).T
     reduced, scatter = "", float(e.std()) if e.size else 0.0
-    if law is not None and law.parameters and known:
+    if fit is not None and fit.parameters and known:
         at = float(speed.mean())
-        scatter = law.scatter or 0.0
-        if law.model != "constant":
-            expected, _ = law.e(np.append(speed, at))
+        scatter = fit.scatter or 0.0
+        if fit.model != "constant":
+            expected, _ = fit.e(np.append(speed, at))
             e = e * expected[-1] / expected[:-1]
-            reduced = f"at {plain(at, 3, 'm/s')} (brought there by the {title_of(law.model)})"
+            reduced = f"at {plain(at, 3, 'm/s')} (brought there by the {title_of(fit.model)})"
     found = Dependence(on, known, tuple(e.tolist()), int(groups.size), reduced)
     title = COVARIATES[on].title
     if not known:

@@ -38,7 +38,7 @@ class Distribution:
     prediction_low, prediction_high
         Where e of one more drop lies with 95 % if e is normal: mean ± t s sqrt(1 + 1/n).
     measured
-        Root mean square of the stated statistical u: that part of the scatter is the measurement's. None where a drop
+        Root mean square of the stated statistical u: as much of the scatter is the measurement's. None where a drop
         does not say it.
     """
 
@@ -60,7 +60,7 @@ class Distribution:
         places = max(0, 2 - math.floor(math.log10(self.prediction_high - self.prediction_low)))
         low, first, median, third, high = (f"{one:.{places}f}" for one in self.quantiles)
         lean = "skewed" if abs(self.skewness) > 2.0 * self.u_skewness else "not skewed beyond chance"
-        own = "" if self.measured is None else f"; of the scatter {plain(self.measured, 2)} is the measurement's"
+        own = "" if self.measured is None else f"; u of each {plain(self.measured, 2)}"
         return (
             f"median {median}, quartiles {first} and {third}, 5 and 95 % {low} and {high}; skewness "
             f"{self.skewness:+.2f} ± {self.u_skewness:.2f} ({lean}); one more drop with 95 % from "

@@ -247,8 +247,8 @@ def findings_of(sessions: Sequence[SeriesSession], model: ModelName | None = Non
         points = [point for one in sessions if one.name in names for point in _points(one, counted)]
         fits = fit_speed_models(points)
         own = [one for one in sessions if one.name in names]
-        law = next((fit for fit in fits if fit.model == model), None) if model else next(iter(preferred(fits)), None)
-        besides = dependences(points, law)
+        best = next((fit for fit in fits if fit.model == model), None) if model else next(iter(preferred(fits)), None)
+        besides = dependences(points, best)
         samples.append(SampleFindings(label, names, fits, *_repeated(own, counted, fits, model or "power"), besides))
         of_samples[label or UNNAMED] = [values[name] for name in names if values[name]]
     # drops of a session share a setup and a day: where there are several, only they are independent

@@ -82,12 +82,12 @@ MODELS: dict[ModelName, SpeedModel] = {
 """By name; the sources stand in them."""
 
 
-def law_names() -> tuple[ModelName, ...]:
+def model_names() -> tuple[ModelName, ...]:
     """Return the names of all laws: the program's own, then those of plug-ins."""
     return (*MODELS, *(name for name in plugins("laws") if name not in MODELS))
 
 
-def law_of(name: ModelName) -> SpeedModel:
+def speed_model(name: ModelName) -> SpeedModel:
     """Return a law.
 
     Raises
@@ -106,7 +106,7 @@ def law_of(name: ModelName) -> SpeedModel:
 def title_of(name: ModelName) -> str:
     """Return what a law is called; one that cannot be loaded by its name."""
     try:
-        return law_of(name).title
+        return speed_model(name).title
     except RadarGuiError:
         return name
 
@@ -210,7 +210,7 @@ class SpeedFit:
 
     def e(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return e of the model and its standard uncertainty (scatter), each shape (n,), at speeds (n,)."""
-        model, at = law_of(self.model), np.array([one.value for one in self.parameters])
+        model, at = speed_model(self.model), np.array([one.value for one in self.parameters])
         slopes = _slopes(model, speed_m_s, at)
         variance = np.einsum("np,pq,nq->n", slopes, np.array(self.covariance), slopes)
         return model.e(speed_m_s, *at), np.sqrt(variance)
@@ -240,14 +240,14 @@ class SpeedFit:
 
 
 def fit_speed_models(points: Sequence[ImpactPoint]) -> tuple[SpeedFit, ...]:
-    """Return every law fitted to the same impacts, in the order of `law_names`.
+    """Return every law fitted to the same impacts, in the order of `model_names`.
 
     Parameters
     ----------
     points
         Valid impacts of drops that count, each once.
     """
-    return tuple(fit_speed_model(points, name) for name in law_names())
+    return tuple(fit_speed_model(points, name) for name in model_names())
 
 
 def preferred(fits: Sequence[SpeedFit]) -> tuple[SpeedFit, ...]:
@@ -288,14 +288,14 @@ def fit_speed_model(points: Sequence[ImpactPoint], name: ModelName) -> SpeedFit:
     if name in MODELS:
         return _fitted(points, name, MODELS[name])
     try:
-        return _fitted(points, name, law_of(name))
+        return _fitted(points, name, speed_model(name))
     except Exception as error:
         # a plug-in must not cost the report
         _logger.exception("The law %s was left out", name)
         said = (
             str(error) if isinstance(error, RadarGuiError) else f"the plug-in failed: {type(error).__name__}: {error}"
         )
-        return SpeedFit(name, len(points), len({point.run for point in points}), problem=said)
+        return SpeedFit(name, len(points), len({point.run for point in points}), problem=said.strip().rstrip(":"))
 
 
 def _fitted(points: Sequence[ImpactPoint], name: ModelName, model: SpeedModel) -> SpeedFit:

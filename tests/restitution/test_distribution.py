@@ -28,7 +28,7 @@ def test_quantiles_skewness_and_density_are_those_of_the_values() -> None:
     assert mode == pytest.approx(0.7 + 0.01 * 3.0, abs=4e-3)
     assert found.measured == pytest.approx(2e-3)
     assert "(skewed)" in found.words
-    assert "0.0020 is the measurement's" in found.words
+    assert "u of each 0.0020" in found.words
 
 
 def test_a_normal_series_is_skewed_by_chance_alone_and_the_next_drop_lies_where_it_is_told() -> None:

@@ -15,7 +15,7 @@ from typing import Any
 
 __version__ = "0.1.0"
 _PLACES = {
-    "radargui.api": ("BounceTable", "Result", "Run", "open_run", "process"),
+    "radargui.api": ("BounceTable", "Result", "Run", "open_run", "process", "series"),
     "radargui.model.errors": ("RadarGuiError",),
     "radargui.model.recording": ("Recording",),
     "radargui.model.channel_quality": ("ChannelQuality",),

@@ -4,6 +4,7 @@ from radargui.api import (
     Run as Run,
     open_run as open_run,
     process as process,
+    series as series,
 )
 from radargui.model.channel_quality import ChannelQuality as ChannelQuality
 from radargui.model.errors import RadarGuiError as RadarGuiError
@@ -26,4 +27,5 @@ __all__ = [
     "open_run",
     "process",
     "read_setup",
+    "series",
 ]

@@ -23,6 +23,9 @@ from radargui.model.setup_pool import RunLikelihood, known_setup
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.process import process as process_recording
 from radargui.report.tables import BOUNCE_HEADER, columns_of, track_header
+from radargui.restitution.findings import Findings
+from radargui.restitution.speed_models import speed_model
+from radargui.session.session import Session
 
 if TYPE_CHECKING:
     import pandas
@@ -259,6 +262,38 @@ def process(
     ]
     others = known_setup(before, (), setup)
     return Result(process_recording(run.recording, setup, progress, others=others))
+
+
+def series(*sessions: str | Path, model: str | None = None) -> Findings:
+    """Return what sessions found, as the report and the panel Series say it.
+
+    Parameters
+    ----------
+    sessions
+        Their folders; runs without a result are processed first.
+    model
+        Of e against the speed that e is brought to one speed by; None: the one that describes it best.
+
+    Returns
+    -------
+    Findings
+        `sessions` have mean, scatter and `distribution` of e; `samples` the `fits` of all laws and the `dependences` on
+        angle, diameter and number of the drop.
+
+    Raises
+    ------
+    RadarGuiError
+        A folder is no session, or there is no such law.
+    """
+    # what draws a report is not needed before
+    from radargui.processing.result_of_run import stored_or_computed
+    from radargui.report.facts import report_facts
+    from radargui.report.report import study_session
+
+    if model is not None:
+        speed_model(model)
+    opened = [Session.open(Path(one), write=False) for one in sessions]
+    return report_facts([study_session(one, stored_or_computed) for one in opened], "", model).findings
 
 
 def _view(package: str) -> Any:

@@ -107,7 +107,7 @@ def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
             ),
             remedy="Give the recordings of drops with --known fall.",
         )
-    slow_m_s = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3).slow_m_s
+    slow_m_s = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3, setup.air.gas).slow_m_s
     motion = Falls(place, estimate.onset_s, impact_s, after_m_s, end_s, slow_m_s)
     change = np.where(estimate.valid, estimate.change_m, np.nan)
     return Prepared(rounds.signals, _thinned(estimate.time_s, change), motion)

@@ -115,7 +115,7 @@ def fall_unknowns(setup: Setup) -> list[Unknown]:
     """Return gravity in air and its direction, the drag, and the floor: what all falls share."""
     g, u_g = site_gravity(setup)
     floor = setup.floor
-    drag = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3)
+    drag = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3, setup.air.gas)
     leaning = U_FLOOR_DEG if floor.u_tilt_deg is None else floor.u_tilt_deg
     # for a floor that leans a little slope and angle are one
     slopes = [math.degrees(x / floor.normal[2]) for x in floor.normal[:2]]
@@ -135,7 +135,7 @@ def site_gravity(setup: Setup) -> tuple[float, float]:
     """Return the acceleration of the falling sphere that the site says, buoyancy counted, and its uncertainty."""
     g, u, _ = gravity_of_site(setup.site) or (NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2, False)
     # a site that calls its g exact: the unknown stays one, with a prior that hardly lets it move
-    return g * share_in_air(setup.tracer.density_kg_m3), max(u, 1e-6)
+    return g * share_in_air(setup.tracer.density_kg_m3, setup.air.gas), max(u, 1e-6)
 
 
 def _given(u: float | None, group: str) -> float:

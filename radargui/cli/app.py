@@ -150,15 +150,15 @@ class Report(Command, does="written.report_sessions"):
     details
         Several pages a run, with all figures, instead of one.
     model
-        How e shall depend on the impact speed: constant, power law, Johnson's v^(-1/4), viscoelastic; left out: all
-        are compared.
+        How e shall depend on the impact speed: constant, power, johnson (v^(-1/4)), viscoelastic, or a law of a
+        plug-in; left out: all are compared.
     """
 
     sessions: Annotated[list[Path], Argument()]
     output: Output = None
     paper: Literal["a4", "letter"] = "a4"
     details: bool = False
-    model: Annotated[Literal["constant", "power", "johnson", "viscoelastic"] | None, Option("--law")] = None
+    model: Annotated[str | None, Option("--law")] = None
 
 
 class Figures(Command, does="written.draw_figures"):

@@ -10,7 +10,7 @@ from radargui.cli.app import Export, Figures, Report
 from radargui.cli.bar import Bar, progress_bar
 from radargui.cli.console import FAILED, fail, fail_line
 from radargui.files.formats import EXPORT_FORMATS
-from radargui.model.errors import RadarGuiError
+from radargui.model.errors import RadarGuiError, UsageError
 from radargui.session.info import own_subfolder
 from radargui.session.session import Session
 from radargui.session.transfer import plan_export
@@ -24,10 +24,19 @@ def report_sessions(options: Report) -> int:
 
     With several sessions and a folder for their reports each gets a folder of its name below, and the folder itself
     the report of all together.
+
+    Raises
+    ------
+    UsageError
+        There is no such law.
     """
     # an export does not need what draws figures
     from radargui.processing.result_of_run import stored_or_computed
     from radargui.report.report import PageLayout, write_report, write_series_report
+    from radargui.restitution.speed_models import model_names
+
+    if options.model is not None and options.model not in model_names():
+        raise UsageError(f"--law = {options.model!r}, allowed: {', '.join(model_names())}")
 
     status = 0
     reports: list[WrittenReport] = []

@@ -1,4 +1,4 @@
-"""The panel of the series: what its drops gave, e against the impact speed, falls over the parabola, in words."""
+"""The panel of the series: what its drops gave, e against speed and more, its distribution, falls, in words."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QPlainTextEdit, QVBoxLayout, QWidget
 
 from radargui.gui.background import OneAtATime
-from radargui.gui.layout import Choice, OneLine, Pages, button, fill, having, labelled
+from radargui.gui.layout import Choice, OneLine, Pages, PlainLabel, button, fill, having, labelled
 from radargui.gui.panels import Actions
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import Plot
@@ -23,15 +23,19 @@ from radargui.model.words import counted
 from radargui.report.document import with_powers
 from radargui.report.facts import (
     ReportFacts,
+    e_label,
     e_span,
+    histogram_of,
     mean_gravity,
+    points_of,
     report_facts,
     session_look,
     shown_fits,
     speed_points,
 )
+from radargui.restitution.dependence import COVARIATES
 from radargui.restitution.findings import UNNAMED, Findings, SessionFindings
-from radargui.restitution.speed_models import MODELS, SpeedFit
+from radargui.restitution.speed_models import SpeedFit, model_names, title_of
 from radargui.restitution.statistics import Statistics
 from radargui.session.session import Session
 
@@ -44,7 +48,14 @@ _SIGNS = (("●", "o"), ("■", "s"), ("▲", "t1"), ("◆", "d"), ("▼", "t"))
 """In the order of `canvas.MARKS`."""
 _DIGITS = 2
 """Of an uncertainty (GUM, 7.2.6)."""
-_PAGES = {"table": "Statistics", "speeds": "e against speed", "falls": "Falls", "words": "In words"}
+_PAGES = {
+    "table": "Statistics",
+    "speeds": "e against …",
+    "spread": "Distribution",
+    "falls": "Falls",
+    "words": "In words",
+}
+_SPEED = "speed"
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,20 +105,29 @@ def rows_of(found: SessionFindings) -> tuple[SeriesRow, ...]:
 
 
 class SpeedView(QWidget):
-    """e of all valid impacts against their speed, with the model that the operator chose, or the best one."""
+    """e of all valid impacts against their speed, with the model that the operator chose, or the best one.
+
+    Or against what e may depend on besides, brought to one speed.
+    """
 
     def __init__(self, theme: Theme) -> None:
         super().__init__()
         self._facts: ReportFacts | None = None
-        models = ((name, one.title) for name, one in MODELS.items())
+        models = ((name, title_of(name)) for name in model_names())
         self.model = having(Choice(((_BEST, "best described (AICc)"), *models)), accessibleName="Model")
         self.model.setToolTip("Model of e against the impact speed: what is drawn over the points, as in the report")
         self.model.currentIndexChanged.connect(self._draw)
+        others = ((name, one.title) for name, one in COVARIATES.items())
+        self.against = having(Choice(((_SPEED, "impact speed"), *others)), accessibleName="Against")
+        self.against.setToolTip(
+            "What e is drawn against; all but the speed with e brought to one speed by the best model"
+        )
+        self.against.currentIndexChanged.connect(self._draw)
         self.words = OneLine()
         self.key = having(Key(theme), wordWrap=True)
         self.plot = Plot(theme, "speed before the impact [m/s]", "e", left_px=_LEFT)
-        parts = (labelled("Model", self.model), self.model, (self.words, 1))
-        top = fill(QHBoxLayout(), *parts, margins=(6, 3, 6, 0), spacing=6)
+        choices = labelled("Against", self.against), self.against, labelled("Model", self.model), self.model
+        top = fill(QHBoxLayout(), *choices, (self.words, 1), margins=(6, 3, 6, 0), spacing=6)
         fill(QVBoxLayout(self), top, self.key, (self.plot, 1), spacing=1)
 
     def show_facts(self, facts: ReportFacts | None) -> None:
@@ -126,7 +146,13 @@ class SpeedView(QWidget):
         return [sample.fit(chosen) for sample in facts.findings.samples]
 
     def _draw(self, _index: int = 0) -> None:
+        on = self.against.currentData()
+        self.model.setEnabled(on == _SPEED)
+        if on != _SPEED:
+            self._draw_besides(on)
+            return
         self.plot.take_all_out()
+        self.plot.relabel("speed before the impact [m/s]", "e")
         groups = [speed_points(one.runs) for one in self._facts.sessions] if self._facts else []
         every = np.concatenate(groups, axis=1) if groups else np.empty((3, 0))
         found = self._facts.findings.sessions if self._facts else ()
@@ -140,7 +166,8 @@ class SpeedView(QWidget):
             speed = np.linspace(max(fit.speed_low_m_s, 1e-3), fit.speed_high_m_s, 80)
             e, u = fit.e(speed)
             self.plot.band("fit").show_band(speed, e - COVERAGE * u, e + COVERAGE * u)
-            self.plot.fast_line("fit", MODELS[fit.model].title, dashed=True).setData(speed, e)
+            self.plot.band("fit").show_band(speed, e - fit.prediction(speed), e + fit.prediction(speed))
+            self.plot.fast_line("fit", title_of(fit.model), dashed=True).setData(speed, e)
         for number, (speed, e, u) in enumerate(groups):
             # one line for all bars, which not-a-number breaks: a hundred items would take their time to draw
             x = np.repeat(speed, 3)
@@ -152,11 +179,77 @@ class SpeedView(QWidget):
         n_outside = int(np.count_nonzero((every[1] < low) | (every[1] > high)))
         self.plot.setXRange(0.0, 1.08 * float(every[0].max()), padding=0)
         self.plot.setYRange(low, high, padding=0)
-        titles = dict.fromkeys(MODELS[fit.model].title for fit in drawn)
-        fitted = [("╌", "fit", f"{' / '.join(titles)} ± {COVERAGE:g} u")] if drawn else []
+        titles = dict.fromkeys(title_of(fit.model) for fit in drawn)
+        fitted = [("╌", "fit", f"{' / '.join(titles)} ± {COVERAGE:g} u; wider: one more impact, 95 %")] if drawn else []
         outside = [("", "text", f"{n_outside} outside")] if n_outside else []
         self.key.show_entries(("│", "text", f"± {COVERAGE:g} u"), *fitted, *session_key(found), *outside)
         self.key.setToolTip(_plain(session_key(found)))
+
+    def _draw_besides(self, on: str) -> None:
+        """Draw e against an angle, a diameter or the number of the drop, one colour a sample."""
+        self.plot.take_all_out()
+        samples = self._facts.findings.samples if self._facts else ()
+        found = [(sample.label or UNNAMED, one) for sample in samples for one in sample.dependences if one.on == on]
+        known = [(label, one) for label, one in found if not one.problem]
+        covariate = COVARIATES[on]
+        self.plot.relabel(covariate.label, e_label([one for _, one in known]) if known else "e")
+        self.words.setText("; ".join(f"{label}: {one.words}" if len(found) > 1 else one.words for label, one in found))
+        self.plot.write_inside(
+            "" if known else "; ".join(dict.fromkeys(one.problem for _, one in found)) or "no impact yet"
+        )
+        if not known:
+            self.key.show_entries()
+            return
+        entries = [("│", "text", f"± {COVERAGE:g} u"), ("╌", "fit", "line")]
+        for number, (label, one) in enumerate(known):
+            x, e, u = points_of(one)
+            ends = np.array([x.min(), x.max()])
+            bars = np.stack([e - COVERAGE * u, e + COVERAGE * u, np.full_like(e, np.nan)], axis=1).ravel()
+            self.plot.fast_line("fit", "line", dashed=True).setData(covariate.scale * ends, one.line(ends))
+            self.plot.fast_line(role_of(number), f"{label} ± {COVERAGE:g} u").setData(
+                covariate.scale * np.repeat(x, 3), bars
+            )
+            self.plot.marker(role_of(number), mark_of(number)[1], 6, label).setData(covariate.scale * x, e)
+            entries.append((mark_of(number)[0], role_of(number), label if len(known) > 1 else "valid impacts"))
+        self.key.show_entries(*entries)
+        self.plot.enableAutoRange()
+
+
+class SpreadView(QWidget):
+    """How e of the first impacts is distributed: p(e) of each session, of a single one its histogram too."""
+
+    def __init__(self, theme: Theme) -> None:
+        super().__init__()
+        self.key, self.words = having(Key(theme), wordWrap=True), PlainLabel()
+        self.plot = Plot(theme, "e of the first impact", "p(e)", left_px=_LEFT)
+        fill(QVBoxLayout(self), self.key, (self.plot, 1), self.words, spacing=1)
+
+    def show_facts(self, facts: ReportFacts | None) -> None:
+        """Draw a series; None: there is none."""
+        self.plot.take_all_out()
+        sessions = facts.findings.sessions if facts else ()
+        shown = [(number, one.name, one.distribution) for number, one in enumerate(sessions) if one.distribution]
+        self.plot.write_inside("" if shown else "a distribution wants four drops whose e differs")
+        several = len(sessions) > 1
+        self.words.setText("\n".join(f"{name}: {one.words}" if several else one.words for _, name, one in shown))
+        if not shown:
+            self.key.show_entries()
+            return
+        for number, name, one in shown:
+            self.plot.fast_line(role_of(number), f"p(e) of {name}").setData(np.array(one.at), np.array(one.density))
+            if not several:
+                self.plot.fast_line("text", "histogram").setData(*histogram_of(one))
+                self.plot.rule("fit", one.prediction_low)
+                self.plot.rule("fit", one.prediction_high)
+        own = [("▬", "text", "histogram"), ("╌", "fit", "one more drop, 95 %")]
+        looks = [("▬", role, words) for _, role, words in session_key(sessions)]
+        self.key.show_entries(*(looks if several else [("▬", role_of(0), "p(e)"), *own]))
+        self.plot.enableAutoRange()
+        low, high = min(one.at[0] for *_, one in shown), max(one.at[-1] for *_, one in shown)
+        if not several:
+            # a rule does not widen the axis by itself
+            low, high = min(low, shown[0][2].prediction_low), max(high, shown[0][2].prediction_high)
+        self.plot.setXRange(low, high)
 
 
 class FallsView(QWidget):
@@ -260,7 +353,7 @@ class SeriesPanel(QWidget):
         words = QPlainTextEdit(readOnly=True, placeholderText=empty)
         self.words = having(words, accessibleName="The series in words")
         self._stale = set[str]()
-        views: dict[str, Callable[[Theme], QWidget]] = {"speeds": SpeedView, "falls": FallsView}
+        views: dict[str, Callable[[Theme], QWidget]] = {"speeds": SpeedView, "spread": SpreadView, "falls": FallsView}
         later = {name: partial(view, services.theme) for name, view in views.items()}
         self.pages = Pages(_PAGES, later, table=self.table, words=self.words)
         self._title = OneLine("No session")
@@ -326,7 +419,7 @@ class SeriesPanel(QWidget):
         n_runs = sum(len(one.runs) for one in facts.sessions) if facts else 0
         named = ", ".join(one.name for one in found)
         self._title.setText(f"{named}: {kind}{counted(n_runs, 'run')}" if found else nothing)
-        self._stale = {"speeds", "falls"}
+        self._stale = {"speeds", "spread", "falls"}
         self._draw()
         self.words.setPlainText("\n\n".join(_said(facts)) if facts and n_runs else "")
 
@@ -342,7 +435,9 @@ def _said(facts: ReportFacts) -> list[str]:
     ]
     fits = [said_of(found, fit) for sample in found.samples for fit in sample.fits if fit.n_impacts]
     said = (found.sentence, *(f"{words}." for words in compared), *found.cautions, *out, *fits)
-    return [with_powers(one) for one in said]
+    said = (*said, *(f"{one.words}." for sample in found.samples for one in sample.dependences if not one.problem))
+    spread = (f"Distribution of e, {one.name}: {one.distribution.words}." for one in found.sessions if one.distribution)
+    return [with_powers(one) for one in (*said, *spread)]
 
 
 def said_of(found: Findings, fit: SpeedFit) -> str:

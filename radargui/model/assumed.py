@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from radargui.model.air import ASSUMED_AIR
 from radargui.model.calibrated_setup import agreeing, setup_key
 from radargui.model.radar import Tracer
 from radargui.model.section import Section
@@ -25,6 +26,7 @@ ASSUMED = {
     "u_polarization_deg": 5.0,
     "floor.u_tilt_deg": 0.3,
     "u_clock_ppm": 50.0,
+    **ASSUMED_AIR,
 }
 """Standard uncertainties where the setup gives none: antennas set up with protractor and tape, a sphere hung by hand
 and measured with a calliper, a floor laid with a spirit level, the clock of NI's data sheets. Units as in the names."""
@@ -117,8 +119,10 @@ def uncertain_inputs(setup: Setup) -> tuple[UncertainInput, ...]:
         out.extend(UncertainInput(f"{place}.{name}", f"{place}.{u_name}", u, given is None) for name in names)
 
     add("radar", setup.radar, "u_frequency_hz", default=ASSUMED_FREQUENCY * setup.radar.frequency_hz)
+    if setup.air.is_known:
+        out.append(UncertainInput("radar.refractive_index", "air", setup.air.u_refractive_index, assumed=False))
     # taken as 1: off by what air has, always to the same side
-    if setup.radar.refractive_index is None:
+    elif setup.radar.refractive_index is None:
         out.append(UncertainInput("radar.refractive_index", "radar.refractive_index", AIR_OVER_VACUUM, assumed=True))
     antennas = {"transmitter": setup.transmitter} | {f"receiver[{n}]": one for n, one in enumerate(setup.receiver, 1)}
     for place, antenna in antennas.items():
@@ -173,4 +177,5 @@ def _of_calibration(setup: Setup) -> tuple[tuple[str, ...], list[UncertainInput]
 
 def assumed_uncertainties(setup: Setup) -> dict[str, float]:
     """Return the uncertainties that the setup does not give, by the key that would give them, and the values taken."""
-    return {one.u_key: one.u for one in uncertain_inputs(setup) if one.assumed}
+    of_air = {f"air.{name}": u for name, u in setup.air.assumed.items()}
+    return {one.u_key: one.u for one in uncertain_inputs(setup) if one.assumed} | of_air

@@ -6,6 +6,7 @@ Method 5, Flights.
 import math
 from typing import NamedTuple
 
+from radargui.model.air import USUAL_AIR, Gas
 from radargui.model.radar import Site
 
 NOMINAL_GRAVITY_M_S2 = 9.81
@@ -23,10 +24,6 @@ EARTH_GRAVITY_M_S2 = (9.76, 9.84)
 """Of all its places: from Huascaran, 9.764, to the pole, 9.834 (Hirt et al., Geophys. Res. Lett. 40, 4279, 2013)."""
 U_NORMAL_GRAVITY_M_S2 = 5e-4
 """Free-air anomaly, root mean square over land: mountains and rock that the ellipsoid does not know, 50 mGal."""
-AIR_DENSITY_KG_M3 = 1.2
-"""Of dry air at 20 degrees C and 1013 hPa (1.204); weather and a laboratory on a hill change it by 10 %."""
-_AIR_VISCOSITY_M2_S = 1.51e-5
-"""Kinematic, of air at 20 degrees C."""
 _DRAG_COEFFICIENT, _DRAG_REYNOLDS = 0.36, 280.0  # c and Re1 of `drag_of_sphere`
 _U_DRAG_SHARE = 0.2
 """Of k of a sphere whose density is given, relative: a wake that has not grown yet, weather."""
@@ -65,17 +62,17 @@ def gravity_of_site(site: Site) -> tuple[float, float, bool] | None:
     return None
 
 
-def expected_gravity(site: Site, density_kg_m3: float | None) -> tuple[float, float]:
+def expected_gravity(site: Site, density_kg_m3: float | None, air: Gas = USUAL_AIR) -> tuple[float, float]:
     """Return the acceleration that a sphere falls with at a site, drag apart, and its u; anywhere where none is told.
 
     Buoyancy is part of it where the sphere's density is given.
     """
-    here, in_air = gravity_of_site(site), share_in_air(density_kg_m3)
+    here, in_air = gravity_of_site(site), share_in_air(density_kg_m3, air)
     g, u = (NOMINAL_GRAVITY_M_S2, U_ANYWHERE_M_S2) if here is None else here[:2]
     return in_air * g, in_air * u
 
 
-def share_in_air(density_kg_m3: float | None) -> float:
+def share_in_air(density_kg_m3: float | None, air: Gas = USUAL_AIR) -> float:
     """Return the acceleration of a sphere that falls in air over g, drag apart; 1 where its density is not given.
 
     (1 - r) / (1 + r / 2), r = density of air over that of the sphere: buoyancy, and the air that must move along, half
@@ -84,7 +81,7 @@ def share_in_air(density_kg_m3: float | None) -> float:
     if density_kg_m3 is None:
         return 1.0
     # the air that moves along is not weighed but must be accelerated too
-    r = AIR_DENSITY_KG_M3 / density_kg_m3
+    r = air.density_kg_m3 / density_kg_m3
     return (1.0 - r) / (1.0 + 0.5 * r)
 
 
@@ -109,13 +106,13 @@ UNKNOWN_DRAG = Drag(0.0, 0.04, 0.0)
 """Of a body nobody has described: 10 mm of steel have k = 0.005 1/m, of light plastic 0.05."""
 
 
-def drag_of_sphere(diameter_m: float, density_kg_m3: float | None) -> Drag:
+def drag_of_sphere(diameter_m: float, density_kg_m3: float | None, air: Gas = USUAL_AIR) -> Drag:
     """Return the drag of a sphere in air; one of which no density is given is of metal, and k hardly known.
 
     c_d = c (1 + Re1 / Re) with c = 0.36, Re1 = 280 is within 3 % of the standard drag curve from Re = 300 to 1500
     (after Clift & Gauvin, Proc. Chemeca 1, 14, 1970): 0.45 to 2.3 m/s at 10 mm; slower there is next to no drag. Then
     k = 3 c rho_air / (4 rho d), v1 = Re1 nu / d.
     """
-    k = 0.75 * _DRAG_COEFFICIENT * AIR_DENSITY_KG_M3 / ((density_kg_m3 or _METAL_KG_M3) * diameter_m)
+    k = 0.75 * _DRAG_COEFFICIENT * air.density_kg_m3 / ((density_kg_m3 or _METAL_KG_M3) * diameter_m)
     u = UNKNOWN_DRAG.u_k_1_m if density_kg_m3 is None else _U_DRAG_SHARE * k
-    return Drag(k, u, _DRAG_REYNOLDS * _AIR_VISCOSITY_M2_S / diameter_m)
+    return Drag(k, u, _DRAG_REYNOLDS * air.viscosity_m2_s / diameter_m)

@@ -1,4 +1,4 @@
-"""What a laboratory adds from a package of its own: sources, corrections and figures, found by their entry points."""
+"""What a laboratory adds from a package of its own, sources, corrections, figures and laws, by their entry points."""
 
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from radargui.model.errors import RadarGuiError
 
-Kind = Literal["sources", "corrections", "figures"]
+Kind = Literal["sources", "corrections", "figures", "laws"]
 
 
 @cache

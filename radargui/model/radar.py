@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, PrivateAttr, field_validator, model_validator
 
 from radargui.model.section import Coordinate, ExactWhole, Real, Section, Vector
 
@@ -22,7 +22,8 @@ class Radar(Section):
     frequency_hz, u_frequency_hz
         Of the transmitted wave.
     refractive_index
-        n of the air, wavelength = c / (n f0): 1.00032 in a laboratory. Left out: 1, as 0.1 had it (decision record 21).
+        n of the air, wavelength = c / (n f0): 1.00032 in a laboratory. Left out: that of `[air]`, else 1, as 0.1 had it
+        (decision record 21).
     phase_sign
         -1 where Q is inverted: moving the tracer away must raise every path length.
     """
@@ -32,11 +33,25 @@ class Radar(Section):
     refractive_index: Annotated[Real, Field(ge=1.0, le=1.01)] | None = None
     phase_sign: Annotated[Literal[-1, 1], ExactWhole] = 1
 
+    # what the setup's [air] makes it, for whoever has the radar alone; no key of the file
+    _index_of_air: float = PrivateAttr(default=1.0)
+
+    def in_air(self, index: float) -> Radar:
+        """Return the radar in air of a refractive index, which counts where none is stated."""
+        radar = self.model_copy()
+        radar._index_of_air = index  # noqa: SLF001  of its own copy
+        return radar
+
+    @property
+    def index(self) -> float:
+        """Refractive index that counts: the one stated, else that of the air, else 1."""
+        return self.refractive_index or self._index_of_air
+
     @property
     def wavelength_m(self) -> float:
         """Wavelength c / (n f0)."""
         # air shortens the wave by 3e-4: counted as vacuum every length and g come out as much too large
-        return SPEED_OF_LIGHT_M_S / ((self.refractive_index or 1.0) * self.frequency_hz)
+        return SPEED_OF_LIGHT_M_S / (self.index * self.frequency_hz)
 
 
 Distance = Annotated[Real, Field(gt=0.0, le=100.0)]

@@ -14,6 +14,7 @@ import tomlkit
 from pydantic import ConfigDict, Field, ValidationError, model_validator
 from tomlkit.exceptions import TOMLKitError
 
+from radargui.model.air import Air
 from radargui.model.calibration_file import CalibrationContent, CalibrationReference, content_of, read_calibration
 from radargui.model.daq import Daq, RecordingLimits
 from radargui.model.errors import FileError, SetupError
@@ -25,7 +26,7 @@ from radargui.model.section import ExactWhole, Section
 from radargui.model.setup_error import describe
 from radargui.model.simulation import Simulation
 
-MEASURING = ("radar", "transmitter", "receiver", "tracer", "floor")
+MEASURING = ("radar", "transmitter", "receiver", "tracer", "floor", "air")
 """Tables that position, e and g are computed with; the others are about acquisition and processing."""
 
 
@@ -40,6 +41,7 @@ class Setup(Section):
     receiver: Annotated[tuple[Receiver, ...], Field(min_length=1, max_length=MOST_RECEIVERS)]
     tracer: Tracer = Tracer()
     floor: Floor = Floor()
+    air: Air = Air()
     site: Site = Site()
     calibration: CalibrationReference = CalibrationReference()
     daq: Daq = Daq()
@@ -65,6 +67,17 @@ class Setup(Section):
             raise ValueError('daq.start_pretrigger = true, allowed: with daq.start = "digital" or "analog"')
         if daq.remote_certificate is not None and daq.remote is None:
             raise ValueError("daq.remote_certificate is given, allowed: together with daq.remote")
+        return self
+
+    @model_validator(mode="after")
+    def _wave_is_in_the_air(self) -> Setup:
+        if not self.air.is_known:
+            return self
+        if self.radar.refractive_index is not None:
+            given = f"radar.refractive_index = {self.radar.refractive_index:g}"
+            raise ValueError(f"{given}, allowed: left out beside [air], which gives it")
+        # frozen for all others: here it is being made
+        object.__setattr__(self, "radar", self.radar.in_air(self.air.refractive_index))
         return self
 
     @model_validator(mode="after")
@@ -363,7 +376,7 @@ def moved(setup: Setup, key: str, by: float) -> Setup:
     else:
         if value is None:
             # of what is not given the value that is taken for it moves
-            value = 1.0 if index is None else setup.received_fields()[index].angle_deg
+            value = setup.radar.index if index is None else setup.received_fields()[index].angle_deg
         value += by
     table = table.model_copy(update={name: value})
     update = table if index is None else (*whole[:index], table, *whole[index + 1 :])
@@ -379,7 +392,7 @@ def value_of(setup: Setup, key: str) -> float:
     if name in ("distance_m", "position_m") and value is None:
         value = math.hypot(*table.place_m) if name == "distance_m" else table.place_m
     if value is None:
-        value = 1.0 if index is None else setup.received_fields()[index].angle_deg
+        value = setup.radar.index if index is None else setup.received_fields()[index].angle_deg
     return float(value if axis is None else value[axis])
 
 

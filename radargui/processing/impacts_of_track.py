@@ -59,6 +59,6 @@ def _bounces_of(track: Track, segment: Segment, setup: Setup, rate_hz: float) ->
     # a normal that is a default is no statement about this floor
     given = "normal" in setup.floor.model_fields_set
     normal = setup.floor.normal if given else None
-    drag = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3)
+    drag = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3, setup.air.gas)
     is_known = setup.tracer.density_kg_m3 is not None
     return find_bounces(track, segment, normal, rate_hz, setup.floor.u_tilt_deg, drag, is_drag_known=is_known)

@@ -11,6 +11,8 @@ from radargui.model.arrays import FloatArray
 from radargui.model.rounding import COVERAGE, UNKNOWN, plain
 from radargui.report.provenance import Provenance
 from radargui.report.run_facts import RunFacts, glance
+from radargui.restitution.dependence import Dependence
+from radargui.restitution.distribution import Distribution
 from radargui.restitution.findings import Findings, SeriesRun, SeriesSession, SessionFindings, findings_of
 from radargui.restitution.speed_models import ModelName, SpeedFit, preferred
 from radargui.restitution.statistics import probability
@@ -112,6 +114,31 @@ def speed_points(runs: Sequence[RunFacts]) -> FloatArray:
         if impact.valid and math.isfinite(impact.e) and impact.u_e < WORST_SHARE * impact.e
     ]
     return np.array(found, np.float64).reshape(-1, 3).T
+
+
+def dependences_on(facts: ReportFacts, on: str) -> list[Dependence]:
+    """Return for each sample whose impacts tell it how e depends on something, among `COVARIATES`."""
+    every = [one for sample in facts.findings.samples for one in sample.dependences if one.on == on]
+    return [one for one in every if not one.problem]
+
+
+def points_of(found: Dependence) -> FloatArray:
+    """Return what e may depend on, e and its statistical u of the impacts that tell it, shape (3, n), to be drawn."""
+    e, u = np.array(found.e), np.array([one.u_e for one in found.impacts])
+    return np.stack([found.x, e, u])[:, u < WORST_SHARE * e]
+
+
+def e_label(found: Sequence[Dependence]) -> str:
+    """Return what is drawn of dependences: e, at which speed where all of them were brought to one."""
+    speeds = {one.reduced.partition(" (")[0] for one in found}
+    return f"e {speeds.pop()}".strip() if len(speeds) == 1 else "e, each sample at its mean speed"
+
+
+def histogram_of(found: Distribution) -> tuple[FloatArray, FloatArray]:
+    """Return the outline of a histogram as a density, from left to right, each shape (m,)."""
+    edges, counts = np.array(found.edges), np.array(found.counts, np.float64)
+    height = counts / (found.n * np.diff(edges))
+    return np.repeat(edges, 2), np.concatenate([[0.0], np.repeat(height, 2), [0.0]])
 
 
 def shown_fits(facts: ReportFacts) -> list[SpeedFit]:

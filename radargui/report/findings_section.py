@@ -7,20 +7,21 @@ from pathlib import Path
 from radargui.model.drop import gravity_words, restitution_words
 from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.model.uncertainty_budget import SHARES, BudgetLine, variance_shares
-from radargui.model.words import percent
+from radargui.model.words import percent, sentence
 from radargui.report.document import Chapter, Content, Drawing, Facts, Grid, Note
-from radargui.report.facts import ReportFacts, SessionFacts, fit_cells, session_cells
+from radargui.report.facts import ReportFacts, SessionFacts, dependences_on, fit_cells, session_cells
 from radargui.report.provenance import RunProvenance
 from radargui.report.publication import bibtex, methods
 from radargui.report.run_facts import RunFacts, all_simulated, badges
 from radargui.report.setup_section import setup_blocks
+from radargui.restitution.dependence import COVARIATES
 from radargui.restitution.findings import Findings, SampleFindings, SessionFindings
 from radargui.restitution.site_gravity import SiteCheck
-from radargui.restitution.speed_models import MODELS, preferred
+from radargui.restitution.speed_models import preferred, title_of
 from radargui.restitution.statistics import OUTLIER_RULE, Statistics, probability
 from radargui.session.info import JournalEntry
 
-_SPEEDS_MM, _FALLS_MM = 62.0, 70.0
+_SPEEDS_MM, _SPREAD_MM, _FALLS_MM = 62.0, 42.0, 70.0
 """Heights of the frames, of 253 mm that A4 has for a text page (chosen by hand)."""
 _DIGEST = 16
 """Letters of a checksum that people see; report.json has all of them."""
@@ -154,7 +155,14 @@ def _series(facts: ReportFacts) -> Iterator[Content]:
         if sample.fits and sample.fits[0].n_impacts:
             yield _speed_table(sample, found)
         yield from _repeatability(sample)
-    from radargui.report.series_figures import draw_falls
+        yield from _besides(sample)
+    spread = {one.name: sentence(one.distribution.words) for one in found.sessions if one.distribution}
+    if spread:
+        yield Facts.of(spread, "Distribution of e of the first impacts")
+    from radargui.report.series_figures import draw_falls, draw_spread
+
+    if spread or any(dependences_on(facts, on) for on in COVARIATES):
+        yield Drawing("Distribution of e, and what it may depend on", partial(draw_spread, facts=facts), _SPREAD_MM)
 
     runs = [one.runs for one in facts.sessions]
     if any(run.falls is not None for session in runs for run in session):
@@ -194,7 +202,7 @@ def _speed_table(sample: SampleFindings, found: Findings) -> Grid:
     best = preferred(sample.fits)
     rows = (
         {
-            "model": MODELS[fit.model].title + (" (chosen)" if fit.model == found.model else ""),
+            "model": title_of(fit.model) + (" (chosen)" if fit.model == found.model else ""),
             "parameters": ", ".join(one.words for one in fit.parameters) or fit.problem,
             **fit_cells(fit),
             "p of the shape": UNKNOWN if fit.trend_p is None else probability(fit.trend_p).removeprefix("= "),
@@ -221,6 +229,13 @@ def _repeatability(sample: SampleFindings) -> Iterator[Content]:
             "Reproducibility s_R": plain(one.reproducibility_sd, 2),
         }
         yield Facts.of(rows, f"Within and between sessions{f': {sample.label}' if sample.label else ''} (ISO 5725-2)")
+
+
+def _besides(sample: SampleFindings) -> Iterator[Content]:
+    """Give what e depends on besides the speed; of what no impact tells nothing is said."""
+    rows = {COVARIATES[one.on].title: sentence(one.words) for one in sample.dependences if one.n_groups > 1}
+    if rows:
+        yield Facts.of(rows, f"What else e depends on{f': {sample.label}' if sample.label else ''}")
 
 
 def _provenance(session: SessionFacts) -> Iterator[Content]:

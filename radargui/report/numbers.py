@@ -14,6 +14,7 @@ from radargui.report.provenance import Provenance
 from radargui.report.publication import bibtex, latex_tables, methods
 from radargui.report.run_facts import RunFacts
 from radargui.report.tables import csv_bytes, free_fall_document, json_bytes
+from radargui.restitution.dependence import Dependence
 from radargui.restitution.findings import SessionFindings
 from radargui.restitution.series import Series
 from radargui.restitution.speed_models import preferred
@@ -86,12 +87,22 @@ def report_document(facts: ReportFacts) -> dict[str, object]:
         **(sessions[0] if len(sessions) == 1 else {"sessions": sessions}),
         "speed_model": findings.model,
         "samples": [
-            {**asdict(one), "preferred": [fit.model for fit in preferred(one.fits)]} for one in findings.samples
+            {
+                **asdict(one),
+                "preferred": [fit.model for fit in preferred(one.fits)],
+                "dependences": [_dependence_document(each) for each in one.dependences],
+            }
+            for one in findings.samples
         ],
         "sessions_compared": findings.sessions_compared,
         "samples_compared": findings.samples_compared,
         "cautions": findings.cautions,
     }
+
+
+def _dependence_document(one: Dependence) -> dict[str, object]:
+    """Return a slope of e; the impacts are in the runs already."""
+    return {key: value for key, value in asdict(one).items() if key not in ("impacts", "e")} | {"n": len(one.impacts)}
 
 
 def _session_document(found: SessionFindings, one: SessionFacts) -> dict[str, object]:
@@ -105,6 +116,7 @@ def _session_document(found: SessionFindings, one: SessionFacts) -> dict[str, ob
         "t_matrix": t_matrix(antennas),
         "condition_number": condition_number(antennas) if info.setup.n_receivers >= LEAST_RECEIVERS else None,
         "series": _statistics(series),
+        "distribution": found.distribution,
         "series_kind": series.kind,
         "series_runs": series.seen,
         "left_out_of_series": series.left_out,

@@ -9,7 +9,7 @@ from radargui.model.rounding import alone, concise, plain
 from radargui.report.document import templates
 from radargui.report.facts import ReportFacts, SessionFacts, fit_cells, session_cells
 from radargui.restitution.findings import SampleFindings
-from radargui.restitution.speed_models import MODELS
+from radargui.restitution.speed_models import speed_model, title_of
 from radargui.restitution.statistics import OUTLIER_RULE
 
 
@@ -28,7 +28,7 @@ def methods(facts: ReportFacts) -> str:
         most=max(one.series.e.n for one in found.sessions),
         combined=any(one.series.e.combined is not None for one in found.sessions),
         outlier_rule=OUTLIER_RULE,
-        model=found.model and MODELS[found.model],
+        model=found.model and speed_model(found.model),
         how=_each(fit.u_from for fit in fits),
         version=__version__,
     )
@@ -114,7 +114,7 @@ def latex_tables(facts: ReportFacts) -> str:
 def _fits(sample: SampleFindings) -> _Table:
     rows = [
         (
-            MODELS[fit.model].title,
+            title_of(fit.model),
             "; ".join(f"{one.name} = {concise(one.value, one.u_combined or one.u, one.unit)}" for one in fit.parameters)
             or fit.problem,
             *fit_cells(fit).values(),

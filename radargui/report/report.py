@@ -31,7 +31,7 @@ from radargui.report.rendering import PdfFile, section_html, write_html
 from radargui.report.run_facts import ResultOf, RunFacts, study
 from radargui.report.run_figures import RunDrawing
 from radargui.report.run_section import run_page, run_section
-from radargui.report.series_figures import draw_falls, draw_speeds
+from radargui.report.series_figures import draw_falls, draw_speeds, draw_spread
 from radargui.report.sheet import Area, Paper
 from radargui.restitution.series import drop_labels
 from radargui.restitution.speed_models import ModelName
@@ -347,7 +347,10 @@ def _of_run(name: str, curves: RunCurves) -> Iterator[_Named]:
 
 
 def _of_session(session: SessionFacts) -> Iterator[_Named]:
-    yield "restitution", 0.7, partial(draw_speeds, facts=report_facts([session], ""))
+    facts = report_facts([session], "")
+    yield "restitution", 0.7, partial(draw_speeds, facts=facts)
+    if any(one.distribution for one in facts.findings.sessions):
+        yield "distribution", 0.5, partial(draw_spread, facts=facts)
     if any(run.falls for run in session.runs):
         yield "falls", 0.9, partial(draw_falls, sessions=[session.runs])
 

@@ -1,4 +1,4 @@
-"""Figures of a series: e against the impact speed with what describes it, and all falls over one parabola."""
+"""Figures of a series: e against the impact speed and what else it may depend on, its distribution, all falls."""
 
 from collections.abc import Sequence
 
@@ -14,22 +14,30 @@ from radargui.report.facts import (
     MOST_LOOKS,
     WORST_SHARE,
     ReportFacts,
+    dependences_on,
+    e_label,
     e_span,
+    histogram_of,
     mean_gravity,
+    points_of,
     session_look,
     shown_fits,
     speed_points,
 )
 from radargui.report.run_facts import RunFacts
 from radargui.report.sheet import Area
-from radargui.restitution.speed_models import MODELS, SpeedFit
+from radargui.restitution.dependence import COVARIATES
+from radargui.restitution.speed_models import SpeedFit, title_of
 
 _LARGE = 7.0
 """Of text in these panels, in points; in those of a run it is `canvas.SIZE`, for there are more on a page."""
 _DASHES = (4.0, 2.0)
+_DOTS = (1.0, 1.5)
 """Line and gap in points."""
 _FALLS_SHARE = 0.62
 """Of the height: the falls, above what their fits leave (chosen by hand)."""
+_BESIDE_MM = 13.0
+"""Between panels side by side: the numbers of the right one (chosen by hand)."""
 _BETWEEN_MM = 5.0
 """Between both: the title of the lower one (the upper one has no numbers beneath)."""
 
@@ -79,9 +87,43 @@ def _draw_fit(panel: Panel, fit: SpeedFit) -> None:
     e, u = fit.e(speed)
     line = Line(sheet.FIT_COLOUR, 0.9, _DASHES)
     panel.curve(Curve(speed, e), line)
-    for sign in (-COVERAGE, COVERAGE):
-        panel.curve(Curve(speed, e + sign * u), Line(sheet.FIT_COLOUR, 0.3))
-    panel.key(f"{MODELS[fit.model].title} ± {COVERAGE:g} u", line)
+    for sign in (-1.0, 1.0):
+        panel.curve(Curve(speed, e + sign * COVERAGE * u), Line(sheet.FIT_COLOUR, 0.3))
+        panel.curve(Curve(speed, e + sign * fit.prediction(speed)), Line(sheet.FIT_COLOUR, 0.3, _DOTS))
+    panel.key("one more impact, 95 %", Line(sheet.FIT_COLOUR, 0.3, _DOTS))
+    panel.key(f"{title_of(fit.model)} ± {COVERAGE:g} u", line)
+
+
+def draw_spread(figure: Figure, area: Area, facts: ReportFacts) -> None:
+    """Draw how e is distributed, p(e) one colour a session, and e against what it depends on besides the speed."""
+    spreads = [(number, one.distribution) for number, one in enumerate(facts.findings.sessions)]
+    shown = [(number, one) for number, one in spreads if one is not None]
+    drawn = {on: known for on in COVARIATES if (known := dependences_on(facts, on))}
+    n = bool(shown) + len(drawn)
+    width = (area.width - (n - 1) * _BESIDE_MM) / max(n, 1)
+    places = iter(area.inside(k * (width + _BESIDE_MM), 0.0, width, area.height) for k in range(n))
+    canvas = Canvas(figure)
+    if shown:
+        ends = [end for _, one in shown for end in (one.at[0], one.at[-1])]
+        tops = [max(one.density) for _, one in shown] + [max(histogram_of(one)[1]) for _, one in shown[:1]]
+        panel = Panel(canvas, next(places), (min(ends), max(ends)), (0.0, 1.1 * max(tops)), _LARGE)
+        for number, one in shown:
+            panel.curve(Curve(np.array(one.at), np.array(one.density)), Line(_colour(number), 0.9))
+        if len(shown) == 1:
+            panel.curve(Curve(*histogram_of(shown[0][1])), Line(_colour(shown[0][0]), 0.5))
+        panel.frame("p(e), first impacts", "e")
+    for on, found in drawn.items():
+        covariate = COVARIATES[on]
+        x, e, u = np.concatenate([points_of(one) for one in found], axis=1)
+        low, high = float(x.min()) * covariate.scale, float(x.max()) * covariate.scale
+        room = 0.06 * (high - low)
+        panel = Panel(canvas, next(places), (low - room, high + room), e_span(np.stack([x, e, u])), _LARGE)
+        for number, dependence in enumerate(found):
+            x, e, u = points_of(dependence)
+            _draw_points(panel, np.stack([covariate.scale * x, e, u]), _colour(number), session_look(number)[1])
+            ends_x = np.array([x.min(), x.max()])
+            panel.curve(Curve(covariate.scale * ends_x, dependence.line(ends_x)), Line(sheet.FIT_COLOUR, 0.9, _DASHES))
+        panel.frame(f"{e_label(found)}, bars ± {COVERAGE:g} u", covariate.label.replace("[", "/ ").replace("]", ""))
 
 
 def draw_falls(figure: Figure, area: Area, sessions: Sequence[Sequence[RunFacts]]) -> None:

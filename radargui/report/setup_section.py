@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from radargui.geometry.path_length import LEAST_RECEIVERS, condition_number, place_antennas, t_matrix
+from radargui.model.air import Air
 from radargui.model.calibrated_setup import (
     CORRELATED,
     calibration_words,
@@ -42,12 +43,13 @@ def setup_blocks(setup: Setup, *, recorded: bool = True, simulated: bool = False
     rate = f"{setup.daq.rate_hz:g} samples per second and channel"
     release = ", ".join(f"{1e3 * x:g}" for x in tracer.release_position_m)
     floor, daq = setup.floor.height_m, setup.daq
-    air = f" (n = {radar.refractive_index:g})" if radar.refractive_index else ", the air taken as vacuum"
+    index = f" (n = {radar.index:.8g})" if radar.index > 1.0 else ", the air taken as vacuum"
     density = f", {tracer.density_kg_m3:g} kg/m³" if tracer.density_kg_m3 else ""
     diameter = _with_u(tracer.diameter_m, tracer.u_diameter_m, "mm", 1e3)
     inputs = f"{daq.device}: {', '.join(setup.physical_channels)}; {daq.terminal}, ±{daq.range_v:g} V"
     rows = {
-        "Frequency, wavelength": f"{radar.frequency_hz / 1e9:g} GHz, {plain(radar.wavelength_m, 5, 'mm', 1e3)}{air}",
+        "Frequency, wavelength": f"{radar.frequency_hz / 1e9:g} GHz, {plain(radar.wavelength_m, 5, 'mm', 1e3)}{index}",
+        "Air": _air(setup.air),
         "Sign of the phase": f"{radar.phase_sign:+d}",
         "Transmitter": _transmitter(setup.transmitter),
         "Sphere": f"{diameter} diameter, released at ({release}) mm{density}",
@@ -68,6 +70,26 @@ def _transmitter(transmitter: Transmitter) -> str:
     if transmitter.polarization_deg is None:
         return f"{place}; polarisation not given: the sphere counts as a point"
     return f"{place}, polarised along {_with_u(transmitter.polarization_deg, transmitter.u_polarization_deg, '°')}"
+
+
+def _air(air: Air) -> str:
+    """Return the state of the air and what follows from it; empty where the setup does not say it."""
+    if not air.is_known:
+        return ""
+    gas = air.gas
+    state = ", ".join(
+        _with_u(value or 0.0, u, unit)
+        for value, u, unit in (
+            (air.temperature_c, air.u_temperature_c, "°C"),
+            (air.pressure_hpa, air.u_pressure_hpa, "hPa"),
+            (air.humidity_percent, air.u_humidity_percent, "% humidity"),
+        )
+    )
+    return (
+        f"{state}: n − 1 = {quantity(air.refractive_index - 1.0, air.u_refractive_index, 'ppm', 1e6)} (Rüeger 2002), "
+        f"density {quantity(gas.density_kg_m3, gas.u_density_kg_m3, 'kg/m³')}, "
+        f"viscosity {plain(gas.viscosity_m2_s, 3, 'mm²/s', 1e6)}"
+    )
 
 
 def _with_u(value: float, u: float | None, unit: str = "", scale: float = 1.0) -> str:

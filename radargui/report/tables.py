@@ -96,12 +96,20 @@ def result_document(result: RunResult) -> dict[str, object]:
         "channel_skew_s": skew.delay_s,
         "channel_skew_from": skew.known_from,
         "channels": quality and [channel.document() for channel in quality.channels],
+        "air": air_document(result.setup),
         "free_fall": result.bounces.free_fall and free_fall_document(result.bounces.free_fall, site_check(result)),
         "uncertainty_budget": result.uncertainty_budget,
         "setup_posterior": setup_posterior_document(result.setup_posterior),
         "warnings": result.warnings,
         "findings": [{**one.document(), "text": one.text} for one in result.findings],
     }
+
+
+def air_document(setup: Setup) -> dict[str, object] | None:
+    """Return what follows from the air that a setup tells; None where it tells none."""
+    air = setup.air
+    index = {"refractive_index": air.refractive_index, "u_refractive_index": air.u_refractive_index}
+    return {**index, **air.gas._asdict()} if air.is_known else None
 
 
 def setup_posterior_document(values: tuple[SetupValue, ...]) -> dict[str, dict[str, object]]:

@@ -12,9 +12,18 @@ from radargui.model.rounding import alone, concise, plain
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
 from radargui.restitution.comparison import Comparison, Repeatability, compare, repeatability_of
+from radargui.restitution.dependence import Dependence, dependences
+from radargui.restitution.distribution import Distribution, distribution_of
 from radargui.restitution.series import PRELIMINARY, Series, series_of
 from radargui.restitution.site_gravity import SiteCheck, check_against_site
-from radargui.restitution.speed_models import MODELS, ImpactPoint, ModelName, SpeedFit, fit_speed_models
+from radargui.restitution.speed_models import (
+    ImpactPoint,
+    ModelName,
+    SpeedFit,
+    fit_speed_models,
+    preferred,
+    title_of,
+)
 from radargui.restitution.statistics import Statistics, probability
 
 
@@ -79,6 +88,8 @@ class SessionFindings:
         Every run that is not in the mean of e, with the reason.
     preliminary
         Names of runs whose correction is still to be computed.
+    distribution
+        Of e over the drops that are in its mean; None of fewer than four.
     """
 
     name: str
@@ -90,6 +101,7 @@ class SessionFindings:
     site: SiteCheck | None
     excluded: tuple[Excluded, ...]
     preliminary: tuple[str, ...]
+    distribution: Distribution | None = None
 
     @property
     def kind(self) -> str:
@@ -137,6 +149,8 @@ class SampleFindings:
         how much e differs for that.
     reduced
         How e was brought to one speed for it, in words; empty where the sessions had one.
+    dependences
+        Slopes of e along what it may depend on besides the speed.
     """
 
     label: str
@@ -144,6 +158,7 @@ class SampleFindings:
     fits: tuple[SpeedFit, ...]
     repeatability: Repeatability | None
     reduced: str = ""
+    dependences: tuple[Dependence, ...] = ()
 
     def fit(self, model: ModelName) -> SpeedFit:
         """Return the fit of one model."""
@@ -232,7 +247,9 @@ def findings_of(sessions: Sequence[SeriesSession], model: ModelName | None = Non
         points = [point for one in sessions if one.name in names for point in _points(one, counted)]
         fits = fit_speed_models(points)
         own = [one for one in sessions if one.name in names]
-        samples.append(SampleFindings(label, names, fits, *_repeated(own, counted, fits, model or "power")))
+        best = next((fit for fit in fits if fit.model == model), None) if model else next(iter(preferred(fits)), None)
+        besides = dependences(points, best)
+        samples.append(SampleFindings(label, names, fits, *_repeated(own, counted, fits, model or "power"), besides))
         of_samples[label or UNNAMED] = [values[name] for name in names if values[name]]
     # drops of a session share a setup and a day: where there are several, only they are independent
     means = all(len(groups) > 1 for groups in of_samples.values())
@@ -264,9 +281,9 @@ def _session_findings(session: SeriesSession, counted: Series) -> SessionFinding
     excluded = [Excluded(run, "set aside", why) for run, why in session.set_aside.items()]
     excluded += [one for run in session.runs if (one := _why_excluded(run, left_out))]
     preliminary = tuple(run.drop.name for run in session.runs if run.drop.preliminary)
-    return SessionFindings(
-        session.name, session.sample, session.target, series, e_budget, g_budget, site, tuple(excluded), preliminary
-    )
+    spread = distribution_of([run.drop.e for run in used], [run.drop.u_e for run in used])
+    about = session.name, session.sample, session.target
+    return SessionFindings(*about, series, e_budget, g_budget, site, tuple(excluded), preliminary, spread)
 
 
 def _why_excluded(run: SeriesRun, left_out: Mapping[str, str]) -> Excluded | None:
@@ -308,8 +325,11 @@ def _points(session: SeriesSession, counted: Series) -> list[ImpactPoint]:
             impact.e,
             impact.u_e,
             impact.u_e_combined if math.isfinite(impact.u_e_combined) else None,
+            getattr(impact, "angle_deg", math.nan),
+            session.setup.tracer.diameter_m,
+            number,
         )
-        for run in session.runs
+        for number, run in enumerate(session.runs, 1)
         if f"{session.name}/{run.drop.name}" not in counted.left_out
         for impact in run.impacts
         if impact.valid and math.isfinite(impact.e) and impact.u_e > 0.0 and impact.speed_before_m_s > 0.0
@@ -344,7 +364,7 @@ def _repeated(
     expected = dict(zip([at, *speeds], fit.e(np.array([at, *speeds]))[0].tolist(), strict=True))
     # by the ratio: what a drop is above the model stays the same share of e
     groups = [[e * expected[at] / expected[speed] for speed, e in group] for group in pairs]
-    return repeatability_of(groups), f"at {plain(at, 3, 'm/s')} (brought there by the {MODELS[model].title})"
+    return repeatability_of(groups), f"at {plain(at, 3, 'm/s')} (brought there by the {title_of(model)})"
 
 
 def _cautions(sessions: Sequence[SeriesSession], found: Sequence[SessionFindings]) -> list[str]:

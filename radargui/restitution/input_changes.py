@@ -166,7 +166,7 @@ def joint_changes(
         outlier = setup_outlier(chi_square, responses.keys, setup)
         wrong = np.array([outlier is not None and key in outlier.off for key in responses.keys])
         # what the estimate was told of g is no result
-        alone = chi_square.without_g(expected_gravity(setup.site, setup.tracer.density_kg_m3)[0])
+        alone = chi_square.without_g(expected_gravity(setup.site, setup.tracer.density_kg_m3, setup.air.gas)[0])
         # what other runs say tells where the inputs are, not whether this run agrees with what is stated
         known, alone = (one.with_others(responses.others) for one in (chi_square, alone))
         posterior, of_g = (one.posterior(wrong, responses.at) for one in (known, alone))

@@ -67,7 +67,7 @@ class SetupChiSquare:
             Its site and the sphere's density.
         """
         cost, pull = fit.against(responses)
-        g, u = expected_gravity(setup.site, setup.tracer.density_kg_m3)
+        g, u = expected_gravity(setup.site, setup.tracer.density_kg_m3, setup.air.gas)
         off = fit.g_m_s2 - g
         by_input = np.array([fit.follow(one)[0] for one in responses])
         weight = 1.0 / (u**2 + fit.u_g_m_s2**2)

@@ -9,8 +9,6 @@ from radargui.model.rounding import COVERAGE, plain, quantity
 from radargui.model.setup import Setup
 from radargui.restitution.settings import TRACKS
 
-U_AIR = 0.1
-"""Of the density of air, relative: weather, and heights up to a kilometre."""
 SHARES_OF_MISSED = 1.0, 0.5
 """Relative error of e over that of the first fall's g, of the impact that ends the fall and of those after it. Of 116
 first impacts of drops in rooms with reflectors 2u held 80 to 90 % without it and 93 to 97 % with it (of 147 fresh ones
@@ -87,7 +85,7 @@ def with_missed_gravity(bounces: Bounces, setup: Setup, u_setup_m_s2: float) -> 
     if fall is None:
         return bounces
     g, u_g, _ = gravity_of_site(setup.site) or (NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2, False)
-    missed = fall.g_m_s2 - g * share_in_air(setup.tracer.density_kg_m3)
+    missed = fall.g_m_s2 - g * share_in_air(setup.tracer.density_kg_m3, setup.air.gas)
     share = math.sqrt(max(0.0, missed**2 - u_g**2 - u_setup_m_s2**2)) / g
     first, later = SHARES_OF_MISSED
     widened = []
@@ -118,8 +116,9 @@ def check_against_site(
     g, u_g, is_stated = found
     origin = "the site's" if is_stated else f"normal gravity at {site.latitude_deg:g}°, {site.height_m:g} m"
     # buoyancy, and half the displaced air that moves with a sphere (Landau & Lifshitz, Fluid Mechanics, 11)
-    share = share_in_air(density)
-    expected, u_expected = g * share, math.hypot(u_g, U_AIR * g * (1.0 - share))
+    gas = setup.air.gas
+    share, u_air = share_in_air(density, gas), gas.u_density_kg_m3 / gas.density_kg_m3
+    expected, u_expected = g * share, math.hypot(u_g, u_air * g * (1.0 - share))
     difference = g_m_s2 - expected
     u = None if u_combined_m_s2 is None else math.hypot(u_combined_m_s2, u_expected)
     # with the statistical u alone they would nearly always differ: antennas are known to half a degree
@@ -127,7 +126,7 @@ def check_against_site(
     air = "nothing for air, the sphere's density is not given"
     if density is not None:
         air = f"{plain(100.0 * (1.0 - share), 2)} % that air takes off a sphere of {density:g} kg/m³"
-    vacuum = "" if setup.radar.refractive_index else " The wavelength is that of vacuum: in air g is 0.03 % smaller."
+    vacuum = "" if setup.radar.index > 1.0 else " The wavelength is that of vacuum: in air g is 0.03 % smaller."
     verdict = {
         None: "no more can be said without the antennas' uncertainty",
         True: f"they agree within {COVERAGE:g} u",

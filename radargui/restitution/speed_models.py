@@ -1,18 +1,22 @@
-"""How e depends on the impact speed: four models, each fitted with its uncertainty and tested."""
+"""How e depends on the impact speed: four laws and those of plug-ins, each fitted with its uncertainty and tested."""
 
+import logging
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
 
 import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.errors import RadarGuiError
+from radargui.model.plugins import load_plugin, plugins
 from radargui.model.rounding import quantity
 from radargui.restitution.statistics import CONFIDENCE, freedom, probability, student
 
-ModelName = Literal["constant", "power", "johnson", "viscoelastic"]
+_logger = logging.getLogger(__name__)
+ModelName = str
+"""Of a law in `MODELS`, or of a plug-in of the group `radargui.laws`, which is a `SpeedModel`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +32,7 @@ class SpeedModel:
     e
         e of speeds, shape (n,), for values of the parameters.
     start
-        Values to begin with for a mean e.
+        Values to begin with for a mean e; all stay below 30 in size, or the fit counts as diverging.
     """
 
     title: str
@@ -78,15 +82,51 @@ MODELS: dict[ModelName, SpeedModel] = {
 """By name; the sources stand in them."""
 
 
+def model_names() -> tuple[ModelName, ...]:
+    """Return the names of all laws: the program's own, then those of plug-ins."""
+    return (*MODELS, *(name for name in plugins("laws") if name not in MODELS))
+
+
+def speed_model(name: ModelName) -> SpeedModel:
+    """Return a law.
+
+    Raises
+    ------
+    RadarGuiError
+        There is none of this name, or the plug-in cannot be loaded.
+    """
+    if name in MODELS:
+        return MODELS[name]
+    found = load_plugin("laws", name)
+    if not isinstance(found, SpeedModel):
+        raise RadarGuiError(f"The plug-in {name} is no SpeedModel", remedy="See docs/plugins.md.")
+    return found
+
+
+def title_of(name: ModelName) -> str:
+    """Return what a law is called; one that cannot be loaded by its name."""
+    try:
+        return speed_model(name).title
+    except RadarGuiError:
+        return name
+
+
 @dataclass(frozen=True, slots=True)
 class ImpactPoint:
-    """One impact: the run it belongs to, speed before it, e, its statistical and combined u (None: not known)."""
+    """One impact: the run it belongs to, speed before it, e, its statistical and combined u (None: not known).
+
+    Beside it what e may depend on too: angle of incidence from the normal, diameter of the sphere, number of the drop
+    in its session; NaN where that is not known.
+    """
 
     run: str
     speed_m_s: float
     e: float
     u_e: float
     u_e_combined: float | None = None
+    angle_deg: float = math.nan
+    diameter_m: float = math.nan
+    drop: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +162,7 @@ class SpeedFit:
     Attributes
     ----------
     model
-        Its name in `MODELS`.
+        Name of the law.
     n_impacts, n_runs, speed_low_m_s, speed_high_m_s
         What it was fitted to.
     parameters
@@ -145,6 +185,8 @@ class SpeedFit:
         impacts count.
     u_from
         How the uncertainties were found.
+    u_e, factor
+        Median of the stated statistical u, and Student's factor of 95 %, see `prediction`.
     """
 
     model: ModelName
@@ -162,19 +204,26 @@ class SpeedFit:
     scatter: float | None = None
     aicc: float | None = None
     u_from: str = ""
+    u_e: float | None = None
+    factor: float | None = None
     problem: str = ""
 
     def e(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return e of the model and its standard uncertainty (scatter), each shape (n,), at speeds (n,)."""
-        model, at = MODELS[self.model], np.array([one.value for one in self.parameters])
+        model, at = speed_model(self.model), np.array([one.value for one in self.parameters])
         slopes = _slopes(model, speed_m_s, at)
         variance = np.einsum("np,pq,nq->n", slopes, np.array(self.covariance), slopes)
         return model.e(speed_m_s, *at), np.sqrt(variance)
 
+    def prediction(self, speed_m_s: FloatArray) -> FloatArray:
+        """Return half of the interval that holds e of one more impact, measured like these, with 95 %, shape (n,)."""
+        _, u = self.e(speed_m_s)
+        return np.asarray((self.factor or 0.0) * np.sqrt(u**2 + (self.scatter or 0.0) ** 2 + (self.u_e or 0.0) ** 2))
+
     @property
     def words(self) -> str:
         """What was found, or why nothing was."""
-        title = MODELS[self.model].title
+        title = title_of(self.model)
         if self.problem:
             return f"{title}: {self.problem}"
         found = ", ".join(one.words for one in self.parameters)
@@ -191,14 +240,14 @@ class SpeedFit:
 
 
 def fit_speed_models(points: Sequence[ImpactPoint]) -> tuple[SpeedFit, ...]:
-    """Return every model fitted to the same impacts, in the order of `MODELS`.
+    """Return every law fitted to the same impacts, in the order of `model_names`.
 
     Parameters
     ----------
     points
         Valid impacts of drops that count, each once.
     """
-    return tuple(fit_speed_model(points, name) for name in get_args(ModelName))
+    return tuple(fit_speed_model(points, name) for name in model_names())
 
 
 def preferred(fits: Sequence[SpeedFit]) -> tuple[SpeedFit, ...]:
@@ -211,7 +260,7 @@ def preferred(fits: Sequence[SpeedFit]) -> tuple[SpeedFit, ...]:
 
 
 _TOO_SMALL = f"e is too small for the series (a v^1/5 above {_LARGEST:g}, e below 0.53)"
-_FEWEST_RUNS = 3  # u is the scatter between runs, which two would tell by one difference only
+FEWEST_RUNS = 3  # u is the scatter between runs, which two would tell by one difference only
 _MOST_BIAS = 0.25
 """Of the slope from errors of the speed, in its standard uncertainties."""
 _STEP, _CLOSE, _MOST_STEPS, _LARGEST_PARAMETER = 1e-6, 1e-10, 50, 30.0
@@ -234,9 +283,23 @@ def fit_speed_model(points: Sequence[ImpactPoint], name: ModelName) -> SpeedFit:
     points
         Of all runs.
     name
-        Which model.
+        Which law; one of a plug-in that fails says so instead of a result.
     """
-    model, runs = MODELS[name], Counter(point.run for point in points)
+    if name in MODELS:
+        return _fitted(points, name, MODELS[name])
+    try:
+        return _fitted(points, name, speed_model(name))
+    except Exception as error:
+        # a plug-in must not cost the report
+        _logger.exception("The law %s was left out", name)
+        said = (
+            str(error) if isinstance(error, RadarGuiError) else f"the plug-in failed: {type(error).__name__}: {error}"
+        )
+        return SpeedFit(name, len(points), len({point.run for point in points}), problem=said.strip().rstrip(":"))
+
+
+def _fitted(points: Sequence[ImpactPoint], name: ModelName, model: SpeedModel) -> SpeedFit:
+    runs = Counter(point.run for point in points)
     n, p = len(points), len(model.parameters)
     fit = SpeedFit(name, n, len(runs))
     if n < p + 2:
@@ -251,11 +314,11 @@ def fit_speed_model(points: Sequence[ImpactPoint], name: ModelName) -> SpeedFit:
         inverse = np.linalg.inv((slopes.T / variance) @ slopes)
         if p > 1 and float(np.sum(u**2 / variance)) > _MOST_BIAS * _spread(v, e, variance) ** 0.5:
             return replace(fit, problem="the speeds differ too little for a slope: drop from other heights too")
-        if len(runs) >= _FEWEST_RUNS:
+        if len(runs) >= FEWEST_RUNS:
             of = np.array([point.run for point in points])
             # with the weights of all: one run less must not change what the others are worth
             left = np.array([_least_squares(model, v[k], e[k], variance[k], at) for k in (of != run for run in runs)])
-            covariance = _jackknife(left)
+            covariance = jackknife(left)
             factor, u_from = student(len(runs) - 1), "from the runs, left out one at a time"
         else:
             # maximum likelihood knows no degrees of freedom
@@ -292,10 +355,12 @@ def fit_speed_model(points: Sequence[ImpactPoint], name: ModelName) -> SpeedFit:
         # Hurvich & Tsai 1989
         aicc=_minus_2_log_likelihood(residual, variance) + 2.0 * k * n / (n - k - 1) if n > k + 1 else None,
         u_from=u_from,
+        u_e=float(np.median(u)),
+        factor=factor,
     )
 
 
-def _jackknife(left: FloatArray) -> FloatArray:
+def jackknife(left: FloatArray) -> FloatArray:
     """Return the covariance (p, p) of values found with each run left out in turn, shape (n_runs, p)."""
     spread = left - left.mean(axis=0)
     # n - 1 of n runs differ by little: the jackknife multiplies their scatter by it (Efron & Stein 1981)
@@ -308,7 +373,7 @@ def _trend_p(
     """Return the p-value of what the residuals still depend on, see `SpeedFit.trend_p` (after Ramsey 1969)."""
     of, x = np.array([point.run for point in points]), np.log([point.speed_m_s for point in points])
     runs = dict.fromkeys(of.tolist())
-    if len(runs) < _FEWEST_RUNS:
+    if len(runs) < FEWEST_RUNS:
         return None
     # the fit has taken the mean, of two parameters the slope too
     more = e * (x - x.mean()) ** slopes.shape[1]
@@ -320,7 +385,7 @@ def _trend_p(
 
     from scipy.special import stdtr
 
-    u = math.sqrt(_jackknife(np.array([[found(of != run)] for run in runs]))[0, 0])
+    u = math.sqrt(jackknife(np.array([[found(of != run)] for run in runs]))[0, 0])
     return float(2.0 * stdtr(len(runs) - 1, -abs(found(np.ones(of.size, dtype=np.bool_))) / u)) if u else None
 
 

@@ -13,16 +13,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.gui_sessions import make_session
 from support.stored_runs import SETUP, store_runs
 
 import radargui
 from radargui.files.formats import EXPORT_FORMATS, export_run
+from radargui.processing.result_of_run import stored_or_computed
+from radargui.report.report import write_report
 from radargui.report.tables import write_tables
+from radargui.session.session import Session
 
 ROOT = Path(radargui.__file__).parent
 PUBLIC = {
     *("Bounce", "BounceTable", "ChannelQuality", "FreeFall", "RadarGuiError", "Recording", "Result", "Run", "Setup"),
-    *("__version__", "open_run", "process", "read_setup"),
+    *("__version__", "open_run", "process", "read_setup", "series"),
 }
 
 
@@ -47,6 +51,18 @@ def test_what_is_public_is_listed_typed_and_there() -> None:
     assert set(dir(radargui)) >= PUBLIC
     for name in PUBLIC:
         assert getattr(radargui, name).__doc__, name
+
+
+def test_a_series_is_what_the_report_says(tmp_path: Path) -> None:
+    session = make_session(tmp_path, 4)
+    found = radargui.series(session, model="constant")
+    report = write_report(Session.open(session, write=False), stored_or_computed, tmp_path / "report")
+    document = json.loads(report.json.read_text(encoding="utf-8"))
+    assert found.sentence == document["sentence"]
+    assert found.sessions[0].series.e.mean == document["series"]["e_first_bounce"]["mean"]
+    assert {one.on for one in found.samples[0].dependences} == {"angle_deg", "diameter_m", "drop"}
+    with pytest.raises(radargui.RadarGuiError, match="'cubic'"):
+        radargui.series(session, model="cubic")
 
 
 def test_a_folder_or_nothing_is_no_run(path: Path) -> None:

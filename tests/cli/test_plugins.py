@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.command_line import Command
 from support.fake_clock import FakeClock
+from support.gui_sessions import make_session
 from support.laboratory import installed
 from support.stored_runs import SETUP, store_runs
 
@@ -18,6 +20,7 @@ from radargui.model.plugins import load_plugin, plugins
 from radargui.model.setup import changed
 from radargui.report.run_facts import added_pictures, take_facts
 from radargui.report.run_section import run_page, run_section
+from radargui.restitution.speed_models import ImpactPoint, fit_speed_models
 from radargui.sources.factory import make_source, source_kinds
 
 
@@ -84,6 +87,35 @@ def test_a_figure_stands_in_the_section_of_the_run(run: radargui.Run) -> None:
     (line,) = picture.draw("letter").axes[0].lines
     fastest = max(bounce.speed_before_m_s for bounce in result.bounces.impacts)
     assert np.nanmax(line.get_ydata()) == pytest.approx(fastest, rel=0.1)
+
+
+@pytest.mark.usefixtures("laboratory")
+def test_a_law_is_fitted_beside_the_programs_own(
+    command: Command, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    points = [ImpactPoint(f"{k}", v, 0.9 - 0.05 * v, 1e-3) for k, v in enumerate((0.5, 1.0, 1.7, 2.2, 2.6))]
+    assert [fit.model for fit in fit_speed_models(points)] == ["constant", "power", "johnson", "viscoelastic", "line"]
+    fit = fit_speed_models(points)[-1]
+    assert [one.value for one in fit.parameters] == pytest.approx([0.9, 0.05], abs=1e-6)
+    assert fit.words.startswith("line: e0 = ")
+    session = make_session(tmp_path, 4)
+    ended = command("report", session, "--output", tmp_path / "out", "--law", "line")
+    assert ended.status == 0, ended.err
+    assert "line (chosen)" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    refused = command("report", session, "--law", "cubic")
+    assert (refused.status, "allowed: constant, power, johnson, viscoelastic, line" in refused.err) == (2, True)
+
+    import laboratory.law as module
+
+    def fails(_v: object, _e0: float, _b: float) -> object:
+        raise ZeroDivisionError
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "LINE", replace(module.LINE, e=fails))
+        assert fit_speed_models(points)[-1].problem == "the plug-in failed: ZeroDivisionError"
+        assert "The law line was left out" in caplog.text
+        patch.setattr(module, "LINE", "no law")
+        assert "is no SpeedModel" in fit_speed_models(points)[-1].problem
 
 
 @pytest.mark.usefixtures("laboratory")

@@ -136,7 +136,9 @@ def test_a_piece_of_a_setup_is_valid_beside_the_rest(block: Block) -> None:
         return
     table = given if all(isinstance(one, dict) for one in given.values()) else {"daq": given}
     changes = {f"{name}.{key}": value for name, keys in table.items() for key, value in keys.items()}
-    assert changed(read_setup(QUICK), changes)
+    # a piece that tells the air stands in place of the index
+    rest = re.sub(r"^refractive_index.*\n", "", QUICK.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert changed(parse_setup(rest), changes)
 
 
 def test_every_block_is_of_a_kind_that_is_run_or_of_one_that_is_only_shown() -> None:

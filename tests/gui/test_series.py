@@ -364,3 +364,38 @@ def test_an_empty_series_says_what_to_wait_for(window: MainWindow, wait_for: Any
     assert window.series.pages.page("speeds").plot._inside_text == "no valid impact yet"
     window.series.pages.setCurrentWidget(window.series.pages.page("falls"))
     assert window.series.pages.page("falls").fallen._inside_text == "no fall was fitted yet"
+
+
+def test_the_distribution_and_what_e_depends_on_are_those_of_the_report(
+    window: MainWindow, wait_for: Any, tmp_path: Path
+) -> None:
+    path = make_height(tmp_path / "data", 4, 0.26, n_runs=5, sample="steel", target="glass")
+    opened(window, path, wait_for)
+    window.panels.go_to("series")
+    panel = window.series
+    wait_for(lambda: panel.facts is not None and len(panel.facts.sessions[0].runs) == 5)
+    (own,) = report_facts([study_session(Session.open(path, write=False), stored_result)], "").findings.sessions
+    spread = panel.pages.page("spread")
+    panel.pages.setCurrentWidget(spread)
+    assert own.distribution is not None
+    assert spread.words.text() == own.distribution.words
+    density, histogram = (item for item in spread.plot.getPlotItem().items if hasattr(item, "xData"))
+    assert density.yData == pytest.approx(own.distribution.density)
+    assert np.trapezoid(histogram.yData, histogram.xData) == pytest.approx(1.0)
+    (low, high), _ = spread.plot.getPlotItem().viewRange()
+    assert low < own.distribution.prediction_low < own.distribution.prediction_high < high
+
+    speeds = panel.pages.page("speeds")
+    panel.pages.setCurrentWidget(speeds)
+    speeds.against.setCurrentIndex(speeds.against.findData("drop"))
+    dots = [item for item in speeds.plot.getPlotItem().listDataItems() if item.opts.get("symbol")]
+    assert set(dots[0].xData) == {1.0, 2.0, 3.0, 4.0, 5.0}
+    assert "number of the drop" in speeds.words.text()
+    assert not speeds.model.isEnabled()
+    speeds.against.setCurrentIndex(speeds.against.findData("diameter_m"))
+    assert "all impacts have one diameter" in speeds.words.text()
+    assert not [item for item in speeds.plot.getPlotItem().listDataItems() if item.opts.get("symbol")]
+    speeds.against.setCurrentIndex(speeds.against.findData("speed"))
+    assert speeds.model.isEnabled()
+    assert "of 5 drops" in panel.words.toPlainText() or "5 simulated drops" in panel.words.toPlainText()
+    assert own.distribution.words in panel.words.toPlainText()

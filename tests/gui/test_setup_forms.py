@@ -54,6 +54,23 @@ def test_distances_are_typed_in_mm_and_kept_in_m(window: MainWindow) -> None:
     assert window.setup_model.setup.tracer.release_position_m == (0.0, 0.0, 0.118)
 
 
+def test_the_air_gives_the_wave_its_length_once_it_is_told_whole_and_no_index_stands_beside_it(
+    window: MainWindow,
+) -> None:
+    model = window.setup_model
+    before = model.setup.radar.wavelength_m
+    type_into(field(window, "air.temperature_c"), "23")
+    assert "Pressure" in model.error
+    type_into(field(window, "air.pressure_hpa"), "965")
+    type_into(field(window, "air.humidity_percent"), "40")
+    # of two that say one thing neither is taken silently
+    assert "Refractive index" in model.error
+    type_into(field(window, "radar.refractive_index"), "")
+    assert model.valid
+    assert model.setup.radar.index == model.setup.air.refractive_index
+    assert 0.0 < abs(model.setup.radar.wavelength_m - before) < 1e-4 * before
+
+
 BAD_VALUES = (
     ("antennas", "receiver[2].tilt_deg", "200", "Tilt: 200 is not allowed: a number from 0 to 180°"),
     ("antennas", "receiver[2].tilt_deg", "abc", "Tilt: abc is not allowed: a number from 0 to 180°"),

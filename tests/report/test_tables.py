@@ -22,6 +22,7 @@ from radargui.model.errors import FileError
 from radargui.model.finding import as_stored
 from radargui.model.recording import Excerpt, Recording
 from radargui.model.result import Motion, whole_milliseconds
+from radargui.report.setup_section import setup_blocks
 from radargui.report.tables import write_tables
 
 TRACK = (
@@ -48,6 +49,7 @@ KEYS = [
     "channel_skew_s",
     "channel_skew_from",
     "channels",
+    "air",
     "free_fall",
     "uncertainty_budget",
     "setup_posterior",
@@ -176,7 +178,7 @@ def test_no_motion_gives_headers_only_and_says_so(tmp_path: Path) -> None:
     assert document["reason"] == "nothing moves in this recording"
     said = {"code": "stored", "severity": "refuse", "receiver": None, "text": document["reason"]}
     assert document["findings"] == [{**said, "facts": {"text": document["reason"]}}]
-    for key in ("correction_used", "geometry_used", "channels", "free_fall", "uncertainty_budget"):
+    for key in ("correction_used", "geometry_used", "channels", "air", "free_fall", "uncertainty_budget"):
         assert document[key] is None
 
 
@@ -254,6 +256,20 @@ def test_the_result_document_says_what_was_used_and_never_nan(tmp_path: Path) ->
     assert document["channels"][0]["fringes"] is None
     assert document["channels"][1]["snr_db"] == pytest.approx(41.3)
     assert document["reason"] is None
+
+
+def test_the_air_that_a_setup_tells_is_written_with_what_follows_from_it(tmp_path: Path) -> None:
+    result = drop_result(rate_hz=1000.0)
+    air = {"temperature_c": 20.0, "pressure_hpa": 1013.25, "humidity_percent": 50.0}
+    setup = changed(result.setup, radar={"refractive_index": None}, air=air)
+    write_tables(replace(result, setup=setup), tmp_path)
+    written = strict_json(tmp_path / "result.json")["air"]
+    assert written["refractive_index"] == pytest.approx(1.00031923, abs=1e-8)
+    assert written["u_density_kg_m3"] == pytest.approx(setup.air.gas.u_density_kg_m3)
+    said = repr(setup_blocks(setup))
+    assert "20 °C, 1013.25 hPa, 50 % humidity: n − 1 = (319.2 ± 5.2) ppm" in said
+    # of air that nobody told nothing is said but what the wave is taken for
+    assert "humidity" not in repr(setup_blocks(result.setup))
 
 
 def test_the_first_fall_is_written_as_measured_with_its_check_against_the_site_beside_it(tmp_path: Path) -> None:

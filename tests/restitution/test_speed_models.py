@@ -82,6 +82,17 @@ def test_the_intervals_of_the_power_law_hold_with_what_runs_share(between: float
     assert 0.005 <= flagged / n <= 0.11
 
 
+def test_one_more_impact_lies_where_the_band_says() -> None:
+    rng, held, n = np.random.default_rng(12), 0, 200
+    for _ in range(n):
+        *points, new = points_of(model_e("power"), rng, scatter=0.004, runs=9, bounces=1)
+        speeds = np.array([new.speed_m_s])
+        fit = fit_speed_model(points, "constant")
+        held += bool(abs(new.e - fit.e(speeds)[0]) <= fit.prediction(speeds))
+    # 95 % of 200 within three standard deviations of the count; the speeds of one height hardly change e
+    assert 0.90 <= held / n <= 0.99
+
+
 def test_chi_square_judges_the_stated_uncertainties_and_the_shape_test_allows_for_scatter() -> None:
     rng = np.random.default_rng(3)
     honest = [fit_speed_model(points_of(model_e("power"), rng), "power").p or 0.0 for _ in range(80)]

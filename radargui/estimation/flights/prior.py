@@ -75,7 +75,7 @@ def gravity_prior(setup: Setup) -> tuple[float, float]:
     """Return g of a body in air at the setup's site and its u, m/s^2."""
     known = gravity_of_site(setup.site)
     g, u = (NOMINAL_GRAVITY_M_S2, PRIOR.gravity_m_s2) if known is None else known[:2]
-    return g * share_in_air(setup.tracer.density_kg_m3), max(u, PRIOR.least_gravity_m_s2)
+    return g * share_in_air(setup.tracer.density_kg_m3, setup.air.gas), max(u, PRIOR.least_gravity_m_s2)
 
 
 def flights_prior(setup: Setup, onset_s: float) -> tuple[FloatArray, FloatArray]:
@@ -85,7 +85,7 @@ def flights_prior(setup: Setup, onset_s: float) -> tuple[FloatArray, FloatArray]
     mean[layout.onset], deviation[layout.onset] = onset_s, PRIOR.onset_s
     mean[layout.start] = setup.tracer.release_position_m
     mean[layout.gravity], deviation[layout.gravity] = gravity_prior(setup)
-    drag = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3)
+    drag = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3, setup.air.gas)
     mean[layout.drag], deviation[layout.drag], mean[layout.slow] = drag
     deviation[layout.velocity(0)] = PRIOR.first_velocity_m_s
     return mean, deviation

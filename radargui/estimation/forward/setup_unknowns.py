@@ -80,8 +80,8 @@ class SetupUnknowns:
             antenna,
             release,
             wave,
-            *expected_gravity(setup.site, setup.tracer.density_kg_m3),
-            drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3),
+            *expected_gravity(setup.site, setup.tracer.density_kg_m3, setup.air.gas),
+            drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3, setup.air.gas),
         )
 
     def antennas(self, at: Antennas, by: FloatArray) -> Antennas:

@@ -205,11 +205,11 @@ class AntennaPanel(FormPanel):
         self.sketch, self.map = GeometrySketch(model, theme), UncertaintyMapView(model, jobs, theme)
         self.only_shows = (self.map,)
         self.table, self.matrix, self.calibration = ReceiverTable(model), TMatrixView(model), CalibrationGroup(model)
-        wave, tracer, site = (SetupForm(name, model) for name in ("wave", "tracer", "site"))
+        wave, tracer, site, air = (SetupForm(name, model) for name in ("wave", "tracer", "site", "air"))
         self._place = wave.rows
         upper = (Group("Receivers", self.table), self.calibration, self.matrix, self.map, wave)
         # above what scrolls: it follows the typing wherever that is
-        self.lay_out(*upper, PolarizationForm(model, theme), tracer, site, above=self.sketch)
+        self.lay_out(*upper, PolarizationForm(model, theme), tracer, site, air, above=self.sketch)
 
     def refresh(self) -> None:
         """Show what the draft is now; of the transmitter's distance and position the one that is given."""

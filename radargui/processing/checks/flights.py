@@ -74,7 +74,7 @@ def possible_g_m_s2(setup: Setup) -> tuple[float, float]:
     """Return the least and the most that the sphere may fall with at the setup's site, or anywhere on Earth, m/s^2."""
     density, site = setup.tracer.density_kg_m3, gravity_of_site(setup.site)
     least, most = EARTH_GRAVITY_M_S2 if site is None else (site[0] - _SIGMAS * site[1], site[0] + _SIGMAS * site[1])
-    lightest = share_in_air(_LIGHTEST_KG_M3 if density is None else density)
+    lightest = share_in_air(_LIGHTEST_KG_M3 if density is None else density, setup.air.gas)
     return lightest * least, most if density is None else lightest * most
 
 

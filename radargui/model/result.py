@@ -333,6 +333,13 @@ class Motion:
     u_acceleration_m_s2: FloatArray
     flight: IntArray
 
+    def speed(self) -> tuple[FloatArray, FloatArray]:
+        """Return the speed along the way and its standard uncertainty, shape (n,) each."""
+        speed = np.linalg.norm(self.velocity_m_s, axis=0)
+        # what is known across the way is no part of it
+        along = self.velocity_m_s / np.maximum(speed, 1e-9)
+        return speed, np.sqrt(((along * self.u_velocity_m_s) ** 2).sum(axis=0))
+
     def widened(self, factor: float) -> Motion:
         """Return it with uncertainties times a factor."""
         return replace(

@@ -1,5 +1,7 @@
 """What the figures of one run draw: the span with the motion, decimated, broken where samples or the path were lost."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -11,7 +13,7 @@ from radargui.correction.published import ChannelSteps, PublishedSteps
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.front_end import with_phase_sign
 from radargui.model.result import FreeFall, RunResult, Segment
-from radargui.model.rounding import alone
+from radargui.model.rounding import COVERAGE, alone
 from radargui.report.decimation import COLUMNS, EMPTY, Curve, envelope, every
 
 _MARGIN = 0.15
@@ -134,6 +136,28 @@ class TrackFigures:
     since_vertex: Curve | None = None
 
 
+class Banded(NamedTuple):
+    """A curve with the ends of its band of two standard uncertainties."""
+
+    value: Curve
+    low: Curve
+    high: Curve
+
+    @classmethod
+    def of(cls, x: FloatArray, y: FloatArray, u: FloatArray) -> Banded:
+        """Return it of values at x, shape (n,) each."""
+        return cls(Curve(x, y), Curve(x, y - COVERAGE * u), Curve(x, y + COVERAGE * u))
+
+
+@dataclass(frozen=True, slots=True)
+class MotionFigures:
+    """Velocity in m/s and, of flights, acceleration in m/s^2 against seconds; the speed against metres of height."""
+
+    velocity: tuple[Banded, Banded, Banded]
+    acceleration: tuple[Banded, Banded, Banded]
+    speed: Banded
+
+
 @dataclass(frozen=True, slots=True)
 class RunCurves:
     """All curves of one run within the span drawn.
@@ -156,6 +180,8 @@ class RunCurves:
         Where a path was lost and L has another zero from there on.
     impacts
         Time and e of each impact, to its uncertainty; e is empty where not valid.
+    motion
+        None where the correction knows no velocities.
     """
 
     span_s: tuple[float, float]
@@ -166,6 +192,7 @@ class RunCurves:
     gaps_s: tuple[tuple[float, float], ...]
     restarts_s: tuple[float, ...]
     impacts: tuple[tuple[float, str], ...]
+    motion: MotionFigures | None = None
 
     @property
     def has_phase(self) -> bool:
@@ -223,6 +250,27 @@ class _Taker:
                 (bounce.time_s - self.zero_s, alone(bounce.e, bounce.u_stated) if bounce.valid else "")
                 for bounce in result.bounces.impacts
             ),
+            motion=self._motion(),
+        )
+
+    def _motion(self) -> MotionFigures | None:
+        motion = self.result.motion
+        if motion is None or motion.time_s.size == 0:
+            return None
+        time_s, (speed, u_speed) = motion.time_s - self.zero_s, motion.speed()
+        # of a sphere that lies it is noise, a hundred times that of one that flies
+        flown = np.where(motion.flight >= 0, motion.acceleration_m_s2, np.nan)
+        velocity, acceleration = (
+            tuple(Banded.of(time_s, row, u) for row, u in zip(rows, of_rows, strict=True))
+            for rows, of_rows in (
+                (motion.velocity_m_s, motion.u_velocity_m_s),
+                (flown, motion.u_acceleration_m_s2),
+            )
+        )
+        return MotionFigures(
+            (velocity[0], velocity[1], velocity[2]),
+            (acceleration[0], acceleration[1], acceleration[2]),
+            Banded.of(motion.position_m[2], speed, u_speed),
         )
 
     def _curve(self, values: FloatArray) -> Curve:

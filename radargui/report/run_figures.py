@@ -12,7 +12,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.rounding import COVERAGE
 from radargui.report import sheet
 from radargui.report.canvas import SIZE, Canvas, Line, Panel, span_of
-from radargui.report.curves import CircleCurves, ReceiverCurves, RunCurves, StepCurves, TrackFigures
+from radargui.report.curves import CircleCurves, MotionFigures, ReceiverCurves, RunCurves, StepCurves, TrackFigures
 from radargui.report.decimation import Curve
 from radargui.report.sheet import Area, Paper
 
@@ -329,6 +329,34 @@ def track_page(curves: RunCurves, track: TrackFigures, floor_m: float | None, pa
     if np.isfinite(track.places_m).any():
         below = area.inside(0.0, 0.7 * area.height + 2.0 * _LABELS_MM, area.width, 0.0)
         _places(drawing.canvas, [one._replace(height=one.width) for one in _columns(below, 4)], track.places_m)
+    return figure
+
+
+def motion_page(curves: RunCurves, motion: MotionFigures, paper: Paper) -> Figure:
+    """Return the page: velocity and acceleration against time, and speed against height, each with its band."""
+    figure, drawing, area = _new_page(curves, paper)
+    rows = _rows(area._replace(height=0.8 * area.height), 3)
+    rows = [row._replace(top=row.top + number * (_LABELS_MM - _GAP_MM)) for number, row in enumerate(rows)]
+    of_z, *colours = sheet.RECEIVER_COLOURS[:3]
+    for row, title, unit, three in (
+        (rows[0], "Velocity", "m/s", motion.velocity),
+        (rows[1], "Acceleration", "m/s²", motion.acceleration),
+    ):
+        lines: list[tuple[Curve, Line, str]] = []
+        for name, own, colour in zip("zxy", (three[2], three[0], three[1]), (of_z, *colours), strict=True):
+            lines += [
+                (own.value, Line(colour), name),
+                (own.low, Line(colour, _THIN), ""),
+                (own.high, Line(colour, _THIN), ""),
+            ]
+        drawing.several(row, f"{title} ± {COVERAGE:g} u", lines, unit)
+    speed = motion.speed
+    panel = Panel(
+        drawing.canvas, rows[2], span_of([Curve(speed.value.y, 1e3 * speed.value.x)]), (0.0, span_of([speed.high])[1])
+    )
+    for curve, width in ((speed.value, 1.0), (speed.low, _THIN), (speed.high, _THIN)):
+        panel.curve(Curve(1e3 * curve.x, curve.y), Line(of_z, width))
+    panel.frame("Speed / (m/s)", "z / mm")
     return figure
 
 

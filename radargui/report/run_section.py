@@ -144,6 +144,33 @@ def _impacts(run: RunFacts) -> Iterator[Content]:
     )
     if run.bounces.impacts:
         yield Grid.of(rows, "Impacts", left=(0, 8, 9))
+        yield from _oblique(run)
+
+
+def _oblique(run: RunFacts) -> Iterator[Content]:
+    """Yield where and under which angle the sphere hit, where the estimate knows."""
+    if not any(isfinite(impact.angle_deg) for impact in run.bounces.impacts):
+        return
+    rows = (
+        {
+            "impact": str(number),
+            **{
+                f"{axis} / mm": alone(1e3 * place, 1e3 * impact.u_position_m)
+                for axis, place in zip("xyz", (impact.x_m, impact.y_m, impact.z_m), strict=True)
+            },
+            "angle / °": quantity(impact.angle_deg, impact.u_angle_deg),
+            "along the floor / (m/s)": plain(impact.vt_before_m_s, 3),
+            "after / (m/s)": plain(impact.vt_after_m_s, 3),
+            "e_t": quantity(impact.e_t, impact.u_e_t),
+            "μ": quantity(impact.mu, impact.u_mu),
+        }
+        for number, impact in enumerate(run.bounces.impacts, 1)
+    )
+    yield Grid.of(rows, "Where and how it hit", left=(0,))
+    yield Note(
+        "Velocities are of the centre: e_t is not the restitution of the point that touches; the apparent friction μ "
+        "is a lower bound of the coefficient where the sphere does not slide throughout."
+    )
 
 
 def _quality(run: RunFacts) -> Iterator[Content]:
@@ -211,7 +238,7 @@ def _pictures(run: RunFacts, setup: Setup) -> tuple[Picture, ...]:
     if curves is None:
         return run.added
     # matplotlib is loaded only where a report is made: the window shows the same words without it
-    from radargui.report.run_figures import paths_page, signals_page, steps_page, track_page
+    from radargui.report.run_figures import motion_page, paths_page, signals_page, steps_page, track_page
 
     pictures = [Picture("raw and corrected IQ" if run.correction else "raw IQ", partial(signals_page, curves))]
     if any(receiver.steps for receiver in curves.receivers):
@@ -220,4 +247,6 @@ def _pictures(run: RunFacts, setup: Setup) -> tuple[Picture, ...]:
         pictures.append(Picture("phase and path length", partial(paths_page, curves)))
     if curves.track is not None and curves.track.places_m.size:
         pictures.append(Picture("track", partial(track_page, curves, curves.track, setup.floor.height_m)))
+    if curves.motion is not None:
+        pictures.append(Picture("velocity and acceleration", partial(motion_page, curves, curves.motion)))
     return (*pictures, *run.added)

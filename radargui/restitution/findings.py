@@ -325,7 +325,7 @@ def _points(session: SeriesSession, counted: Series) -> list[ImpactPoint]:
             impact.e,
             impact.u_e,
             impact.u_e_combined if math.isfinite(impact.u_e_combined) else None,
-            getattr(impact, "angle_deg", math.nan),
+            impact.angle_deg,
             session.setup.tracer.diameter_m,
             number,
         )

@@ -12,7 +12,7 @@ import numpy as np
 from radargui.model.arrays import BoolArray, FloatArray, median
 from radargui.model.finding import Finding, warn
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
-from radargui.model.result import Bounces, Track
+from radargui.model.result import Bounce, Bounces, Track
 from radargui.restitution.contact_time import contact_of_places_s, contact_of_track_s, depth_per_s
 from radargui.restitution.settings import CHECKS
 
@@ -43,7 +43,7 @@ def judged_by_floor(
     faster = [
         number
         for number, impact in enumerate(bounces.impacts, 1)
-        if impact.e - CHECKS.coverage * impact.u_stated > 1.0 and impact.speed_before_m_s > CHECKS.least_speed_m_s
+        if _gain(impact) - CHECKS.coverage * impact.u_stated > 1.0 and impact.speed_before_m_s > CHECKS.least_speed_m_s
     ]
     off = _off_one_plane(bounces, track, alike_m, faster)
     contact_s = None if off is None or faster else off[2]
@@ -57,6 +57,18 @@ def judged_by_floor(
     if not faster:
         return bounces, [warn("impacts_off_plane", **lie)]
     return _without_e(bounces), [warn("floor_moves", impact=faster[0], **lie)]
+
+
+def _gain(impact: Bounce) -> float:
+    """Return the whole speed after an impact over that before; e where what is along the floor is not known.
+
+    A passive floor gives no energy, but at grazing incidence it turns speed along it into speed away from it (Louge &
+    Adams, Phys. Rev. E 65, 021303, 2002): e above 1 alone is no floor that moves.
+    """
+    if math.isnan(impact.vt_before_m_s) or math.isnan(impact.vt_after_m_s):
+        return impact.e
+    before = math.hypot(impact.speed_before_m_s, impact.vt_before_m_s)
+    return math.hypot(impact.speed_after_m_s, impact.vt_after_m_s) / before
 
 
 def _without_e(bounces: Bounces) -> Bounces:

@@ -18,7 +18,7 @@ from radargui.gui.track.shown_track import live_track
 from radargui.gui.track.speed_colours import N_COLOURS
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.live.track import LiveSpan
-from radargui.model.result import RunResult
+from radargui.model.result import Motion, RunResult, whole_milliseconds
 from radargui.report.curves import take_track
 
 
@@ -72,6 +72,32 @@ def test_the_speed_is_that_of_the_sphere(panel: TrackPanel, result: RunResult) -
     before = v[(t < first.time_s - zero - 0.002) & (t > first.time_s - zero - 0.004)]
     expected = np.hypot(first.speed_before_m_s - 9.81 * 0.003, 0.02)
     assert before == pytest.approx(expected, abs=0.02)
+
+
+def test_velocities_of_the_estimate_are_drawn_with_their_bands(panel: TrackPanel, result: RunResult) -> None:
+    panel.show_result(result, "run-0001")
+    for name in ("acceleration", "speed over z"):
+        panel.curves.choose(name)
+        assert not np.isfinite(drawn(panel)[1]).any(), "nobody knows them"
+    time = whole_milliseconds(0.3, 0.5)
+    rows, one = np.zeros((3, time.size)), np.ones((3, time.size))
+    velocity = np.stack([rows[0], rows[1], -9.81 * (time - 0.3)])
+    place = np.stack([rows[0], rows[1], 0.12 - 4.905 * (time - 0.3) ** 2])
+    acceleration = np.stack([rows[0], rows[1], rows[2] - 9.81])
+    flight = np.where(time < 0.49, 0, -1)
+    motion = Motion(time, place, velocity, acceleration, 1e-5 * one, 2e-3 * one, 0.03 * one, flight)
+    panel.show_result(replace(result, motion=motion), "run-0001")
+    panel.curves.choose("speed")
+    assert np.nanmax(drawn(panel)[1]) == pytest.approx(9.81 * 0.2)
+    band = panel.curves.detail.band_drawn.path().boundingRect()
+    assert band.bottom() == pytest.approx(9.81 * 0.2 + 4e-3)
+    panel.curves.choose("acceleration")
+    t, a = drawn(panel)
+    assert np.nanmax(np.abs(a + 9.81)) < 1e-9
+    assert t[np.isfinite(a)].max() == pytest.approx(0.489 - result.zero[0])
+    panel.curves.choose("speed over z")
+    z, v = drawn(panel)
+    assert z[np.argmax(v)] == pytest.approx(1e3 * place[2, -1])
 
 
 def test_x_and_y_have_their_band_which_is_the_combined_uncertainty_where_it_is_known(

@@ -67,6 +67,17 @@ def test_a_slope_within_what_is_known_of_the_normal_is_no_step() -> None:
     assert off_one_plane(*dropped(bent, aside))
 
 
+def test_speed_along_the_floor_that_turns_away_from_it_is_no_floor_that_moves() -> None:
+    bounces, track = dropped(np.array([0.0, 5e-4, 5e-3, 0.0]), TOGETHER)
+    grazing = replace(bounces.impacts[1], speed_after_m_s=2.1, e=1.05, u_e=0.01, vt_before_m_s=3.0, vt_after_m_s=2.6)
+    for along, words in ((2.6, "off one plane"), (3.2, "the floor moves")):
+        impact = replace(grazing, vt_after_m_s=along)
+        impacts = (bounces.impacts[0], impact, *bounces.impacts[2:])
+        judged, (finding,) = judged_by_floor(replace(bounces, impacts=impacts), track)
+        assert words in finding.text
+        assert judged.impacts[1].valid == (words == "off one plane")
+
+
 @pytest.mark.parametrize("valid", [True, False])
 def test_a_floor_that_gives_speed_gives_no_restitution(*, valid: bool) -> None:
     bounces, track = dropped(np.array([0.0, 5e-4, 5e-3, 0.0]), TOGETHER)

@@ -7,7 +7,7 @@ import numpy as np
 from radargui.geometry.path_length import place_antennas
 from radargui.gui.setup.geometry_sketch import HALF_FIELD_M
 from radargui.model.arrays import FloatArray
-from radargui.model.result import RunResult
+from radargui.model.result import Motion, RunResult
 from radargui.model.setup import Setup
 from radargui.motion.speed import speed_along
 from radargui.report.curves import take_track
@@ -84,6 +84,8 @@ class ShownTrack:
     u_mm, u_kind
         Standard uncertainty of the position, shape (3, n), and which: combined where it is known, else statistical;
         NaN of a live track.
+    motion, zero_s
+        Velocities and accelerations of a result that knows them, and the instant that its times count from.
     zero
         What the times of a result count from.
     sphere_mm
@@ -102,6 +104,8 @@ class ShownTrack:
     speed_m_s: FloatArray = field(default_factory=lambda: np.empty(0))
     u_mm: FloatArray = field(default_factory=lambda: np.empty((3, 0)))
     u_kind: str = ""
+    motion: Motion | None = None
+    zero_s: float = 0.0
     zero: str = ""
     sphere_mm: FloatArray = field(default_factory=lambda: np.empty((3, 0)))
 
@@ -156,6 +160,8 @@ def result_track(result: RunResult) -> ShownTrack | None:
         speed_m_s=broken(speed),
         u_mm=broken(shown_u[:, chosen] * MM),
         u_kind="statistical" if combined is None else "combined",
+        motion=result.motion,
+        zero_s=zero,
         zero=zero_words,
         sphere_mm=track.position_m[:, known[-1:]] * MM,
     )

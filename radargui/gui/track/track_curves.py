@@ -20,8 +20,19 @@ _MOST_BINS = 1500
 """Two points each: about the pixels of a wide screen."""
 _LEFT = 58
 """Width of the left axes in pixels (chosen by hand): in less the figures are cut, more is taken from the curves."""
-Detail = Literal["speed", "residual", "x", "y"]
-_LABELS: Mapping[Detail, str] = {"speed": "v [m/s]", "residual": "Δz [µm]", "x": "x [mm]", "y": "y [mm]"}
+Detail = Literal["speed", "acceleration", "speed over z", "residual", "x", "y"]
+_LABELS: Mapping[Detail, str] = {
+    "speed": "v [m/s]",
+    "acceleration": "a_z [m/s²]",
+    "speed over z": "v [m/s]",
+    "residual": "Δz [µm]",
+    "x": "x [mm]",
+    "y": "y [mm]",
+}
+_OF_RESULTS: tuple[Detail, ...] = ("acceleration", "speed over z", "residual")
+"""What nothing tells of a sphere that still moves."""
+_OTHER_AXIS: tuple[Detail, ...] = ("speed over z", "residual")
+"""What is not moved together with the height."""
 
 
 class TimePlot(Plot):
@@ -92,10 +103,23 @@ def _values(detail: Detail, track: ShownTrack) -> tuple[FloatArray, FloatArray, 
     """Return time, value and standard uncertainty (NaN: without a band), shape (n,) each."""
     if detail == "residual":
         return track.residual_time_s, 1e3 * track.residual_mm, 1e3 * track.residual_u_mm
-    if detail == "speed":
-        return track.time_s, track.speed_m_s, np.full(track.time_s.size, np.nan)
+    if detail in ("speed", "acceleration", "speed over z"):
+        return _of_motion(detail, track)
     row = "xy".index(detail)
     return track.time_s, track.position_mm[row], track.u_mm[row]
+
+
+def _of_motion(detail: Detail, track: ShownTrack) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the same of what a result's motion tells; of a track alone its speed, without a band."""
+    motion = track.motion
+    if motion is None:
+        unknown = np.full(track.time_s.size, np.nan)
+        return track.time_s, track.speed_m_s if detail == "speed" else unknown, unknown
+    time_s, (speed, u) = motion.time_s - track.zero_s, motion.speed()
+    if detail == "acceleration":
+        # of a sphere that lies it is noise, a hundred times that of one that flies
+        return time_s, np.where(motion.flight >= 0, motion.acceleration_m_s2[2], np.nan), motion.u_acceleration_m_s2[2]
+    return (1e3 * motion.position_m[2] if detail == "speed over z" else time_s), speed, u
 
 
 class TrackCurves(QWidget):
@@ -184,7 +208,8 @@ class TrackCurves(QWidget):
             self.height_plot.setXRange(-self._live_s, 0.0, padding=0)
         with QSignalBlocker(self.tabs):
             # nothing is fitted to a sphere that still falls
-            self.tabs.setTabVisible(list(_LABELS).index("residual"), not live)
+            for name in _OF_RESULTS:
+                self.tabs.setTabVisible(list(_LABELS).index(name), not live)
             self.choose(self._chosen[live])
         self.detail.steady = SteadyRange()
 
@@ -196,16 +221,17 @@ class TrackCurves(QWidget):
     def _draw(self) -> None:
         track, name, plot = self._track, self.shown_detail, self.detail
         # both are moved together, but for the fall alone
-        linked = None if name == "residual" else self.height_plot
+        linked = None if name in _OTHER_AXIS else self.height_plot
         if plot.view.linkedView(0) is not (linked and linked.view):
             plot.setXLink(linked)
         words = self._words if self._is_live else f"time after {track.zero or 'the first sample'} [s]"
-        plot.relabel(words, _LABELS[name])
+        plot.relabel("z [mm]" if name == "speed over z" else words, _LABELS[name])
         values = _values(name, track)
         seen = plot.draw(*values)
-        plot.level.setVisible(name in ("speed", "residual"))
+        plot.level.setVisible(name not in ("x", "y"))
         # the residual over its own time: a fall is a small part of what a sphere does that bounces
-        times = values[0] if name == "residual" and values[0].size else track.time_s
+        own = values[0][np.isfinite(values[0])] if name in _OTHER_AXIS else np.empty(0)
+        times = np.sort(own) if own.size else track.time_s
         plot.setXRange(*((-self._live_s, 0.0) if self._is_live else _span(times)), padding=0.01 if track.zero else 0.0)
         if seen.size:
             plot.fit_y(float(seen.min()), float(seen.max()))
@@ -213,5 +239,6 @@ class TrackCurves(QWidget):
             # what was shown before has no say in the range of what comes
             plot.steady = SteadyRange()
             plot.setYRange(0.0, 1.0, padding=0)
-        missing = track.zero and name == "residual" and not values[0].size
-        plot.write_inside("no fall was fitted" if missing else "")
+        missing = track.zero and name in _OF_RESULTS and not np.isfinite(values[1]).any()
+        nothing = "no fall was fitted" if name == "residual" else "of joint and flights only"
+        plot.write_inside(nothing if missing else "")

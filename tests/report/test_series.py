@@ -73,7 +73,7 @@ def test_the_csv_has_a_row_for_each_impact_and_one_for_each_run_without() -> Non
     assert since == "the first motion"
     assert rows[-2][1:5] == ["run-0004", "no motion", "", "nan"]
     assert rows[-1][2] == "failed"
-    assert rows[-1][-3] == "'=cmd damaged"
+    assert rows[-1][IMPACT_HEADER.index("reason")] == "'=cmd damaged"
 
 
 def test_the_statistics_table_has_one_row_a_quantity() -> None:

@@ -105,7 +105,7 @@ class RunControl(QObject):
         if not (reached.only_processes or reached.records is AppState.PROCESSING):
             return "the end of the recording"
         runs = "the result of the last run" if len(self.backlog) < 2 else f"the results of {len(self.backlog)} runs"
-        return f"{runs} ({percent(reached.progress)} of one computed)"
+        return f"{runs} ({percent(reached.progress)} of one computed)" if self.backlog else runs
 
     def start_live(
         self, setup: Setup, kind: SourceKind, file: Path | None, *, make: Callable[[Setup], Source] | None = None

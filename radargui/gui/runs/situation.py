@@ -274,7 +274,7 @@ class SituationModel(QObject):
             case AppState.PROCESSING:
                 entry = self.runs.model.entry_of(control.backlog.computed)
                 waiting = f", {len(control.backlog) - 1} more wait" if len(control.backlog) > 1 else ""
-                return f"{entry.called if entry else ''} {self._computed}{waiting}".strip()
+                return f"{entry.called} {self._computed}{waiting}" if entry is not None else ""
             case AppState.FAILED:
                 # where the reason was dismissed it stands here
                 return "see the message below" if self._failure in self._strip.texts() else self._failure
@@ -286,7 +286,7 @@ class SituationModel(QObject):
     @property
     def _computed(self) -> str:
         """How much of the run is computed; empty where none is any more: its last step would seem to begin anew."""
-        return percent(self.control.reached.progress) if self.control.backlog else ""
+        return percent(self.control.progress) if self.control.backlog else ""
 
     @property
     def _next(self) -> str:

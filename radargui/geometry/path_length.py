@@ -14,6 +14,8 @@ from radargui.model.setup import Setup
 
 LEAST_RECEIVERS = 3
 """Path lengths that a position in space needs."""
+LARGE_CONDITION = 20.0
+"""An error of path length then grows twenty times in the position: 0.1 mm become 2 mm, as much as is measured."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -72,6 +72,8 @@ def test_two_drops_are_recorded_hands_free_and_the_hand_between_them_is_set_asid
     qtbot.keyClick(window, Qt.Key.Key_Backspace)
     wait_for(lambda: not model.entries[2].rejected)
     assert list(Session.open(path, write=False).rejected) == ["run-0002.h5"]
+    (said,) = (one.text for one in window.board.notices if "run-0003" in one.text)
+    assert said.endswith("counts again."), "what it was before is not said beside it"
     wait_for(lambda: not window.jobs.running)
 
 

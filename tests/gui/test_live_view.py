@@ -172,7 +172,7 @@ def test_while_results_are_computed_nothing_is_said_of_now(
     monkeypatch.setattr(ProcessingHere, "process", held)
     own_window.setup_model.assign("processing.correction", "none")
     own_window.actions_.record.trigger()
-    wait_for(lambda: own_window.control.state is AppState.PROCESSING and own_window.control.reached.progress > 0.0)
+    wait_for(lambda: own_window.control.state is AppState.PROCESSING and own_window.control.progress > 0.0)
     wait_for(lambda: own_window.health.labels["rate"].text() == "Rate –")
     plots = (own_window.scopes.time.scopes[-1], own_window.track.curves.height_plot)
     words = "time to last sample [s]"

@@ -187,6 +187,7 @@ def test_edits_that_come_back_the_next_morning_are_told(make_window: Any, setup_
     said = "The setup is as you left it: 1 value changed since lab.toml was saved (Receiver 2: Tilt)."
     assert [one.text for one in board.notices] == [said]
     second.setup_model.undo_all()
+    assert board.notices == (), "it is so no more"
     second.close()
     board.clear()
     make_window()

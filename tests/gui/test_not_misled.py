@@ -67,15 +67,15 @@ def test_a_result_in_the_background_takes_no_tab_away(window: MainWindow, wait_f
 
 
 def test_the_time_that_is_left_never_grows(qtbot: Any) -> None:
-    clock, reached = FakeClock(), SimpleNamespace(progress=0.0, asked=Asked.NOTHING)
+    clock, reached = FakeClock(), SimpleNamespace(asked=Asked.NOTHING)
     backlog = Backlog([Path("run-0001.h5")])
-    control: Any = SimpleNamespace(state=AppState.PROCESSING, backlog=backlog, reached=reached)
+    control: Any = SimpleNamespace(state=AppState.PROCESSING, backlog=backlog, reached=reached, progress=0.0)
     strip = StoppingStrip(control, clock.now)
     qtbot.addWidget(strip)
     left: list[float] = []
     # it stalls at 40 %, and comes late
     for share in (0.0, 0.1, 0.2, 0.3, 0.4, *[0.4] * 12, 0.41, 0.5, 0.6, 0.9):
-        reached.progress = share
+        control.progress = share
         strip.look("drop 1")
         words = strip.words.text()
         if "about " in words:

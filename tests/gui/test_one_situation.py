@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,16 +10,19 @@ from typing import Any
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from support.changed import changed
 from support.compare_dialog import keep_new_result
 from support.gui_sessions import make_session
+from support.stored_runs import SETUP
 from support.window_clocks import SeenClock
 
 from radargui.acquisition.run_plan import Ending
 from radargui.experiment.event import RecordedRun
+from radargui.experiment.processing_apart import ProcessingApart
 from radargui.experiment.reprocess import own_setup
 from radargui.files.run_card import RunCard
 from radargui.files.run_file import read_run
-from radargui.gui.control.state import AppState
+from radargui.gui.control.state import AppState, RunWord
 from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.run_model import COLUMNS, entry_of_recorded
 from radargui.gui.runs.situation import Situation
@@ -120,6 +124,34 @@ def test_all_six_agree_after_a_drop_another_rejection_undo_and_an_edited_setup(
     wait_for(lambda: len(window.runs.model.entries) == 2 and window.runs.model.entries[1].summary)
     window.runs.table.selectRow(1)
     agree(window, wait_for, "FINAL", shown_e(window, 1))
+
+
+def test_of_two_runs_that_wait_each_is_said_with_its_own_result_and_share(
+    own_window: MainWindow, record_one: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window, said, shares = own_window, list[tuple[str, str]](), dict[str, list[int]]()
+    monkeypatch.setattr("radargui.experiment.series.ProcessingApart", ProcessingApart)
+    window.setup_model.replace(changed(SETUP, processing={"correction": "joint"}, recording={"maximum_s": 0.6}))
+
+    def hear() -> None:
+        now, computed = window.situation.now, window.runs.model.entry_of(window.control.backlog.computed)
+        if now.state is not AppState.PROCESSING:
+            return
+        for run, share in re.findall(r"(.*?) ?(\d+) %", now.doing):
+            shares.setdefault(run, []).append(int(share))
+        # a later one may have its preliminary result already
+        if computed is not None and computed.word is not RunWord.NOT_COMPUTED:
+            said.append((now.says, f"{computed.called}: {computed.result}"))
+
+    window.situation.changed.connect(hear)
+    window.bar.runs.setValue(2)
+    record_one(window)
+    assert all(shown.startswith(run) for shown, run in said), said
+    assert said
+    # after the last step of the last one no share of none begins anew
+    assert "drop 1" in shares
+    assert set(shares) <= {"drop 1", "drop 2"}
+    assert all(one == sorted(one) for one in shares.values()), shares
 
 
 def test_all_six_agree_where_a_preliminary_result_is_left_for_later(

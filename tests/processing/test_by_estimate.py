@@ -315,6 +315,12 @@ def test_a_position_that_is_hardly_known_is_told_with_its_uncertainty(setup: Set
     assert "reflects" not in weak.text
     assert weak.text.startswith("the position is only known to 0.2 mm: the signals are weak beside their noise")
     assert found.text.endswith("(polarization_deg)") == (setup.transmitter.polarization_deg is None)
+    # nor what antennas do that look almost from one side
+    receivers = [one.model_copy(update={"azimuth_deg": 90.0 + 5.0 * n}) for n, one in enumerate(setup.receiver)]
+    narrow = hardly_known(estimate, setup.model_copy(update={"receiver": receivers}), ())
+    assert narrow is not None
+    assert narrow.text.startswith("the position is only known to 0.2 mm: an error of a path length grows up to ")
+    assert narrow.text.endswith(" times in it: spread the antennas further")
     # where antennas that are known to a degree leave more than that, the budget says so
     antennas = InputChange("receiver[1].tilt_deg", "calibration", np.arange(150.0), 2.0 * u_m, np.empty(0), 0.0)
     assert hardly_known(estimate, setup, (antennas,)) is None

@@ -94,6 +94,11 @@ class RunControl(QObject):
         return recorder.count / self.feed.rate_hz if recorder is not None and self.feed is not None else 0.0
 
     @property
+    def progress(self) -> float:
+        """Share that is done of the run whose result is computed now."""
+        return self.reached.progress.get(self.backlog.number, 0.0)
+
+    @property
     def unfinished(self) -> str:
         """What has still to end before the program can, in words; empty where nothing runs."""
         threads = (self._worker, self._stopper)
@@ -105,7 +110,7 @@ class RunControl(QObject):
         if not (reached.only_processes or reached.records is AppState.PROCESSING):
             return "the end of the recording"
         runs = "the result of the last run" if len(self.backlog) < 2 else f"the results of {len(self.backlog)} runs"
-        return f"{runs} ({percent(reached.progress)} of one computed)"
+        return f"{runs} ({percent(self.progress)} of one computed)" if self.backlog else runs
 
     def start_live(
         self, setup: Setup, kind: SourceKind, file: Path | None, *, make: Callable[[Setup], Source] | None = None
@@ -296,7 +301,7 @@ class RunControl(QObject):
     def _hear(self, event: Event, state: WorkerState, n_runs: int) -> None:
         """Take an event of the experiment, in its thread; `n_runs` is 0 where its events do not number the runs."""
         if event.kind is EventKind.PROGRESS and event.fraction is not None:
-            state.progress = event.fraction
+            state.progress[event.number] = event.fraction
         elif event.kind is EventKind.HEALTH:
             state.health = event.health
         elif event.kind is EventKind.STATE and n_runs:
@@ -347,7 +352,6 @@ class RunControl(QObject):
             self.backlog.remove(recorded.path)
         self.kept += recorded.path is not None and not recorded.set_aside
         self.run_recorded.emit(recorded)
-        self.reached.progress = 0.0
 
     def _ended(self, error: BaseException | None) -> None:
         if self._worker is not None:

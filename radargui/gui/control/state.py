@@ -1,7 +1,8 @@
 """What the program is doing: what Record was asked for, how far its worker is, what the screen pulls from it."""
 
 import threading
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 from pathlib import Path
 from typing import NamedTuple, Protocol
@@ -156,6 +157,15 @@ class Backlog(list[Path]):
 
     last_recorded: Path | None = None
 
+    def __init__(self, waiting: Iterable[Path] = ()) -> None:
+        super().__init__(waiting)
+        self._numbers: dict[Path, int] = {}
+
+    @property
+    def number(self) -> int:
+        """The number of the run whose result is computed now; 0 where none waits."""
+        return self._numbers[self[0]] if self else 0
+
     @property
     def computed(self) -> Path | None:
         """The run whose result is computed now; None where none waits."""
@@ -165,6 +175,7 @@ class Backlog(list[Path]):
         """Take a run that is on the disk; one that was set aside gets no result."""
         if run.path is not None and not run.set_aside:
             self.append(run.path)
+            self._numbers[run.path] = run.number
             self.last_recorded = run.path
 
 
@@ -207,7 +218,8 @@ class WorkerState:
     health
         Newest snapshot.
     progress
-        Share of the present run's processing that is done.
+        Share of each run's processing that is done, by its number: the next one begins before the window has taken
+        the result of the one before.
     run_number
         The run that is armed or recorded, from 1.
     asked
@@ -219,7 +231,7 @@ class WorkerState:
     experiment: Experiment | None = None
     origin: RunOrigin | None = None
     health: Health | None = None
-    progress: float = 0.0
+    progress: dict[int, float] = field(default_factory=dict)
     run_number: int = 1
     asked: Asked = Asked.NOTHING
 

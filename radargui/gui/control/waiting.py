@@ -110,7 +110,7 @@ class StoppingStrip(Strip):
             self._began_s = self._clock()
         more = len(control.backlog) - 1
         after = f", {more} more after it" if more else ""
-        share = f"{percent(control.reached.progress)} computed"
+        share = f"{percent(control.progress)} computed"
         waited_s = self._clock() - self._began_s
         left = "" if (left_s := self._left_s(computed)) is None else f", about {left_s:.0f} s left"
         self.words.setText(
@@ -125,7 +125,7 @@ class StoppingStrip(Strip):
 
         None: it is too early to tell, or it takes longer than was foretold.
         """
-        now, share = self._clock(), self._control.reached.progress
+        now, share = self._clock(), self._control.progress
         if run != self._run or share < self._run_share:
             self._run, self._run_began_s, self._run_share = run, now, share
             self._share, self._ends_s = share, float("inf")

@@ -50,6 +50,7 @@ class RunKeeping(QObject):
         self.control = control = self.services.control
         self.runs, does, put = self.controller.runs, self.does, self.services.settings.put
         self._heard: set[Path] = set()
+        self._said = ""
         self.sounds = Sounds(does, self.services, self)
         follow(self.sounds.changed, self._show_sounds)
         does.show_rejected.setChecked(self.services.settings.text("show_rejected", "no") == "yes")
@@ -149,7 +150,10 @@ class RunKeeping(QObject):
             words = f"{are} rejected: kept, not counted. The same key (Del) takes {them} back."
             if not back:
                 self.sounds.play("rejected")
-            self.services.board.post("info", f"{_named(entries)} {f'{counts} again.' if back else words}")
+            # what it was before stands beside it no more
+            self.services.board.dismiss(Notice("info", self._said))
+            self._said = f"{_named(entries)} {f'{counts} again.' if back else words}"
+            self.services.board.post("info", self._said)
 
         self.services.jobs.start("taking a run back" if back else "rejecting a run", work, show)
 

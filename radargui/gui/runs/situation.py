@@ -216,11 +216,13 @@ class SituationModel(QObject):
             at_hand = backlog.computed or backlog.last_recorded
             if at_hand is None and state is AppState.STOPPING:
                 return bare
-            if at_hand is None or entry is None or entry.path != at_hand:
-                # what is on the disk comes into the list a moment later
-                computed = self.runs.model.entry_of(at_hand)
+            # what is on the disk comes into the list a moment later
+            computed = self.runs.model.entry_of(at_hand)
+            if computed is None or computed.word is RunWord.NOT_COMPUTED:
                 result = computed.result if computed is not None and computed.live else self._seen_live
                 return replace(bare, coming=computed.called if computed else self.coming, result=result)
+            # also where a later one has its preliminary result already
+            entry = computed
         elif state in (AppState.RECORDING, AppState.SETTLING):
             return replace(bare, coming=self.coming, result=self._seen_live)
         if state is AppState.ARMED:
@@ -272,7 +274,7 @@ class SituationModel(QObject):
             case AppState.PROCESSING:
                 entry = self.runs.model.entry_of(control.backlog.computed)
                 waiting = f", {len(control.backlog) - 1} more wait" if len(control.backlog) > 1 else ""
-                return f"{entry.called if entry else ''} {percent(control.reached.progress)}{waiting}".strip()
+                return f"{entry.called} {self._computed}{waiting}" if entry is not None else ""
             case AppState.FAILED:
                 # where the reason was dismissed it stands here
                 return "see the message below" if self._failure in self._strip.texts() else self._failure
@@ -280,6 +282,11 @@ class SituationModel(QObject):
                 n_drops = self.runs.model.series.e.n
                 return counted(n_drops, "drop") if control.n_runs > 1 and n_drops > 1 else ""
         return ""
+
+    @property
+    def _computed(self) -> str:
+        """How much of the run is computed; empty where none is any more: its last step would seem to begin anew."""
+        return percent(self.control.progress) if self.control.backlog else ""
 
     @property
     def _next(self) -> str:
@@ -291,7 +298,7 @@ class SituationModel(QObject):
         if state is AppState.ARMED and self.hardly_seen:
             return self.hardly_seen
         if state is AppState.PROCESSING:
-            return f"{state.next}: {percent(control.reached.progress)}"
+            return ": ".join(filter(None, (state.next, self._computed)))
         return state.next
 
     def _why(self, entry: RunEntry | None) -> str:

@@ -10,7 +10,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLabel, QSizePolicy, QToolButton, QWidget
 
-from radargui.geometry.path_length import LEAST_RECEIVERS, condition_number, place_antennas, t_matrix
+from radargui.geometry.path_length import LARGE_CONDITION, LEAST_RECEIVERS, condition_number, place_antennas, t_matrix
 from radargui.gui.background import Jobs
 from radargui.gui.layout import Answer, FaultText, Group, PlainLabel, button, having
 from radargui.gui.panels import Actions
@@ -190,8 +190,6 @@ def _at(middle: QPointF, radius: float, angle_deg: float) -> QPointF:
 
 
 COLUMNS = ("tilt_deg", "azimuth_deg", "distance_m")
-LARGE_CONDITION = 20.0
-"""An error of path length then grows twenty times in the position: 0.1 mm become 2 mm, as much as is measured."""
 _SINGULAR = "T is singular: these antennas cannot tell three directions apart. Spread the azimuths, or tilt them."
 SINGULAR_CONDITION = 1e6
 """Beyond it T is singular but for rounding: entries have an error of about 1e-16, angles are typed to 1e-3 at best."""

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ValidationError
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 
-from radargui.gui.notices import NoticeBoard
+from radargui.gui.notices import Notice, NoticeBoard
 from radargui.gui.services import Services
 from radargui.gui.settings import Settings
 from radargui.gui.setup.words import called, faults_of, parts_of
@@ -278,9 +278,16 @@ def first_setup(path: Path | None, settings: Settings, board: NoticeBoard) -> Se
                 board.post("warning", f"What was edited last could not be taken over. {error}")
         if changed := model.unsaved:
             many = f"{counted(len(changed), 'value')} changed since {candidate.name} was saved"
-            board.post("warning", f"The setup is as you left it: {many} ({named(changed)}).")
+            _tell_while_unsaved(
+                model, Notice("warning", f"The setup is as you left it: {many} ({named(changed)})."), board
+            )
         return model
     return SetupModel(read_setup(default_setup_path()), default_setup_path())
+
+
+def _tell_while_unsaved(model: SetupModel, told: Notice, board: NoticeBoard) -> None:
+    board.post(told.level, told.text)
+    model.changed.connect(lambda: None if model.unsaved else board.dismiss(told))
 
 
 def named(keys: Sequence[str]) -> str:

@@ -12,6 +12,7 @@ from radargui.estimation.forward.signal_model import complex_of
 from radargui.estimation.motion_estimate import MotionEstimate
 from radargui.estimation.select.loose_maps import bias_deviations, goes_beyond_wave
 from radargui.estimation.solve.minimise import Solution
+from radargui.geometry.path_length import LARGE_CONDITION, condition_number, place_antennas
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.finding import Finding, warn
 from radargui.model.result import Track
@@ -189,6 +190,10 @@ def hardly_known(estimate: MotionEstimate, setup: Setup, changes: Sequence[Input
     square = sum(_u_moving_m(one.moved_m, one.time_s > estimate.onset_s) ** 2 for one in changes or ())
     if u_m < max(_MOST_U_M, float(np.sqrt(square))):
         return None
-    because = "noise" if _noise_of_path_m(estimate, setup.radar.wavelength_m) > u_m else "reflectors"
-    is_point = setup.transmitter.polarization_deg is None
-    return warn("position_hardly_known", u_m=u_m, because=because, is_point=is_point)
+    grows = condition_number(place_antennas(setup))
+    if grows > LARGE_CONDITION:
+        because = "antennas"
+    else:
+        because = "noise" if _noise_of_path_m(estimate, setup.radar.wavelength_m) > u_m else "reflectors"
+    is_point = because == "reflectors" and setup.transmitter.polarization_deg is None
+    return warn("position_hardly_known", u_m=u_m, because=because, grows=grows, is_point=is_point)

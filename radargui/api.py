@@ -17,7 +17,7 @@ from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.channel_quality import ChannelQuality
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.recording import Recording
-from radargui.model.result import Bounce, FreeFall, Motion, RunResult, Status
+from radargui.model.result import Bounce, FreeFall, Kinematics, RunResult, Status
 from radargui.model.setup import Setup, changed, read_setup
 from radargui.model.setup_pool import RunLikelihood, known_setup
 from radargui.processing.long_recording import read_for_processing
@@ -113,7 +113,7 @@ class Result:
         return BounceTable(self.details.bounces.impacts)
 
     @property
-    def motion(self) -> Motion | None:
+    def motion(self) -> Kinematics | None:
         """Place, velocity and acceleration a thousand times a second, each with its u; None where they are unknown.
 
         Of `joint` and `flights`; the columns of motion.csv.

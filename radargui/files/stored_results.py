@@ -35,7 +35,7 @@ from radargui.model.result import (
     Bounces,
     CorrectedIQ,
     FreeFall,
-    Motion,
+    Kinematics,
     PathLengths,
     RunResult,
     Segment,
@@ -376,7 +376,7 @@ class _Stored:
         found = self._arrays("track", 3, recording.n_samples)
         return Track(recording.time_s(), geometry=self._text("geometry"), **found)
 
-    def _motion(self) -> Motion | None:
+    def _motion(self) -> Kinematics | None:
         # results of earlier versions have none
         if "motion" not in self._group:
             return None
@@ -389,7 +389,7 @@ class _Stored:
             if stored.shape != shape:
                 raise ValueError(name)
             found[name] = np.asarray(stored[...], np.intp if name == "flight" else np.float64)
-        return Motion(time_s, **found)
+        return Kinematics(time_s, **found)
 
     def _segment(self, count: int) -> Segment | None:
         if "segment" not in self._group.attrs:

@@ -122,7 +122,7 @@ class FreeFall:
 
 
 @dataclass(frozen=True, slots=True)
-class ImpactVelocities:
+class VelocitiesAtImpacts:
     """Velocities of the centre at impacts, as an estimate knows them.
 
     Attributes
@@ -143,7 +143,7 @@ class ImpactVelocities:
     covariance: FloatArray
     slope_variance: float = 0.0
 
-    def widened(self, factor: float) -> ImpactVelocities:
+    def widened(self, factor: float) -> VelocitiesAtImpacts:
         """Return them with uncertainties times a factor."""
         return replace(self, covariance=factor**2 * self.covariance)
 
@@ -173,7 +173,7 @@ class Bounces:
     braked_1_m: float | None = None
     walls_s: tuple[float, ...] = ()
     with_walls_s: tuple[float, ...] = ()
-    velocities: ImpactVelocities | None = field(default=None, repr=False, compare=False)
+    velocities: VelocitiesAtImpacts | None = field(default=None, repr=False, compare=False)
 
     def widened(self, factor: float) -> Bounces:
         """Return them with the uncertainties of every e and of g times a factor."""
@@ -309,7 +309,7 @@ class Track:
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class Kinematics:
     """Place, velocity and acceleration of the sphere's centre a thousand times a second, from the whole estimate.
 
     Attributes
@@ -340,7 +340,7 @@ class Motion:
         along = self.velocity_m_s / np.maximum(speed, 1e-9)
         return speed, np.sqrt(((along * self.u_velocity_m_s) ** 2).sum(axis=0))
 
-    def widened(self, factor: float) -> Motion:
+    def widened(self, factor: float) -> Kinematics:
         """Return it with uncertainties times a factor."""
         return replace(
             self,
@@ -438,7 +438,7 @@ class RunResult:
     paths: Deferred[PathLengths] = field(default=Deferred[PathLengths](), repr=False)
     track: Deferred[Track] = field(default=Deferred[Track](), repr=False)
     bounces: Bounces = field(default_factory=Bounces)
-    motion: Motion | None = field(default=None, repr=False)
+    motion: Kinematics | None = field(default=None, repr=False)
     uncertainty_budget: UncertaintyBudget | None = None
     setup_posterior: tuple[SetupValue, ...] = ()
     setup_likelihood: SetupLikelihood | None = field(default=None, repr=False, compare=False)

@@ -11,7 +11,7 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.model.arrays import BoolArray
 from radargui.model.finding import Finding
 from radargui.model.front_end import FrontEndPrior
-from radargui.model.result import Bounces, CorrectedIQ, Motion, PathLengths, Track
+from radargui.model.result import Bounces, CorrectedIQ, Kinematics, PathLengths, Track
 from radargui.model.setup_pool import SetupPrior
 from radargui.model.setup_posterior import SetupLikelihood, SetupValue
 from radargui.model.uncertainty_budget import InputChange
@@ -58,7 +58,7 @@ class MeasuredMotion:
     track: Track | None
     bounces: Bounces | None = None
     changes: tuple[InputChange, ...] | None = None
-    motion: Motion | None = None
+    motion: Kinematics | None = None
     front_end_prior: FrontEndPrior | None = None
     setup_posterior: tuple[SetupValue, ...] = ()
     setup_likelihood: SetupLikelihood | None = None

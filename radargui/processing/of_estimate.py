@@ -8,7 +8,7 @@ from radargui.estimation.motion_estimate import MotionEstimate
 from radargui.estimation.readout.kinematics import kinematics
 from radargui.model.errors import SolveError
 from radargui.model.finding import warn, why_of
-from radargui.model.result import Bounces, CorrectedIQ, Motion, PathLengths, Track, whole_milliseconds
+from radargui.model.result import Bounces, CorrectedIQ, Kinematics, PathLengths, Track, whole_milliseconds
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
 from radargui.processing.checks.estimate import is_fringe_sure
@@ -53,7 +53,7 @@ def motion_of_joint(estimate: JointEstimate, conditioned: Conditioned, setup: Se
     return checked(motion, conditioned, setup.radar.wavelength_m, is_held=is_sure)
 
 
-def _motion(estimate: JointEstimate, conditioned: Conditioned, widening: float) -> Motion:
+def _motion(estimate: JointEstimate, conditioned: Conditioned, widening: float) -> Kinematics:
     """Return velocities and accelerations of the motion."""
     last_s = float(estimate.time_s[min(conditioned.segment.last, estimate.time_s.size) - 1])
     time_s = whole_milliseconds(estimate.onset_s, last_s)

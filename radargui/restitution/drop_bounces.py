@@ -7,7 +7,7 @@ import numpy as np
 from radargui.estimation.flights.estimate import DropEstimate
 from radargui.estimation.flights.readout import PlaceChanges
 from radargui.model.arrays import FloatArray
-from radargui.model.result import Bounce, Bounces, FreeFall, ImpactVelocities
+from radargui.model.result import Bounce, Bounces, FreeFall, VelocitiesAtImpacts
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
 from radargui.restitution.cross_check import cross_check
@@ -36,7 +36,7 @@ def drop_bounces(estimate: DropEstimate, setup: Setup) -> Bounces:
         _free_fall(estimate, floor.normal),
         (x, y, z),
         None if given or not impacts else floor.u_tilt_deg,
-        velocities=ImpactVelocities(
+        velocities=VelocitiesAtImpacts(
             flights.impact_s, velocity[:, :3], velocity[:, 3:], statistical, floor.slope_variance
         ),
     )

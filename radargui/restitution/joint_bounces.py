@@ -15,7 +15,7 @@ from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
 from radargui.model.arrays import BoolArray, FloatArray, runs_of
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
-from radargui.model.result import Bounce, Bounces, FreeFall, ImpactVelocities
+from radargui.model.result import Bounce, Bounces, FreeFall, VelocitiesAtImpacts
 from radargui.model.setup import Setup
 from radargui.restitution.cross_check import cross_check, without_checks_by_walls
 from radargui.restitution.flight_fit import FlightFit, fit_flights
@@ -270,7 +270,7 @@ def joint_bounces(
     x, y, z = (float(part) for part in floor.normal)
     u_tilt_deg = None if given or not bounces else floor.u_tilt_deg
     shared_s = tuple(at.time_s[at.with_wall].tolist())
-    velocities = ImpactVelocities(at.time_s, at.before_m_s, at.after_m_s, at.covariance, floor.slope_variance)
+    velocities = VelocitiesAtImpacts(at.time_s, at.before_m_s, at.after_m_s, at.covariance, floor.slope_variance)
     found = Bounces(
         bounces, fall, (x, y, z), u_tilt_deg, walls_s=at.walls_s, with_walls_s=shared_s, velocities=velocities
     )

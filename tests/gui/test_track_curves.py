@@ -18,7 +18,7 @@ from radargui.gui.track.shown_track import live_track
 from radargui.gui.track.speed_colours import N_COLOURS
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.live.track import LiveSpan
-from radargui.model.result import Motion, RunResult, whole_milliseconds
+from radargui.model.result import Kinematics, RunResult, whole_milliseconds
 from radargui.report.curves import take_track
 
 
@@ -85,7 +85,7 @@ def test_velocities_of_the_estimate_are_drawn_with_their_bands(panel: TrackPanel
     place = np.stack([rows[0], rows[1], 0.12 - 4.905 * (time - 0.3) ** 2])
     acceleration = np.stack([rows[0], rows[1], rows[2] - 9.81])
     flight = np.where(time < 0.49, 0, -1)
-    motion = Motion(time, place, velocity, acceleration, 1e-5 * one, 2e-3 * one, 0.03 * one, flight)
+    motion = Kinematics(time, place, velocity, acceleration, 1e-5 * one, 2e-3 * one, 0.03 * one, flight)
     panel.show_result(replace(result, motion=motion), "run-0001")
     panel.curves.choose("speed")
     assert np.nanmax(drawn(panel)[1]) == pytest.approx(9.81 * 0.2)

@@ -21,7 +21,7 @@ from radargui import __version__
 from radargui.model.errors import FileError
 from radargui.model.finding import as_stored
 from radargui.model.recording import Excerpt, Recording
-from radargui.model.result import Motion, whole_milliseconds
+from radargui.model.result import Kinematics, whole_milliseconds
 from radargui.report.setup_section import setup_blocks
 from radargui.report.tables import write_tables
 
@@ -145,7 +145,7 @@ def test_one_row_per_impact_with_positive_speeds(tmp_path: Path) -> None:
 def test_the_motion_has_a_thousand_rows_a_second_with_velocity_and_acceleration(tmp_path: Path) -> None:
     time = whole_milliseconds(0.2996, 0.7)
     rows = np.arange(3 * time.size).reshape(3, -1) / 1e3
-    motion = Motion(
+    motion = Kinematics(
         time, rows, rows + 1.0, rows - 9.81, 1e-5 + 0.0 * rows, 2e-4 + 0.0 * rows, 3e-2 + 0.0 * rows, 0 * time
     )
     write_tables(replace(drop_result(rate_hz=1000.0), motion=replace(motion, flight=np.full(time.size, -1))), tmp_path)

@@ -9,7 +9,7 @@ import pytest
 
 from radargui.model.radar import Floor
 from radargui.model.resources import default_setup_path
-from radargui.model.result import Bounce, Bounces, ImpactVelocities, Track
+from radargui.model.result import Bounce, Bounces, Track, VelocitiesAtImpacts
 from radargui.model.setup import Setup, read_setup
 from radargui.model.uncertainty_budget import InputChange
 from radargui.restitution.oblique import with_oblique
@@ -36,7 +36,7 @@ def one_impact(
     normal: tuple[float, float, float] = (0.0, 0.0, 1.0),
 ) -> Bounce:
     covariance = 1e-10 * np.eye(6) if covariance is None else covariance
-    known = ImpactVelocities(np.array([AT_S]), before[None], after[None], covariance[None], slope_variance)
+    known = VelocitiesAtImpacts(np.array([AT_S]), before[None], after[None], covariance[None], slope_variance)
     into, out = -float(before @ normal), float(after @ normal)
     bounce = Bounce(AT_S, into, out, out / into, 1e-4, "made", True)
     bounces = Bounces((bounce,), None, normal, velocities=known)

@@ -20,7 +20,7 @@ from radargui.model.channel_quality import ChannelQuality
 from radargui.model.errors import FileError
 from radargui.model.finding import as_stored, warn
 from radargui.model.recording import Block, Digitisation, Gap, Recording, Truth, iq_names
-from radargui.model.result import Bounce, Bounces, CorrectedIQ, FreeFall, Motion, PathLengths, RunResult, Track
+from radargui.model.result import Bounce, Bounces, CorrectedIQ, FreeFall, Kinematics, PathLengths, RunResult, Track
 from radargui.model.setup import Setup, dump_setup
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
 
@@ -176,7 +176,7 @@ def result_of(recording: Recording) -> RunResult:
         paths=PathLengths(time_s, volts(3, n), volts(3, n), volts(3, n), valid),
         track=Track(time_s, volts(3, n), volts(3, n), valid[0], "exact"),
         bounces=bounces,
-        motion=Motion(time_s, *(volts(3, n) for _ in range(6)), np.arange(n) // 100 - 1),
+        motion=Kinematics(time_s, *(volts(3, n) for _ in range(6)), np.arange(n) // 100 - 1),
         uncertainty_budget=UncertaintyBudget(
             e=BudgetLine(0.001, 0.002, None, 0.003), assumed={"daq.u_clock_ppm": 50.0}
         ),

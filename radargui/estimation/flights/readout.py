@@ -14,7 +14,7 @@ from radargui.estimation.signals import ScaledSignals, composed
 from radargui.geometry.path_length import path_gradient, path_lengths
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.front_end import FrontEnd, point_of
-from radargui.model.result import Motion
+from radargui.model.result import Kinematics
 from radargui.motion.flights import Flights
 
 INSTANTS = 400
@@ -117,7 +117,7 @@ def drop_motion(estimate: DropEstimate, signals: ScaledSignals, changes: PlaceCh
     )
 
 
-def drop_kinematics(estimate: DropEstimate, time_s: FloatArray) -> Motion:
+def drop_kinematics(estimate: DropEstimate, time_s: FloatArray) -> Kinematics:
     """Return place, velocity and acceleration at times (n,); uncertainties hold the setup."""
     flights = estimate.flights
     position, by_place = flights.position_and_slopes(time_s)
@@ -127,7 +127,7 @@ def drop_kinematics(estimate: DropEstimate, time_s: FloatArray) -> Motion:
     acceleration = np.where(flies, flights.acceleration(velocity), 0.0)
     by_acceleration = np.where(flies, flights.acceleration_slopes(velocity, by_velocity), 0.0)
     u_m, u_m_s, u_m_s2 = (_u(estimate, slopes) for slopes in (by_place, by_velocity, by_acceleration))
-    return Motion(time_s, position, velocity, acceleration, np.hypot(u_m, LEAST_U_M), u_m_s, u_m_s2, number)
+    return Kinematics(time_s, position, velocity, acceleration, np.hypot(u_m, LEAST_U_M), u_m_s, u_m_s2, number)
 
 
 def _u(estimate: DropEstimate, by_flights: FloatArray) -> FloatArray:

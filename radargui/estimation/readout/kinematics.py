@@ -1,4 +1,4 @@
-"""Velocity and acceleration of a joint solution, with their uncertainties (method 6, Velocities)."""
+"""Velocity and acceleration of a joint solution, with their uncertainties (method 5, Oblique impacts)."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from radargui.estimation.solve.minimise import Solution, local_chi_square
 from radargui.geometry.bistatic import position_uncertainty
 from radargui.geometry.path_length import path_lengths
 from radargui.model.arrays import FloatArray, IntArray
-from radargui.model.result import Motion
+from radargui.model.result import Kinematics
 
 
-def kinematics(solution: Solution, alternatives: tuple[Alternative, ...], time_s: FloatArray) -> Motion:
+def kinematics(solution: Solution, alternatives: tuple[Alternative, ...], time_s: FloatArray) -> Kinematics:
     """Return place, velocity and acceleration at times (n,) of the motion.
 
     Uncertainties are those of the posterior, as those of places at the samples: alternatives are mixed in, a local
@@ -41,7 +41,7 @@ def kinematics(solution: Solution, alternatives: tuple[Alternative, ...], time_s
         turns_hz = np.linalg.norm(values[1], axis=0) / problem.amplitude_basis.length_m
         u = np.hypot(u, hidden * turns_hz ** np.arange(3)[:, None, None])
     u[0] = np.hypot(u[0], SAMPLES.smallest_u_m)
-    return Motion(time_s, place, values[1], values[2], u[0], u[1], u[2], _flight(solution, time_s))
+    return Kinematics(time_s, place, values[1], values[2], u[0], u[1], u[2], _flight(solution, time_s))
 
 
 def _of(solution: Solution, time_s: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -278,16 +278,16 @@ def first_setup(path: Path | None, settings: Settings, board: NoticeBoard) -> Se
                 board.post("warning", f"What was edited last could not be taken over. {error}")
         if changed := model.unsaved:
             many = f"{counted(len(changed), 'value')} changed since {candidate.name} was saved"
-            _tell_while_unsaved(
+            _notify_while_unsaved(
                 model, Notice("warning", f"The setup is as you left it: {many} ({named(changed)})."), board
             )
         return model
     return SetupModel(read_setup(default_setup_path()), default_setup_path())
 
 
-def _tell_while_unsaved(model: SetupModel, told: Notice, board: NoticeBoard) -> None:
-    board.post(told.level, told.text)
-    model.changed.connect(lambda: None if model.unsaved else board.dismiss(told))
+def _notify_while_unsaved(model: SetupModel, notice: Notice, board: NoticeBoard) -> None:
+    board.post(notice.level, notice.text)
+    model.changed.connect(lambda: None if model.unsaved else board.dismiss(notice))
 
 
 def named(keys: Sequence[str]) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 from radargui.geometry.path_length import place_antennas
 from radargui.gui.setup.geometry_sketch import HALF_FIELD_M
 from radargui.model.arrays import FloatArray
-from radargui.model.result import Motion, RunResult
+from radargui.model.result import Kinematics, RunResult
 from radargui.model.setup import Setup
 from radargui.motion.speed import speed_along
 from radargui.report.curves import take_track
@@ -104,7 +104,7 @@ class ShownTrack:
     speed_m_s: FloatArray = field(default_factory=lambda: np.empty(0))
     u_mm: FloatArray = field(default_factory=lambda: np.empty((3, 0)))
     u_kind: str = ""
-    motion: Motion | None = None
+    motion: Kinematics | None = None
     zero_s: float = 0.0
     zero: str = ""
     sphere_mm: FloatArray = field(default_factory=lambda: np.empty((3, 0)))

@@ -98,6 +98,7 @@ def test_where_no_program_opens_a_report_its_first_page_is_shown(
     window.runs.open_report.click()
     preview = window.run_controller.report_preview
     wait_for(lambda: preview.isVisible() and "run-0001" in preview.page.toPlainText())
+    assert "No program here shows reports, its first page is shown instead" in window.board.notices[0].text
     window.runs.open_folder.click()
     assert str(path) in window.board.notices[0].text
 

@@ -64,7 +64,7 @@ class RunController:
             changed.connect(lambda *_: self.report_preview.refresh())
         self._late = ticking(self._window, _LATE_MS, run.forget, once=True)
         runs.run_chosen.connect(self._choose)
-        runs.not_opened.connect(lambda folder: self._board.post("warning", f"No program here shows folders: {folder}"))
+        runs.not_opened.connect(lambda what: self._board.post("warning", f"No program here shows {what}"))
         run.methods_asked.connect(self._overlay)
 
     def show_session(self, session: Session | None, chosen: Path | None = None) -> None:

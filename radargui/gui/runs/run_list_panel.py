@@ -29,7 +29,7 @@ class RunListPanel(QWidget):
     """Lists runs; choosing one asks for its result to be shown."""
 
     run_chosen = Signal(object)
-    not_opened = Signal(object)
+    not_opened = Signal(str)
     """A folder that no program of this computer shows."""
     run_wanted = Signal()
     """The operator has chosen a run, and wants to look at it."""
@@ -56,7 +56,7 @@ class RunListPanel(QWidget):
         self.report = button("Make report", does.report.trigger)
         self.preview = button("Preview", does.preview.trigger)
         # where no program opens it, its first page is shown here
-        self.open_report = button("Open report", lambda: self._open(self._report_file, does.preview.trigger))
+        self.open_report = button("Open report", lambda: self._open(self._report_file, self._preview_instead))
         self.open_folder = button("Open folder", lambda: self._open(self.folder, self._say_not_opened))
         self.export = button("Export tables…", does.export.trigger)
         tip = "Runs that do not count: no fall, or rejected (Del); Del takes the chosen one back"
@@ -184,5 +184,9 @@ class RunListPanel(QWidget):
         if path is not None and not QDesktopServices.openUrl(QUrl.fromLocalFile(str(path))):
             otherwise()
 
+    def _preview_instead(self) -> None:
+        self.not_opened.emit(f"reports, its first page is shown instead: {self._report_file}")
+        self.preview.click()
+
     def _say_not_opened(self) -> None:
-        self.not_opened.emit(self.folder)
+        self.not_opened.emit(f"folders: {self.folder}")

@@ -55,6 +55,27 @@ def test_without_mismatch_the_chain_is_true_to_a_micrometre_and_e_to_a_ten_thous
     assert result.bounces.free_fall.drop_height_m == pytest.approx(0.27, abs=1e-6)
 
 
+@pytest.mark.parametrize("correction", ["published", "adaptive"])
+def test_four_times_the_rate_changes_no_verdict(setup: Setup, correction: str) -> None:
+    verdicts = []
+    for rate_hz in (20000.0, 80000.0):
+        dropped = changed(
+            setup,
+            daq={"rate_hz": rate_hz, "channel_skew_s": 0.0},
+            simulation={"settle_s": 0.3},
+            processing={"correction": correction},
+        )
+        result = process(simulate_recording(dropped)[0], dropped)
+        # the last hops are known or not by their noise
+        impacts = [one.valid for one in result.bounces.impacts[:5]]
+        said = sorted({one.code for one in result.findings})
+        assert result.corrected is not None
+        verdicts.append((result.status, [one.verdict for one in result.corrected.channels], impacts, said))
+    assert verdicts[0] == verdicts[1]
+    assert verdicts[0][0] == "ok"
+    assert all(verdicts[0][2])
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_every_mismatch_at_a_tenth_leaves_the_first_e_within_three_percent(setup: Setup, seed: int) -> None:
     rough = changed(setup, simulation={"mismatch": 0.1, "seed": seed}, processing={"correction": "published"})

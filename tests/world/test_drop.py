@@ -105,3 +105,24 @@ def test_a_bed_catches_it_within_the_depth_without_an_impact() -> None:
     np.testing.assert_allclose(velocity(drop, 1.0), 0.0, atol=1e-9)
     speed = np.linalg.norm(velocity(drop, 0.2 + np.sqrt(0.4 / 9.81)))
     assert speed == pytest.approx(np.sqrt(2.0 * 9.81 * 0.2), rel=5e-3)  # it does not slow before it touches
+
+
+def test_friction_takes_no_more_along_the_floor_than_its_share_and_no_more_than_rolling_needs() -> None:
+    thrown = np.array([0.5, 0.0, 0.0])
+    for friction in (0.05, 0.9):
+        drop = dropped(replace(LEVEL, friction=friction, scatter=0.0), velocity_m_s=thrown)
+        first = drop.impacts[0]
+        arriving, leaving = np.array(first.arriving_m_s), np.array(first.leaving_m_s)
+        assert -arriving[2] == first.before_m_s
+        assert leaving[2] == first.after_m_s
+        taken = arriving[0] - leaving[0]
+        most = friction * (first.before_m_s + first.after_m_s)
+        assert taken == pytest.approx(min(most, (1.0 - ROLLING) * arriving[0]), rel=1e-12)
+        np.testing.assert_allclose(velocity(drop, first.time_s - 1e-5), arriving, atol=2e-4)
+        np.testing.assert_allclose(velocity(drop, first.time_s + 1e-5), leaving, atol=2e-4)
+
+
+def test_without_a_friction_that_is_told_a_drop_is_the_one_it_was() -> None:
+    told = dropped(replace(LEVEL, friction=1e9))
+    times = np.linspace(0.0, 1.2, 400)
+    np.testing.assert_allclose(told.position(times), dropped().position(times), atol=1e-12)

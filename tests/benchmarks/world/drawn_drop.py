@@ -42,11 +42,12 @@ OPTIONS = (
     "exact", "told", "diameter_m", "density_kg_m3", "density_told", "gravity_m_s2", "site", "height_m", "release_m",
     "e", "scatter", "kick_m_s", "tilt_deg", "snr_db", "rate_hz", "multiplexed", "skew_s", "skew_in_file", "crosstalk",
     "amplitude_v", "floor", "walls", "wall", "wall_distance_m", "rest_s", "u_angle_deg", "u_distance_m",
-    "u_polarization_deg", "u_release_m", "release_scatter",
+    "u_polarization_deg", "u_release_m", "release_scatter", "lateral_m_s", "friction",
 )  # fmt: skip
 """Values to hold, units in their names; `exact`: the setup is the truth; `told`: polarisations are stated; `floor`:
 |R|, 0 of none; `walls`: how many; `wall`: share of the field that one sends back to the centre, the lobes counted;
-`site`, `density_told`: whether the setup states g and the sphere's density; `release_scatter`: over `u_release_m`."""
+`site`, `density_told`: whether the setup states g and the sphere's density; `release_scatter`: over `u_release_m`.
+Only where held: `lateral_m_s`, with which the sphere is let go in a drawn direction, and Coulomb's `friction`."""
 
 
 @dataclass(frozen=True)
@@ -216,6 +217,7 @@ def _floor(value: Draws, touch_m: Array) -> Floor:
         value.between("e", 0.2, 0.95),
         float(value("scatter", lambda _: 0.01)),
         value.between("kick_m_s", 0.0, 0.03),
+        friction=value("friction", lambda _: None),
     )
 
 
@@ -225,7 +227,10 @@ def _fall(each: Draws, body: Body, floor: Floor, release_m: Array, height_m: flo
     falls_s = np.sqrt(2.0 * height_m / body.acceleration_m_s2)
     e = floor.restitution
     lasts_s = np.clip(falls_s * (1.0 + e) / (1.0 - e) + LIES_S, SHORTEST_S, LONGEST_S)
-    return fall(each.rng("impacts"), body, floor, release_m, start_s=start_s, duration_s=start_s + float(lasts_s))
+    angle, speed = each.rng("lateral").uniform(0.0, 2.0 * np.pi), float(each("lateral_m_s", lambda _: 0.0))
+    pushed = speed * np.array([np.cos(angle), np.sin(angle), 0.0]) if speed else None
+    span = {"start_s": start_s, "duration_s": start_s + float(lasts_s)}
+    return fall(each.rng("impacts"), body, floor, release_m, **span, velocity_m_s=pushed)
 
 
 def _mirrors(

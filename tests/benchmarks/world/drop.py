@@ -64,11 +64,13 @@ class Body:
 
 @dataclass(frozen=True)
 class Impact:
-    """One impact: instant, speeds along the floor's normal, both positive."""
+    """One impact: instant, speeds along the floor's normal, both positive; velocities (x, y, z) where they are kept."""
 
     time_s: float
     before_m_s: float
     after_m_s: float
+    arriving_m_s: tuple[float, ...] = ()
+    leaving_m_s: tuple[float, ...] = ()
 
     @property
     def e(self) -> float:
@@ -90,6 +92,9 @@ class Floor:
         Standard deviation of the speed along x and along y that an impact adds.
     contact_s
         How long an impact lasts: rubber, foam; 0 of a hard floor.
+    friction
+        Coulomb's: the change of speed along the floor is no more than this share of that along the normal. None: it
+        always suffices to roll.
     """
 
     normal: Array
@@ -98,6 +103,7 @@ class Floor:
     scatter: float = 0.01
     kick_m_s: float = 0.0
     contact_s: float = 0.0
+    friction: float | None = None
 
 
 @dataclass(frozen=True)
@@ -114,6 +120,8 @@ class Drop:
         In time order.
     breaks_s
         Where the velocity may jump, in time order; empty: not known.
+    normal
+        Unit vector of the floor.
     """
 
     position: Callable[[Array], Array]
@@ -121,6 +129,7 @@ class Drop:
     duration_s: float
     impacts: tuple[Impact, ...]
     breaks_s: tuple[float, ...] = ()
+    normal: tuple[float, ...] = (0.0, 0.0, 1.0)
 
 
 def flight(body: Body, floor: Floor, place: Array, velocity: Array) -> tuple[float, Callable[[Array], Array]]:
@@ -184,23 +193,27 @@ def fall(
             time += floor.contact_s
         if impact.after_m_s < SLOWEST_REBOUND_M_S:
             velocity = velocity - floor.normal * (floor.normal @ velocity)
-            impact = Impact(impact.time_s, impact.before_m_s, 0.0)
+            impact = replace(impact, after_m_s=0.0)
             pieces.append((time, _rolling(body, floor, place, velocity)))
         impacts.append(impact)
         if impact.after_m_s == 0.0:
             break
     breaks_s = tuple(begin for begin, _ in pieces)
-    return Drop(_joined(release_m, pieces), start_s, duration_s, tuple(impacts), breaks_s)
+    return Drop(_joined(release_m, pieces), start_s, duration_s, tuple(impacts), breaks_s, tuple(floor.normal.tolist()))
 
 
 def _bounce(rng: np.random.Generator, floor: Floor, time_s: float, arriving: Array) -> tuple[Impact, Array]:
     """Reverse the speed along the normal; friction takes what spin needs of the rest, roughness adds the kick."""
     before = -float(floor.normal @ arriving)
-    along = ROLLING * (arriving + before * floor.normal)
+    along = arriving + before * floor.normal
     kick = floor.kick_m_s * np.append(rng.standard_normal(2), 0.0)
-    along = along + kick - floor.normal * (floor.normal @ kick)
     after = before * floor.restitution * (1.0 + floor.scatter * rng.standard_normal())
-    return Impact(time_s, before, after), along + after * floor.normal
+    kept = ROLLING
+    if floor.friction is not None:
+        slip = float(np.linalg.norm(along))
+        kept = max(ROLLING, 1.0 - floor.friction * (before + after) / slip) if slip > 0.0 else 1.0
+    leaving = kept * along + kick - floor.normal * (floor.normal @ kick) + after * floor.normal
+    return Impact(time_s, before, after, tuple(arriving.tolist()), tuple(leaving.tolist())), leaving
 
 
 def _pressed(floor: Floor, place: Array, arriving: Array, leaving: Array) -> Callable[[Array], Array]:

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from benchmarks.world.drawn_drop import OPTIONS, WAVENUMBER_RAD_M, DrawnDrop, draw_drop
 from benchmarks.world.draws import Draws
+from benchmarks.world.drop import Drop
 from benchmarks.world.effects import EFFECT_OPTIONS, draw_effects
 from benchmarks.world.scene import World, record_of
 from benchmarks.world.told import EXACT, Tables, Uncertainties, draw_uncertainties, told
@@ -41,6 +42,8 @@ class PopulationRecord:
         When the motion begins.
     expected
         What a program should say.
+    drop
+        Of a drop: its motion at any time, and the velocities at its impacts.
     """
 
     recording: Recording
@@ -50,6 +53,7 @@ class PopulationRecord:
     gravity_m_s2: float | None
     start_s: float
     expected: Expected
+    drop: Drop | None = None
 
 
 @dataclass(frozen=True)
@@ -147,4 +151,5 @@ def record(world: World, stated_rate_hz: float, expected: Expected = "ok") -> Po
         world.body.acceleration_m_s2,
         world.drop.start_s,
         expected,
+        world.drop,
     )

@@ -117,7 +117,7 @@ class SpeedView(QWidget):
         self.model = having(Choice(((_BEST, "best described (AICc)"), *models)), accessibleName="Model")
         self.model.setToolTip("Model of e against the impact speed: what is drawn over the points, as in the report")
         self.model.currentIndexChanged.connect(self._draw)
-        others = ((name, one.title) for name, one in COVARIATES.items())
+        others = ((name, one.name) for name, one in COVARIATES.items())
         self.against = having(Choice(((_SPEED, "impact speed"), *others)), accessibleName="Against")
         self.against.setToolTip(
             "What e is drawn against; all but the speed with e brought to one speed by the best model"
@@ -192,7 +192,7 @@ class SpeedView(QWidget):
         found = [(sample.label or UNNAMED, one) for sample in samples for one in sample.dependences if one.on == on]
         known = [(label, one) for label, one in found if not one.problem]
         covariate = COVARIATES[on]
-        self.plot.relabel(covariate.label, e_label([one for _, one in known]) if known else "e")
+        self.plot.relabel(covariate.label, e_label([one for _, one in known]) if known else covariate.of)
         self.words.setText("; ".join(f"{label}: {one.words}" if len(found) > 1 else one.words for label, one in found))
         self.plot.write_inside(
             "" if known else "; ".join(dict.fromkeys(one.problem for _, one in found)) or "no impact yet"

@@ -11,7 +11,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.rounding import COVERAGE, UNKNOWN, plain
 from radargui.report.provenance import Provenance
 from radargui.report.run_facts import RunFacts, glance
-from radargui.restitution.dependence import Dependence
+from radargui.restitution.dependence import COVARIATES, Dependence
 from radargui.restitution.distribution import Distribution
 from radargui.restitution.findings import Findings, SeriesRun, SeriesSession, SessionFindings, findings_of
 from radargui.restitution.speed_models import ModelName, SpeedFit, preferred
@@ -124,14 +124,18 @@ def dependences_on(facts: ReportFacts, on: str) -> list[Dependence]:
 
 def points_of(found: Dependence) -> FloatArray:
     """Return what e may depend on, e and its statistical u of the impacts that tell it, shape (3, n), to be drawn."""
-    e, u = np.array(found.e), np.array([one.u_e for one in found.impacts])
-    return np.stack([found.x, e, u])[:, u < WORST_SHARE * e]
+    e, u = np.array(found.e), found.u
+    return np.stack([found.x, e, u])[:, (u < WORST_SHARE * e) | (COVARIATES[found.on].of != "e")]
 
 
 def e_label(found: Sequence[Dependence]) -> str:
-    """Return what is drawn of dependences: e, at which speed where all of them were brought to one."""
+    """Return what is drawn of dependences: e_t, or e, at which speed where all of them were brought to one."""
     speeds = {one.reduced.partition(" (")[0] for one in found}
-    return f"e {speeds.pop()}".strip() if len(speeds) == 1 else "e, each sample at its mean speed"
+    return (
+        f"{COVARIATES[found[0].on].of} {speeds.pop()}".strip()
+        if len(speeds) == 1
+        else "e, each sample at its mean speed"
+    )
 
 
 def histogram_of(found: Distribution) -> tuple[FloatArray, FloatArray]:

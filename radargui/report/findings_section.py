@@ -233,7 +233,7 @@ def _repeatability(sample: SampleFindings) -> Iterator[Content]:
 
 def _besides(sample: SampleFindings) -> Iterator[Content]:
     """Give what e depends on besides the speed; of what no impact tells nothing is said."""
-    rows = {COVARIATES[one.on].title: sentence(one.words) for one in sample.dependences if one.n_groups > 1}
+    rows = {COVARIATES[one.on].name: sentence(one.words) for one in sample.dependences if one.n_groups > 1}
     if rows:
         yield Facts.of(rows, f"What else e depends on{f': {sample.label}' if sample.label else ''}")
 

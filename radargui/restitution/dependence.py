@@ -1,4 +1,4 @@
-"""What e depends on besides the speed: the angle of incidence, the diameter of the sphere, the number of the drop."""
+"""What e depends on besides the speed, angle of incidence, diameter, number of the drop; and e_t on the angle."""
 
 import math
 from collections.abc import Sequence
@@ -14,11 +14,26 @@ from radargui.restitution.statistics import CONFIDENCE, probability, student
 
 @dataclass(frozen=True, slots=True)
 class Covariate:
-    """What e may depend on: its name for people, its unit, and the one shown as so many of it."""
+    """What a value of impacts may depend on.
+
+    Attributes
+    ----------
+    title, unit, scale
+        For people: name, unit shown, and how much of it one of its own is.
+    attribute, of
+        Names of it and of the value in an `ImpactPoint`.
+    """
 
     title: str
     unit: str
+    attribute: str
     scale: float = 1.0
+    of: str = "e"
+
+    @property
+    def name(self) -> str:
+        """What it is called among the others: of e, what e depends on."""
+        return self.title if self.of == "e" else f"{self.title}, {self.of}"
 
     @property
     def label(self) -> str:
@@ -27,11 +42,11 @@ class Covariate:
 
 
 COVARIATES = {
-    "angle_deg": Covariate("angle of incidence", "°"),
-    "diameter_m": Covariate("diameter", "mm", 1e3),
-    "drop": Covariate("number of the drop", ""),
+    "angle_deg": Covariate("angle of incidence", "°", "angle_deg"),
+    "diameter_m": Covariate("diameter", "mm", "diameter_m", 1e3),
+    "drop": Covariate("number of the drop", "", "drop"),
+    "e_t": Covariate("angle of incidence", "°", "angle_deg", of="e_t"),
 }
-"""By the name of the attribute of an `ImpactPoint`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +60,7 @@ class Dependence:
     impacts
         Those that tell it.
     e
-        Of these, brought to one speed, shape (n,).
+        Of these, brought to one speed; e_t as measured; shape (n,).
     n_groups
         How many runs they belong to; of the diameter how many spheres.
     reduced
@@ -76,7 +91,12 @@ class Dependence:
     @property
     def x(self) -> FloatArray:
         """What e may depend on, of each impact, in its unit, shape (n,)."""
-        return np.array([getattr(one, self.on) for one in self.impacts], dtype=np.float64)
+        return _column(self.impacts, COVARIATES[self.on].attribute)
+
+    @property
+    def u(self) -> FloatArray:
+        """Standard uncertainty of e or e_t of each impact, shape (n,)."""
+        return _column(self.impacts, f"u_{COVARIATES[self.on].of}")
 
     def line(self, x: FloatArray) -> FloatArray:
         """Return e on the line at x, shape (n,)."""
@@ -87,13 +107,13 @@ class Dependence:
         """What was found, or why nothing was."""
         covariate = COVARIATES[self.on]
         if self.problem:
-            return f"e against the {covariate.title}: {self.problem}"
+            return f"{covariate.of} against the {covariate.title}: {self.problem}"
         unit = f"/{covariate.unit}" if covariate.unit else " a drop"
         slope = quantity(self.slope, self.u_slope, "", 1.0 / covariate.scale)
         p = self.p or 0.0
         said = "depends on it" if p < 1.0 - CONFIDENCE else "no dependence beyond chance"
         brought = f", {self.reduced}" if self.reduced else ""
-        return f"e against the {covariate.title}: slope {slope}{unit}, p {probability(p)}: {said}{brought}"
+        return f"{covariate.of} against the {covariate.title}: slope {slope}{unit}, p {probability(p)}: {said}{brought}"
 
 
 def dependences(points: Sequence[ImpactPoint], fit: SpeedFit | None) -> tuple[Dependence, ...]:
@@ -113,14 +133,16 @@ def dependences(points: Sequence[ImpactPoint], fit: SpeedFit | None) -> tuple[De
 
 
 def _dependence(points: Sequence[ImpactPoint], on: str, fit: SpeedFit | None) -> Dependence:
-    known = tuple(one for one in points if math.isfinite(getattr(one, on)))
-    x = np.array([getattr(one, on) for one in known], dtype=np.float64)
+    covariate = COVARIATES[on]
+    names = (covariate.attribute, covariate.of)
+    known = tuple(one for one in points if all(math.isfinite(getattr(one, name)) for name in names))
+    x, e, u = (_column(known, name) for name in (*names, f"u_{covariate.of}"))
     # all drops of a sphere have its diameter: they tell it once
     of = x if on == "diameter_m" else np.array([one.run for one in known])
     groups = np.unique(of)
-    speed, e, u = np.array([(one.speed_m_s, one.e, one.u_e) for one in known]).reshape(-1, 3).T
     reduced, scatter = "", float(e.std()) if e.size else 0.0
-    if fit is not None and fit.parameters and known:
+    if fit is not None and fit.parameters and known and covariate.of == "e":
+        speed = _column(known, "speed_m_s")
         at = float(speed.mean())
         scatter = fit.scatter or 0.0
         if fit.model != "constant":
@@ -128,9 +150,9 @@ def _dependence(points: Sequence[ImpactPoint], on: str, fit: SpeedFit | None) ->
             e = e * expected[-1] / expected[:-1]
             reduced = f"at {plain(at, 3, 'm/s')} (brought there by the {title_of(fit.model)})"
     found = Dependence(on, known, tuple(e.tolist()), int(groups.size), reduced)
-    title = COVARIATES[on].title
+    title = covariate.title
     if not known:
-        return _without(found, f"no impact tells its {title}")
+        return _without(found, f"no impact tells its {covariate.name}")
     if float(np.ptp(x)) <= 1e-9 * float(np.abs(x).max()):
         return _without(found, f"all impacts have one {title}")
     if groups.size < FEWEST_RUNS:
@@ -159,6 +181,11 @@ def _dependence(points: Sequence[ImpactPoint], on: str, fit: SpeedFit | None) ->
         slope + half,
         float(2.0 * stdtr(dof, -abs(slope) / u_slope)) if u_slope else float(slope == 0.0),
     )
+
+
+def _column(points: Sequence[ImpactPoint], name: str) -> FloatArray:
+    """Return an attribute of each impact, shape (n,)."""
+    return np.array([getattr(one, name) for one in points], dtype=np.float64)
 
 
 def _without(found: Dependence, problem: str) -> Dependence:

@@ -328,6 +328,8 @@ def _points(session: SeriesSession, counted: Series) -> list[ImpactPoint]:
             impact.angle_deg,
             session.setup.tracer.diameter_m,
             number,
+            impact.e_t,
+            impact.u_e_t,
         )
         for number, run in enumerate(session.runs, 1)
         if f"{session.name}/{run.drop.name}" not in counted.left_out

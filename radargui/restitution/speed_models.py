@@ -116,7 +116,7 @@ class ImpactPoint:
     """One impact: the run it belongs to, speed before it, e, its statistical and combined u (None: not known).
 
     Beside it what e may depend on too: angle of incidence from the normal, diameter of the sphere, number of the drop
-    in its session; NaN where that is not known.
+    in its session; and e_t with its u. NaN where that is not known.
     """
 
     run: str
@@ -127,6 +127,8 @@ class ImpactPoint:
     angle_deg: float = math.nan
     diameter_m: float = math.nan
     drop: float = math.nan
+    e_t: float = math.nan
+    u_e_t: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)

@@ -60,7 +60,7 @@ def test_a_series_is_what_the_report_says(tmp_path: Path) -> None:
     document = json.loads(report.json.read_text(encoding="utf-8"))
     assert found.sentence == document["sentence"]
     assert found.sessions[0].series.e.mean == document["series"]["e_first_bounce"]["mean"]
-    assert {one.on for one in found.samples[0].dependences} == {"angle_deg", "diameter_m", "drop"}
+    assert {one.on for one in found.samples[0].dependences} == {"angle_deg", "diameter_m", "drop", "e_t"}
     with pytest.raises(radargui.RadarGuiError, match="'cubic'"):
         radargui.series(session, model="cubic")
 

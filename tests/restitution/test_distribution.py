@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -97,7 +98,7 @@ def test_chance_is_called_a_dependence_in_five_of_a_hundred() -> None:
     for _ in range(100):
         points = drops(rng)
         told.append([(one.p or 1.0) < 0.05 for one in dependences(points, fit_speed_model(points, "power"))])
-    by_angle, _, by_drop = np.mean(told, axis=0)
+    by_angle, _, by_drop, _ = np.mean(told, axis=0)
     assert by_angle <= 0.12
     assert by_drop <= 0.12
 
@@ -108,6 +109,23 @@ def test_wear_is_seen_along_the_number_of_the_drop() -> None:
     assert (worn.p or 1.0) < 1e-3
     assert "depends on it" in worn.words
     assert worn.line(np.array([1.0, 12.0]))[1] < worn.line(np.array([1.0, 12.0]))[0]
+
+
+def test_e_t_along_the_angle_stands_by_itself_as_measured() -> None:
+    rng = np.random.default_rng(8)
+    points = [
+        replace(one, e_t=5.0 / 7.0 + 2e-3 * one.angle_deg + 0.01 * rng.standard_normal(), u_e_t=0.01)
+        for one in drops(rng)
+    ]
+    (found,) = (one for one in dependences(points, fit_speed_model(points, "power")) if one.on == "e_t")
+    assert found.interval_low is not None
+    assert found.interval_high is not None
+    assert found.interval_low <= 2e-3 <= found.interval_high
+    assert not found.reduced
+    assert found.words.startswith("e_t against the angle of incidence: slope 0.00")
+    # of impacts straight down e_t has no value, and they tell nothing
+    level = [replace(one, e_t=math.nan) for one in points]
+    assert next(one for one in dependences(level, None) if one.on == "e_t").problem.startswith("no impact tells its")
 
 
 def test_what_no_impact_tells_is_said() -> None:

@@ -31,6 +31,8 @@ STEP_S = 2e-6
 """Over which the true place is differentiated."""
 NEAR_S = 2e-3
 """An impact that is found is no farther from the true one."""
+LET_GO_S = 0.01
+"""After the onset, in which the estimate leaves the motion to its spline (method 5): the push here takes no time."""
 
 
 class Told(NamedTuple):
@@ -47,13 +49,13 @@ class Told(NamedTuple):
 
 
 def velocities(result: RunResult, record: PopulationRecord) -> tuple[Array, Array]:
-    """Return errors of the velocity in flight and their u, m/s, shape (3, n); no sample within a step of an impact."""
+    """Return errors of the velocity in flight and their u, m/s, shape (3, n); none next to impacts."""
     motion, drop = result.motion, record.drop
     if motion is None or drop is None:
         return np.empty((3, 0)), np.empty((3, 0))
     impact_s = np.array([one.time_s for one in drop.impacts] or [np.inf])
     near = np.abs(motion.time_s[:, None] - impact_s).min(axis=1)
-    kept = (motion.flight >= 0) & (near > NEAR_S) & (motion.time_s > drop.start_s + NEAR_S)
+    kept = (motion.flight >= 0) & (near > NEAR_S) & (motion.time_s > drop.start_s + LET_GO_S)
     t = motion.time_s[kept]
     true = (drop.position(t + STEP_S) - drop.position(t - STEP_S)) / (2.0 * STEP_S)
     return motion.velocity_m_s[:, kept] - true, motion.u_velocity_m_s[:, kept]

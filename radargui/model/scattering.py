@@ -23,11 +23,20 @@ class ConductingSphere:
 
     Attributes
     ----------
+    radius_m, wavelength_m
+        Of the sphere and of the wave.
     series
         Chebyshev coefficients of Re U, Im U, Re V, Im V, shape (n_max, 4).
     """
 
+    radius_m: float
+    wavelength_m: float
     series: FloatArray
+
+    @property
+    def size(self) -> float:
+        """x = 2 pi radius / wavelength."""
+        return 2.0 * np.pi * self.radius_m / self.wavelength_m
 
     def parts(self, cosine: FloatArray) -> tuple[ComplexArray, ComplexArray]:
         """Return U and V; no unit.
@@ -46,7 +55,8 @@ class ConductingSphere:
 @lru_cache(maxsize=32)
 def conducting_sphere(radius_m: float, wavelength_m: float) -> ConductingSphere:
     """Return the sphere of this radius at a wavelength."""
-    return ConductingSphere(_series(*scattering_coefficients(2.0 * np.pi * radius_m / wavelength_m)))
+    series = _series(*scattering_coefficients(2.0 * np.pi * radius_m / wavelength_m))
+    return ConductingSphere(radius_m, wavelength_m, series)
 
 
 def scattering_coefficients(size: float) -> tuple[ComplexArray, ComplexArray]:

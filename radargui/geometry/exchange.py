@@ -1,0 +1,199 @@
+"""What a sphere and a plane that reflects send to and fro: the sphere and its image as two coupled bodies (method 1).
+
+Spherical waves about the sphere's centre, z along the plane's normal, time factor exp(-i w t): with X_lm = L Y_lm /
+sqrt(l (l + 1)) the waves M = h_l(k r) X and N = curl M / k. The sphere multiplies what arrives by T = -(b_l, a_l) of
+Mie's series, the plane returns what it scatters as waves of its image (P), and a translation by twice the height
+expands these about the sphere again (A): c = T (a + R A P c). The sphere's own scattering is T a; the exchange is what
+(1 - R T A P)^-1 T is more. Exact for a perfect conductor, R = 1, as plane waves at the sphere are (Peterson & Strom
+1973, https://doi.org/10.1103/PhysRevD.8.3661).
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from radargui.model.arrays import ComplexArray, FloatArray
+from radargui.model.scattering import ConductingSphere, scattering_coefficients
+
+
+def exchanged_signals(
+    sphere: ConductingSphere,
+    height_m: FloatArray,
+    reflection: complex,
+    normal: FloatArray,
+    incident: FloatArray,
+    transmitted: FloatArray,
+    leaving: FloatArray,
+    received: FloatArray,
+) -> ComplexArray:
+    """Return what the exchange adds to `scattered_signals`, for every way in and every way out.
+
+    Parameters
+    ----------
+    sphere
+        The tracer.
+    height_m
+        Of its centre over the plane, shape (n_samples,); where they would meet, as if they touched.
+    reflection
+        R of the plane straight down, 1 of a perfect conductor: what its image scatters counts so much.
+    normal
+        Of the plane towards the sphere, shape (3,).
+    incident, leaving
+        Unit vectors of the ways in and out, shapes (n_in, 3, n_samples) and (n_out, 3, n_samples).
+    transmitted, received
+        Fields sent and answered to, shapes (n_in, n_sent, 3) and (n_out, n_got, 3).
+
+    Returns
+    -------
+    ComplexArray
+        No unit, shape (n_in, n_out, n_sent, n_got, n_samples).
+    """
+    orders = n_orders(sphere.size)
+    scaled, phase = _heights(sphere, height_m)
+    electric, magnetic = (series[:orders] for series in scattering_coefficients(sphere.size))
+    turn = _frame(normal)
+    arriving = _Harmonics(turn @ incident, transmitted @ turn.T, orders)
+    answered = _Harmonics(turn @ leaving, received @ turn.T, orders)
+    hankel = _hankel(2 * orders, 2.0 * scaled)
+    out = np.zeros((height_m.size, *answered.shape, *arriving.shape), complex)
+    out = out.reshape(height_m.size, int(np.prod(answered.shape)), -1)
+    for m in range(orders + 1):
+        order = np.arange(max(m, 1), orders + 1)
+        # T^(1/2) on both sides: by themselves high orders are tiny in T and huge in A
+        root = np.sqrt(-np.concatenate([magnetic[order - 1], electric[order - 1]]))
+        parity = (-1.0) ** (order + m)
+        returned = _translation(hankel, 2.0 * scaled, m, orders) * np.concatenate([parity, -parity])
+        loop = (reflection * phase)[:, None, None] * root[:, None] * returned * root
+        by_order = np.tile(1j**order, 2) * root
+        sent = loop @ (by_order[:, None] * arriving.of(m))
+        columns = np.moveaxis(sent, 0, 2).reshape(height_m.size, root.size, -1)
+        waves = np.linalg.solve(np.eye(root.size) - loop, columns)
+        weight = -4.0 * np.pi * (1.0 if m == 0 else 2.0)
+        got = (weight * np.conj(np.tile(1j**order, 2)) * root)[:, None] * answered.of(m)
+        waves = np.moveaxis(waves.reshape(height_m.size, root.size, 2, -1), 2, 0)
+        out += (got.swapaxes(-1, -2) @ waves).sum(axis=0)
+    shape = (height_m.size, *answered.shape, *arriving.shape)
+    return np.ascontiguousarray(out.reshape(shape).transpose(3, 1, 4, 2, 0))
+
+
+def n_orders(size: float) -> int:
+    """Return how many orders of spherical waves go to and fro between a sphere of size x = K a and its image."""
+    return int(size) + 4
+
+
+def _heights(sphere: ConductingSphere, height_m: FloatArray) -> tuple[FloatArray, ComplexArray]:
+    """Return K h, not less than where sphere and plane touch, and the phase of the way that this makes longer."""
+    scaled = 2.0 * np.pi / sphere.wavelength_m * height_m
+    kept = np.maximum(scaled, sphere.size)
+    return kept, np.exp(2j * (scaled - kept))
+
+
+def _frame(normal: FloatArray) -> FloatArray:
+    """Return the rotation (3, 3) into axes of which the last is a unit vector (3,)."""
+    first = np.cross(np.eye(3)[int(np.argmin(np.abs(normal)))], normal)
+    first /= np.linalg.norm(first)
+    return np.array([first, np.cross(normal, first), normal])
+
+
+class _Harmonics:
+    """X_lm . e and i k x X_lm . e of directions k and fields e: what plane waves and far fields are made of.
+
+    Of -m they are the conjugates of those of m but for signs that cancel in a product of two, so that both orders
+    together leave products of real parts and products of imaginary parts.
+    """
+
+    def __init__(self, direction: FloatArray, field: FloatArray, orders: int) -> None:
+        self.shape, self.orders = field.shape[:2], orders
+        self._scalar = _spherical_harmonics(direction, orders)
+        along = np.broadcast_to(field[..., None], (*self.shape, *direction.shape[1:]))
+        # Z . e = i (k x X) . e = i X . (e x k)
+        across = np.cross(along, direction[:, None], axis=2)
+        self._vectors = np.stack([along, across])
+
+    def of(self, m: int) -> FloatArray:
+        """Return their real and imaginary parts of the orders max(m, 1) and up.
+
+        M before N, shape (2 parities, n_samples, 2 n_orders, n_directions n_fields).
+        """
+        first, y = max(m, 1), self._scalar
+        order = np.arange(first, self.orders + 1)
+        size = np.sqrt(order * (order + 1.0))[:, None, None, None]
+        # L . v = v_z L_z + (v_x - i v_y) L_+ / 2 + (v_x + i v_y) L_- / 2 of the operators that raise and lower m
+        raised = np.sqrt(order * (order + 1.0) - m * (m + 1.0))[:, None, None, None] / size
+        lowered = np.sqrt(order * (order + 1.0) - m * (m - 1.0))[:, None, None, None] / size
+        below = -np.conj(y[first:, 1]) if m == 0 else y[first:, m - 1]
+        x, up, down = y[first:, m, :, None] * m / size, raised * y[first:, m + 1, :, None], lowered * below[:, :, None]
+        parts = [
+            v[..., 2, :] * x + 0.5 * ((v[..., 0, :] - 1j * v[..., 1, :]) * up + (v[..., 0, :] + 1j * v[..., 1, :]) * down)
+            for v in self._vectors
+        ]
+        both = np.concatenate([parts[0], 1j * parts[1]])
+        both = both.transpose(3, 0, 1, 2).reshape(both.shape[-1], both.shape[0], -1)
+        return np.stack([both.real, both.imag])
+
+
+def _spherical_harmonics(direction: FloatArray, orders: int) -> ComplexArray:
+    """Return orthonormal Y_lm, shape (orders + 1, orders + 2, n, n_samples), of unit vectors (n, 3, n_samples), m >= 0.
+
+    (x + i y)^m times a polynomial in z, upwards in l (Condon and Shortley's phase).
+    """
+    x, y, z = np.moveaxis(direction, 1, 0)
+    out = np.zeros((orders + 1, orders + 2, *z.shape), complex)
+    first = np.full(z.shape, np.sqrt(0.25 / np.pi), complex)
+    for m in range(orders + 1):
+        if m:
+            first = -np.sqrt(1.0 + 0.5 / m) * (x + 1j * y) * first
+        out[m, m] = first
+        for order in range(m + 1, orders + 1):
+            out[order, m] = np.sqrt((4.0 * order**2 - 1.0) / (order**2 - m**2)) * (
+                z * out[order - 1, m] - (_step_down(order - 1, m) * out[order - 2, m] if order > m + 1 else 0.0)
+            )
+    return out
+
+
+def _step_down(order: int, m: int) -> float:
+    return float(np.sqrt((order**2 - m**2) / (4.0 * order**2 - 1.0)))
+
+
+def _hankel(highest: int, x: FloatArray) -> ComplexArray:
+    """Return h_p(x), p = 0 ... highest, shape (n, highest + 1), upwards: where it matters y_p is what grows."""
+    wave = np.exp(1j * x) / x
+    out = [-1j * wave, -(1.0 + 1j / x) * wave]
+    for p in range(1, highest):
+        out.append((2 * p + 1) / x * out[p] - out[p - 1])
+    return np.stack(out, axis=-1)
+
+
+def _translation(hankel: ComplexArray, apart: FloatArray, m: int, orders: int) -> ComplexArray:
+    """Return the coefficients (n, 2 k, 2 k) of outgoing waves, from K d below, as regular ones; order l >= max(m, 1).
+
+    A wave M_l is the sum of plane waves with X_l(k), and its source's place turns each by exp(i K d cos):
+
+        M_l = sum over v of i^(v - l) (<X_v, X_l exp> M_v + <Z_v, X_l exp> N_v),   Z = i k x X.
+
+    With exp(i K d cos) = sum i^p (2 p + 1) j_p P_p, h_p for j_p of an outgoing wave, the integrals are those of Y_v Y_l
+    P_p times (v (v + 1) + l (l + 1) - p (p + 1)) / 2 s_v s_l, and times i m K d / s_v s_l.
+    """
+    same, other = _integrals(m, orders)
+    a, b = np.tensordot(hankel, same, axes=(1, 2)), np.tensordot(hankel, other, axes=(1, 2)) * apart[:, None, None]
+    return np.concatenate([np.concatenate([a, b], axis=2), np.concatenate([b, a], axis=2)], axis=1)
+
+
+@lru_cache(maxsize=64)
+def _integrals(m: int, orders: int) -> tuple[ComplexArray, ComplexArray]:
+    """Return what h_p is multiplied with in `_translation`, for v, l >= max(m, 1) and p, shape (k, k, 2 orders + 1)."""
+    node, weight = np.polynomial.legendre.leggauss(2 * orders + 2)
+    across = np.stack([np.sqrt(1.0 - node**2), 0.0 * node, node])
+    harmonic = _spherical_harmonics(across[None], orders)[max(m, 1) :, m, 0].real
+    p = np.arange(2 * orders + 1)
+    polynomial = np.polynomial.legendre.legvander(node, 2 * orders)
+    integral = 2.0 * np.pi * np.einsum("vg,lg,gp,g->vlp", harmonic, harmonic, polynomial, weight)
+    order = np.arange(max(m, 1), orders + 1)
+    v, l = order[:, None, None], order[:, None]
+    # others are zero, and what rounding leaves would meet h_p beyond all bounds
+    there = (p >= abs(v - l)) & (p <= v + l) & ((v + l + p) % 2 == 0)
+    size = np.sqrt(v * (v + 1.0) * l * (l + 1.0))
+    integral = np.where(there, integral * (2.0 * p + 1.0) / size, 0.0) * 1j ** ((v - l + p) % 4)
+    return 0.5 * (v * (v + 1.0) + l * (l + 1.0) - p * (p + 1.0)) * integral, 1j * m * integral

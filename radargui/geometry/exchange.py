@@ -80,7 +80,7 @@ def exchanged_signals(
 
 def n_orders(size: float) -> int:
     """Return how many orders of spherical waves go to and fro between a sphere of size x = K a and its image."""
-    return int(size) + 4
+    return int(size) + 3
 
 
 def _heights(sphere: ConductingSphere, height_m: FloatArray) -> tuple[FloatArray, ComplexArray]:
@@ -126,7 +126,8 @@ class _Harmonics:
         below = -np.conj(y[first:, 1]) if m == 0 else y[first:, m - 1]
         x, up, down = y[first:, m, :, None] * m / size, raised * y[first:, m + 1, :, None], lowered * below[:, :, None]
         parts = [
-            v[..., 2, :] * x + 0.5 * ((v[..., 0, :] - 1j * v[..., 1, :]) * up + (v[..., 0, :] + 1j * v[..., 1, :]) * down)
+            v[..., 2, :] * x
+            + 0.5 * ((v[..., 0, :] - 1j * v[..., 1, :]) * up + (v[..., 0, :] + 1j * v[..., 1, :]) * down)
             for v in self._vectors
         ]
         both = np.concatenate([parts[0], 1j * parts[1]])
@@ -191,9 +192,9 @@ def _integrals(m: int, orders: int) -> tuple[ComplexArray, ComplexArray]:
     polynomial = np.polynomial.legendre.legvander(node, 2 * orders)
     integral = 2.0 * np.pi * np.einsum("vg,lg,gp,g->vlp", harmonic, harmonic, polynomial, weight)
     order = np.arange(max(m, 1), orders + 1)
-    v, l = order[:, None, None], order[:, None]
+    v, of = order[:, None, None], order[:, None]
     # others are zero, and what rounding leaves would meet h_p beyond all bounds
-    there = (p >= abs(v - l)) & (p <= v + l) & ((v + l + p) % 2 == 0)
-    size = np.sqrt(v * (v + 1.0) * l * (l + 1.0))
-    integral = np.where(there, integral * (2.0 * p + 1.0) / size, 0.0) * 1j ** ((v - l + p) % 4)
-    return 0.5 * (v * (v + 1.0) + l * (l + 1.0) - p * (p + 1.0)) * integral, 1j * m * integral
+    there = (p >= abs(v - of)) & (p <= v + of) & ((v + of + p) % 2 == 0)
+    size = np.sqrt(v * (v + 1.0) * of * (of + 1.0))
+    integral = np.where(there, integral * (2.0 * p + 1.0) / size, 0.0) * 1j ** ((v - of + p) % 4)
+    return 0.5 * (v * (v + 1.0) + of * (of + 1.0) - p * (p + 1.0)) * integral, 1j * m * integral

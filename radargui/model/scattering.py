@@ -35,7 +35,7 @@ class ConductingSphere:
 
     @property
     def size(self) -> float:
-        """x = 2 pi radius / wavelength."""
+        """Size parameter x = 2 pi radius / wavelength."""
         return 2.0 * np.pi * self.radius_m / self.wavelength_m
 
     def parts(self, cosine: FloatArray) -> tuple[ComplexArray, ComplexArray]:

@@ -47,13 +47,18 @@ class MirrorPlane:
 
     def image(self, point_m: FloatArray, unknown: FloatArray) -> FloatArray:
         """Return the mirror image of points (..., 3) for two tilts (rad) and a shift along the normal (m)."""
-        normal = self._tilted(unknown)
+        normal = self.turned_normal(unknown)
         return mirror(point_m, normal, float(normal @ (self.foot_m + unknown[2] * self.normal)))
+
+    def height(self, place_m: FloatArray, unknown: FloatArray) -> FloatArray:
+        """Return the distances (n,) of places (3, n) from the plane, positive on the tracer's side."""
+        foot = self.foot_m + unknown[2] * self.normal
+        return np.asarray(self.turned_normal(unknown) @ (place_m - foot[:, None]))
 
     def turned(self, direction: FloatArray, unknown: FloatArray) -> FloatArray:
         """Return the mirror image of directions, shape (..., 3)."""
         # a direction has no place: mirrored in the parallel plane through the origin
-        return mirror(direction, self._tilted(unknown), 0.0)
+        return mirror(direction, self.turned_normal(unknown), 0.0)
 
     def turned_slope(self, direction: FloatArray, unknown: FloatArray) -> FloatArray:
         """Return d turned / d unknown of directions (..., 3), shape (..., 3 unknowns, 3): a shift turns nothing."""
@@ -68,7 +73,8 @@ class MirrorPlane:
         slope = normal[:2] / normal[2]
         return slope, np.asarray((tangents[:, :2] - np.outer(tangents[:, 2], slope)).T / normal[2])
 
-    def _tilted(self, unknown: FloatArray) -> FloatArray:
+    def turned_normal(self, unknown: FloatArray) -> FloatArray:
+        """Return the unit normal, (3,), of the plane with its tilts."""
         # small turns as sums; normalised, so that the image keeps its distance
         normal = self.normal + unknown[:2] @ _tangents(tuple(self.normal.tolist()))
         return np.asarray(normal / np.sqrt(normal @ normal))
@@ -78,7 +84,7 @@ class MirrorPlane:
 
         a' = a - 2 (n.w) n, w = a - foot - shift n0, n = (n0 + tilts) / length, dn / d tilt = (t - n (n.t)) / length.
         """
-        normal = self._tilted(unknown)
+        normal = self.turned_normal(unknown)
         away = point_m - self.foot_m - unknown[2] * self.normal
         out = np.empty((*point_m.shape[:-1], 3, 3))
         out[..., :2, :], out[..., 2, :] = self._mirrored_slope(away, unknown), 2.0 * (normal @ self.normal) * normal
@@ -86,7 +92,7 @@ class MirrorPlane:
 
     def _mirrored_slope(self, away: FloatArray, unknown: FloatArray) -> FloatArray:
         """Return d (w - 2 (n.w) n) / d tilts of w (..., 3), shape (..., 2, 3)."""
-        tangents, normal = _tangents(tuple(self.normal.tolist())), self._tilted(unknown)
+        tangents, normal = _tangents(tuple(self.normal.tolist())), self.turned_normal(unknown)
         along = tangents @ normal
         # n (n0 + tilts) is the length of what was normalised
         turn = (tangents - along[:, None] * normal) / (normal @ self.normal + along @ unknown[:2])

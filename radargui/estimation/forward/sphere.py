@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.estimation.forward.mirrors import WALL, MirrorPlane
+from radargui.estimation.forward.mirrors import WALL, MirrorPlane, has_floor
+from radargui.geometry.exchange import exchanged_signals
 from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.assumed import uncertain_inputs
@@ -59,10 +60,12 @@ class PolarisedSphere:
         release_m: FloatArray,
         planes: Sequence[MirrorPlane],
         unknown: FloatArray,
+        reflection: ComplexArray,
     ) -> SphereFields:
         """Return what the sphere scatters along every path, for places (3, n) and the planes' unknowns.
 
-        A mirror turns a field's direction as it turns a vector; the change of sign stays in T and R.
+        A mirror turns a field's direction as it turns a vector; the change of sign stays in T and R. What the sphere
+        exchanges with a floor is part of what it scatters, for T of the planes, shape (n_planes,), as it is now.
         """
         basis = self.basis(place, antennas, planes, unknown)
         first = sum(plane.name != WALL for plane in planes)
@@ -72,20 +75,57 @@ class PolarisedSphere:
             moved = self.basis(place, antennas, planes, unknown + step.reshape(unknown.shape))
             by_walls[number] = (moved - basis) / _STEP
         at_rest = self.basis(release_m[:, None], antennas, (), unknown[:0])[:, 0, 0, :, :, 0]
+        if has_floor(planes):
+            basis = basis + self._exchanged(place, antennas, release_m, planes, unknown, complex(reflection[0]))
         return SphereFields(basis, at_rest, by_walls, unknown[first:].ravel())
 
     def basis(
         self, place: FloatArray, antennas: Antennas, planes: Sequence[MirrorPlane], unknown: FloatArray
     ) -> ComplexArray:
-        """Return `SphereFields.basis` alone; parameters as for `fields`."""
+        """Return `SphereFields.basis` without exchange; parameters as for `fields`."""
+        incident, sent, leaving, got = self._directions(place, antennas, planes, unknown)
+        return scattered_signals(self.sphere, incident[:, None], sent[:, None], leaving[:, None], got[:, None])
+
+    def _exchanged(
+        self,
+        place: FloatArray,
+        antennas: Antennas,
+        release_m: FloatArray,
+        planes: Sequence[MirrorPlane],
+        unknown: FloatArray,
+        reflection: complex,
+    ) -> ComplexArray:
+        """Return what the exchange with the floor adds to `basis`."""
+        floor, own = planes[0], unknown[0]
+        image_m = floor.image(antennas.transmitter_m, own)
+        # T counts from the release and turns a vector; R of the plane itself is that of a conductor's image
+        way_m = np.linalg.norm(release_m - image_m) - np.linalg.norm(release_m - antennas.transmitter_m)
+        plain = -reflection * np.exp(-2j * np.pi / self.sphere.wavelength_m * way_m)
+        plain /= max(1.0, abs(plain))  # no floor sends back more than it gets, an estimate on its way may
+        incident, sent, leaving, got = self._directions(place, antennas, planes, unknown)
+        shape = leaving.shape[:2]
+        out = exchanged_signals(
+            self.sphere,
+            floor.height(place, own),
+            plain,
+            floor.turned_normal(own),
+            incident,
+            sent,
+            leaving.reshape(-1, *leaving.shape[2:]),
+            got.reshape(-1, *got.shape[2:]),
+        )
+        return np.moveaxis(out.reshape(len(incident), *shape, *out.shape[2:]), 1, 0)
+
+    def _directions(
+        self, place: FloatArray, antennas: Antennas, planes: Sequence[MirrorPlane], unknown: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return ways in (1 + n_mirrors, 3, n) and their fields, ways out with the receivers first and theirs."""
         sent_m = np.array([antennas.transmitter_m, *self._images(antennas.transmitter_m, planes, unknown)])
         sent = np.array([self.transmitted, *self._turned(self.transmitted, planes, unknown)])
         got_m = np.array([[rx, *self._images(rx, planes, unknown)] for rx in antennas.receivers_m])
         got = np.array([[axes, *self._turned(axes, planes, unknown)] for axes in self.received])
         # two basis directions a side: angles of polarisation then cost no new sum over multipoles
-        incident = unit_vectors(place - sent_m[:, :, None])[:, None]
-        leaving = unit_vectors(got_m[..., None] - place)[:, None]
-        return scattered_signals(self.sphere, incident, sent[:, None], leaving, got[:, None])
+        return unit_vectors(place - sent_m[:, :, None]), sent, unit_vectors(got_m[..., None] - place), got
 
     @staticmethod
     def _images(point_m: FloatArray, planes: Sequence[MirrorPlane], unknown: FloatArray) -> list[FloatArray]:

@@ -334,7 +334,7 @@ def _foretold(model: DropModel, bins: Bins, at: Evaluation, place: FloatArray) -
         range_factor=np.tile(part.inputs.range_factor, n_some),
         antennas=model.setup.antennas(at.values.setup),
         wavenumber=model.setup.wavenumber(at.values.setup),
-        sphere=None if fields is None else replace(fields, basis=np.tile(fields.basis, n_some)),
+        sphere=None if fields is None else fields.repeated(n_some),
     )
     many_model = replace(part, bins=many, inputs=repeated, functions=np.tile(part.functions, n_some))
     waves = waves_at(nodes_of(place.reshape(*place.shape[:3], -1)), at.values.theta, model.layout, repeated, EVERY)

@@ -97,8 +97,7 @@ class ModelInputs:
         if self.sphere is None:
             return point_factors(len(self.planes))
         sent, got = float(theta[layout.polarization.start]), float(theta[layout.receivers[receiver].polarization.start])
-        walls = theta[layout.planes.stop - self.sphere.unknown.size : layout.planes.stop]
-        return self.sphere.factors(receiver, sent, got, walls)
+        return self.sphere.factors(receiver, sent, got, theta[layout.planes])
 
 
 @dataclass(frozen=True, slots=True)

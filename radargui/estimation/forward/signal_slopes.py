@@ -122,11 +122,10 @@ def receiver_slopes(
         put_shared(layout.planes, np.moveaxis(by_planes, -3, -1))
     if layout.sizes.polarization and inputs.sphere is not None:
         reflected = reflections(theta, layout, own, values)[..., None, None] * waves.mean
-        by_direct, by_mirrored, by_walls = _by_angles(inputs.sphere, theta, layout, receiver)
-        # the planes' own columns end with the walls': what the sphere scatters over them changes too
-        first = layout.planes.stop - shared.start - by_walls.shape[-4]
-        for number in range(by_walls.shape[-4]):
-            out[..., first + number] += (by_walls[..., number, :, :, None, :] * reflected).sum(axis=(-4, -3)).real
+        by_direct, by_mirrored, by_mirrors = _by_angles(inputs.sphere, theta, layout, receiver)
+        # what the sphere scatters over walls and exchanges with a floor changes too
+        for number, place in enumerate(layout.planes.start - shared.start + inputs.sphere.which):
+            out[..., place] += (by_mirrors[..., number, :, :, None, :] * reflected).sum(axis=(-4, -3)).real
         changed = [
             z * by_direct[..., side, None, :] + (by_mirrored[..., side, :, :, None, :] * reflected).sum(axis=(-4, -3))
             for side in (0, 1)
@@ -287,18 +286,18 @@ def _complex_columns(slopes: ComplexArray) -> FloatArray:
 def _by_angles(
     sphere: SphereFields, theta: FloatArray, layout: Layout, receiver: int | slice
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Return what the sphere's factors change by with the angles of transmitter and receiver, and with the walls.
+    """Return what the sphere's factors change by with the angles of transmitter and receiver, and with the planes.
 
-    Shapes (..., 2, n_bins), (..., 2, 1 + n_mirrors, 1 + n_mirrors, n_bins) and (..., 3 n_walls, 1 + n_mirrors, 1 +
-    n_mirrors, n_bins).
+    Shapes (..., 2, n_bins), (..., 2, 1 + n_mirrors, 1 + n_mirrors, n_bins) and (..., n, 1 + n_mirrors, 1 + n_mirrors,
+    n_bins).
     """
     if isinstance(receiver, slice):
         each = [_by_angles(sphere, theta, layout, n) for n in range(len(layout.receivers))[receiver]]
-        by_direct, by_mirrored, by_walls = (np.stack(own) for own in zip(*each, strict=True))
-        return by_direct, by_mirrored, by_walls
+        by_direct, by_mirrored, by_mirrors = (np.stack(own) for own in zip(*each, strict=True))
+        return by_direct, by_mirrored, by_mirrors
     got = layout.receivers[receiver].polarization.start
     angles = float(theta[layout.polarization.start]), float(theta[got])
-    return *sphere.angle_slopes(receiver, *angles), sphere.wall_slopes(receiver, *angles)
+    return *sphere.angle_slopes(receiver, *angles), sphere.mirror_slopes(receiver, *angles)
 
 
 def _by_planes(

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.estimation.forward.mirrors import WALL, MirrorPlane, has_floor
+from radargui.estimation.forward.mirrors import MirrorPlane, has_floor
 from radargui.geometry.exchange import exchanged_signals
 from radargui.geometry.path_length import Antennas
-from radargui.model.arrays import ComplexArray, FloatArray
+from radargui.model.arrays import ComplexArray, FloatArray, IntArray
 from radargui.model.assumed import uncertain_inputs
 from radargui.model.scattering import (
     ConductingSphere,
@@ -22,7 +22,8 @@ from radargui.model.scattering import (
 )
 from radargui.model.setup import Setup
 
-_STEP = 1e-4  # rad and m, of a wall: differences are off by as much of what M is curved by
+_STEP = 1e-4  # rad and m, of a mirror: differences are off by as much of what M is curved by
+_SHIFT = 2  # place of a plane's shift among its unknowns
 LEAST_U_ANGLE_RAD = 1e-6  # of a polarisation that is known exactly: the unknown stays, its prior holds it
 
 
@@ -68,16 +69,22 @@ class PolarisedSphere:
         exchanges with a floor is part of what it scatters, for T of the planes, shape (n_planes,), as it is now.
         """
         basis = self.basis(place, antennas, planes, unknown)
-        first = sum(plane.name != WALL for plane in planes)
-        steps = _STEP * np.eye(unknown.size)[3 * first :]
-        by_walls = np.empty((len(steps), *basis.shape), complex)
-        for number, step in enumerate(steps):
-            moved = self.basis(place, antennas, planes, unknown + step.reshape(unknown.shape))
-            by_walls[number] = (moved - basis) / _STEP
+        first = 3 * has_floor(planes)
+        steps = _STEP * np.eye(unknown.size).reshape(-1, *unknown.shape)
+        by_mirrors = [
+            (self.basis(place, antennas, planes, unknown + step) - basis) / _STEP for step in steps[first:]
+        ]
+        which = np.arange(first, unknown.size)
         at_rest = self.basis(release_m[:, None], antennas, (), unknown[:0])[:, 0, 0, :, :, 0]
-        if has_floor(planes):
-            basis = basis + self._exchanged(place, antennas, release_m, planes, unknown, complex(reflection[0]))
-        return SphereFields(basis, at_rest, by_walls, unknown[first:].ravel())
+        if has_floor(planes) and reflection[0]:
+            exchanged, moved = (
+                self._exchanged(place, antennas, release_m, planes, one, complex(reflection[0]))
+                for one in (unknown, unknown + steps[_SHIFT])
+            )
+            basis = basis + exchanged
+            by_mirrors, which = [(moved - exchanged) / _STEP, *by_mirrors], np.append(_SHIFT, which)
+        slopes = np.array(by_mirrors).reshape(-1, *basis.shape)
+        return SphereFields(basis, at_rest, slopes, which, unknown.ravel()[which])
 
     def basis(
         self, place: FloatArray, antennas: Antennas, planes: Sequence[MirrorPlane], unknown: FloatArray
@@ -184,38 +191,45 @@ class SphereFields:
         n_mirrors, 2, 2, n_bins).
     at_rest
         F of the direct path at the release position, shape (n_receivers, 2, 2).
-    by_walls, unknown
-        Slopes of `basis` by the walls' unknowns, shape (3 n_walls, *basis.shape), and the unknowns that it was made at.
+    by_mirrors, which, unknown
+        Slopes of `basis` by the walls' unknowns and by a floor's shift, which the exchange hangs on, shape (n, *basis.
+        shape); where these stand among the unknowns of all planes; and those that it was made at.
     """
 
     basis: ComplexArray
     at_rest: ComplexArray
-    by_walls: ComplexArray
+    by_mirrors: ComplexArray
+    which: IntArray
     unknown: FloatArray
+
+    def repeated(self, count: int) -> SphereFields:
+        """Return the fields at the bins some times over."""
+        return replace(self, basis=np.tile(self.basis, count), by_mirrors=np.tile(self.by_mirrors, count))
 
     def of_bins(self, part: slice) -> SphereFields:
         """Return the fields at some of the bins."""
-        return replace(self, basis=self.basis[..., part], by_walls=self.by_walls[..., part])
+        return replace(self, basis=self.basis[..., part], by_mirrors=self.by_mirrors[..., part])
 
-    def _at_walls(self, receiver: int, unknown: FloatArray | None) -> ComplexArray:
-        """Return F to a receiver with the walls moved to some unknowns, linearised; None: as they are."""
+    def _at_mirrors(self, receiver: int, unknown: FloatArray | None) -> ComplexArray:
+        """Return F to a receiver with the planes moved to some unknowns, linearised; None: as they are."""
         basis: ComplexArray = self.basis[receiver]
-        if unknown is None or not unknown.size:
+        if unknown is None or not self.unknown.size:
             return basis
-        return np.asarray(basis + np.tensordot(unknown - self.unknown, self.by_walls[:, receiver], axes=1))
+        change = unknown[self.which] - self.unknown
+        return np.asarray(basis + np.tensordot(change, self.by_mirrors[:, receiver], axes=1))
 
-    def wall_slopes(self, receiver: int, transmitter_rad: float, receiver_rad: float) -> ComplexArray:
-        """Return d M / d unknown of the walls, (3 n_walls, 1 + n_mirrors, 1 + n_mirrors, n_bins)."""
+    def mirror_slopes(self, receiver: int, transmitter_rad: float, receiver_rad: float) -> ComplexArray:
+        """Return the slopes of M by the planes' unknowns `which`, (n, 1 + n_mirrors, 1 + n_mirrors, n_bins)."""
         c_tx, c_rx = _weights(transmitter_rad)[0], _weights(receiver_rad)[0]
         direct = _signal(self.basis[receiver, 0, 0], c_tx, c_rx)
-        return _signal(self.by_walls[:, receiver], c_tx, c_rx) / direct
+        return _signal(self.by_mirrors[:, receiver], c_tx, c_rx) / direct
 
     def factors(
-        self, receiver: int, transmitter_rad: float, receiver_rad: float, walls: FloatArray | None = None
+        self, receiver: int, transmitter_rad: float, receiver_rad: float, planes: FloatArray | None = None
     ) -> SphereFactors:
-        """Return what the sphere multiplies the paths to a receiver with, for angles (rad) and the walls' unknowns."""
+        """Return what the sphere multiplies the paths to a receiver with, for angles (rad) and the planes' unknowns, (3 n_planes,)."""
         c_tx, c_rx = _weights(transmitter_rad)[0], _weights(receiver_rad)[0]
-        field = _signal(self._at_walls(receiver, walls), c_tx, c_rx)
+        field = _signal(self._at_mirrors(receiver, planes), c_tx, c_rx)
         direct = field[0, 0]
         # M has no bound near a null of the direct path: the setup refuses receivers below 5 % of the strongest signal
         return SphereFactors(direct / complex(c_tx @ self.at_rest[receiver] @ c_rx), field / direct)

@@ -21,7 +21,7 @@ from radargui.model.scattering import ConductingSphere, scattering_coefficients
 def exchanged_signals(
     sphere: ConductingSphere,
     height_m: FloatArray,
-    reflection: complex,
+    reflection: ComplexArray,
     normal: FloatArray,
     incident: FloatArray,
     transmitted: FloatArray,
@@ -35,11 +35,11 @@ def exchanged_signals(
     sphere
         The tracer.
     height_m
-        Of its centre over the plane, shape (n_samples,); where they would meet, as if they touched.
+        Of its centre over the plane, shape (n_planes, n_samples); where they would meet, as if they touched.
     reflection
-        R of the plane straight down, 1 of a perfect conductor: what its image scatters counts so much.
+        R of some planes straight down, 1 of a perfect conductor: what its image scatters counts so much; (n_planes,).
     normal
-        Of the plane towards the sphere, shape (3,).
+        Of the planes towards the sphere, shape (3,).
     incident, leaving
         Unit vectors of the ways in and out, shapes (n_in, 3, n_samples) and (n_out, 3, n_samples).
     transmitted, received
@@ -48,7 +48,7 @@ def exchanged_signals(
     Returns
     -------
     ComplexArray
-        No unit, shape (n_in, n_out, n_sent, n_got, n_samples).
+        No unit, shape (n_planes, n_in, n_out, n_sent, n_got, n_samples).
     """
     orders = n_orders(sphere.size)
     scaled, phase = _heights(sphere, height_m)
@@ -57,25 +57,25 @@ def exchanged_signals(
     arriving = _Harmonics(turn @ incident, transmitted @ turn.T, orders)
     answered = _Harmonics(turn @ leaving, received @ turn.T, orders)
     hankel = _hankel(2 * orders, 2.0 * scaled)
-    out = np.zeros((height_m.size, *answered.shape, *arriving.shape), complex)
-    out = out.reshape(height_m.size, int(np.prod(answered.shape)), -1)
+    out = np.zeros((*height_m.shape, int(np.prod(answered.shape)), int(np.prod(arriving.shape))), complex)
     for m in range(orders + 1):
         order = np.arange(max(m, 1), orders + 1)
         # T^(1/2) on both sides: by themselves high orders are tiny in T and huge in A
         root = np.sqrt(-np.concatenate([magnetic[order - 1], electric[order - 1]]))
         parity = (-1.0) ** (order + m)
-        returned = _translation(hankel, 2.0 * scaled, m, orders) * np.concatenate([parity, -parity])
-        loop = (reflection * phase)[:, None, None] * root[:, None] * returned * root
-        by_order = np.tile(1j**order, 2) * root
-        sent = loop @ (by_order[:, None] * arriving.of(m))
-        columns = np.moveaxis(sent, 0, 2).reshape(height_m.size, root.size, -1)
-        waves = np.linalg.solve(np.eye(root.size) - loop, columns)
+        returned = _translation(hankel, 2.0 * scaled, m, orders)
+        returned *= root[:, None] * np.concatenate([parity, -parity]) * root
+        returned *= (reflection[:, None] * phase)[..., None, None]
+        turns = np.tile(1j**order, 2) * root
+        sent, answers = turns[:, None] * arriving.of(m), np.conj(np.tile(1j**order, 2)) * root
+        # both parities, real and imaginary parts, side by side: neither becomes the other
+        sent = returned @ np.concatenate([*sent], axis=-1)
+        waves = answers[:, None] * np.linalg.solve(np.eye(root.size) - returned, sent)
         weight = -4.0 * np.pi * (1.0 if m == 0 else 2.0)
-        got = (weight * np.conj(np.tile(1j**order, 2)) * root)[:, None] * answered.of(m)
-        waves = np.moveaxis(waves.reshape(height_m.size, root.size, 2, -1), 2, 0)
-        out += (got.swapaxes(-1, -2) @ waves).sum(axis=0)
-    shape = (height_m.size, *answered.shape, *arriving.shape)
-    return np.ascontiguousarray(out.reshape(shape).transpose(3, 1, 4, 2, 0))
+        for got, part in zip(answered.of(m), np.split(waves, 2, axis=-1), strict=True):
+            out += weight * got.swapaxes(-1, -2) @ part
+    shape = (*height_m.shape, *answered.shape, *arriving.shape)
+    return np.ascontiguousarray(out.reshape(shape).transpose(0, 4, 2, 5, 3, 1))
 
 
 def n_orders(size: float) -> int:
@@ -159,7 +159,7 @@ def _step_down(order: int, m: int) -> float:
 
 
 def _hankel(highest: int, x: FloatArray) -> ComplexArray:
-    """Return h_p(x), p = 0 ... highest, shape (n, highest + 1), upwards: where it matters y_p is what grows."""
+    """Return h_p(x), p = 0 ... highest, shape (..., highest + 1), upwards: where it matters y_p is what grows."""
     wave = np.exp(1j * x) / x
     out = [-1j * wave, -(1.0 + 1j / x) * wave]
     for p in range(1, highest):
@@ -168,7 +168,7 @@ def _hankel(highest: int, x: FloatArray) -> ComplexArray:
 
 
 def _translation(hankel: ComplexArray, apart: FloatArray, m: int, orders: int) -> ComplexArray:
-    """Return the coefficients (n, 2 k, 2 k) of outgoing waves, from K d below, as regular ones; order l >= max(m, 1).
+    """Return the coefficients (..., 2 k, 2 k) of outgoing waves, from K d (...) below, as regular ones; l >= max(m, 1).
 
     A wave M_l is the sum of plane waves with X_l(k), and its source's place turns each by exp(i K d cos):
 
@@ -178,8 +178,12 @@ def _translation(hankel: ComplexArray, apart: FloatArray, m: int, orders: int) -
     P_p times (v (v + 1) + l (l + 1) - p (p + 1)) / 2 s_v s_l, and times i m K d / s_v s_l.
     """
     same, other = _integrals(m, orders)
-    a, b = np.tensordot(hankel, same, axes=(1, 2)), np.tensordot(hankel, other, axes=(1, 2)) * apart[:, None, None]
-    return np.concatenate([np.concatenate([a, b], axis=2), np.concatenate([b, a], axis=2)], axis=1)
+    k = same.shape[0]
+    out = np.empty((*apart.shape, 2 * k, 2 * k), complex)
+    out[..., :k, :k] = out[..., k:, k:] = (hankel @ same.reshape(k * k, -1).T).reshape(*apart.shape, k, k)
+    other_way = (hankel @ other.reshape(k * k, -1).T).reshape(*apart.shape, k, k) * apart[..., None, None]
+    out[..., :k, k:] = out[..., k:, :k] = other_way
+    return out
 
 
 @lru_cache(maxsize=64)

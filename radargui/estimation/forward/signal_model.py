@@ -97,7 +97,8 @@ class ModelInputs:
         if self.sphere is None:
             return point_factors(len(self.planes))
         sent, got = float(theta[layout.polarization.start]), float(theta[layout.receivers[receiver].polarization.start])
-        return self.sphere.factors(receiver, sent, got, theta[layout.planes])
+        planes = theta[layout.planes.start : layout.transmitter_reflection.stop]
+        return self.sphere.factors(receiver, sent, got, planes)
 
 
 @dataclass(frozen=True, slots=True)

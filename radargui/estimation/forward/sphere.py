@@ -77,14 +77,14 @@ class PolarisedSphere:
         which = np.arange(first, unknown.size)
         at_rest = self.basis(release_m[:, None], antennas, (), unknown[:0])[:, 0, 0, :, :, 0]
         if has_floor(planes) and reflection[0]:
-            exchanged, moved = (
-                self._exchanged(place, antennas, release_m, planes, one, complex(reflection[0]))
-                for one in (unknown, unknown + steps[_SHIFT])
+            exchanged, by_shift, by_reflection = self._exchanged(
+                place, antennas, release_m, planes, unknown, complex(reflection[0])
             )
             basis = basis + exchanged
-            by_mirrors, which = [(moved - exchanged) / _STEP, *by_mirrors], np.append(_SHIFT, which)
-        slopes = np.array(by_mirrors).reshape(-1, *basis.shape)
-        return SphereFields(basis, at_rest, slopes, which, unknown.ravel()[which])
+            by_mirrors = [by_shift, *by_mirrors, by_reflection, 1j * by_reflection]
+            which = np.concatenate([[_SHIFT], which, unknown.size + np.arange(2)])
+        at = np.concatenate([unknown.ravel(), reflection.view(np.float64)])[which]
+        return SphereFields(basis, at_rest, np.array(by_mirrors).reshape(-1, *basis.shape), which, at)
 
     def basis(
         self, place: FloatArray, antennas: Antennas, planes: Sequence[MirrorPlane], unknown: FloatArray
@@ -101,27 +101,30 @@ class PolarisedSphere:
         planes: Sequence[MirrorPlane],
         unknown: FloatArray,
         reflection: complex,
-    ) -> ComplexArray:
-        """Return what the exchange with the floor adds to `basis`."""
-        floor, own = planes[0], unknown[0]
-        image_m = floor.image(antennas.transmitter_m, own)
-        # T counts from the release and turns a vector; R of the plane itself is that of a conductor's image
-        way_m = np.linalg.norm(release_m - image_m) - np.linalg.norm(release_m - antennas.transmitter_m)
-        plain = -reflection * np.exp(-2j * np.pi / self.sphere.wavelength_m * way_m)
-        plain /= max(1.0, abs(plain))  # no floor sends back more than it gets, an estimate on its way may
+    ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """Return what the exchange with the floor adds to `basis`, and its slopes by the floor's shift and by T."""
+        floor, shift = planes[0], _STEP * (np.arange(3) == _SHIFT)
+        heights, plain = [], []
+        for own, more in ((unknown[0], 1.0), (unknown[0] + shift, 1.0), (unknown[0], 1.0 + _STEP)):
+            image_m = floor.image(antennas.transmitter_m, own)
+            # T counts from the release and turns a vector; R of the plane itself is that of a conductor's image
+            way_m = np.linalg.norm(release_m - image_m) - np.linalg.norm(release_m - antennas.transmitter_m)
+            plain.append(-more * reflection / max(1.0, abs(reflection)) * np.exp(-2j * np.pi / self.sphere.wavelength_m * way_m))
+            heights.append(floor.height(place, own))
         incident, sent, leaving, got = self._directions(place, antennas, planes, unknown)
         shape = leaving.shape[:2]
         out = exchanged_signals(
             self.sphere,
-            floor.height(place, own),
-            plain,
-            floor.turned_normal(own),
+            np.array(heights),
+            np.array(plain),
+            floor.turned_normal(unknown[0]),
             incident,
             sent,
             leaving.reshape(-1, *leaving.shape[2:]),
             got.reshape(-1, *got.shape[2:]),
         )
-        return np.moveaxis(out.reshape(len(incident), *shape, *out.shape[2:]), 1, 0)
+        out = np.moveaxis(out.reshape(*out.shape[:2], *shape, *out.shape[3:]), 2, 1)
+        return out[0], (out[1] - out[0]) / _STEP, (out[2] - out[0]) / (_STEP * reflection)
 
     def _directions(
         self, place: FloatArray, antennas: Antennas, planes: Sequence[MirrorPlane], unknown: FloatArray
@@ -192,8 +195,8 @@ class SphereFields:
     at_rest
         F of the direct path at the release position, shape (n_receivers, 2, 2).
     by_mirrors, which, unknown
-        Slopes of `basis` by the walls' unknowns and by a floor's shift, which the exchange hangs on, shape (n, *basis.
-        shape); where these stand among the unknowns of all planes; and those that it was made at.
+        Slopes of `basis` by the walls' unknowns and by a floor's shift and T, which the exchange hangs on, shape (n,
+        *basis.shape); where these stand among the unknowns and T of all planes; and those that it was made at.
     """
 
     basis: ComplexArray
@@ -219,7 +222,7 @@ class SphereFields:
         return np.asarray(basis + np.tensordot(change, self.by_mirrors[:, receiver], axes=1))
 
     def mirror_slopes(self, receiver: int, transmitter_rad: float, receiver_rad: float) -> ComplexArray:
-        """Return the slopes of M by the planes' unknowns `which`, (n, 1 + n_mirrors, 1 + n_mirrors, n_bins)."""
+        """Return the slopes of M by the planes' unknowns and T of `which`, (n, 1 + n_mirrors, 1 + n_mirrors, n_bins)."""
         c_tx, c_rx = _weights(transmitter_rad)[0], _weights(receiver_rad)[0]
         direct = _signal(self.basis[receiver, 0, 0], c_tx, c_rx)
         return _signal(self.by_mirrors[:, receiver], c_tx, c_rx) / direct
@@ -227,7 +230,7 @@ class SphereFields:
     def factors(
         self, receiver: int, transmitter_rad: float, receiver_rad: float, planes: FloatArray | None = None
     ) -> SphereFactors:
-        """Return what the sphere multiplies the paths to a receiver with, for angles (rad) and the planes' unknowns, (3 n_planes,)."""
+        """Return what the sphere multiplies the paths to a receiver with, for angles (rad) and the planes' unknowns and T, (5 n_planes,)."""
         c_tx, c_rx = _weights(transmitter_rad)[0], _weights(receiver_rad)[0]
         field = _signal(self._at_mirrors(receiver, planes), c_tx, c_rx)
         direct = field[0, 0]

@@ -93,6 +93,6 @@ def test_what_the_sphere_scatters_over_a_wall_follows_the_wall() -> None:
     here, moved = np.zeros((2, 3)), np.array([[0.0, 0.0, 0.0], [0.01, -0.01, 0.002]])
     at_first, there = (body.fields(PLACE_M, antennas, RELEASE_M, planes, one, np.zeros(2, complex)) for one in (here, moved))
     still, wanted = (one.factors(0, *body.angle_rad).mirrored for one in (at_first, there))
-    found = at_first.factors(0, *body.angle_rad, np.append(moved, np.zeros(4))).mirrored
+    found = at_first.moved(np.append(moved, np.zeros(4)), PLACE_M).factors(0, *body.angle_rad).mirrored
     assert np.abs(wanted - still).max() > 0.01
     assert np.abs(found - wanted).max() < 0.05 * np.abs(wanted - still).max()

@@ -79,26 +79,35 @@ class ModelInputs:
             body=None if self.body is None else tuple(one.of_bins(part) for one in self.body),
         )
 
-    def sphere_factors(self, theta: FloatArray, layout: Layout, receiver: int | slice) -> SphereFactors:
-        """Return what the sphere multiplies the paths to a receiver with, the antennas turned as theta has them.
+    def sphere_at(self, theta: FloatArray, layout: Layout, node_m: FloatArray) -> SphereFields | None:
+        """Return what the sphere scatters with planes as theta has them and the sphere at nodes, see `waves_at`."""
+        if self.sphere is None:
+            return None
+        planes = theta[layout.planes.start : layout.transmitter_reflection.stop]
+        return self.sphere.moved(planes, node_m.mean(axis=(-3, -2)))
+
+    def sphere_factors(
+        self, theta: FloatArray, layout: Layout, receiver: int | slice, sphere: SphereFields | None
+    ) -> SphereFactors:
+        """Return what a sphere multiplies the paths to a receiver with, the antennas turned as theta has them.
 
         Of several receivers, their number first.
         """
-        if self.body is None and self.sphere is None:
+        if self.body is None and sphere is None:
             return point_factors(len(self.planes))
-        if not isinstance(receiver, slice):
-            return self._factors(theta, layout, receiver)
-        each = [self._factors(theta, layout, n) for n in range(len(layout.receivers))[receiver]]
+        numbers = range(len(layout.receivers))[receiver]
+        if isinstance(numbers, int):
+            return self._factors(theta, layout, numbers, sphere)
+        each = [self._factors(theta, layout, n, sphere) for n in numbers]
         return SphereFactors(np.stack([one.direct for one in each]), np.stack([one.mirrored for one in each]))
 
-    def _factors(self, theta: FloatArray, layout: Layout, receiver: int) -> SphereFactors:
+    def _factors(self, theta: FloatArray, layout: Layout, receiver: int, sphere: SphereFields | None) -> SphereFactors:
         if self.body is not None:
             return self.body[receiver]
-        if self.sphere is None:
+        if sphere is None:
             return point_factors(len(self.planes))
         sent, got = float(theta[layout.polarization.start]), float(theta[layout.receivers[receiver].polarization.start])
-        planes = theta[layout.planes.start : layout.transmitter_reflection.stop]
-        return self.sphere.factors(receiver, sent, got, planes)
+        return sphere.factors(receiver, sent, got)
 
 
 @dataclass(frozen=True, slots=True)
@@ -283,7 +292,7 @@ def waves_at(
     own, values, k = layout.own, layout.own_values(theta, receiver), inputs.wavenumber
     shape = node_m.shape[:-4] + node_m.shape[-3:]
     antenna_m, length, change, lobes = _ways(node_m, theta, layout, inputs, receiver)
-    sphere = inputs.sphere_factors(theta, layout, receiver)
+    sphere = inputs.sphere_factors(theta, layout, receiver, inputs.sphere_at(theta, layout, node_m))
     amplitude = turn_of(values, own)[..., None] * amplitude_of(values, own, inputs, receiver, sphere)[..., None, :]
     n_ways, lead = antenna_m.shape[-2], node_m.shape[:-4]
     path: ComplexArray = np.empty((*lead, n_ways, n_ways, *node_m.shape[-3:]), complex)

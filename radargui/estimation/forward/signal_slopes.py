@@ -120,12 +120,17 @@ def receiver_slopes(
         of_images = over[..., 1:, :, :, :], pull[..., 1:, :, :, :]
         by_planes = _by_planes(node_m, waves, waves.lobes, inputs, moved, turned, *of_images)
         put_shared(layout.planes, np.moveaxis(by_planes, -3, -1))
-    if layout.sizes.polarization and inputs.sphere is not None:
+    by_height = None
+    sphere = inputs.sphere_at(theta, layout, node_m)
+    if layout.sizes.polarization and sphere is not None:
         reflected = reflections(theta, layout, own, values)[..., None, None] * waves.mean
-        by_direct, by_mirrored, by_mirrors = _by_angles(inputs.sphere, theta, layout, receiver)
+        by_direct, by_mirrored, by_mirrors = _by_angles(sphere, theta, layout, receiver)
         # what the sphere scatters over walls and exchanges with a floor changes too
-        for number, place in enumerate(layout.planes.start - shared.start + inputs.sphere.which):
-            out[..., place] += (by_mirrors[..., number, :, :, None, :] * reflected).sum(axis=(-4, -3)).real
+        changes = (by_mirrors[..., None, :] * reflected[..., None, :, :, :, :]).sum(axis=(-4, -3)).real
+        for number, place in enumerate(layout.planes.start - shared.start + sphere.which):
+            out[..., place] += changes[..., number, :, :]
+        if sphere.height is not None:
+            by_height = sphere.height.normal[:, None, None, None] * changes[..., -1, :, :][..., None, :, None, :]
         changed = [
             z * by_direct[..., side, None, :] + (by_mirrored[..., side, :, :, None, :] * reflected).sum(axis=(-4, -3))
             for side in (0, 1)
@@ -142,6 +147,8 @@ def receiver_slopes(
     lead, points = node_m.shape[:-4], waves.antenna_m.reshape(*node_m.shape[:-4], -1, 3)
     toward = points.swapaxes(-1, -2) @ pull.reshape(*lead, points.shape[-2], -1)
     at_nodes = node_m * pull.sum(axis=(-5, -4))[..., None, :, :, :] - toward.reshape(node_m.shape)
+    if by_height is not None:
+        at_nodes += by_height
     return ReceiverSlopes(at_nodes, out, n_shared)
 
 

@@ -71,20 +71,19 @@ class PolarisedSphere:
         basis = self.basis(place, antennas, planes, unknown)
         first = 3 * has_floor(planes)
         steps = _STEP * np.eye(unknown.size).reshape(-1, *unknown.shape)
-        by_mirrors = [
-            (self.basis(place, antennas, planes, unknown + step) - basis) / _STEP for step in steps[first:]
-        ]
-        which = np.arange(first, unknown.size)
+        by_mirrors = [(self.basis(place, antennas, planes, unknown + step) - basis) / _STEP for step in steps[first:]]
+        which, height = np.arange(first, unknown.size), None
         at_rest = self.basis(release_m[:, None], antennas, (), unknown[:0])[:, 0, 0, :, :, 0]
         if has_floor(planes) and reflection[0]:
-            exchanged, by_shift, by_reflection = self._exchanged(
+            exchanged, by_height, by_shift, by_reflection = self._exchanged(
                 place, antennas, release_m, planes, unknown, complex(reflection[0])
             )
+            height = Height(planes[0].turned_normal(unknown[0]), place, by_height)
             basis = basis + exchanged
             by_mirrors = [by_shift, *by_mirrors, by_reflection, 1j * by_reflection]
             which = np.concatenate([[_SHIFT], which, unknown.size + np.arange(2)])
         at = np.concatenate([unknown.ravel(), reflection.view(np.float64)])[which]
-        return SphereFields(basis, at_rest, np.array(by_mirrors).reshape(-1, *basis.shape), which, at)
+        return SphereFields(basis, at_rest, np.array(by_mirrors).reshape(-1, *basis.shape), which, at, height)
 
     def basis(
         self, place: FloatArray, antennas: Antennas, planes: Sequence[MirrorPlane], unknown: FloatArray
@@ -101,16 +100,23 @@ class PolarisedSphere:
         planes: Sequence[MirrorPlane],
         unknown: FloatArray,
         reflection: complex,
-    ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-        """Return what the exchange with the floor adds to `basis`, and its slopes by the floor's shift and by T."""
+    ) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
+        """Return what the exchange with the floor adds to `basis`, and its slopes by height, shift and T."""
         floor, shift = planes[0], _STEP * (np.arange(3) == _SHIFT)
         heights, plain = [], []
-        for own, more in ((unknown[0], 1.0), (unknown[0] + shift, 1.0), (unknown[0], 1.0 + _STEP)):
+        for own, up_m, more in (
+            (unknown[0], 0.0, 1.0),
+            (unknown[0], _STEP, 1.0),
+            (unknown[0] + shift, 0.0, 1.0),
+            (unknown[0], 0.0, 1.0 + _STEP),
+        ):
             image_m = floor.image(antennas.transmitter_m, own)
             # T counts from the release and turns a vector; R of the plane itself is that of a conductor's image
             way_m = np.linalg.norm(release_m - image_m) - np.linalg.norm(release_m - antennas.transmitter_m)
-            plain.append(-more * reflection / max(1.0, abs(reflection)) * np.exp(-2j * np.pi / self.sphere.wavelength_m * way_m))
-            heights.append(floor.height(place, own))
+            plain.append(
+                -more * reflection / max(1.0, abs(reflection)) * np.exp(-2j * np.pi / self.sphere.wavelength_m * way_m)
+            )
+            heights.append(floor.height(place, own) + up_m)
         incident, sent, leaving, got = self._directions(place, antennas, planes, unknown)
         shape = leaving.shape[:2]
         out = exchanged_signals(
@@ -124,7 +130,8 @@ class PolarisedSphere:
             got.reshape(-1, *got.shape[2:]),
         )
         out = np.moveaxis(out.reshape(*out.shape[:2], *shape, *out.shape[3:]), 2, 1)
-        return out[0], (out[1] - out[0]) / _STEP, (out[2] - out[0]) / (_STEP * reflection)
+        by_height, by_shift, by_reflection = (out[1:] - out[0]) / _STEP
+        return out[0], by_height, by_shift, by_reflection / reflection
 
     def _directions(
         self, place: FloatArray, antennas: Antennas, planes: Sequence[MirrorPlane], unknown: FloatArray
@@ -181,6 +188,29 @@ class PolarisedSphere:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Height:
+    """How the exchange with a floor changes with the height: its phase turns by twice the way.
+
+    Attributes
+    ----------
+    normal
+        Of the floor, along which the height counts, shape (3,).
+    place_m
+        Where the fields were made, shape (3, n_bins).
+    by_height
+        Slopes of `SphereFields.basis`, same shape.
+    """
+
+    normal: FloatArray
+    place_m: FloatArray
+    by_height: ComplexArray
+
+    def change_m(self, place_m: FloatArray) -> FloatArray:
+        """Return by how much places (..., 3, n_bins) are higher than where the fields were made, (..., n_bins)."""
+        return np.asarray(self.normal @ (place_m - self.place_m))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class SphereFields:
     """Scattered fields for each pair of the antennas' basis directions.
 
@@ -197,6 +227,8 @@ class SphereFields:
     by_mirrors, which, unknown
         Slopes of `basis` by the walls' unknowns and by a floor's shift and T, which the exchange hangs on, shape (n,
         *basis.shape); where these stand among the unknowns and T of all planes; and those that it was made at.
+    height
+        The same of the sphere's height over a floor; None without exchange.
     """
 
     basis: ComplexArray
@@ -204,35 +236,57 @@ class SphereFields:
     by_mirrors: ComplexArray
     which: IntArray
     unknown: FloatArray
+    height: Height | None
 
     def repeated(self, count: int) -> SphereFields:
         """Return the fields at the bins some times over."""
-        return replace(self, basis=np.tile(self.basis, count), by_mirrors=np.tile(self.by_mirrors, count))
+        height = self.height
+        if height is not None:
+            height = Height(height.normal, np.tile(height.place_m, count), np.tile(height.by_height, count))
+        by_mirrors = np.tile(self.by_mirrors, count)
+        return replace(self, basis=np.tile(self.basis, count), by_mirrors=by_mirrors, height=height)
 
     def of_bins(self, part: slice) -> SphereFields:
         """Return the fields at some of the bins."""
-        return replace(self, basis=self.basis[..., part], by_mirrors=self.by_mirrors[..., part])
+        height = self.height
+        if height is not None:
+            height = Height(height.normal, height.place_m[:, part], height.by_height[..., part])
+        by_mirrors = self.by_mirrors[..., part]
+        return replace(self, basis=self.basis[..., part], by_mirrors=by_mirrors, height=height)
 
-    def _at_mirrors(self, receiver: int, unknown: FloatArray | None) -> ComplexArray:
-        """Return F to a receiver with the planes moved to some unknowns, linearised; None: as they are."""
-        basis: ComplexArray = self.basis[receiver]
-        if unknown is None or not self.unknown.size:
-            return basis
-        change = unknown[self.which] - self.unknown
-        return np.asarray(basis + np.tensordot(change, self.by_mirrors[:, receiver], axes=1))
+    def moved(self, planes: FloatArray, place_m: FloatArray) -> SphereFields:
+        """Return the fields with planes and sphere moved, linearised.
+
+        Parameters
+        ----------
+        planes
+            Unknowns and T of all planes, shape (5 n_planes,).
+        place_m
+            Of the sphere, shape (3, n_bins), or as each receiver sees it, (n_receivers, 3, n_bins).
+        """
+        basis = self.basis
+        if self.height is not None:
+            basis = basis + self.height.change_m(place_m)[..., None, None, None, None, :] * self.height.by_height
+        if self.unknown.size:
+            basis = basis + np.tensordot(planes[self.which] - self.unknown, self.by_mirrors, axes=1)
+        return replace(self, basis=basis)
 
     def mirror_slopes(self, receiver: int, transmitter_rad: float, receiver_rad: float) -> ComplexArray:
-        """Return the slopes of M by the planes' unknowns and T of `which`, (n, 1 + n_mirrors, 1 + n_mirrors, n_bins)."""
+        """Return the slopes of M by the planes' unknowns and T of `which`, and by the height.
+
+        Shape (n + 1, 1 + n_mirrors, 1 + n_mirrors, n_bins), without exchange (n, ...).
+        """
         c_tx, c_rx = _weights(transmitter_rad)[0], _weights(receiver_rad)[0]
         direct = _signal(self.basis[receiver, 0, 0], c_tx, c_rx)
-        return _signal(self.by_mirrors[:, receiver], c_tx, c_rx) / direct
+        slopes = self.by_mirrors[:, receiver]
+        if self.height is not None:
+            slopes = np.concatenate([slopes, self.height.by_height[None, receiver]])
+        return _signal(slopes, c_tx, c_rx) / direct
 
-    def factors(
-        self, receiver: int, transmitter_rad: float, receiver_rad: float, planes: FloatArray | None = None
-    ) -> SphereFactors:
-        """Return what the sphere multiplies the paths to a receiver with, for angles (rad) and the planes' unknowns and T, (5 n_planes,)."""
+    def factors(self, receiver: int, transmitter_rad: float, receiver_rad: float) -> SphereFactors:
+        """Return what the sphere multiplies the paths to a receiver with, for angles (rad) of the antennas."""
         c_tx, c_rx = _weights(transmitter_rad)[0], _weights(receiver_rad)[0]
-        field = _signal(self._at_mirrors(receiver, planes), c_tx, c_rx)
+        field = _signal(self.basis[receiver], c_tx, c_rx)
         direct = field[0, 0]
         # M has no bound near a null of the direct path: the setup refuses receivers below 5 % of the strongest signal
         return SphereFactors(direct / complex(c_tx @ self.at_rest[receiver] @ c_rx), field / direct)

@@ -186,7 +186,7 @@ class _Circle:
         self.change_m, self.at_rest_m = change_m, at_rest_m
         self.own, signal = solution.problem.layout.receivers[receiver], solution.at.signals[receiver]
         inputs, layout = solution.problem.inputs, solution.problem.layout
-        scattered = inputs.sphere_factors(solution.state.theta, layout, receiver).direct
+        scattered = inputs.sphere_factors(solution.state.theta, layout, receiver, inputs.sphere).direct
         # mirrors turn phase and amplitude: divided out, the sample lies on the circle of the direct path
         ratio = signal.field / signal.direct * scattered / np.abs(scattered)
         self.curves = np.stack([np.abs(signal.direct), ratio.real, ratio.imag, *signal.besides])

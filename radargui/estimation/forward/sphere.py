@@ -70,7 +70,7 @@ class PolarisedSphere:
         """
         basis = self.basis(place, antennas, planes, unknown)
         first = 3 * has_floor(planes)
-        steps = _STEP * np.eye(unknown.size).reshape(-1, *unknown.shape)
+        steps = _STEP * np.eye(unknown.size).reshape(unknown.size, *unknown.shape)
         by_mirrors = [(self.basis(place, antennas, planes, unknown + step) - basis) / _STEP for step in steps[first:]]
         which, height = np.arange(first, unknown.size), None
         at_rest = self.basis(release_m[:, None], antennas, (), unknown[:0])[:, 0, 0, :, :, 0]
@@ -83,7 +83,7 @@ class PolarisedSphere:
             by_mirrors = [by_shift, *by_mirrors, by_reflection, 1j * by_reflection]
             which = np.concatenate([[_SHIFT], which, unknown.size + np.arange(2)])
         at = np.concatenate([unknown.ravel(), reflection.view(np.float64)])[which]
-        return SphereFields(basis, at_rest, np.array(by_mirrors).reshape(-1, *basis.shape), which, at, height)
+        return SphereFields(basis, at_rest, np.array(by_mirrors).reshape(which.size, *basis.shape), which, at, height)
 
     def basis(
         self, place: FloatArray, antennas: Antennas, planes: Sequence[MirrorPlane], unknown: FloatArray

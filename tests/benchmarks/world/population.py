@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.world.drawn_drop import OPTIONS, WAVENUMBER_RAD_M, DrawnDrop, draw_drop
 from benchmarks.world.draws import Draws
 from benchmarks.world.drop import Drop
-from benchmarks.world.effects import EFFECT_OPTIONS, draw_effects
+from benchmarks.world.effects import EFFECT_OPTIONS, Effects, draw_effects
 from benchmarks.world.scene import World, record_of
 from benchmarks.world.told import EXACT, Tables, Uncertainties, draw_uncertainties, told
 from numpy.typing import NDArray
@@ -86,10 +86,11 @@ class PopulationScene:
 
 def modelled(key: Key, name: str, drops: int, held: Mapping[str, Any]) -> tuple[PopulationScene, ...]:
     """Return drops of a laboratory in which everything is what an estimate can know of."""
-    value = Draws(key, held, OPTIONS)
+    value = Draws(key, held, (*OPTIONS, "exchange"))
     u = draw_statement(value)
+    effects = Effects(exchange=bool(value("exchange", lambda _: False)))
     return tuple(
-        drop_scene("modelled", value, u, draw_drop(value, u, named, number))
+        drop_scene("modelled", value, u, draw_drop(value, u, named, number, effects))
         for number, named in enumerate(names(name, drops))
     )
 

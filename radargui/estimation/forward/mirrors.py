@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -99,7 +100,7 @@ class MirrorPlane:
         return np.asarray(-2.0 * ((away @ turn.T)[..., None] * normal + (away @ normal)[..., None, None] * turn))
 
 
-def has_floor(planes: tuple[MirrorPlane, ...]) -> bool:
+def has_floor(planes: Sequence[MirrorPlane]) -> bool:
     """Return whether the first mirror is a floor; no other is."""
     return bool(planes) and planes[0].name == FLOOR
 

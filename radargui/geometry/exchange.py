@@ -35,7 +35,7 @@ def exchanged_signals(
     sphere
         The tracer.
     height_m
-        Of its centre over the plane, shape (n_planes, n_samples); where they would meet, as if they touched.
+        Of its centre over some planes, shape (n_planes, n_samples); a plane that cuts it counts as if they touched.
     reflection
         R of some planes straight down, 1 of a perfect conductor: what its image scatters counts so much; (n_planes,).
     normal
@@ -84,10 +84,13 @@ def n_orders(size: float) -> int:
 
 
 def _heights(sphere: ConductingSphere, height_m: FloatArray) -> tuple[FloatArray, ComplexArray]:
-    """Return K h, not less than where sphere and plane touch, and the phase of the way that this makes longer."""
+    """Return K h over planes that are nowhere above the sphere, (n_planes, n), and the phase of a longer way.
+
+    Where a plane, not found well yet, cuts the sphere, it lies as much lower as lets them touch at the lowest place.
+    """
     scaled = 2.0 * np.pi / sphere.wavelength_m * height_m
-    kept = np.maximum(scaled, sphere.size)
-    return kept, np.exp(2j * (scaled - kept))
+    lower = np.maximum(sphere.size - scaled.min(axis=-1, keepdims=True), 0.0)
+    return scaled + lower, np.exp(-2j * lower)
 
 
 def _frame(normal: FloatArray) -> FloatArray:

@@ -10,6 +10,7 @@ expands these about the sphere again (A): c = T (a + R A P c). The sphere's own 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -18,16 +19,36 @@ from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.scattering import ConductingSphere, scattering_coefficients
 
 
+@dataclass(frozen=True, slots=True)
+class Exchanged:
+    """What the exchange adds to `scattered_signals`, and how that changes; no unit.
+
+    Attributes
+    ----------
+    signal
+        For every way in and out and pair of fields, shape (n_in, n_out, n_sent, n_got, n_samples).
+    by_height, by_log_reflection
+        Its slopes by the height (1/m) and by ln R, same shape.
+    """
+
+    signal: ComplexArray
+    by_height: ComplexArray
+    by_log_reflection: ComplexArray
+
+
+_STEP = 1e-4  # of K h: differences are off by as much of what A is curved by
+
+
 def exchanged_signals(
     sphere: ConductingSphere,
     height_m: FloatArray,
-    reflection: ComplexArray,
+    reflection: complex,
     normal: FloatArray,
     incident: FloatArray,
     transmitted: FloatArray,
     leaving: FloatArray,
     received: FloatArray,
-) -> ComplexArray:
+) -> Exchanged:
     """Return what the exchange adds to `scattered_signals`, for every way in and every way out.
 
     Parameters
@@ -35,20 +56,15 @@ def exchanged_signals(
     sphere
         The tracer.
     height_m
-        Of its centre over some planes, shape (n_planes, n_samples); a plane that cuts it counts as if they touched.
+        Of its centre over the plane, shape (n_samples,); a plane that cuts it counts as if they touched.
     reflection
-        R of some planes straight down, 1 of a perfect conductor: what its image scatters counts so much; (n_planes,).
+        R of the plane straight down, 1 of a perfect conductor: what its image scatters counts so much.
     normal
-        Of the planes towards the sphere, shape (3,).
+        Of the plane towards the sphere, shape (3,).
     incident, leaving
         Unit vectors of the ways in and out, shapes (n_in, 3, n_samples) and (n_out, 3, n_samples).
     transmitted, received
         Fields sent and answered to, shapes (n_in, n_sent, 3) and (n_out, n_got, 3).
-
-    Returns
-    -------
-    ComplexArray
-        No unit, shape (n_planes, n_in, n_out, n_sent, n_got, n_samples).
     """
     orders = n_orders(sphere.size)
     scaled, phase = _heights(sphere, height_m)
@@ -56,26 +72,32 @@ def exchanged_signals(
     turn = _frame(normal)
     arriving = _Harmonics(turn @ incident, transmitted @ turn.T, orders)
     answered = _Harmonics(turn @ leaving, received @ turn.T, orders)
-    hankel = _hankel(2 * orders, 2.0 * scaled)
-    out = np.zeros((*height_m.shape, int(np.prod(answered.shape)), int(np.prod(arriving.shape))), complex)
+    near = 2.0 * np.stack([scaled, scaled + _STEP])
+    hankel = _hankel(2 * orders, near)
+    n_sent, n_got = int(np.prod(arriving.shape)), int(np.prod(answered.shape))
+    out = np.zeros((height_m.size, n_got, 3, n_sent), complex)
     for m in range(orders + 1):
         order = np.arange(max(m, 1), orders + 1)
         # T^(1/2) on both sides: by themselves high orders are tiny in T and huge in A
         root = np.sqrt(-np.concatenate([magnetic[order - 1], electric[order - 1]]))
-        parity = (-1.0) ** (order + m)
-        returned = _translation(hankel, 2.0 * scaled, m, orders)
-        returned *= root[:, None] * np.concatenate([parity, -parity]) * root
-        returned *= (reflection[:, None] * phase)[..., None, None]
-        turns = np.tile(1j**order, 2) * root
-        sent, answers = turns[:, None] * arriving.of(m), np.conj(np.tile(1j**order, 2)) * root
+        parity, turns = (-1.0) ** (order + m), np.tile(1j**order, 2)
+        returned, higher = _translation(hankel, near, m, orders) * (
+            (reflection * phase)[:, None, None] * root[:, None] * np.concatenate([parity, -parity]) * root
+        )
         # both parities, real and imaginary parts, side by side: neither becomes the other
-        sent = returned @ np.concatenate([*sent], axis=-1)
-        waves = answers[:, None] * np.linalg.solve(np.eye(root.size) - returned, sent)
-        weight = -4.0 * np.pi * (1.0 if m == 0 else 2.0)
+        sent = (turns * root)[:, None] * np.concatenate([*arriving.of(m)], axis=-1)
+        again = np.linalg.inv(np.eye(root.size) - returned)
+        # of u = (1 - B)^-1 a: B u is what comes back, (1 - B)^-1 B u and (1 - B)^-1 dB u its changes with ln B and B
+        whole = again @ sent
+        change = (higher - returned) @ whole * (2.0 * np.pi / sphere.wavelength_m / _STEP)
+        waves = np.stack([whole - sent, again @ change, again @ whole - whole], axis=-2)
+        weight = -4.0 * np.pi * (1.0 if m == 0 else 2.0) * np.conj(turns) * root
         for got, part in zip(answered.of(m), np.split(waves, 2, axis=-1), strict=True):
-            out += weight * got.swapaxes(-1, -2) @ part
-    shape = (*height_m.shape, *answered.shape, *arriving.shape)
-    return np.ascontiguousarray(out.reshape(shape).transpose(0, 4, 2, 5, 3, 1))
+            rows = part.reshape(*part.shape[:2], -1)
+            out += ((weight[:, None] * got).swapaxes(-1, -2) @ rows).reshape(out.shape)
+    shape = (height_m.size, *answered.shape, 3, *arriving.shape)
+    parts = np.ascontiguousarray(out.reshape(shape).transpose(3, 4, 1, 5, 2, 0))
+    return Exchanged(parts[0], parts[1], parts[2])
 
 
 def n_orders(size: float) -> int:
@@ -84,13 +106,13 @@ def n_orders(size: float) -> int:
 
 
 def _heights(sphere: ConductingSphere, height_m: FloatArray) -> tuple[FloatArray, ComplexArray]:
-    """Return K h over planes that are nowhere above the sphere, (n_planes, n), and the phase of a longer way.
+    """Return K h over a plane that is nowhere above the sphere, (n,), and the phase of a longer way.
 
-    Where a plane, not found well yet, cuts the sphere, it lies as much lower as lets them touch at the lowest place.
+    Where the plane, not found well yet, cuts the sphere, it lies as much lower as lets them touch at the lowest place.
     """
     scaled = 2.0 * np.pi / sphere.wavelength_m * height_m
-    lower = np.maximum(sphere.size - scaled.min(axis=-1, keepdims=True), 0.0)
-    return scaled + lower, np.exp(-2j * lower)
+    lower = max(sphere.size - float(scaled.min()), 0.0)
+    return scaled + lower, np.full(scaled.shape, np.exp(-2j * lower))
 
 
 def _frame(normal: FloatArray) -> FloatArray:

@@ -20,10 +20,9 @@ def signals(radius_m: float, height_m: np.ndarray, reflection: complex, *ways: n
     """Return what is exchanged, and scattered once, for one field of every way in and out, (n_in, n_out, n)."""
     sphere = conducting_sphere(radius_m, WAVELENGTH_M)
     way_in, sent, way_out, got = ways
-    planes = height_m[None], np.array([reflection]), UP
-    exchanged = exchanged_signals(sphere, *planes, way_in, sent[:, None], way_out, got[:, None])[0, :, :, 0, 0]
+    found = exchanged_signals(sphere, height_m, reflection, UP, way_in, sent[:, None], way_out, got[:, None])
     once = scattered_signals(sphere, way_in[:, None], sent[:, None, None], way_out[None], got[None, :, None])
-    return exchanged, once[:, :, 0, 0]
+    return found.signal[:, :, 0, 0], once[:, :, 0, 0]
 
 
 def random_ways(rng: np.random.Generator, n: int) -> tuple[np.ndarray, np.ndarray]:

@@ -154,6 +154,8 @@ class Waves:
         n_mirrors, n_bins); n_bins may be 1 for a point.
     lobes
         What they show at the nodes.
+    sphere
+        What the sphere scatters to all receivers there; None of a point.
     """
 
     antenna_m: FloatArray
@@ -163,6 +165,7 @@ class Waves:
     scattered: ComplexArray
     strength: ComplexArray
     lobes: Lobes
+    sphere: SphereFields | None
 
     @property
     def n_ways(self) -> int:
@@ -191,6 +194,7 @@ class Waves:
             scattered,
             strength,
             own,
+            self.sphere,
         )
 
 
@@ -292,7 +296,8 @@ def waves_at(
     own, values, k = layout.own, layout.own_values(theta, receiver), inputs.wavenumber
     shape = node_m.shape[:-4] + node_m.shape[-3:]
     antenna_m, length, change, lobes = _ways(node_m, theta, layout, inputs, receiver)
-    sphere = inputs.sphere_factors(theta, layout, receiver, inputs.sphere_at(theta, layout, node_m))
+    moved = inputs.sphere_at(theta, layout, node_m)
+    sphere = inputs.sphere_factors(theta, layout, receiver, moved)
     amplitude = turn_of(values, own)[..., None] * amplitude_of(values, own, inputs, receiver, sphere)[..., None, :]
     n_ways, lead = antenna_m.shape[-2], node_m.shape[:-4]
     path: ComplexArray = np.empty((*lead, n_ways, n_ways, *node_m.shape[-3:]), complex)
@@ -315,7 +320,7 @@ def waves_at(
         strength = reflections(theta, layout, own, values)[..., None] * strength
     mean = 0.5 * (path[..., 0, :] + path[..., 1, :])
     length = length.reshape(*lead, 2, -1, *node_m.shape[-3:])
-    return Waves(antenna_m, length, path, mean, sphere.mirrored, strength, lobes)
+    return Waves(antenna_m, length, path, mean, sphere.mirrored, strength, lobes, moved)
 
 
 def _ways(

@@ -121,7 +121,7 @@ def receiver_slopes(
         by_planes = _by_planes(node_m, waves, waves.lobes, inputs, moved, turned, *of_images)
         put_shared(layout.planes, np.moveaxis(by_planes, -3, -1))
     by_height = None
-    sphere = inputs.sphere_at(theta, layout, node_m)
+    sphere = waves.sphere
     if layout.sizes.polarization and sphere is not None:
         reflected = reflections(theta, layout, own, values)[..., None, None] * waves.mean
         by_direct, by_mirrored, by_mirrors = _by_angles(sphere, theta, layout, receiver)

@@ -102,36 +102,26 @@ class PolarisedSphere:
         reflection: complex,
     ) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
         """Return what the exchange with the floor adds to `basis`, and its slopes by height, shift and T."""
-        floor, shift = planes[0], _STEP * (np.arange(3) == _SHIFT)
-        heights, plain = [], []
-        for own, up_m, more in (
-            (unknown[0], 0.0, 1.0),
-            (unknown[0], _STEP, 1.0),
-            (unknown[0] + shift, 0.0, 1.0),
-            (unknown[0], 0.0, 1.0 + _STEP),
-        ):
-            image_m = floor.image(antennas.transmitter_m, own)
-            # T counts from the release and turns a vector; R of the plane itself is that of a conductor's image
-            way_m = np.linalg.norm(release_m - image_m) - np.linalg.norm(release_m - antennas.transmitter_m)
-            plain.append(
-                -more * reflection / max(1.0, abs(reflection)) * np.exp(-2j * np.pi / self.sphere.wavelength_m * way_m)
-            )
-            heights.append(floor.height(place, own) + up_m)
+        floor, own = planes[0], unknown[0]
+        wavenumber = 2.0 * np.pi / self.sphere.wavelength_m
+        image_m = floor.image(antennas.transmitter_m, own)
+        from_image, from_antenna = release_m - image_m, release_m - antennas.transmitter_m
+        way_m = np.linalg.norm(from_image) - np.linalg.norm(from_antenna)
+        # T counts from the release and turns a vector; R of the plane itself is that of a conductor's image
+        plain = -reflection * np.exp(-1j * wavenumber * way_m) / max(1.0, abs(reflection))
         incident, sent, leaving, got = self._directions(place, antennas, planes, unknown)
-        shape = leaving.shape[:2]
-        out = exchanged_signals(
-            self.sphere,
-            np.array(heights),
-            np.array(plain),
-            floor.turned_normal(unknown[0]),
-            incident,
-            sent,
-            leaving.reshape(-1, *leaving.shape[2:]),
-            got.reshape(-1, *got.shape[2:]),
+        ways, normal = leaving.shape[:2], floor.turned_normal(own)
+        ends = leaving.reshape(-1, *leaving.shape[2:]), got.reshape(-1, *got.shape[2:])
+        found = exchanged_signals(self.sphere, floor.height(place, own), plain, normal, incident, sent, *ends)
+        signal, by_height, by_log = (
+            np.moveaxis(one.reshape(len(incident), *ways, *one.shape[2:]), 1, 0)
+            for one in (found.signal, found.by_height, found.by_log_reflection)
         )
-        out = np.moveaxis(out.reshape(*out.shape[:2], *shape, *out.shape[3:]), 2, 1)
-        by_height, by_shift, by_reflection = (out[1:] - out[0]) / _STEP
-        return out[0], by_height, by_shift, by_reflection / reflection
+        # a floor that rises comes nearer to the sphere, and its image nearer to the release
+        rises = float(normal @ floor.normal)
+        nearer = from_image @ floor.image_slope(antennas.transmitter_m, own)[_SHIFT] / np.linalg.norm(from_image)
+        by_shift = 1j * wavenumber * float(nearer) * by_log - rises * by_height
+        return signal, by_height, by_shift, by_log / reflection
 
     def _directions(
         self, place: FloatArray, antennas: Antennas, planes: Sequence[MirrorPlane], unknown: FloatArray

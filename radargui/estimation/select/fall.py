@@ -11,7 +11,8 @@ from radargui.estimation.flights.drop_model import wave_gain
 from radargui.estimation.flights.estimate import DropEstimate
 from radargui.estimation.forward.bins import BinnedData, bin_by_fringe
 from radargui.estimation.forward.mirrors import MirrorPlane
-from radargui.estimation.forward.parameters import Layout, ReceiverConstants
+from radargui.estimation.forward.parameters import Layout, ReceiverConstants, of_mirror
+from radargui.estimation.forward.signal_model import ModelInputs
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.signals import ScaledSignals
 from radargui.estimation.solve.changed_problem import problem_with_flights
@@ -115,9 +116,10 @@ class FoundFall:
         if data.setup is not None:
             by_key = dict(zip(stated.inputs, self.estimate.unknowns, strict=False))
             theta[layout.setup] = [by_key.get(one.key, 0.0) for one in data.setup.inputs]
+        inputs = flying.problem.placed(theta).inputs
+        _count_from_release(theta, layout, inputs, data.release_m)
         # the motion goes with the release: what is scattered there is not what it was at the stated one
-        release_m = flying.problem.placed(theta).inputs.release_m
-        place = self.offset_m(data.bins.time_s) + release_m[:, None]
+        place = self.offset_m(data.bins.time_s) + inputs.release_m[:, None]
         return Start(flying.problem.at_places(place, theta), State(flying.state.coefficients, theta))
 
     def _constants(self) -> list[ReceiverConstants]:
@@ -156,6 +158,33 @@ class FoundFall:
             for name in own_names:
                 out[getattr(now, name)] = was[getattr(before, name)]
         return out
+
+
+def _count_from_release(theta: FloatArray, layout: Layout, inputs: ModelInputs, stated_m: FloatArray) -> None:
+    """Let phases, T, R and X, which the flights count from the stated release, count from the one that is found."""
+
+    def further(antenna_m: FloatArray) -> float:
+        at = np.linalg.norm(np.stack([inputs.release_m, stated_m]) - antenna_m, axis=1)
+        return inputs.wavenumber * float(at[0] - at[1])
+
+    def turn(places: slice, phase_rad: float) -> None:
+        turned = complex(*theta[places]) * np.exp(1j * phase_rad)
+        theta[places] = turned.real, turned.imag
+
+    transmitter_m, unknown = inputs.antennas.transmitter_m, layout.plane_unknowns(theta)
+    direct = further(transmitter_m)
+    sent = [
+        further(plane.image(transmitter_m, own)) - direct for plane, own in zip(inputs.planes, unknown, strict=True)
+    ]
+    for mirror, phase_rad in enumerate(sent):
+        turn(of_mirror(layout.transmitter_reflection, mirror), phase_rad)
+    for places, receiver_m in zip(layout.receivers, inputs.antennas.receivers_m, strict=True):
+        back = further(receiver_m)
+        theta[places.phase] += direct + back
+        for mirror, (plane, own) in enumerate(zip(inputs.planes, unknown, strict=True)):
+            over = further(plane.image(receiver_m, own)) - back
+            turn(of_mirror(places.receiver_reflection, mirror), over)
+            turn(of_mirror(places.double_reflection, mirror), sent[mirror] + over)
 
 
 def _bounced_on(flights: Flights, lost_s: float, end_s: float) -> tuple[Flights, float]:

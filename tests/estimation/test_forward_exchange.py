@@ -76,10 +76,11 @@ def test_all_waves_between_antennas_sphere_and_floor_are_those_of_the_generator(
     theta = np.zeros(layout.size)
     theta[layout.planes], theta[layout.polarization] = UNKNOWN, ANGLES_RAD[0]
     theta[layout.transmitter_reflection] = T.real, T.imag
+    theta[layout.exchange] = 1.0
     own, back = layout.receivers[0], from_release(REFLECTION, RECEIVER_M)
     theta[own.polarization], theta[own.receiver_reflection] = ANGLES_RAD[1], (back.real, back.imag)
     none = np.zeros((place.shape[1], 0))
-    fields = BODY.fields(place, ANTENNAS, RELEASE_M, (PLANE,), UNKNOWN[None], np.array([T]))
+    fields = BODY.fields(place, ANTENNAS, RELEASE_M, (PLANE,), theta[layout.mirrors])
     strength = range_factor(place, ANTENNAS, RELEASE_M)
     inputs = ModelInputs(
         ANTENNAS, RELEASE_M, WAVENUMBER_RAD_M, (PLANE,), none, none, strength, np.zeros((2, *none.shape)), fields
@@ -90,25 +91,25 @@ def test_all_waves_between_antennas_sphere_and_floor_are_those_of_the_generator(
     assert np.abs(room.received(0, place) / once.received(0, place) - 1.0).max() > 0.1
 
 
-@pytest.mark.parametrize("of", ["height", "shift", "real part of T", "imaginary part of T"])
+@pytest.mark.parametrize("of", ["height", "shift", "real part of T", "imaginary part of T", "strength"])
 def test_the_exchange_follows_the_sphere_and_the_floor_between_rounds(of: str) -> None:
-    place, planes = places(), np.array([*UNKNOWN, T.real, T.imag])
-    moved_m, moved = place.copy(), planes.copy()
+    place, mirrors = places(), np.array([*UNKNOWN, T.real, T.imag, 0.8])
+    moved_m, moved = place.copy(), mirrors.copy()
     if of == "height":
         moved_m[2] += 1e-4
     else:
-        moved[{"shift": 2, "real part of T": 3, "imaginary part of T": 4}[of]] += 1e-4 if of == "shift" else 0.01
+        places_of = {"shift": 2, "real part of T": 3, "imaginary part of T": 4, "strength": 5}
+        moved[places_of[of]] += 1e-4 if of == "shift" else 0.01
 
     def signal(fields_m: np.ndarray, made: np.ndarray, at_m: np.ndarray, at: np.ndarray) -> np.ndarray:
-        reflection = np.array([made[3] + 1j * made[4]])
-        fields = BODY.fields(fields_m, ANTENNAS, RELEASE_M, (PLANE,), made[None, :3], reflection)
+        fields = BODY.fields(fields_m, ANTENNAS, RELEASE_M, (PLANE,), made)
         factors = fields.moved(at, at_m).factors(0, *ANGLES_RAD)
         return factors.direct * factors.mirrored
 
     # at the same directions, which count as they were
-    still, anew = signal(place, planes, place, planes), signal(moved_m, moved, moved_m, moved)
-    followed = signal(place, planes, moved_m, moved)
-    once = [BODY.basis(one, ANTENNAS, (PLANE,), two[None, :3]) for one, two in ((place, planes), (moved_m, moved))]
+    still, anew = signal(place, mirrors, place, mirrors), signal(moved_m, moved, moved_m, moved)
+    followed = signal(place, mirrors, moved_m, moved)
+    once = [BODY.basis(one, ANTENNAS, (PLANE,), two[None, :3]) for one, two in ((place, mirrors), (moved_m, moved))]
     turned = np.abs(once[1] - once[0]).max() / np.abs(once[0]).max()
     assert np.abs(anew - still).max() > 2e-3
     assert np.abs(followed - anew).max() < 0.1 * np.abs(anew - still).max() + 3.0 * turned
@@ -116,5 +117,5 @@ def test_the_exchange_follows_the_sphere_and_the_floor_between_rounds(of: str) -
 
 def test_without_a_floor_that_reflects_there_is_no_exchange() -> None:
     place = places()
-    fields = BODY.fields(place, ANTENNAS, RELEASE_M, (PLANE,), UNKNOWN[None], np.zeros(1, complex))
+    fields = BODY.fields(place, ANTENNAS, RELEASE_M, (PLANE,), np.array([*UNKNOWN, 0.0, 0.0, 1.0]))
     np.testing.assert_array_equal(fields.basis, BODY.basis(place, ANTENNAS, (PLANE,), UNKNOWN[None]))

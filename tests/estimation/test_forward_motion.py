@@ -13,7 +13,7 @@ from radargui.estimation.forward.banded_rows import BandedRows
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.motion_spline import make_spline
 from radargui.estimation.forward.parameters import Sizes, make_layout
-from radargui.estimation.forward.signal_model import EVERY, ModelInputs, complex_of, signal_of, waves_at
+from radargui.estimation.forward.signal_model import EVERY, ModelInputs, signal_of, waves_at
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.solve.break_velocities import one_sided_slopes
@@ -110,9 +110,7 @@ def inputs_and_layout(body: PolarisedSphere | None = None):
     z = np.linspace(0.12, -0.1, n)
     node = np.stack([0.02 * z, 0.01 + 0 * z, z])[:, None, None, :] + 1e-4 * rng.standard_normal((3, 2, 2, n))
     if body is not None:
-        reflection = complex_of(theta[layout.transmitter_reflection])
-        mirrors = planes, layout.plane_unknowns(theta), reflection
-        fields = body.fields(node[:, 0, 0], ANTENNAS, inputs.release_m, *mirrors)
+        fields = body.fields(node[:, 0, 0], ANTENNAS, inputs.release_m, planes, theta[layout.mirrors])
         inputs = replace(inputs, sphere=fields)
     return inputs, layout, theta, node
 

@@ -14,7 +14,7 @@ from radargui.model.setup import Setup
 
 PLACE_M, RELEASE_M = np.array([[0.01], [-0.005], [0.05]]), np.array([0.0, 0.0, 0.125])
 PLANE = MirrorPlane(np.array([0.0, 0.0, -0.145]), np.array([0.0, 0.0, 1.0]), FLOOR)
-LEVEL, BLACK = np.zeros((1, 3)), np.zeros(1, complex)  # as it is, and without exchange
+LEVEL = np.zeros(6)  # the plane as it is; it reflects nothing, so without exchange
 
 
 def setup(**transmitter: float) -> Setup:
@@ -46,7 +46,7 @@ def test_a_world_that_is_turned_about_the_vertical_with_its_polarisation_scatter
         body, c, s = polarised_sphere(given), *(f(np.radians(turned_deg)) for f in (np.cos, np.sin))
         assert body is not None
         turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        fields = body.fields(turn @ PLACE_M, place_antennas(given), RELEASE_M, (PLANE,), LEVEL, BLACK)
+        fields = body.fields(turn @ PLACE_M, place_antennas(given), RELEASE_M, (PLANE,), LEVEL)
         factors = fields.factors(0, *body.angle_rad)
         found.append(np.append(factors.direct, factors.mirrored.ravel()))
     assert found[1] == pytest.approx(found[0])
@@ -59,7 +59,7 @@ def test_a_setup_without_polarisation_has_a_point() -> None:
 
 def test_the_factors_are_those_of_the_worked_example() -> None:
     body, given = worked_example()
-    fields = body.fields(PLACE_M, place_antennas(given), RELEASE_M, (PLANE,), LEVEL, BLACK)
+    fields = body.fields(PLACE_M, place_antennas(given), RELEASE_M, (PLANE,), LEVEL)
     found = fields.factors(0, *body.angle_rad)
     assert found.direct == pytest.approx(1.03274 + 0.01324j, abs=2e-5)
     assert found.mirrored[1, 0] == pytest.approx(0.4374 + 0.4004j, abs=1e-4)
@@ -71,7 +71,7 @@ def test_the_single_mirror_of_the_wall_search_is_that_of_all_paths() -> None:
     body, given = worked_example()
     antennas = place_antennas(given)
     angles = body.angle_rad + 0.2
-    whole = body.fields(PLACE_M, antennas, RELEASE_M, (PLANE,), LEVEL, BLACK).factors(0, *angles).mirrored
+    whole = body.fields(PLACE_M, antennas, RELEASE_M, (PLANE,), LEVEL).factors(0, *angles).mirrored
     by_transmitter, by_receiver = body.over_mirrors(PLACE_M, antennas, (PLANE, PLANE), angles)
     for number in range(2):
         assert by_transmitter[number, 0] == pytest.approx(whole[1, 0])
@@ -89,9 +89,10 @@ def test_polarisations_that_the_setup_calls_exact_are_held() -> None:
 def test_what_the_sphere_scatters_over_a_wall_follows_the_wall() -> None:
     body, given = worked_example()
     antennas, planes = place_antennas(given), (PLANE, replace(PLANE, foot_m=np.array([0.2, 0.0, 0.0]), name=WALL))
-    here, moved = np.zeros((2, 3)), np.array([[0.0, 0.0, 0.0], [0.01, -0.01, 0.002]])
-    at_first, there = (body.fields(PLACE_M, antennas, RELEASE_M, planes, one, BLACK.repeat(2)) for one in (here, moved))
+    here, moved = np.zeros(11), np.zeros(11)
+    moved[3:6] = 0.01, -0.01, 0.002
+    at_first, there = (body.fields(PLACE_M, antennas, RELEASE_M, planes, one) for one in (here, moved))
     still, wanted = (one.factors(0, *body.angle_rad).mirrored for one in (at_first, there))
-    found = at_first.moved(np.append(moved, np.zeros(4)), PLACE_M).factors(0, *body.angle_rad).mirrored
+    found = at_first.moved(moved, PLACE_M).factors(0, *body.angle_rad).mirrored
     assert np.abs(wanted - still).max() > 0.01
     assert np.abs(found - wanted).max() < 0.05 * np.abs(wanted - still).max()

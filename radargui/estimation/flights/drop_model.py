@@ -17,7 +17,7 @@ from radargui.estimation.flights.setup_unknowns import StatedSetup
 from radargui.estimation.forward.bins import Bins, Multiplexer
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.parameters import Layout
-from radargui.estimation.forward.signal_model import EVERY, ModelInputs, Waves, complex_of, nodes_of, shown, waves_at
+from radargui.estimation.forward.signal_model import EVERY, ModelInputs, Waves, nodes_of, shown, waves_at
 from radargui.estimation.forward.signal_slopes import receiver_slopes, setup_slopes
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.geometry.path_length import range_factor
@@ -235,9 +235,7 @@ class DropModel:
         antennas, release = self.setup.antennas(values.setup), self.mean.setup[self.setup.release]
         sphere = None
         if self.sphere is not None:
-            unknown = self.layout.plane_unknowns(values.theta)
-            reflection = complex_of(values.theta[self.layout.transmitter_reflection])
-            sphere = self.sphere.fields(position, antennas, release, (self.plane,), unknown, reflection)
+            sphere = self.sphere.fields(position, antennas, release, (self.plane,), values.theta[self.layout.mirrors])
         inputs = replace(
             self.inputs,
             range_factor=range_factor(position, antennas, release),

@@ -13,7 +13,7 @@ from radargui.estimation.forward.bins import Bins, Multiplexer
 from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
 from radargui.estimation.forward.parameters import Sizes, make_layout
 from radargui.estimation.forward.signal_model import ModelInputs
-from radargui.estimation.forward.sphere import PolarisedSphere
+from radargui.estimation.forward.sphere import EXCHANGE, U_EXCHANGE, PolarisedSphere
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.signals import ScaledSignals
 from radargui.model.arrays import FloatArray
@@ -141,6 +141,7 @@ def drop_model(
     plane = MirrorPlane(np.array([release[0], release[1], floor_m]), np.array(setup.floor.normal), FLOOR)
     mean, deviation = np.zeros(layout.size), np.zeros(layout.size)
     mean[layout.transmitter_lobe] = PRIOR.lobe_mean
+    mean[layout.exchange] = EXCHANGE
     for own in layout.receivers:
         mean[own.receiver_lobe] = PRIOR.lobe_mean
     if sphere is not None:
@@ -156,6 +157,7 @@ def drop_model(
     else:
         deviation[layout.planes] = PRIOR.floor_tilt_rad, PRIOR.floor_tilt_rad, PRIOR.floor_shift_m
         deviation[layout.transmitter_reflection] = PRIOR.reflection
+        deviation[layout.exchange] = U_EXCHANGE
         deviation[layout.crosstalk] = PRIOR.crosstalk
         for number, own in enumerate(layout.receivers):
             deviation[own.receiver_reflection] = PRIOR.reflection

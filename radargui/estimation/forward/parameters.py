@@ -134,6 +134,9 @@ class Layout:
         Three a mirror: two tilts and a shift.
     transmitter_reflection
         Real and imaginary part of T by turns, two a mirror.
+    exchange
+        How much of what a conductor and a sphere send to and fro the floor does, one place; none without a floor and
+        of a point.
     transmitter_lobe
         The same of the transmitter.
     polarization
@@ -154,6 +157,7 @@ class Layout:
     flight: slice
     planes: slice
     transmitter_reflection: slice
+    exchange: slice
     transmitter_lobe: slice
     polarization: slice
     crosstalk: slice
@@ -166,6 +170,11 @@ class Layout:
     def shared(self) -> slice:
         """Places of what the receivers share besides the motion: mirrors, the transmitter's angle, crosstalk, setup."""
         return slice(self.planes.start, self.setup.stop)
+
+    @property
+    def mirrors(self) -> slice:
+        """Places of what the sphere's scattering hangs on: the planes' unknowns, T, the strength of the exchange."""
+        return slice(self.planes.start, self.exchange.stop)
 
     @property
     def own(self) -> ReceiverLayout:
@@ -217,13 +226,14 @@ def make_layout(sizes: Sizes) -> Layout:
     """Return the layout for these numbers of unknowns."""
     take = _Taken()
     two_a_mirror, lobe_places = 2 * sizes.mirrors, N_LOBE * (1 + sizes.walls)
-    shared = (3 * sizes.mirrors, two_a_mirror, lobe_places, sizes.polarization, sizes.crosstalk, sizes.setup)
+    exchange = (sizes.mirrors - sizes.walls) * sizes.polarization
+    mirrors, others = (3 * sizes.mirrors, two_a_mirror, exchange), (sizes.polarization, sizes.crosstalk, sizes.setup)
     # breaks first: where their number changes all that follows moves by it
     breaks, flight = take(sizes.breaks), take(4 * sizes.flight)
     # shared unknowns stand together: every receiver's data touch them, its own touch no other receiver
-    planes, reflection, lobe, polarization, crosstalk, setup = (take(count) for count in shared)
+    shared = [take(count) for count in (*mirrors, lobe_places, *others)]
     receivers = tuple(_receiver_layout(sizes, take) for _ in range(sizes.receivers))
-    return Layout(breaks, flight, planes, reflection, lobe, polarization, crosstalk, setup, receivers, sizes, take.end)
+    return Layout(breaks, flight, *shared, receivers, sizes, take.end)
 
 
 class _Taken:

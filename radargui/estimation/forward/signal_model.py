@@ -83,8 +83,7 @@ class ModelInputs:
         """Return what the sphere scatters with planes as theta has them and the sphere at nodes, see `waves_at`."""
         if self.sphere is None:
             return None
-        planes = theta[layout.planes.start : layout.transmitter_reflection.stop]
-        return self.sphere.moved(planes, node_m.mean(axis=(-3, -2)))
+        return self.sphere.moved(theta[layout.mirrors], node_m.mean(axis=(-3, -2)))
 
     def sphere_factors(
         self, theta: FloatArray, layout: Layout, receiver: int | slice, sphere: SphereFields | None

@@ -24,6 +24,8 @@ from radargui.model.setup import Setup
 
 _STEP = 1e-4  # rad and m, of a mirror: differences are off by as much of what M is curved by
 _SHIFT = 2  # place of a plane's shift among its unknowns
+EXCHANGE, U_EXCHANGE = 1.0, 0.3
+"""How much of what a conductor sends to and fro a floor does, and by how much another material differs from that."""
 LEAST_U_ANGLE_RAD = 1e-6  # of a polarisation that is known exactly: the unknown stays, its prior holds it
 
 
@@ -60,30 +62,43 @@ class PolarisedSphere:
         antennas: Antennas,
         release_m: FloatArray,
         planes: Sequence[MirrorPlane],
-        unknown: FloatArray,
-        reflection: ComplexArray,
+        mirrors: FloatArray,
     ) -> SphereFields:
-        """Return what the sphere scatters along every path, for places (3, n) and the planes' unknowns.
+        """Return what the sphere scatters along every path, for places (3, n).
 
         A mirror turns a field's direction as it turns a vector; the change of sign stays in T and R. What the sphere
-        exchanges with a floor is part of what it scatters, for T of the planes, shape (n_planes,), as it is now.
+        exchanges with a floor is part of what it scatters.
+
+        Parameters
+        ----------
+        place, antennas, release_m, planes
+            Geometry.
+        mirrors
+            Unknowns and T of the planes, then the strength of the exchange (`Layout.mirrors`), shape (5 n_planes + 1,)
+            or, where it is not unknown, (5 n_planes,).
         """
+        n = len(planes)
+        unknown = mirrors[: 3 * n].reshape(n, 3)
         basis = self.basis(place, antennas, planes, unknown)
         first = 3 * has_floor(planes)
         steps = _STEP * np.eye(unknown.size).reshape(unknown.size, *unknown.shape)
         by_mirrors = [(self.basis(place, antennas, planes, unknown + step) - basis) / _STEP for step in steps[first:]]
         which, height = np.arange(first, unknown.size), None
         at_rest = self.basis(release_m[:, None], antennas, (), unknown[:0])[:, 0, 0, :, :, 0]
-        if has_floor(planes) and reflection[0]:
-            exchanged, by_height, by_shift, by_reflection = self._exchanged(
-                place, antennas, release_m, planes, unknown, complex(reflection[0])
-            )
+        reflection = complex(*mirrors[3 * n : 3 * n + 2]) if has_floor(planes) else 0.0
+        if reflection:
+            strength = float(mirrors[5 * n]) if mirrors.size > 5 * n else EXCHANGE
+            exchanged, *slopes = self._exchanged(place, antennas, release_m, planes, unknown, reflection)
+            by_height, by_shift, by_reflection = (strength * one for one in slopes)
             height = Height(planes[0].turned_normal(unknown[0]), place, by_height)
-            basis = basis + exchanged
+            basis = basis + strength * exchanged
             by_mirrors = [by_shift, *by_mirrors, by_reflection, 1j * by_reflection]
-            which = np.concatenate([[_SHIFT], which, unknown.size + np.arange(2)])
-        at = np.concatenate([unknown.ravel(), reflection.view(np.float64)])[which]
-        return SphereFields(basis, at_rest, np.array(by_mirrors).reshape(which.size, *basis.shape), which, at, height)
+            which = np.concatenate([[_SHIFT], which, 3 * n + np.arange(2)])
+            if mirrors.size > 5 * n:
+                by_mirrors.append(exchanged)
+                which = np.append(which, 5 * n)
+        slopes_at = np.array(by_mirrors).reshape(which.size, *basis.shape)
+        return SphereFields(basis, at_rest, slopes_at, which, mirrors[which], height)
 
     def basis(
         self, place: FloatArray, antennas: Antennas, planes: Sequence[MirrorPlane], unknown: FloatArray
@@ -215,8 +230,8 @@ class SphereFields:
     at_rest
         F of the direct path at the release position, shape (n_receivers, 2, 2).
     by_mirrors, which, unknown
-        Slopes of `basis` by the walls' unknowns and by a floor's shift and T, which the exchange hangs on, shape (n,
-        *basis.shape); where these stand among the unknowns and T of all planes; and those that it was made at.
+        Slopes of `basis` by the walls' unknowns and by a floor's shift and T, which the exchange hangs on, and its
+        strength, shape (n, *basis.shape); where these stand among `Layout.mirrors`; and those that it was made at.
     height
         The same of the sphere's height over a floor; None without exchange.
     """
@@ -244,13 +259,13 @@ class SphereFields:
         by_mirrors = self.by_mirrors[..., part]
         return replace(self, basis=self.basis[..., part], by_mirrors=by_mirrors, height=height)
 
-    def moved(self, planes: FloatArray, place_m: FloatArray) -> SphereFields:
+    def moved(self, mirrors: FloatArray, place_m: FloatArray) -> SphereFields:
         """Return the fields with planes and sphere moved, linearised.
 
         Parameters
         ----------
-        planes
-            Unknowns and T of all planes, shape (5 n_planes,).
+        mirrors
+            As `PolarisedSphere.fields` takes them.
         place_m
             Of the sphere, shape (3, n_bins), or as each receiver sees it, (n_receivers, 3, n_bins).
         """
@@ -258,7 +273,7 @@ class SphereFields:
         if self.height is not None:
             basis = basis + self.height.change_m(place_m)[..., None, None, None, None, :] * self.height.by_height
         if self.unknown.size:
-            basis = basis + np.tensordot(planes[self.which] - self.unknown, self.by_mirrors, axes=1)
+            basis = basis + np.tensordot(mirrors[self.which] - self.unknown, self.by_mirrors, axes=1)
         return replace(self, basis=basis)
 
     def mirror_slopes(self, receiver: int, transmitter_rad: float, receiver_rad: float) -> ComplexArray:

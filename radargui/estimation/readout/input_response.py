@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.estimation.forward.signal_model import complex_of
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.forward.sphere import PolarisedSphere, SphereFactors, polarised_sphere
 from radargui.estimation.readout.floor_slope import floor_slope
@@ -148,13 +147,13 @@ def _change(solution: Solution, other: OtherInputs) -> FloatArray:
     # the motion counts from the release: where that is wrong the whole motion is shifted, and bent by the geometry
     node_m = solution.at.node_m + (other.release_m - problem.inputs.release_m)[:, None, None, None]
     place = node_m.mean(axis=(1, 2))
-    mirrors = problem.layout.plane_unknowns(state.theta), complex_of(state.theta[problem.layout.transmitter_reflection])
+    mirrors = state.theta[problem.layout.mirrors]
     if other.sphere is not None:
-        fields = other.sphere.fields(place, other.antennas, other.release_m, inputs.planes, *mirrors)
+        fields = other.sphere.fields(place, other.antennas, other.release_m, inputs.planes, mirrors)
         inputs = replace(inputs, sphere=fields)
     if other.body is not None:
         body = other.body
-        fields = body.fields(place, other.antennas, other.release_m, inputs.planes, *mirrors)
+        fields = body.fields(place, other.antennas, other.release_m, inputs.planes, mirrors)
         angles = body.angle_rad
         factors = [fields.factors(n, angles[0], angles[1 + n]) for n in range(problem.n_receivers)]
         inputs = replace(inputs, body=tuple(_weakened(own) for own in factors))

@@ -232,7 +232,7 @@ def mirrors_changed(
     # a new mirror starts at nothing, and its evidence counts from there
     new_theta = np.zeros(layout.size)
     lobes = lobe_places(layout)
-    new_theta[lobes] = prior.mean[lobes]
+    new_theta[lobes], new_theta[layout.exchange] = prior.mean[lobes], prior.mean[layout.exchange]
     new_theta[target] = theta[source]
     # a plane that was put elsewhere counts from there
     moved = [all(new is not was for was in was_planes) for new in planes]
@@ -277,6 +277,7 @@ def carried_places(old: Layout, new: Layout, *, bias: bool = True, last: bool = 
     pairs = [(old.breaks, new.breaks), (old.flight, new.flight), (old.planes, new.planes)]
     pairs += [
         (old.transmitter_reflection, new.transmitter_reflection),
+        (old.exchange, new.exchange),
         (old.transmitter_lobe, new.transmitter_lobe),
         (old.polarization, new.polarization),
         (old.crosstalk, new.crosstalk),

@@ -141,7 +141,7 @@ def initial_problem(
         theta[own.constants] = values.in_order()
     prior = make_prior(layout, planes, spline.break_s, constants)
     lobes = lobe_places(layout)
-    theta[lobes] = prior.mean[lobes]
+    theta[lobes], theta[layout.exchange] = prior.mean[lobes], prior.mean[layout.exchange]
     if known_front_ends is not None:
         prior = with_known_front_ends(prior, layout, known_front_ends)
     if data.sphere is not None:

@@ -16,7 +16,7 @@ from radargui.estimation.forward.parameters import (
     polarisation_places,
 )
 from radargui.estimation.forward.setup_unknowns import SetupUnknowns
-from radargui.estimation.forward.sphere import PolarisedSphere
+from radargui.estimation.forward.sphere import EXCHANGE, U_EXCHANGE, PolarisedSphere
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, TIDES_M_S2, U_ANYWHERE_M_S2, UNKNOWN_DRAG
@@ -173,6 +173,7 @@ def make_prior(
     mean[layout.breaks], sd[layout.breaks] = break_s, settings.break_s
     # where a mirror was sought is a prior too: without it a plane that hardly reflects wanders off
     sd[layout.planes] = [deviation for plane in planes for deviation in plane.deviations]
+    mean[layout.exchange], sd[layout.exchange] = EXCHANGE, U_EXCHANGE
     lobes = lobe_places(layout)
     u_lobes = [settings.u_main_lobe, *[settings.u_wall_lobe] * len(walls_of(planes))]
     # fixed: re-estimated from the samples they ran away with a wall that was wrong (decision 33)

@@ -17,7 +17,6 @@ from radargui.estimation.forward.signal_model import (
     ModelInputs,
     ReceiverSignal,
     Waves,
-    complex_of,
     nodes_of,
     signal_of,
     waves_at,
@@ -65,8 +64,8 @@ class JointProblem:
     multiplexer
         What the channels may have of each other.
     mapped_m, mapped_mirrors
-        Places, shape (3, n_bins), and tilts, shift and T of the mirrors (n_mirrors, 5), for which maps, range factor
-        and scattering are evaluated; None before they are.
+        Places, shape (3, n_bins), and what scattering hangs on (`Layout.mirrors`), for which maps, range factor and
+        scattering are evaluated; None before they are.
     """
 
     bins: Bins
@@ -113,30 +112,24 @@ class JointProblem:
         placed = self.inputs.placed(theta[self.layout.setup])
         antennas, release, planes = placed.antennas, placed.release_m, placed.planes
         # images move with the planes: their scattering is taken where the last round left them
-        unknown, body = self.layout.plane_unknowns(theta), self.sphere
-        reflection = complex_of(theta[self.layout.transmitter_reflection])
+        mirrors, body = theta[self.layout.mirrors], self.sphere
         inputs = replace(
             placed,
-            sphere=None if body is None else body.fields(place, antennas, release, planes, unknown, reflection),
+            sphere=None if body is None else body.fields(place, antennas, release, planes, mirrors),
             bias=self.bias_basis(place),
             amplitude_map=self.amplitude_basis(place),
             range_factor=range_factor(place, antennas, release),
         )
-        return replace(self, inputs=inputs, mapped_m=place, mapped_mirrors=self._mirrors(theta))
+        return replace(self, inputs=inputs, mapped_m=place, mapped_mirrors=mirrors)
 
     def is_mapped(self, place: FloatArray, theta: FloatArray, within: float, mirrors_within: float) -> bool:
         """Whether maps are evaluated for nearly these places, (3, n_bins): within m, mirrors within m, rad and of T."""
-        unknown = self._mirrors(theta)
+        unknown = theta[self.layout.mirrors]
         # a mirror more or less, and nothing is evaluated for it
         if self.mapped_m is None or self.mapped_mirrors is None or unknown.shape != self.mapped_mirrors.shape:
             return False
         turned = np.abs(unknown - self.mapped_mirrors).max(initial=0.0)
         return bool(np.abs(place - self.mapped_m).max() < within and turned < mirrors_within)
-
-    def _mirrors(self, theta: FloatArray) -> FloatArray:
-        layout = self.layout
-        reflection = theta[layout.transmitter_reflection].reshape(-1, 2)
-        return np.concatenate([layout.plane_unknowns(theta), reflection], axis=1)
 
 
 @dataclass(frozen=True)

@@ -105,6 +105,25 @@ def n_orders(size: float) -> int:
     return int(size) + 3
 
 
+def changes_faster(gap_m: FloatArray, reflection: float, radius_m: float) -> FloatArray:
+    """Return how many times faster than its direct wave turns an echo over a floor changes, at most, shape (n,).
+
+    What goes over the floor in and out, |R|^2 of it, turns the other way, and near it what went to and fro some times
+    comes on top. Bins of 1/12 turn of the direct wave, as if it turned so much faster, keep the mean of two
+    nodes right where otherwise 0.5 % of the direct wave would be missing at R = 0.93, near the floor 3 to 10 %.
+
+    Parameters
+    ----------
+    gap_m
+        Between sphere and floor, shape (n,).
+    reflection
+        |R|.
+    radius_m
+        Of the sphere.
+    """
+    return np.asarray(1.0 + 2.0 * min(reflection, 1.0) ** 2 * (1.0 + 3.0 * np.exp(-np.maximum(gap_m, 0.0) / max(radius_m, 1e-6))))
+
+
 def _heights(sphere: ConductingSphere, height_m: FloatArray) -> tuple[FloatArray, ComplexArray]:
     """Return K h over a plane that is nowhere above the sphere, (n,), and the phase of a longer way.
 

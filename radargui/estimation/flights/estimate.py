@@ -19,11 +19,12 @@ from radargui.estimation.flights.drop_model import (
 )
 from radargui.estimation.flights.prior import drop_model, flights_prior
 from radargui.estimation.flights.setup_unknowns import StatedSetup, setup_unknowns
-from radargui.estimation.flights.start import START, DropStart, start_drop
+from radargui.estimation.flights.start import START, DropStart, followed_until, start_drop
 from radargui.estimation.forward.bins import BinSettings, bin_by_fringe, pool
 from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.signals import ScaledSignals
+from radargui.geometry.exchange import changes_faster
 from radargui.geometry.path_length import path_gradient
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.finding import Finding, refuse
@@ -103,8 +104,8 @@ class DropEstimate:
 
     @property
     def end_s(self) -> float:
-        """Until when it was followed."""
-        return self.start.end_s
+        """Until when it was followed: where the last flight lands is known better than while it was begun."""
+        return followed_until(self.start.end_s, self.at.values)
 
     @property
     def widening(self) -> float:
@@ -296,14 +297,9 @@ def _with_bins(
 ) -> tuple[DropModel, Parts]:
     """Return the model with bins broken at the impacts, those nearer to one not used."""
     flights = Flights.of(values.flights)
-    antennas = model.setup.antennas(values.setup)
-    time = signals.time_s
-    position, velocity = flights.position_m(time), flights.velocity_at(time)
-    turns = np.abs(np.einsum("ran,an->rn", path_gradient(position, antennas), velocity)).max(axis=0)
-    bins = bin_by_fringe(
-        signals, time, turns / model.setup.wavelength_m, flights.onset_s - 0.02, flights.impact_s, DROP.bins
-    )
-    inside = (bins.time_s > flights.onset_s - DROP.rest_s) & (bins.time_s < end_s)
+    turns = echo_turns_hz(model, values, signals.time_s)
+    bins = bin_by_fringe(signals, signals.time_s, turns, flights.onset_s - 0.02, flights.impact_s, DROP.bins)
+    inside = (bins.time_s > flights.onset_s - DROP.rest_s) & (bins.time_s < followed_until(end_s, values))
     bins = bins.of(np.flatnonzero(inside))
     model = model.of_bins(bins, values)
     apart = np.ones(bins.n_bins, dtype=np.bool_)
@@ -311,6 +307,21 @@ def _with_bins(
     for impact in flights.impact_s:
         apart &= np.abs(bins.time_s - impact) > half + apart_s
     return replace(model, used=apart), values
+
+
+def echo_turns_hz(model: DropModel, values: Parts, time_s: FloatArray, at_least: float = 1.0) -> FloatArray:
+    """Return how fast what the receivers get changes, at most, of flights at times (n,): turns a second.
+
+    `at_least` so many times faster than the direct wave turns.
+    """
+    flights, layout = Flights.of(values.flights), model.layout
+    position, velocity = flights.position_m(time_s), flights.velocity_at(time_s)
+    gradient = path_gradient(position, model.setup.antennas(values.setup))
+    turns = np.abs(np.einsum("ran,an->rn", gradient, velocity)).max(axis=0) / model.setup.wavelength_m
+    reflection = float(np.hypot(*values.theta[layout.transmitter_reflection]))
+    touches = flights.position_m(flights.impact_s)[2].min(initial=position[2].min())
+    radius_m = 0.0 if model.sphere is None else model.sphere.sphere.radius_m
+    return turns * np.maximum(changes_faster(position[2] - touches, reflection, radius_m), at_least)
 
 
 def _noise_scale(model: DropModel, at: Evaluation) -> FloatArray:

@@ -288,6 +288,12 @@ class _Impact(NamedTuple):
     power: float
 
 
+def followed_until(end_s: float, values: Parts) -> float:
+    """Return until when a drop is followed that was so to `end_s`: no further than to just before it lands."""
+    begin, length = _last_flight(values)
+    return end_s if len(values.flights) == _ONE_FLIGHT else min(end_s, begin + START.longest_share * length)
+
+
 def _last_flight(values: Parts) -> tuple[float, float]:
     """Return when the last flight begins, and how long it lasts until it is as high again."""
     flights = Flights.of(values.flights)

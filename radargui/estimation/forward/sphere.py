@@ -88,7 +88,9 @@ class PolarisedSphere:
         reflection = complex(*mirrors[3 * n : 3 * n + 2]) if has_floor(planes) else 0.0
         if reflection:
             strength = float(mirrors[5 * n]) if mirrors.size > 5 * n else EXCHANGE
-            exchanged, *slopes = self._exchanged(place, antennas, release_m, planes, unknown, reflection)
+            exchanged, *slopes = (
+                _beside_walls(one, n) for one in self._exchanged(place, antennas, release_m, planes, unknown, reflection)
+            )
             by_height, by_shift, by_reflection = (strength * one for one in slopes)
             height = Height(planes[0].turned_normal(unknown[0]), place, by_height)
             basis = basis + strength * exchanged
@@ -116,7 +118,7 @@ class PolarisedSphere:
         unknown: FloatArray,
         reflection: complex,
     ) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
-        """Return what the exchange with the floor adds to `basis`, and its slopes by height, shift and T."""
+        """Return what the exchange with the floor adds to `basis` without walls, and its slopes by height, shift, T."""
         floor, own = planes[0], unknown[0]
         wavenumber = 2.0 * np.pi / self.sphere.wavelength_m
         image_m = floor.image(antennas.transmitter_m, own)
@@ -124,7 +126,7 @@ class PolarisedSphere:
         way_m = np.linalg.norm(from_image) - np.linalg.norm(from_antenna)
         # T counts from the release and turns a vector; R of the plane itself is that of a conductor's image
         plain = -reflection * np.exp(-1j * wavenumber * way_m) / max(1.0, abs(reflection))
-        incident, sent, leaving, got = self._directions(place, antennas, planes, unknown)
+        incident, sent, leaving, got = self._directions(place, antennas, planes[:1], unknown[:1])
         ways, normal = leaving.shape[:2], floor.turned_normal(own)
         ends = leaving.reshape(-1, *leaving.shape[2:]), got.reshape(-1, *got.shape[2:])
         found = exchanged_signals(self.sphere, floor.height(place, own), plain, normal, incident, sent, *ends)
@@ -337,6 +339,13 @@ def point_factors(n_mirrors: int) -> SphereFactors:
     """Return the factors of a point: one on every path, at any bin."""
     ones = np.ones((1 + n_mirrors, 1 + n_mirrors, 1), complex)
     return SphereFactors(ones[0, 0], ones)
+
+
+def _beside_walls(fields: ComplexArray, n_mirrors: int) -> ComplexArray:
+    """Return fields over a floor among those over all mirrors: what is sent to and fro and over a wall is left out."""
+    out = np.zeros((len(fields), 1 + n_mirrors, 1 + n_mirrors, *fields.shape[3:]), complex)
+    out[:, :2, :2] = fields
+    return out
 
 
 def signals_of(basis: ComplexArray, transmitter_rad: float, receiver_rad: FloatArray) -> ComplexArray:

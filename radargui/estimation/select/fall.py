@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.estimation.flights.drop_model import wave_gain
-from radargui.estimation.flights.estimate import DropEstimate
-from radargui.estimation.forward.bins import BinnedData, bin_by_fringe
+from radargui.estimation.flights.estimate import DROP, DropEstimate, echo_turns_hz
+from radargui.estimation.forward.bins import BINS, BinnedData, bin_by_fringe
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.parameters import Layout, ReceiverConstants, of_mirror
 from radargui.estimation.forward.signal_model import ModelInputs
@@ -19,7 +19,7 @@ from radargui.estimation.solve.changed_problem import problem_with_flights
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.minimise import solved_at
 from radargui.estimation.solve.problem import Start, State
-from radargui.geometry.path_length import path_gradient, path_lengths
+from radargui.geometry.path_length import path_lengths
 from radargui.model.arrays import FloatArray
 from radargui.model.setup import Setup
 from radargui.motion.flights import Flights
@@ -56,15 +56,16 @@ class FoundFall:
     @staticmethod
     def of(estimate: DropEstimate, signals: ScaledSignals, setup: Setup) -> FoundFall:
         """Return the drop with bins for the joint estimate."""
-        time_s, antennas = signals.time_s, estimate.model.setup.antennas(estimate.at.values.setup)
+        time_s = signals.time_s
         flights, lies_s = _bounced_on(estimate.flights, estimate.end_s, float(time_s[-1]))
         breaks = flights.impact_s
         if lies_s < time_s[-1] - _LEAST_FLIGHT_S:
             breaks = np.append(breaks, lies_s)
-        gradient, velocity = path_gradient(flights.position_m(time_s), antennas), flights.velocity_at(time_s)
-        turns_m_s = np.abs(np.einsum("ran,an->rn", gradient, velocity)).max(axis=0) * (time_s < lies_s)
-        turns_hz = turns_m_s / setup.radar.wavelength_m
-        bins = bin_by_fringe(signals, time_s, turns_hz, signals.rest_end_s, breaks)
+        values = estimate.at.values._replace(flights=flights.unknowns)
+        # as fine as a joint estimate's bins are elsewhere, finer where the floor asks for it
+        finer = BINS.per_fringe / DROP.bins.per_fringe
+        turns_hz = echo_turns_hz(estimate.model, values, time_s, finer) * (time_s < lies_s)
+        bins = bin_by_fringe(signals, time_s, turns_hz, signals.rest_end_s, breaks, DROP.bins)
         return FoundFall(estimate, signals, BinnedData.of(bins, signals, setup), flights, lies_s, breaks)
 
     @property

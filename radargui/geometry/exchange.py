@@ -121,7 +121,8 @@ def changes_faster(gap_m: FloatArray, reflection: float, radius_m: float) -> Flo
     radius_m
         Of the sphere.
     """
-    return np.asarray(1.0 + 2.0 * min(reflection, 1.0) ** 2 * (1.0 + 3.0 * np.exp(-np.maximum(gap_m, 0.0) / max(radius_m, 1e-6))))
+    near = np.exp(-np.maximum(gap_m, 0.0) / max(radius_m, 1e-6))
+    return np.asarray(1.0 + 2.0 * min(reflection, 1.0) ** 2 * (1.0 + 3.0 * near))
 
 
 def _heights(sphere: ConductingSphere, height_m: FloatArray) -> tuple[FloatArray, ComplexArray]:

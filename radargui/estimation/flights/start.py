@@ -61,7 +61,7 @@ class DropStartSettings:
     seen_s
         How long after an impact a rebound is looked at.
     least_rebound_m_s
-        A slower one is not followed: its flight is 20 ms long and 5 mm high.
+        A slower one is not followed: its flight is 20 ms long and 0.5 mm high.
     longest_share
         Of its length that a flight is fitted to: until just before it lands.
     beside_s
@@ -232,7 +232,7 @@ class _Followed:
             self.at = evaluate(self.model, self.unknowns, coefficients=self.at.coefficients)
         begin, length = _last_flight(self.at.values)
         since = self.model.bins.time_s > begin
-        if length * self.at.values.flights[4] < START.least_rebound_m_s or not since.any():
+        if 0.5 * length * self.at.values.flights[4] < START.least_rebound_m_s or not since.any():
             self.model, self.unknowns, self.at, self.end_s = kept
             return False
         if _power(self.at)[since].mean() > START.lost:

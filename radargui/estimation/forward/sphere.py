@@ -89,7 +89,8 @@ class PolarisedSphere:
         if reflection:
             strength = float(mirrors[5 * n]) if mirrors.size > 5 * n else EXCHANGE
             exchanged, *slopes = (
-                _beside_walls(one, n) for one in self._exchanged(place, antennas, release_m, planes, unknown, reflection)
+                _beside_walls(one, n)
+                for one in self._exchanged(place, antennas, release_m, planes, unknown, reflection)
             )
             by_height, by_shift, by_reflection = (strength * one for one in slopes)
             height = Height(planes[0].turned_normal(unknown[0]), place, by_height)

@@ -321,7 +321,7 @@ def echo_turns_hz(model: DropModel, values: Parts, time_s: FloatArray, at_least:
     reflection = float(np.hypot(*values.theta[layout.transmitter_reflection]))
     touches = flights.position_m(flights.impact_s)[2].min(initial=position[2].min())
     radius_m = 0.0 if model.sphere is None else model.sphere.sphere.radius_m
-    return turns * np.maximum(changes_faster(position[2] - touches, reflection, radius_m), at_least)
+    return np.asarray(turns * np.maximum(changes_faster(position[2] - touches, reflection, radius_m), at_least))
 
 
 def _noise_scale(model: DropModel, at: Evaluation) -> FloatArray:

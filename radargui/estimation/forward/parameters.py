@@ -226,14 +226,15 @@ def make_layout(sizes: Sizes) -> Layout:
     """Return the layout for these numbers of unknowns."""
     take = _Taken()
     two_a_mirror, lobe_places = 2 * sizes.mirrors, N_LOBE * (1 + sizes.walls)
-    exchange = (sizes.mirrors - sizes.walls) * sizes.polarization
-    mirrors, others = (3 * sizes.mirrors, two_a_mirror, exchange), (sizes.polarization, sizes.crosstalk, sizes.setup)
+    floor = (sizes.mirrors - sizes.walls) * sizes.polarization
+    shared = (3 * sizes.mirrors, two_a_mirror, floor, lobe_places, sizes.polarization, sizes.crosstalk, sizes.setup)
     # breaks first: where their number changes all that follows moves by it
     breaks, flight = take(sizes.breaks), take(4 * sizes.flight)
     # shared unknowns stand together: every receiver's data touch them, its own touch no other receiver
-    shared = [take(count) for count in (*mirrors, lobe_places, *others)]
+    planes, reflection, exchange, lobe, polarization, crosstalk, setup = (take(count) for count in shared)
     receivers = tuple(_receiver_layout(sizes, take) for _ in range(sizes.receivers))
-    return Layout(breaks, flight, *shared, receivers, sizes, take.end)
+    own = planes, reflection, exchange, lobe, polarization, crosstalk, setup
+    return Layout(breaks, flight, *own, receivers, sizes, take.end)
 
 
 class _Taken:

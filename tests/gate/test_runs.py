@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from pathlib import Path
 
 import pytest
@@ -52,6 +53,19 @@ def test_an_interrupted_line_is_no_score_and_costs_no_other(kept: Path) -> None:
     assert store.get(2, world="world") is None
     store.put(2, "world", "scene", [SCORE])
     assert Store(VERSION, POPULATION).get(2, world="world") == [SCORE]
+
+
+def test_scores_that_came_with_the_checkout_are_found_too(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    Store(VERSION, POPULATION).put(1, "world", "scene", [SCORE])
+    (path,) = kept.rglob("*.jsonl")
+    came = kept / "baseline" / VERSION.key / f"{POPULATION.file_name}.gz"
+    came.parent.mkdir(parents=True)
+    came.write_bytes(gzip.compress(path.read_bytes()))
+    path.unlink()
+    assert Store(VERSION, POPULATION).get(1, scene="scene") is None
+    monkeypatch.setattr(runs, "BASELINE", kept / "baseline")
+    assert Store(VERSION, POPULATION).get(1, scene="scene") == [SCORE]
+    assert Store(VERSION, Population("modelled", 2)).get(1, scene="scene") is None
 
 
 def test_keys_that_a_version_does_not_know_are_left_out_and_named() -> None:

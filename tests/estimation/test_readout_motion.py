@@ -16,7 +16,7 @@ from radargui.estimation.motion_estimate import few_fringes_factor
 from radargui.estimation.readout.floor_slope import floor_slope
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.motion_posterior import MotionPosterior
-from radargui.estimation.readout.samples import _hidden_m, _uncertainties, _with_alternatives
+from radargui.estimation.readout.samples import _uncertainties, _with_alternatives, hidden_m
 from radargui.estimation.solve.break_velocities import one_sided_slopes
 from radargui.geometry.path_length import Antennas, path_gradient, path_lengths
 from radargui.model.gravity import UNKNOWN_DRAG
@@ -185,7 +185,7 @@ def test_what_a_wave_beside_the_direct_one_does_to_the_amplitude_it_does_to_the_
     layout = SimpleNamespace(receivers=[SimpleNamespace(amplitude_map=slice(0, 1))])
     problem = SimpleNamespace(inputs=inputs, layout=layout, amplitude_basis=SimpleNamespace(length_m=0.02))
     solution = SimpleNamespace(problem=problem, state=SimpleNamespace(theta=np.ones(1)))
-    (hidden,) = _hidden_m(solution, place)
+    (hidden,) = hidden_m(solution, place)
     # far from the rest both places are off, each by as much
     assert hidden[-1] == pytest.approx(np.sqrt(2.0) * np.angle(wave).std() / wavenumber, rel=0.02)
     assert hidden[0] < 1e-6

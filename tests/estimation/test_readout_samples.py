@@ -125,7 +125,7 @@ def test_what_reflectors_hide_counts_where_no_flight_holds_the_motion(
     solution = replace(solution, problem=replace(solution.problem, in_flight=in_flight))
     known = np.full((3, 900), 4e-5), np.full((3, 900), 2e-5)
     monkeypatch.setattr(samples, "_with_alternatives", lambda *given: known)
-    monkeypatch.setattr(samples, "_hidden_m", lambda one, place: np.full((3, 900), 3e-5))
+    monkeypatch.setattr(samples, "hidden_m", lambda one, place: np.full((3, 900), 3e-5))
     found, late = at_samples(solution, samples_of(solution)), solution.problem.bins.time_s > START_S + 0.031
     wide, hidden = few_fringes_factor(K * found.change_m)[:, None], 0.0 if flies else 3e-5
     assert found.u_change_m[:, late] == pytest.approx(np.tile(np.hypot(2e-5 * wide, hidden), late.sum()), rel=1e-4)

@@ -151,7 +151,7 @@ def test_the_jerk_may_be_large_at_the_bounce_and_becomes_small_in_the_fall() -> 
     assert problem.equation_sd.min() >= 0.3
 
 
-def test_what_no_sample_says_of_a_deviation_from_the_speed_model_flight_is_that_there_is_none() -> None:
+def test_what_no_sample_says_of_a_deviation_from_the_law_of_flight_is_that_there_is_none() -> None:
     start = problem_with_flights(minimise(small_problem().start, 2))
     assert start is not None
     problem, state = start.problem, start.state

@@ -79,7 +79,7 @@ def test_a_loose_contact_of_15_ms_is_left_out_and_no_fringe_is_lost() -> None:
 
 @pytest.mark.parametrize("over_the_impact", [False, True])
 def test_a_dip_that_hardly_shows_in_the_misfit_is_left_out_and_told_by_its_time(over_the_impact: bool) -> None:
-    scene = disturbed("dip/echo", 4200116, walls=0, rate_hz=5000.0)
+    scene = disturbed("dip/echo", 4200116, walls=0)
     (dip,) = scene.disturbances
     assert isinstance(dip, Dip)
     if over_the_impact:
@@ -100,8 +100,7 @@ def test_a_dip_that_hardly_shows_in_the_misfit_is_left_out_and_told_by_its_time(
     assert result.track is not None
     known = result.track.valid & (result.track.time_s > scene.drop.start_s)
     wrong_m = np.abs(result.track.position_m - record.truth.position_m)[:, known]
-    # as a population counts what is right: errors of one drop hang together
-    assert (wrong_m**2).mean() < 9.0 * (result.track.u_position_m[:, known] ** 2).mean()
+    assert (wrong_m < 2.0 * result.track.u_position_m[:, known]).mean() > 0.9
     assert wrong_m.max() < 1e-3
 
 

@@ -15,7 +15,7 @@ from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
 from radargui.model.arrays import BoolArray, FloatArray, runs_of
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
-from radargui.model.result import Bounce, Bounces, FreeFall, VelocitiesAtImpacts
+from radargui.model.result import Bounce, Bounces, FreeFall
 from radargui.model.setup import Setup
 from radargui.restitution.cross_check import cross_check, without_checks_by_walls
 from radargui.restitution.flight_fit import FlightFit, fit_flights
@@ -259,18 +259,22 @@ def joint_bounces(
         # what a wall has done says nothing of the floor
         alone = ~at.with_wall
         floor = normal_of_impacts(
-            at.before_m_s[alone], at.after_m_s[alone], at.u_side_m_s[alone], setup.floor.u_tilt_deg, reflecting
+            at.velocities.before_m_s[alone],
+            at.velocities.after_m_s[alone],
+            at.u_side_m_s[alone],
+            setup.floor.u_tilt_deg,
+            reflecting,
         )
         # then other breaks may be impacts, and the flights between them other ones
         if floor.tilt_deg > FLIGHTS.near_vertical_deg:
             fit = fit_with_alternatives(posterior, estimate.alternatives, floor.normal)
     at = JointImpacts.of(posterior, fit, floor.normal, responses)
-    bounces = tuple(at.bounce(number, floor) for number in range(at.time_s.size))
+    bounces = tuple(at.bounce(number, floor) for number in range(at.with_wall.size))
     fall = None if fit is None else _free_fall(posterior, fit, floor.normal, bounces)
     x, y, z = (float(part) for part in floor.normal)
     u_tilt_deg = None if given or not bounces else floor.u_tilt_deg
-    shared_s = tuple(at.time_s[at.with_wall].tolist())
-    velocities = VelocitiesAtImpacts(at.time_s, at.before_m_s, at.after_m_s, at.covariance, floor.slope_variance)
+    shared_s = tuple(at.velocities.time_s[at.with_wall].tolist())
+    velocities = replace(at.velocities, slope_variance=floor.slope_variance)
     found = Bounces(
         bounces, fall, (x, y, z), u_tilt_deg, walls_s=at.walls_s, with_walls_s=shared_s, velocities=velocities
     )

@@ -14,7 +14,7 @@ from radargui.estimation.readout.motion_posterior import MotionPosterior
 from radargui.estimation.readout.unfollowed import lands_after_s, unfollowed_m_s
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
-from radargui.model.result import Bounce
+from radargui.model.result import Bounce, VelocitiesAtImpacts
 from radargui.restitution.flight_fit import FlightFit, break_velocities
 from radargui.restitution.floor_normal import FloorNormal
 from radargui.restitution.input_changes import SetupResponses
@@ -28,12 +28,8 @@ class JointImpacts:
 
     Attributes
     ----------
-    time_s
-        Shape (n_impacts,).
-    before_m_s, after_m_s
-        Shape (n_impacts, 3).
-    covariance
-        Of (before x, y, z, after x, y, z), shape (n_impacts, 6, 6).
+    velocities
+        When, which, and how well they are known.
     by_flights
         Whether fitted flights say so, shape (n_impacts,); else the one-sided slopes of the motion.
     with_wall
@@ -42,10 +38,7 @@ class JointImpacts:
         Instants at which a wall threw the body back along the floor, from one flight into the next.
     """
 
-    time_s: FloatArray
-    before_m_s: FloatArray
-    after_m_s: FloatArray
-    covariance: FloatArray
+    velocities: VelocitiesAtImpacts
     by_flights: BoolArray
     with_wall: BoolArray
     walls_s: tuple[float, ...]
@@ -76,27 +69,29 @@ class JointImpacts:
         covariance, along = covariance[impacts], np.outer(normal, normal)
         for side, u_m_s in zip((slice(0, 3), slice(3, 6)), left_open, strict=True):
             covariance[:, side, side] += u_m_s[:, None, None] ** 2 * along
-        return JointImpacts(time, before, after, covariance, by_flights, with_wall, walls)
+        velocities = VelocitiesAtImpacts(time, before, after, covariance)
+        return JointImpacts(velocities, by_flights, with_wall, walls)
 
     @property
     def u_side_m_s(self) -> FloatArray:
         """Uncertainty of a horizontal component of the velocity's change at each impact, shape (n_impacts,)."""
         # after less before, x and y: their covariance with each other is a part of it
         change = np.concatenate([-np.eye(2, 3), np.eye(2, 3)], axis=1)
-        variance = change @ self.covariance @ change.T
+        variance = change @ self.velocities.covariance @ change.T
         return np.asarray(np.sqrt(np.maximum(np.trace(variance, axis1=1, axis2=2) / 2.0, 0.0)))
 
     def bounce(self, number: int, floor: FloorNormal) -> Bounce:
         """Return e = after / before along the normal, u_e with that of the normal."""
-        before_m_s, after_m_s = self.before_m_s[number], self.after_m_s[number]
+        known = self.velocities
+        before_m_s, after_m_s = known.before_m_s[number], known.after_m_s[number]
         before, after = -float(before_m_s @ floor.normal), float(after_m_s @ floor.normal)
         # signs so that both are positive: before points into the floor
         e = after / before
         slope = np.concatenate([e / before * floor.normal, floor.normal / before])
         # rounding of a covariance that the alternatives widened
-        variance = max(float(slope @ self.covariance[number] @ slope), 0.0)
+        variance = max(float(slope @ known.covariance[number] @ slope), 0.0)
         u_e = float(np.sqrt(variance + floor.e_variance(before_m_s, after_m_s)))
         method = "flights" if self.by_flights[number] else "slopes"
         # a rebound faster than the arrival is no passive one; a wide u_e says nothing
         valid = bool(0.0 < e < FLIGHTS.most_e and u_e < FLIGHTS.usable_u_e and not self.with_wall[number])
-        return Bounce(float(self.time_s[number]), before, after, e, u_e, method, valid)
+        return Bounce(float(known.time_s[number]), before, after, e, u_e, method, valid)

@@ -410,6 +410,9 @@ class _Selection:
     def moved_on(self, search: WallSearch) -> tuple[Solution, list[Alternative]]:
         """Return the best of a search with its breaks settled and its wall moved, and what stays possible."""
         settled = settle_breaks(self.rough, search.tried[0].solution, self.normal, self.round_done)
+        if isinstance(self.found, FoundFall) and search.gain > WALLS.beyond_doubt:
+            # flights were never bent by a wall that was missing: it was found where it stands
+            return settled, self._weighed(search.tried[1:])
         best, *moved = walked(settled, self.normal, self.round_done)
         # other places of the wall say how well the motion is known: evidence alone does not tell them apart
         ahead, behind = log_evidence(best), log_evidence(settled) - search.gain

@@ -118,7 +118,7 @@ def test_circles_that_a_floor_of_metal_bends_are_no_hindrance() -> None:
 
 
 def test_the_joint_estimate_begins_from_the_flights_which_stand_meanwhile() -> None:
-    record, setup = _scene(floor=0.8, exact=True)
+    record, setup = _scene(floor=0.8, exact=True, height_m=0.1)
     joint = setup.model_copy(update={"processing": setup.processing.model_copy(update={"correction": "joint"})})
     standing: list[RunResult] = []
     result = process(record.recording, joint, on_preliminary=standing.append)

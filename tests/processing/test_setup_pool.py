@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from benchmarks.world.draw import draw
-from benchmarks.world.scene import Scene, make_record
+from benchmarks.world.scene import Record, make_record
 from support.changed import changed
 
 from radargui.api import Result, Run, process
@@ -16,10 +16,16 @@ from radargui.model.setup_posterior import SetupLikelihood, unknown_inputs
 
 
 @pytest.fixture(scope="module")
-def drop() -> Run:
-    """A drop whose antennas are off by what the setup states."""
-    scene: Scene = draw(5, "drawn", rate_hz=2000.0, snr_db=35.0, walls=0, lively=False, e=0.7, height_m=0.2, rest=0.25)
-    return Run(make_record(scene).recording, scene.setup)
+def record() -> Record:
+    """A drop whose antennas are off by what the setup states: 0.5 degrees and 3 mm."""
+    return make_record(
+        draw(5, "drawn", rate_hz=2000.0, snr_db=35.0, walls=0, lively=False, e=0.6, height_m=0.15, rest=0.25)
+    )
+
+
+@pytest.fixture(scope="module")
+def drop(record: Record) -> Run:
+    return Run(record.recording, record.scene.setup)
 
 
 @pytest.fixture(scope="module")
@@ -29,6 +35,24 @@ def alone(drop: Run) -> Result:
 
 def u_of(result: RunResult) -> dict[str, float]:
     return {one.key: one.u_found / one.u_stated for one in result.setup_posterior if one.u_stated}
+
+
+def test_a_drop_tells_what_the_setup_states_wrongly_by_as_much_as_it_says(record: Record, alone: Result) -> None:
+    """The track keeps its shape, and e is known as if the antennas were not off."""
+    result, scene = alone.details, record.scene
+    assert result.status == "ok"
+    assert result.track is not None
+    moving = np.arange(record.truth.position_m.shape[1]) > scene.drop.start_s * scene.converter.rate_hz
+    error = (result.track.position_m - record.truth.position_m)[:, moving & result.track.valid]
+    shape = error - error.mean(axis=1, keepdims=True)
+    assert np.sqrt((shape**2).sum(axis=0).mean()) < 2e-4
+    first = result.bounces.impacts[0]
+    assert first.u_e_combined < 1e-3 * first.e
+    assert abs(first.e - scene.drop.impacts[0].e) < 3.0 * first.u_e_combined
+    values = {one.key: one for one in result.setup_posterior}
+    tilts = [values[f"receiver[{n}].tilt_deg"] for n in (1, 2, 3)]
+    assert all(one.u_found < 0.5 * one.u_stated for one in tilts)
+    assert all(one.pull is not None and abs(one.pull) < 4.0 for one in values.values() if one.pull is not None)
 
 
 def test_a_drop_that_is_told_of_another_knows_its_antennas_better_and_says_the_same_of_them_alone(

@@ -19,7 +19,7 @@ from radargui.model.setup_posterior import SetupLikelihood, unknown_inputs
 def record() -> Record:
     """A drop whose antennas are off by what the setup states: 0.5 degrees and 3 mm."""
     return make_record(
-        draw(5, "drawn", rate_hz=2000.0, snr_db=35.0, walls=0, lively=False, e=0.6, height_m=0.15, rest=0.25)
+        draw(5, "drawn", rate_hz=2000.0, snr_db=35.0, walls=0, lively=False, e=0.7, height_m=0.2, rest=0.25)
     )
 
 

@@ -117,8 +117,9 @@ def test_circles_that_a_floor_of_metal_bends_are_no_hindrance() -> None:
     assert not {"flights_misfit", "residuals_above_noise"} & {one.code for one in result.findings}
 
 
+@pytest.mark.slow
 def test_the_joint_estimate_begins_from_the_flights_which_stand_meanwhile() -> None:
-    record, setup = _scene(floor=0.8, exact=True, height_m=0.1)
+    record, setup = _scene(floor=0.8, exact=True)
     joint = setup.model_copy(update={"processing": setup.processing.model_copy(update={"correction": "joint"})})
     standing: list[RunResult] = []
     result = process(record.recording, joint, on_preliminary=standing.append)

@@ -81,6 +81,7 @@ def test_a_short_drop_finds_its_front_ends_better_with_what_is_known_and_says_fr
     assert (helped.corrected.channels[0].u_gain_ratio or 1.0) < 0.002
 
 
+@pytest.mark.slow
 def test_a_run_with_another_mixer_is_not_spoiled_and_says_so(short: SceneRecord, setup: Setup) -> None:
     first, *others = true_front_ends(short)
     wrong = FrontEndPrior(RUNS, (replace(first, gain_ratio=first.gain_ratio + 0.05), *others))

@@ -8,7 +8,6 @@ import numpy as np
 
 from radargui.geometry.path_length import path_gradient, place_antennas
 from radargui.model.arrays import BoolArray, FloatArray, runs_of
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.setup import Setup
 
 RATE_HZ = 2000.0
@@ -55,7 +54,9 @@ def turning_phases(volts: FloatArray, rate_hz: float) -> FloatArray:
     return np.unwrap(np.arctan2(slope[1::2], slope[::2]))
 
 
-def vertical_motion(phase: FloatArray, rate_hz: float, window: int, rad_per_m: FloatArray) -> VerticalMotion:
+def vertical_motion(
+    phase: FloatArray, rate_hz: float, window: int, rad_per_m: FloatArray, gravity_m_s2: float
+) -> VerticalMotion:
     """Return what parabolas through the phases of receivers say of the vertical, shapes (n_receivers, n - window + 1).
 
     Parameters
@@ -68,6 +69,8 @@ def vertical_motion(phase: FloatArray, rate_hz: float, window: int, rad_per_m: F
         How many of them a parabola goes through.
     rad_per_m
         By how much each grows for a metre of fall, shape (n_receivers, 1).
+    gravity_m_s2
+        Of the place, in which the acceleration is told.
     """
     time = (np.arange(window) - 0.5 * (window - 1)) / rate_hz
     basis = np.stack([np.ones(window), time, time**2 - np.mean(time**2)])
@@ -79,7 +82,7 @@ def vertical_motion(phase: FloatArray, rate_hz: float, window: int, rad_per_m: F
         found.append((weights[:, 1], 2.0 * weights[:, 2], np.sqrt(np.maximum(power, 0.0))))
     speed, bend, misfit = np.stack(found, axis=1)
     fits = np.asarray(misfit < LARGEST_MISFIT_RAD)
-    return VerticalMotion(speed / rad_per_m, bend / (rad_per_m * NOMINAL_GRAVITY_M_S2), fits)
+    return VerticalMotion(speed / rad_per_m, bend / (rad_per_m * gravity_m_s2), fits)
 
 
 def radians_fallen(setup: Setup) -> FloatArray:

@@ -24,6 +24,7 @@ from radargui.conditioning.fall import (
     window_of,
 )
 from radargui.model.arrays import BoolArray, median, runs_of
+from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.setup import Setup
 
 LEAST_S = 0.06
@@ -76,12 +77,15 @@ class FallRule:
         Samples of a parabola.
     rad_per_m
         By how much each phase grows for a metre of fall, shape (n_receivers, 1).
+    gravity_m_s2
+        Of the setup's site.
     is_decisive
         Whether the receivers stand so that their phases tell a fall; there is nothing to ask for otherwise.
     """
 
     def __init__(self, setup: Setup, rate_hz: float, window_s: float = WINDOW_S, least_s: float = LEAST_S) -> None:
         self.window, self.rad_per_m = window_of(rate_hz, window_s), radians_fallen(setup)
+        self.gravity_m_s2 = expected_gravity_m_s2(setup.site)
         self._least = least_s * rate_hz - self.window
         self._nothing = FallSigns((False,) * setup.n_receivers)
         least = 2.0 * np.pi / setup.radar.wavelength_m * LEAST_ALONG
@@ -138,7 +142,8 @@ def fall_signs(conditioned: Conditioned, setup: Setup) -> FallSigns:
     found = None
     for part in (slice(begin, begin + max(2 * window, round(FIRST_S * rate_hz))), slice(0, n_means)):
         means = block_means(conditioned.volts[:, part.start * size : part.stop * size], size)
-        motion = vertical_motion(turning_phases(means, rate_hz), rate_hz, window, rule.rad_per_m)
+        phase = turning_phases(means, rate_hz)
+        motion = vertical_motion(phase, rate_hz, window, rule.rad_per_m, rule.gravity_m_s2)
         found = rule.signs(motion)
         if found is None:
             break

@@ -145,7 +145,8 @@ class FallWatch:
         if held.shape[1] < self._least:
             return ()
         rule = self._rule
-        signs = rule.signs(vertical_motion(self._rad_per_m * held, self._rate_hz, rule.window, rule.rad_per_m))
+        phase = self._rad_per_m * held
+        signs = rule.signs(vertical_motion(phase, self._rate_hz, rule.window, rule.rad_per_m, rule.gravity_m_s2))
         # wires are not exchanged while it runs
         rule.is_decisive = signs is not None
         return () if signs is None else tuple(np.flatnonzero(signs.backwards).tolist())

@@ -17,6 +17,7 @@ from radargui.conditioning.fall import (
 )
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.front_end import with_phase_sign
+from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
 
@@ -45,6 +46,7 @@ class FallTest:
         self._rate_hz = rate / self._averager.size
         self._means: list[FloatArray] = []
         self._sign, self._rad_per_m = setup.radar.phase_sign, radians_fallen(setup)
+        self._gravity_m_s2 = expected_gravity_m_s2(setup.site)
 
     def push(self, samples: RawArray) -> None:
         """Take the next samples of the run, shape (n_channels, n)."""
@@ -60,7 +62,8 @@ class FallTest:
         window = window_of(self._rate_hz)
         if means.shape[1] < 2 * window:
             return False
-        one = vertical_motion(turning_phases(means, self._rate_hz), self._rate_hz, window, self._rad_per_m)
+        phase = turning_phases(means, self._rate_hz)
+        one = vertical_motion(phase, self._rate_hz, window, self._rad_per_m, self._gravity_m_s2)
         # the sign tells a fall from a throw, the size from a hand
         falling = one.fits & (one.times_g > ACCELERATION[0]) & (one.times_g < ACCELERATION[1])
         falling &= np.abs(one.speed_m_s) > LEAST_SPEED

@@ -11,8 +11,9 @@ class FlightSettings:
     ----------
     steps, enough
         Of Gauss-Newton at most so many; a step that gains less in ln L is the last.
-    g_m_s2, drag_1_m
-        Least and most g, largest |k| that a step may try: outside, the series of the drag diverges.
+    least_and_most_g, drag_1_m
+        Least and most g over that of the place, largest |k| that a step may try: outside, the series of the drag
+        diverges.
     least_flight_s
         And the shortest flight it may try.
     parameter_step, time_step
@@ -21,9 +22,9 @@ class FlightSettings:
         Left to the spline after the onset: the release is not a clean cut.
     most_coefficients
         In each coordinate a dense fit takes so many, about 8 s of motion.
-    near_g_m_s2, about_g_m_s2
-        A last segment whose acceleration is off by more than the first may be cut by the record's end; one of 50 ms
-        that is off by more than the second does not fall: the sphere lay, or was carried back.
+    near_g, about_g
+        Shares of g. A last segment whose acceleration is off by more than the first may be cut by the record's end; one
+        of 50 ms that is off by more than the second does not fall: the sphere lay, or was carried back.
     near_vertical_deg
         Below this tilt of the floor the same breaks are impacts along its normal as along the vertical.
     good_misfit, slack
@@ -59,15 +60,15 @@ class FlightSettings:
 
     steps: int = 20
     enough: float = 1e-3
-    g_m_s2: tuple[float, float] = (5.0, 15.0)
+    least_and_most_g: tuple[float, float] = (0.51, 1.53)
     drag_1_m: float = 2.0
     least_flight_s: float = 1e-3
     parameter_step: float = 1e-3
     time_step: float = 1e-5
     after_onset_s: float = 0.010
     most_coefficients: int = 800
-    near_g_m_s2: float = 0.5
-    about_g_m_s2: float = 2.5
+    near_g: float = 0.051
+    about_g: float = 0.255
     near_vertical_deg: float = 1.0
     good_misfit: float = 1.5
     slack: float = 20.0

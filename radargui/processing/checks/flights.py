@@ -3,7 +3,7 @@
 import math
 
 from radargui.model.finding import Finding, warn
-from radargui.model.gravity import EARTH_GRAVITY_M_S2, NOMINAL_GRAVITY_M_S2, gravity_of_site, share_in_air
+from radargui.model.gravity import EARTH_GRAVITY_M_S2, expected_gravity_m_s2, gravity_of_site, share_in_air
 from radargui.model.setup import Setup
 from radargui.processing.checks.evidence import Evidence
 from radargui.processing.checks.setup import floor_elsewhere, is_misplaced
@@ -55,8 +55,7 @@ def g_impossible(evidence: Evidence) -> Finding | None:
     # NaN compares false: what is not known contradicts nothing
     if not max(least - fall.g_m_s2, fall.g_m_s2 - most) > _SIGMAS * u:
         return None
-    site = gravity_of_site(setup.site)
-    there = NOMINAL_GRAVITY_M_S2 if site is None else site[0]
+    site, there = gravity_of_site(setup.site), expected_gravity_m_s2(setup.site)
     # lengths go with 1 / frequency, times with 1 / rate
     ratio = fall.g_m_s2 / there
     return warn(

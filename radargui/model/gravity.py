@@ -77,6 +77,16 @@ def g_and_u_of_site(site: Site) -> tuple[float, float]:
     return (NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2) if here is None else here[:2]
 
 
+def fall_time_s(way_m: float, gravity_m_s2: float) -> float:
+    """Return how long a fall from rest takes for some way: sqrt(2 h / g)."""
+    return math.sqrt(2.0 * way_m / gravity_m_s2)
+
+
+def fall_speed_m_s(way_m: float, gravity_m_s2: float) -> float:
+    """Return how fast a fall from rest is after some way: sqrt(2 g h)."""
+    return math.sqrt(2.0 * gravity_m_s2 * way_m)
+
+
 def expected_gravity(site: Site, density_kg_m3: float | None, air: Gas = USUAL_AIR) -> tuple[float, float]:
     """Return the acceleration that a sphere falls with at a site, drag apart, and its u; anywhere where none is told.
 

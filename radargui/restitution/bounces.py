@@ -62,8 +62,8 @@ def find_bounces(
     # first along the vertical: the impacts themselves say how the floor leans, and where they are does not need it
     found = _along(track, segment, UP if normal is None else normal, sample_rate_hz, gravity_m_s2)
     u_by_normal, u_found_deg = None, None
-    if found is None:
-        return Bounces()
+    if not isinstance(found, _Along):
+        return Bounces(falls_with_m_s2=found)
     at = velocities_of_track(track, segment, found.impacts.time_s, gravity_m_s2)
     if normal is None:
         # an impact that gives no e may be no impact: it has no say about the floor
@@ -73,8 +73,8 @@ def find_bounces(
         u_by_normal, u_found_deg = np.sqrt(floor.e_variance(at.before_m_s, at.after_m_s)), floor.u_tilt_deg
         # again: heights, speeds and what counts as a flight are along the normal found
         found = _along(track, segment, (x, y, z), sample_rate_hz, gravity_m_s2, found.impacts.time_s)
-    if found is None:
-        return Bounces()
+    if not isinstance(found, _Along):
+        return Bounces(falls_with_m_s2=found)
     impacts, heights, g_along_m_s2 = found.impacts, found.heights, gravity_m_s2 * found.normal[2]
     fall = _free_fall(track, segment, found, gravity_m_s2)
     braked_1_m = None
@@ -125,8 +125,11 @@ def _along(
     sample_rate_hz: float,
     gravity_m_s2: float,
     impact_s: FloatArray | None = None,
-) -> _Along | None:
-    """Return the impacts along a normal, None without any; their instants are sought where they are not known."""
+) -> _Along | float | None:
+    """Return the impacts along a normal, None without any; their instants are sought where they are not known.
+
+    Of what falls and bounces with another g than that of the place, that g.
+    """
     height = np.asarray(normal) @ track.position_m
     part = slice(segment.first, segment.last)
     time, known = track.time_s, track.valid & np.isfinite(height)
@@ -148,9 +151,25 @@ def _along(
         impact_s = rough.meet(impact_s)
     fitted, expected = flights_between(impact_s), gravity_m_s2 * max(normal[2], 1e-9)
     # a hand, a string or a lost fringe makes kinks as well: only what falls under gravity bounces
-    if fitted is None or abs(float(fitted.parabolas.g_m_s2) / expected - 1.0) >= TRACKS.largest_g_error:
+    if fitted is None:
         return None
+    if abs(float(fitted.parabolas.g_m_s2) / expected - 1.0) >= TRACKS.largest_g_error:
+        return _g_of_all(fitted, max(normal[2], 1e-9))
     return _Along(normal, heights, fitted, speeds_at_impacts(fitted, fitted.meet(impact_s)))
+
+
+def _g_of_all(fitted: FittedFlights, vertical: float) -> float | None:
+    """Return the vertical acceleration downwards that two flights or more have alike, each by itself; else None."""
+    count, shared = fitted.samples.size, float(fitted.parabolas.g_m_s2)
+    if count < 2 or shared <= 0.0:
+        return None
+    for number in range(count):
+        one = fitted.samples.chosen(np.arange(count) == number)
+        first = int(fitted.samples.count[:number].sum())
+        own = fit_parabolas(one, fitted.height_m[first : first + int(one.count[0])])
+        if abs(own.g_m_s2 / shared - 1.0) > TRACKS.alike_g:
+            return None
+    return shared / vertical
 
 
 def _u_of_waves_m(track: Track, found: _Along) -> FloatArray:

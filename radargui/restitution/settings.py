@@ -109,6 +109,9 @@ class TrackSettings:
         Flights meet no farther from where an impact was seen: 10 ms windows found it.
     largest_g_error
         Flights under a g wrong by more than this share are none: what looked like impacts came from elsewhere.
+    alike_g
+        Unless each of them has the same g within this share: then it falls and bounces, but not with the g of the
+        place, and that is told. What a hand does is no parabola twice. Chosen by hand.
     largest_u_e, sigmas_above_1
         e is valid with u_e below the first, and at most so many u_e above 1.
     least_fall_s
@@ -138,6 +141,7 @@ class TrackSettings:
     least_residual_m: float = 1.0e-3
     largest_shift_s: float = 0.005
     largest_g_error: float = 0.3
+    alike_g: float = 0.15
     largest_u_e: float = 0.1
     sigmas_above_1: float = 3.0
     least_fall_s: float = 0.008

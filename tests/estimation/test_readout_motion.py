@@ -72,6 +72,7 @@ def solved() -> tuple[SimpleNamespace, np.ndarray]:
     inverse = np.linalg.inv(dense_normal(normal))
     inputs = SimpleNamespace(release_m=RELEASE, antennas=ANTENNAS)
     problem = SimpleNamespace(
+        gravity_m_s2=NOMINAL_GRAVITY_M_S2,
         inputs=inputs,
         bins=SimpleNamespace(time_s=np.linspace(0.1, 0.5, 300)),
         layout=SimpleNamespace(breaks=slice(0, 2)),

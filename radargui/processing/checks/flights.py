@@ -69,6 +69,22 @@ def g_impossible(evidence: Evidence) -> Finding | None:
     )
 
 
+def falls_otherwise(evidence: Evidence) -> Finding | None:
+    """Something falls and bounces, but not with the g of the place."""
+    found, there = evidence.bounces.falls_with_m_s2, expected_gravity_m_s2(evidence.setup.site)
+    # phases that all turn too fast or too slowly say it already
+    if found is None or evidence.part.clock is not None:
+        return None
+    ratio = found / there
+    return warn(
+        "falls_otherwise",
+        g_m_s2=found,
+        site_m_s2=there,
+        rate_hz=evidence.part.conditioned.sample_rate_hz / math.sqrt(ratio),
+        frequency_hz=ratio * evidence.setup.radar.frequency_hz,
+    )
+
+
 def possible_g_m_s2(setup: Setup) -> tuple[float, float]:
     """Return the least and the most that the sphere may fall with at the setup's site, or anywhere on Earth, m/s^2."""
     density, site = setup.tracer.density_kg_m3, gravity_of_site(setup.site)

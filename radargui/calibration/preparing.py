@@ -28,7 +28,7 @@ from radargui.estimation.solve.problem import Start
 from radargui.geometry.path_length import LEAST_RECEIVERS, path_lengths, place_antennas
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.errors import ProcessingError
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, drag_of_sphere
+from radargui.model.gravity import drag_of_sphere, expected_gravity_m_s2
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.motion.impacts import find_track_impacts
@@ -93,10 +93,13 @@ def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
     """
     rounds = adaptive_rounds(_conditioned(recording, setup), setup)
     estimate = estimate_adaptive(rounds)
-    impact_s, after_m_s, end_s = _flights(estimate)
+    gravity_m_s2 = expected_gravity_m_s2(setup.site)
+    impact_s, after_m_s, end_s = _flights(estimate, gravity_m_s2)
     if end_s - estimate.onset_s < LEAST_FLIGHT_S:
-        by_receivers = impacts_of_most(estimate.time_s, estimate.change_m, estimate.onset_s, rounds.signals.rate_hz)
-        impact_s, after_m_s, end_s = _flights(replace(estimate, impact_s=by_receivers))
+        by_receivers = impacts_of_most(
+            estimate.time_s, estimate.change_m, estimate.onset_s, rounds.signals.rate_hz, gravity_m_s2
+        )
+        impact_s, after_m_s, end_s = _flights(replace(estimate, impact_s=by_receivers), gravity_m_s2)
     if end_s - estimate.onset_s < LEAST_FLIGHT_S:
         raise ProcessingError(
             f"{recording.name}: no free fall of {1e3 * LEAST_FLIGHT_S:g} ms was found",
@@ -113,7 +116,9 @@ def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
     return Prepared(rounds.signals, _thinned(estimate.time_s, change), motion)
 
 
-def impacts_of_most(time_s: FloatArray, change_m: FloatArray, onset_s: float, rate_hz: float) -> FloatArray:
+def impacts_of_most(
+    time_s: FloatArray, change_m: FloatArray, onset_s: float, rate_hz: float, gravity_m_s2: float
+) -> FloatArray:
     """Return the impacts that two receivers' paths show by themselves, shape (n_impacts,).
 
     In a height, the fringe that one receiver loses for some milliseconds as the sphere hits hides what all others show.
@@ -124,13 +129,15 @@ def impacts_of_most(time_s: FloatArray, change_m: FloatArray, onset_s: float, ra
         Shapes (n,) and (n_receivers, n).
     onset_s, rate_hz
         When it begins to fall, and how many values a second.
+    gravity_m_s2
+        g of the place.
     """
     begun, later = np.searchsorted(time_s, [onset_s, onset_s + LEAST_FLIGHT_S]).clip(max=time_s.size - 1)
     found = []
     for path in change_m:
         # a fall makes the path longer or shorter, as the antennas hang above or below
         height = -0.5 * np.sign(path[later] - path[begun]) * path
-        found.append(find_track_impacts(time_s, height, np.isfinite(height), rate_hz))
+        found.append(find_track_impacts(time_s, height, np.isfinite(height), rate_hz, gravity_m_s2))
     out: list[float] = []
     for moment in np.sort(np.concatenate(found)):
         near = [float(np.median(one[here])) for one in found if (here := np.abs(one - moment) < U_IMPACT_S).any()]
@@ -145,7 +152,7 @@ def _thinned(time_s: FloatArray, change_m: FloatArray) -> Measured:
     return Measured(time_s[::stride], change_m[:, ::stride], U_PATH_M)
 
 
-def _flights(estimate: MotionEstimate) -> tuple[FloatArray, FloatArray, float]:
+def _flights(estimate: MotionEstimate, gravity_m_s2: float) -> tuple[FloatArray, FloatArray, float]:
     """Return impacts, velocities after them and the end of the last flight that is used."""
     edges = [estimate.onset_s, *estimate.impact_s[:MOST_FLIGHTS]]
     place, velocities, end = estimate.position_m, [], estimate.onset_s
@@ -158,7 +165,7 @@ def _flights(estimate: MotionEstimate) -> tuple[FloatArray, FloatArray, float]:
             break
         curve = np.polyfit(estimate.time_s[here] - begin, place[:, here].T, 2)
         # an impact that was not found makes two flights one, and that no parabola
-        if abs(2.0 * curve[0, 2] / NOMINAL_GRAVITY_M_S2 + 1.0) > FAR_FROM_G:
+        if abs(2.0 * curve[0, 2] / gravity_m_s2 + 1.0) > FAR_FROM_G:
             break
         velocities.append(curve[1])
         end = float(stop)
@@ -336,7 +343,7 @@ def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own:
     # the release is where the motion as known begins
     data = BinnedData(
         bins, antennas, here[:, 0], wavelength_m, bins.last_s < signals.rest_end_s, signals.delay_s, signals.onset_s,
-        polarised_sphere(setup), multiplexer, drift.uncorrelated(bins),
+        expected_gravity_m_s2(setup.site), polarised_sphere(setup), multiplexer, drift.uncorrelated(bins),
     )  # fmt: skip
     used = motion.known(bins.time_s)
     k = 2.0 * np.pi / wavelength_m

@@ -10,13 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from radargui.model.errors import UsageError
-from radargui.model.gravity import (
-    NOMINAL_GRAVITY_M_S2,
-    U_NOMINAL_GRAVITY_M_S2,
-    drag_of_sphere,
-    gravity_of_site,
-    share_in_air,
-)
+from radargui.model.gravity import drag_of_sphere, g_and_u_of_site, share_in_air
 from radargui.model.setup import Setup, moved
 
 GROUPS = ("tilt", "azimuth", "distance", "transmitter", "release", "gravity", "polarization")
@@ -133,7 +127,7 @@ def fall_unknowns(setup: Setup) -> list[Unknown]:
 
 def site_gravity(setup: Setup) -> tuple[float, float]:
     """Return the acceleration of the falling sphere that the site says, buoyancy counted, and its uncertainty."""
-    g, u, _ = gravity_of_site(setup.site) or (NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2, False)
+    g, u = g_and_u_of_site(setup.site)
     # a site that calls its g exact: the unknown stays one, with a prior that hardly lets it move
     return g * share_in_air(setup.tracer.density_kg_m3, setup.air.gas), max(u, 1e-6)
 

@@ -12,7 +12,7 @@ import numpy as np
 from radargui.conditioning.averager import block_means, blocks_with, code_means, held
 from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray, even_transform_size, order_statistics, pieces
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.model.gravity import expected_gravity_m_s2, fall_speed_m_s
 from radargui.model.recording import Recording, at_rail
 from radargui.model.setup import Setup
 
@@ -168,7 +168,7 @@ def _fall_hz(setup: Setup) -> float:
         return 0.0
     fall_m = max(setup.tracer.release_position_m[2] - height_m, 0.0)
     # no path changes faster than twice the speed
-    return 2.0 * float(np.sqrt(2.0 * NOMINAL_GRAVITY_M_S2 * fall_m)) / setup.radar.wavelength_m
+    return 2.0 * fall_speed_m_s(fall_m, expected_gravity_m_s2(setup.site)) / setup.radar.wavelength_m
 
 
 def _fastest_line_hz(volts: FloatArray, rate_hz: float, settings: BandSettings) -> float:

@@ -8,17 +8,18 @@ import numpy as np
 
 from radargui.geometry.path_length import path_gradient, place_antennas
 from radargui.model.arrays import BoolArray, FloatArray, runs_of
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.model.gravity import fall_speed_m_s, fall_time_s
 from radargui.model.setup import Setup
 
 RATE_HZ = 2000.0
 """Of the means: a fall of 1 m ends at 300 Hz of Doppler at 10 GHz. Chosen by hand; faster, differences are noise."""
-WINDOW_S = 0.03
-"""A fall bends the phase by 0.5 rad in it at 10 GHz. By hand: shorter, noise hides it; longer, falls are missed."""
+WINDOW_M = 1.103625e-3
+"""Way of a fall from rest in half a window: 30 ms on Earth, in which a fall bends the phase by 0.5 rad at 10 GHz. By
+hand: shorter, noise hides it; longer, falls are missed."""
 ACCELERATION = (0.6, 1.45)
 """Allowed share of the acceleration expected at the release: it changes as the sphere comes nearer to the floor."""
-LEAST_SPEED = 0.3
-"""In m/s along the fall; slower, noise hides which way the phase turns."""
+LEAST_SPEED_M = 4.587e-3
+"""Way of a fall from rest to the least speed, 0.3 m/s on Earth; slower, noise hides which way the phase turns."""
 LARGEST_MISFIT_RAD = 0.4
 """Root mean square about the parabola. Chosen by hand: less, and weak receivers see no fall; more, and noise passes."""
 
@@ -40,9 +41,14 @@ class VerticalMotion:
     fits: BoolArray
 
 
-def window_of(rate_hz: float, window_s: float = WINDOW_S) -> int:
-    """Return the samples of a window."""
-    return max(6, round(window_s * rate_hz))
+def window_of(rate_hz: float, gravity_m_s2: float, half_m: float = WINDOW_M) -> int:
+    """Return the samples of a window, in half of which a fall from rest goes some way."""
+    return max(6, round(2.0 * fall_time_s(half_m, gravity_m_s2) * rate_hz))
+
+
+def least_speed_m_s(gravity_m_s2: float) -> float:
+    """Return the speed along the fall below which a window says nothing."""
+    return fall_speed_m_s(LEAST_SPEED_M, gravity_m_s2)
 
 
 def turning_phases(volts: FloatArray, rate_hz: float) -> FloatArray:
@@ -55,7 +61,9 @@ def turning_phases(volts: FloatArray, rate_hz: float) -> FloatArray:
     return np.unwrap(np.arctan2(slope[1::2], slope[::2]))
 
 
-def vertical_motion(phase: FloatArray, rate_hz: float, window: int, rad_per_m: FloatArray) -> VerticalMotion:
+def vertical_motion(
+    phase: FloatArray, rate_hz: float, window: int, rad_per_m: FloatArray, gravity_m_s2: float
+) -> VerticalMotion:
     """Return what parabolas through the phases of receivers say of the vertical, shapes (n_receivers, n - window + 1).
 
     Parameters
@@ -68,6 +76,8 @@ def vertical_motion(phase: FloatArray, rate_hz: float, window: int, rad_per_m: F
         How many of them a parabola goes through.
     rad_per_m
         By how much each grows for a metre of fall, shape (n_receivers, 1).
+    gravity_m_s2
+        Of the place, in which the acceleration is told.
     """
     time = (np.arange(window) - 0.5 * (window - 1)) / rate_hz
     basis = np.stack([np.ones(window), time, time**2 - np.mean(time**2)])
@@ -79,7 +89,7 @@ def vertical_motion(phase: FloatArray, rate_hz: float, window: int, rad_per_m: F
         found.append((weights[:, 1], 2.0 * weights[:, 2], np.sqrt(np.maximum(power, 0.0))))
     speed, bend, misfit = np.stack(found, axis=1)
     fits = np.asarray(misfit < LARGEST_MISFIT_RAD)
-    return VerticalMotion(speed / rad_per_m, bend / (rad_per_m * NOMINAL_GRAVITY_M_S2), fits)
+    return VerticalMotion(speed / rad_per_m, bend / (rad_per_m * gravity_m_s2), fits)
 
 
 def radians_fallen(setup: Setup) -> FloatArray:

@@ -13,10 +13,10 @@ from radargui.conditioning.averager import block_means
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.fall import (
     ACCELERATION,
-    LEAST_SPEED,
     RATE_HZ,
-    WINDOW_S,
+    WINDOW_M,
     VerticalMotion,
+    least_speed_m_s,
     longest_run,
     radians_fallen,
     turning_phases,
@@ -24,12 +24,14 @@ from radargui.conditioning.fall import (
     window_of,
 )
 from radargui.model.arrays import BoolArray, median, runs_of
+from radargui.model.gravity import expected_gravity_m_s2, fall_time_s
 from radargui.model.setup import Setup
 
-LEAST_S = 0.06
-"""All phases have to turn with a free fall's acceleration for so long, whatever their signs."""
-FIRST_S = 0.3
-"""Of the motion that is looked at first: a fall from half a metre."""
+LEAST_M = 0.01765
+"""All phases have to turn with a free fall's acceleration for as long as a fall from rest takes for this, whatever
+their signs: 60 ms on Earth."""
+FIRST_M = 0.4414
+"""Of the motion as much is looked at first as a fall from so high takes."""
 LEAST_RECEIVERS = 3
 """Of fewer the phases may turn so by chance: nothing is then said."""
 LEAST_ALONG = 0.5
@@ -67,8 +69,8 @@ class FallRule:
         Antennas, release, wavelength.
     rate_hz
         Of the phases.
-    window_s, least_s
-        Of a parabola; of the stretch that all together take.
+    half_m, least_m
+        Ways of a fall from rest, as `WINDOW_M` and `LEAST_M`.
 
     Attributes
     ----------
@@ -76,20 +78,24 @@ class FallRule:
         Samples of a parabola.
     rad_per_m
         By how much each phase grows for a metre of fall, shape (n_receivers, 1).
+    gravity_m_s2
+        Of the setup's site.
     is_decisive
         Whether the receivers stand so that their phases tell a fall; there is nothing to ask for otherwise.
     """
 
-    def __init__(self, setup: Setup, rate_hz: float, window_s: float = WINDOW_S, least_s: float = LEAST_S) -> None:
-        self.window, self.rad_per_m = window_of(rate_hz, window_s), radians_fallen(setup)
-        self._least = least_s * rate_hz - self.window
+    def __init__(self, setup: Setup, rate_hz: float, half_m: float = WINDOW_M, least_m: float = LEAST_M) -> None:
+        self.gravity_m_s2 = expected_gravity_m_s2(setup.site)
+        self.window, self.rad_per_m = window_of(rate_hz, self.gravity_m_s2, half_m), radians_fallen(setup)
+        self._least = fall_time_s(least_m, self.gravity_m_s2) * rate_hz - self.window
+        self._least_m_s = least_speed_m_s(self.gravity_m_s2)
         self._nothing = FallSigns((False,) * setup.n_receivers)
         least = 2.0 * np.pi / setup.radar.wavelength_m * LEAST_ALONG
         self.is_decisive = setup.n_receivers >= LEAST_RECEIVERS and bool(self.rad_per_m.min() >= least)
 
     def signs(self, found: VerticalMotion) -> FallSigns | None:
         """Return what phases say, in windows of the rule, signs as the setup has them; None where all fall rightly."""
-        share, together = found.times_g, _together(found)
+        share, together = found.times_g, _together(found, self._least_m_s)
         falls = together & ((np.abs(share) > ACCELERATION[0]) & (np.abs(share) < ACCELERATION[1])).all(axis=0)
         turned = share < 0.0
         if (falls & ~turned.any(axis=0)).any():
@@ -106,10 +112,10 @@ class FallRule:
         return FallSigns(self._nothing.backwards, float(median(share[:, begin:end])))
 
 
-def _together(found: VerticalMotion) -> BoolArray:
+def _together(found: VerticalMotion, least_m_s: float) -> BoolArray:
     """Return where all receivers have about one acceleration and one speed along the vertical, shape (n,)."""
     speed = np.abs(found.speed_m_s)
-    together = (found.fits & (speed > LEAST_SPEED)).all(axis=0)
+    together = (found.fits & (speed > least_m_s)).all(axis=0)
     # whatever their signs: what moves sideways shows each receiver another
     for sizes in (speed, np.abs(found.times_g)):
         together &= sizes.max(axis=0) < MOST_APART * sizes.min(axis=0)
@@ -136,9 +142,13 @@ def fall_signs(conditioned: Conditioned, setup: Setup) -> FallSigns:
     # nearly every drop shows at its beginning that nothing is wrong: the rest need not be looked at
     begin = max(0, min(conditioned.segment.first // size - window, n_means - 2 * window))
     found = None
-    for part in (slice(begin, begin + max(2 * window, round(FIRST_S * rate_hz))), slice(0, n_means)):
+    for part in (
+        slice(begin, begin + max(2 * window, round(fall_time_s(FIRST_M, rule.gravity_m_s2) * rate_hz))),
+        slice(0, n_means),
+    ):
         means = block_means(conditioned.volts[:, part.start * size : part.stop * size], size)
-        motion = vertical_motion(turning_phases(means, rate_hz), rate_hz, window, rule.rad_per_m)
+        phase = turning_phases(means, rate_hz)
+        motion = vertical_motion(phase, rate_hz, window, rule.rad_per_m, rule.gravity_m_s2)
         found = rule.signs(motion)
         if found is None:
             break

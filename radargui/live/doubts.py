@@ -11,6 +11,7 @@ from radargui.conditioning.fall_signs import FallRule
 from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
 from radargui.conditioning.receiver_check import same_channels
 from radargui.model.arrays import FloatArray
+from radargui.model.gravity import fall_time_s
 from radargui.model.setup import Setup
 
 WORST_MISFIT = 0.35
@@ -28,9 +29,9 @@ MOST_COLUMNS = 4000
 """After a second it is known. By hand."""
 BLOCKS_COMPARED = 3
 """Of a motion, for one cable on two inputs: each has a fringe or more in it."""
-PATH_WINDOW_S, PATH_LEAST_S = 0.08, 0.1
-"""Of a parabola through paths, and of the fall it has to fit (`FallRule`): what is left of the mismatch ripples paths,
-and a throw is not known before it ends. By hand."""
+PATH_WINDOW_M, PATH_LEAST_M = 7.848e-3, 0.04904
+"""Ways of a fall from rest in half a parabola through paths, and in the fall it has to fit (`FallRule`), 80 and 100 ms
+on Earth: what is left of the mismatch ripples paths, and a throw is not known before it ends. By hand."""
 
 
 class Doubts:
@@ -127,9 +128,9 @@ class FallWatch:
     """
 
     def __init__(self, setup: Setup, rate_hz: float) -> None:
-        self._rule = FallRule(setup, rate_hz, PATH_WINDOW_S, PATH_LEAST_S)
+        self._rule = FallRule(setup, rate_hz, PATH_WINDOW_M, PATH_LEAST_M)
         self._rate_hz, self._rad_per_m = rate_hz, 2.0 * np.pi / setup.radar.wavelength_m
-        self._least = round(PATH_LEAST_S * rate_hz) + 1
+        self._least = round(fall_time_s(PATH_LEAST_M, self._rule.gravity_m_s2) * rate_hz) + 1
         self.begin()
 
     def begin(self) -> None:
@@ -145,7 +146,8 @@ class FallWatch:
         if held.shape[1] < self._least:
             return ()
         rule = self._rule
-        signs = rule.signs(vertical_motion(self._rad_per_m * held, self._rate_hz, rule.window, rule.rad_per_m))
+        phase = self._rad_per_m * held
+        signs = rule.signs(vertical_motion(phase, self._rate_hz, rule.window, rule.rad_per_m, rule.gravity_m_s2))
         # wires are not exchanged while it runs
         rule.is_decisive = signs is not None
         return () if signs is None else tuple(np.flatnonzero(signs.backwards).tolist())

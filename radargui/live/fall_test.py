@@ -7,8 +7,8 @@ import numpy as np
 from radargui.conditioning.averager import Averager
 from radargui.conditioning.fall import (
     ACCELERATION,
-    LEAST_SPEED,
     RATE_HZ,
+    least_speed_m_s,
     longest_run,
     radians_fallen,
     turning_phases,
@@ -17,19 +17,20 @@ from radargui.conditioning.fall import (
 )
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.front_end import with_phase_sign
+from radargui.model.gravity import expected_gravity_m_s2, fall_time_s
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
 
-LEAST_S = 0.045
-"""A fall of 2.5 cm is faster than the least speed for so long."""
+LEAST_M = 9.93e-3
+"""A fall of 2.5 cm is faster than the least speed for as long as a fall from rest takes for this, 45 ms on Earth."""
 
 
 class FallTest:
     """Looks for a stretch in which the phases of the receivers turn with the acceleration of a free fall.
 
     The derivative of z = I + jQ is j phase' A exp(j phase), whatever the offset: its argument turns as the phase
-    does while the tracer moves one way. In windows of 30 ms a parabola is fitted to it; in a free fall, or in any
-    flight between bounces, its second derivative is that of the path length, -g dL/dz, over the wavelength.
+    does while the tracer moves one way. In windows of 30 ms on Earth a parabola is fitted to it; in a free fall, or in
+    any flight between bounces, its second derivative is that of the path length, -g dL/dz, over the wavelength.
 
     Parameters
     ----------
@@ -45,6 +46,7 @@ class FallTest:
         self._rate_hz = rate / self._averager.size
         self._means: list[FloatArray] = []
         self._sign, self._rad_per_m = setup.radar.phase_sign, radians_fallen(setup)
+        self._gravity_m_s2 = expected_gravity_m_s2(setup.site)
 
     def push(self, samples: RawArray) -> None:
         """Take the next samples of the run, shape (n_channels, n)."""
@@ -57,14 +59,15 @@ class FallTest:
     def has_fall(self) -> bool:
         """Whether all receivers, or all but one where there are three or more, see one free fall."""
         means = np.concatenate(self._means, axis=1) if self._means else np.empty((0, 0))
-        window = window_of(self._rate_hz)
+        window = window_of(self._rate_hz, self._gravity_m_s2)
         if means.shape[1] < 2 * window:
             return False
-        one = vertical_motion(turning_phases(means, self._rate_hz), self._rate_hz, window, self._rad_per_m)
+        phase = turning_phases(means, self._rate_hz)
+        one = vertical_motion(phase, self._rate_hz, window, self._rad_per_m, self._gravity_m_s2)
         # the sign tells a fall from a throw, the size from a hand
         falling = one.fits & (one.times_g > ACCELERATION[0]) & (one.times_g < ACCELERATION[1])
-        falling &= np.abs(one.speed_m_s) > LEAST_SPEED
+        falling &= np.abs(one.speed_m_s) > least_speed_m_s(self._gravity_m_s2)
         wanted = len(falling) if len(falling) < 3 else len(falling) - 1
         # all receivers fall at one time; a cable that is moved does not
         longest = longest_run(falling.sum(axis=0) >= wanted)
-        return longest + window >= LEAST_S * self._rate_hz
+        return longest + window >= fall_time_s(LEAST_M, self._gravity_m_s2) * self._rate_hz

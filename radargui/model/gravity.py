@@ -12,7 +12,8 @@ from radargui.model.radar import Site
 NOMINAL_GRAVITY_M_S2 = 9.81
 """Free fall at sea level in 49 degrees latitude (WGS 84); 9.780 at the equator to 9.832 at the poles.
 
-Limits and starting values use it; where g is a result it is measured. Standard gravity (9.80665) is no better a guess.
+What is expected where the setup does not say where it stands, see `expected_gravity_m_s2`; no rule uses it by itself.
+Standard gravity (9.80665) is no better a guess.
 """
 U_NOMINAL_GRAVITY_M_S2 = 0.015
 """Of it where no site is given: from the equator to the poles, evenly spread."""
@@ -60,6 +61,30 @@ def gravity_of_site(site: Site) -> tuple[float, float, bool] | None:
     if site.latitude_deg is not None and site.height_m is not None:
         return normal_gravity_m_s2(site.latitude_deg, site.height_m), U_NORMAL_GRAVITY_M_S2, False
     return None
+
+
+def expected_gravity_m_s2(site: Site) -> float:
+    """Return the g that rules expect at a site: what the setup says of it, else the nominal one.
+
+    Rules ask whether something falls, when it lands, how fast it is after some way: the air does not matter to them.
+    """
+    return g_and_u_of_site(site)[0]
+
+
+def g_and_u_of_site(site: Site) -> tuple[float, float]:
+    """Return g of a site and its u, m/s^2; where none is told, the nominal one and that of all places."""
+    here = gravity_of_site(site)
+    return (NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2) if here is None else here[:2]
+
+
+def fall_time_s(way_m: float, gravity_m_s2: float) -> float:
+    """Return how long a fall from rest takes for some way: sqrt(2 h / g)."""
+    return math.sqrt(2.0 * way_m / gravity_m_s2)
+
+
+def fall_speed_m_s(way_m: float, gravity_m_s2: float) -> float:
+    """Return how fast a fall from rest is after some way: sqrt(2 g h)."""
+    return math.sqrt(2.0 * gravity_m_s2 * way_m)
 
 
 def expected_gravity(site: Site, density_kg_m3: float | None, air: Gas = USUAL_AIR) -> tuple[float, float]:

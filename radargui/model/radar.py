@@ -177,12 +177,13 @@ class Floor(Section):
 
 
 class Site(Section):
-    """Where on Earth the laboratory is, for the check of g: g itself, or latitude and height above the sea.
+    """The g that falls are expected with, and checked against: g itself, or latitude and height above the sea.
 
     Attributes
     ----------
     g_m_s2, u_g_m_s2
-        Measured there, or from a gravity map; u left out: 0.0005 m/s^2.
+        Measured there, or from a gravity map, or what a drop tower or a counterweight leaves: falls are expected with
+        it. u left out: 0.0005 m/s^2.
     latitude_deg, height_m
         Instead: normal gravity of WGS 84, known to 0.0005 m/s^2 (free-air anomalies).
     """

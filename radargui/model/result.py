@@ -162,6 +162,8 @@ class Bounces:
         Standard uncertainty of its angle from the vertical, where it was found from the impacts with one.
     braked_1_m, walls_s, with_walls_s
         k of the drag that flights show beyond a metal sphere's; when walls were met, or the floor with one (not valid).
+    falls_with_m_s2
+        What something falls and bounces with, where that is not the g of the place: then nothing else was found.
     velocities
         What the impacts' speeds, angles and friction are worked out from; None once they are, and where unknown.
     """
@@ -173,6 +175,7 @@ class Bounces:
     braked_1_m: float | None = None
     walls_s: tuple[float, ...] = ()
     with_walls_s: tuple[float, ...] = ()
+    falls_with_m_s2: float | None = None
     velocities: VelocitiesAtImpacts | None = field(default=None, repr=False, compare=False)
 
     def widened(self, factor: float) -> Bounces:

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray, median, robust_sd
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
 THIRD_DIFFERENCE_GAIN = 20.0
 """Variance of the third difference of white noise: 1 + 9 + 9 + 1."""
@@ -87,7 +86,7 @@ class ImpactLimits:
 IMPACT_LIMITS = ImpactLimits()
 
 
-def find_impacts(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray) -> FloatArray:
+def find_impacts(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray, gravity_m_s2: float) -> FloatArray:
     """Return the instants of the impacts in a height, in order, shape (n_impacts,).
 
     Candidates are local minima. Parabolas over 10 ms on either side give the velocities there (`ImpactLimits`); the
@@ -102,8 +101,10 @@ def find_impacts(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArra
         Height along the floor's normal, shape (n,); NaN where unknown: no impact is found within 10 ms of it.
     u_height_m
         Standard uncertainty of each height, shape (n,).
+    gravity_m_s2
+        g of the place: how long flights last.
     """
-    limits, height = IMPACT_LIMITS, _Height(time_s, height_m, u_height_m)
+    limits, height = IMPACT_LIMITS, _Height(time_s, height_m, u_height_m, gravity_m_s2)
     if time_s.size < 2 * limits.least_points:
         return np.zeros(0)
     at = (height.minima_s()[:, None] + np.array(limits.shift_s)).ravel()
@@ -114,16 +115,18 @@ def find_impacts(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArra
     best = np.arange(significance.shape[0]) * len(limits.shift_s) + significance.argmax(axis=1)
     best = best[significance.max(axis=1, initial=0.0) > 0.0]
     moment = at[best // len(limits.shift_s) * len(limits.shift_s)]
-    kept = _possible(moment, before[best], after[best])
+    kept = _possible(moment, before[best], after[best], gravity_m_s2)
     return height.meetings(moment[kept], after[best][kept])
 
 
-def find_stops(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray, impact_s: FloatArray) -> FloatArray:
+def find_stops(
+    time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray, gravity_m_s2: float, impact_s: FloatArray
+) -> FloatArray:
     """Return where a fall ends at once without a rebound, shape (n_stops,).
 
     There is no minimum then, only a kink. Parameters as in `find_impacts`; `impact_s` are those found.
     """
-    limits, height = IMPACT_LIMITS, _Height(time_s, height_m, u_height_m)
+    limits, height = IMPACT_LIMITS, _Height(time_s, height_m, u_height_m, gravity_m_s2)
     if time_s.size < 2 * limits.least_points:
         return np.zeros(0)
     at = np.arange(time_s[0] + limits.side_s, time_s[-1] - limits.side_s, 0.1 * limits.side_s)
@@ -143,7 +146,9 @@ def find_stops(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray,
     return height.meetings(moment, np.ones(moment.size))
 
 
-def find_track_impacts(time_s: FloatArray, height_m: FloatArray, valid: BoolArray, sample_rate_hz: float) -> FloatArray:
+def find_track_impacts(
+    time_s: FloatArray, height_m: FloatArray, valid: BoolArray, sample_rate_hz: float, gravity_m_s2: float
+) -> FloatArray:
     """Return the instants of the impacts in the height of a sampled track: `find_impacts` on means of 0.5 ms.
 
     Parameters
@@ -152,6 +157,8 @@ def find_track_impacts(time_s: FloatArray, height_m: FloatArray, valid: BoolArra
         Shape (n_samples,); heights that are NaN or not valid are unknown.
     sample_rate_hz
         Rate of the samples.
+    gravity_m_s2
+        As in `find_impacts`.
     """
     size = max(1, round(IMPACT_LIMITS.track_step_s * sample_rate_hz))
     whole = height_m.size // size * size
@@ -165,7 +172,7 @@ def find_track_impacts(time_s: FloatArray, height_m: FloatArray, valid: BoolArra
     # third differences: a parabola has none, and the few that an impact makes do not move their median
     noise = robust_sd(third) / np.sqrt(THIRD_DIFFERENCE_GAIN)
     # a nanometre: simulated tracks without noise keep a scale
-    return find_impacts(time, height, np.full(time.size, max(noise, 1e-9)))
+    return find_impacts(time, height, np.full(time.size, max(noise, 1e-9)), gravity_m_s2)
 
 
 def find_turns(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray) -> FloatArray:
@@ -197,7 +204,7 @@ def find_turns(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray)
     return np.array(found)
 
 
-def _possible(at_s: FloatArray, before_m_s: FloatArray, after_m_s: FloatArray) -> list[int]:
+def _possible(at_s: FloatArray, before_m_s: FloatArray, after_m_s: FloatArray, gravity_m_s2: float) -> list[int]:
     """Return which impacts can follow each other, the hardest first, in order.
 
     A sphere that leaves the floor at v comes back after 2 v / g, and one that arrives at v has fallen for v / g: an
@@ -207,7 +214,7 @@ def _possible(at_s: FloatArray, before_m_s: FloatArray, after_m_s: FloatArray) -
     kept: list[int] = []
     # a later impact must be farther than the one, an earlier one than the other
     later, sooner = (
-        np.maximum(limits.apart_s, limits.margin / NOMINAL_GRAVITY_M_S2 * speed).tolist()
+        np.maximum(limits.apart_s, limits.margin / gravity_m_s2 * speed).tolist()
         for speed in (2.0 * after_m_s, -before_m_s)
     )
     at = at_s.tolist()
@@ -220,11 +227,12 @@ def _possible(at_s: FloatArray, before_m_s: FloatArray, after_m_s: FloatArray) -
 
 @dataclass(frozen=True, slots=True)
 class _Height:
-    """A height with its uncertainty, shapes (n,)."""
+    """A height with its uncertainty, shapes (n,), and g of the place."""
 
     time_s: FloatArray
     height_m: FloatArray
     u_m: FloatArray
+    gravity_m_s2: float
 
     def minima_s(self) -> FloatArray:
         """Return where the height is lowest within 6 ms on either side: less than half of `apart_s`."""
@@ -250,7 +258,7 @@ class _Height:
             return np.zeros(at_s.size, dtype=np.bool_)
         before, after = np.diff(np.interp(sides_s, self.time_s[known], self.height_m[known]), axis=0) / limits.side_s
         # gravity changes a mean speed, and noise of the two heights makes one
-        slack = NOMINAL_GRAVITY_M_S2 * limits.side_s + limits.sigmas * self.u_m.max() / limits.side_s
+        slack = self.gravity_m_s2 * limits.side_s + limits.sigmas * self.u_m.max() / limits.side_s
         return np.asarray(
             (before < slack - limits.least_stop_m_s) & (np.abs(after) < limits.stopped_share * np.abs(before) + slack)
         )
@@ -271,7 +279,7 @@ class _Height:
         """
         limits, edge = IMPACT_LIMITS, np.concatenate([self.time_s[:1], at_s, self.time_s[-1:]])
         back = np.minimum(limits.meeting_side_s, 0.9 * (at_s - edge[:-2]))
-        on = 0.9 * np.minimum(edge[2:] - at_s, 2.0 * after_m_s / NOMINAL_GRAVITY_M_S2)
+        on = 0.9 * np.minimum(edge[2:] - at_s, 2.0 * after_m_s / self.gravity_m_s2)
         on = np.minimum(limits.meeting_side_s, on)
         for _ in range(2):
             both, _ = self._parabolas(at_s, limits.track_step_s, back, on)

@@ -26,7 +26,7 @@ from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.finding import Finding, error_of, refuse, warn, why_of
 from radargui.model.front_end import FrontEnd, FrontEndPrior, run_names
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior, bumped
 from radargui.model.setup_posterior import SetupPosterior
@@ -159,7 +159,7 @@ def measure_by_estimate(
     if isinstance(joint.found, UnexplainedError):
         return replace(tested, unexplained=joint.found.stretches)
     if isinstance(joint.found, ProcessingError):
-        refused = _refused_with(joint.found, adaptive, tested)
+        refused = _refused_with(joint.found, adaptive, tested, setup)
         # where nothing has tested it, it is judged by its own signal
         return refused or motion_of_adaptive(adaptive, conditioned, setup).said(
             warn("joint_not_used", cause=why_of(joint.found))
@@ -177,29 +177,31 @@ def _by_circles(conditioned: Conditioned, setup: Setup) -> MeasuredMotion:
 
 def _drift_at_rest(adaptive: MotionEstimate, conditioned: Conditioned, setup: Setup) -> Finding | None:
     """Return what is said of a rest before a fall in which all paths change alike."""
-    if not (conditioned.segment.has_rest and _falls(adaptive)):
+    if not (conditioned.segment.has_rest and _falls(adaptive, setup)):
         return None
     i, q, valid = adaptive.i, adaptive.q, adaptive.valid
     return drifting_rest(adaptive.time_s, i + 1j * q, valid, conditioned.segment, setup.radar.wavelength_m)
 
 
-def _refused_with(error: ProcessingError, estimate: MotionEstimate, adaptive: MeasuredMotion) -> MeasuredMotion | None:
+def _refused_with(
+    error: ProcessingError, estimate: MotionEstimate, adaptive: MeasuredMotion, setup: Setup
+) -> MeasuredMotion | None:
     """Return the adaptive motion refused by what the joint estimate failed by; None where that says nothing of it."""
     if isinstance(error, LooseMapsError):
         return adaptive.refused(refuse("wall_unseen", what="offsets"), error.misfit < np.inf)
     if not isinstance(error, NoSingleBodyError):
         return None
-    wrong = _misfits(error.misfit, estimate)
+    wrong = _misfits(error.misfit, estimate, setup)
     # neither their own circle nor one body's motion describes them: such a circle may look round, for the phases of
     # receivers that see nearly one path agree for a while
     return adaptive.refused(NO_SINGLE_BODY, wrong) if wrong.any() else None
 
 
-def _misfits(misfit: FloatArray, estimate: MotionEstimate) -> BoolArray:
+def _misfits(misfit: FloatArray, estimate: MotionEstimate, setup: Setup) -> BoolArray:
     """Return which receivers neither the motion of one body nor, where it tells, their own circle describes."""
     wrong = misfit > LIMITS.most_misfit
     # a round circle is believed where the places fall: elsewhere mirrors bend it as they like, its u is of noise
-    return np.asarray(wrong & (estimate.chi_square > LIMITS.most_misfit) if _falls(estimate) else wrong)
+    return np.asarray(wrong & (estimate.chi_square > LIMITS.most_misfit) if _falls(estimate, setup) else wrong)
 
 
 def _judged(motion: MeasuredMotion, joint: JointEstimate, adaptive: MeasuredMotion, setup: Setup) -> MeasuredMotion:
@@ -242,7 +244,7 @@ def _strayed(estimate: MotionEstimate, motion: MeasuredMotion) -> BoolArray:
     return motion.rejected & [channel.verdict != "rejected" for channel in estimate.channels]
 
 
-def _falls(estimate: MotionEstimate) -> bool:
+def _falls(estimate: MotionEstimate, setup: Setup) -> bool:
     """Whether the places before the first impact are those of a free fall."""
     if estimate.position_m is None or estimate.impact_s.size == 0:
         return False
@@ -253,7 +255,7 @@ def _falls(estimate: MotionEstimate) -> bool:
     if falling.sum() < TRACKS.least_samples or np.ptp(time_s[falling]) < TRACKS.least_fall_s:
         return False
     bend = np.polyfit(time_s[falling] - onset_s, estimate.position_m[2, falling], 2)[0]
-    return bool(abs(-2.0 * bend / NOMINAL_GRAVITY_M_S2 - 1.0) < TRACKS.largest_g_error)
+    return bool(abs(-2.0 * bend / expected_gravity_m_s2(setup.site) - 1.0) < TRACKS.largest_g_error)
 
 
 def _joint_estimate(

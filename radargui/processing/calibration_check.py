@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.model.calibrated_setup import day_of
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2
+from radargui.model.gravity import g_and_u_of_site
 from radargui.model.result import RunResult
 from radargui.model.rounding import COVERAGE, concise
 from radargui.processing.uncertainty_budget import changes_of_track
@@ -58,9 +58,7 @@ def check_calibration(result: RunResult) -> CalibrationCheck | None:
             variance += float(np.mean(bends**2))
     size, u_drift = float(np.hypot(*drift)), math.sqrt(variance)
     site = site_check(result)
-    expected, u_expected = (
-        (site.expected_m_s2, site.u_expected_m_s2) if site else (NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2)
-    )
+    expected, u_expected = (site.expected_m_s2, site.u_expected_m_s2) if site else g_and_u_of_site(result.setup.site)
     # independent: the site's g knows nothing of the antennas
     g_holds = abs(fall.g_m_s2 - expected) <= COVERAGE * math.hypot(u_g, u_expected)
     holds = g_holds and size <= COVERAGE_2D * u_drift

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from radargui.model.gravity import drag_of_sphere
+from radargui.model.gravity import drag_of_sphere, expected_gravity_m_s2
 from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange, UncertaintyBudget
@@ -61,4 +61,5 @@ def _bounces_of(track: Track, segment: Segment, setup: Setup, rate_hz: float) ->
     normal = setup.floor.normal if given else None
     drag = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3, setup.air.gas)
     is_known = setup.tracer.density_kg_m3 is not None
-    return find_bounces(track, segment, normal, rate_hz, setup.floor.u_tilt_deg, drag, is_drag_known=is_known)
+    g_m_s2 = expected_gravity_m_s2(setup.site)
+    return find_bounces(track, segment, normal, rate_hz, g_m_s2, setup.floor.u_tilt_deg, drag, is_drag_known=is_known)

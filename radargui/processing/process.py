@@ -17,6 +17,7 @@ from radargui.model.blas_threads import one_blas_thread
 from radargui.model.errors import ProcessingError, worded
 from radargui.model.finding import Finding, warn, why_of
 from radargui.model.front_end import FrontEndPrior
+from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.recording import Recording
 from radargui.model.result import Quality, RunResult
 from radargui.model.setup import Setup
@@ -287,8 +288,8 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
         )
         # the joint estimate's errors belong to the place: what mirrors do turns by one radian within this
         alike_m = None if motion.bounces is None else part.setup.radar.wavelength_m / (4.0 * np.pi)
-        by_conic = corrected.method in ("ellipse", "none")
-        bounces, floor = judged_by_floor(bounces, track, alike_m, by_conic=by_conic)
+        by_conic, g_m_s2 = corrected.method in ("ellipse", "none"), expected_gravity_m_s2(part.setup.site)
+        bounces, floor = judged_by_floor(bounces, track, g_m_s2, alike_m, by_conic=by_conic)
         evidence = replace(evidence, track=track, bounces=bounces, budget=budget, floor=floor)
         corrected = replace(corrected, decisions=(*corrected.decisions, *found_tilt(bounces), *walls_met(bounces)))
     return RunResult(

@@ -21,6 +21,7 @@ from radargui.model.assumed import (
     assumed_uncertainties,
     uncertain_inputs,
 )
+from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import BudgetLine, InputChange, Share, UncertaintyBudget
@@ -152,7 +153,7 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
         return ()
     given = "normal" in setup.floor.model_fields_set
     moved = np.stack([shift_m for _, _, shift_m in found])
-    e, g = respond(base, inner, bounces, moved, given, setup.floor.u_tilt_deg)
+    e, g = respond(base, inner, bounces, moved, given, expected_gravity_m_s2(setup.site), setup.floor.u_tilt_deg)
     moved = moved if known.all() else np.nan_to_num(moved)
     rows = zip(found, moved, e, g.tolist(), strict=True)
     changes = [InputChange(key, share, base.time_s, *own) for (key, share, _), *own in rows]

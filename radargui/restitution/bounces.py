@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.model.arrays import FloatArray, robust_sd
-from radargui.model.gravity import NO_DRAG, NOMINAL_GRAVITY_M_S2, Drag
+from radargui.model.gravity import NO_DRAG, Drag
 from radargui.model.result import Bounces, FreeFall, Segment, Track
 from radargui.motion.impacts import THIRD_DIFFERENCE_GAIN, find_track_impacts
 from radargui.restitution.cross_check import PARABOLAS, cross_check, without_checks_by_walls
@@ -31,6 +31,7 @@ def find_bounces(
     segment: Segment,
     normal: tuple[float, float, float] | None,
     sample_rate_hz: float,
+    gravity_m_s2: float,
     u_tilt_deg: float | None = None,
     drag: Drag = NO_DRAG,
     *,
@@ -51,17 +52,19 @@ def find_bounces(
         Unit vector away from the floor; None: found from the impacts, its uncertainty a part of u_e.
     sample_rate_hz
         Rate of the samples.
+    gravity_m_s2
+        g of the place, `expected_gravity_m_s2`: what falls otherwise is no flight.
     u_tilt_deg
         Standard deviation of the floor's slope from level, where the setup gives it and no normal.
     drag, is_drag_known
         Of the sphere in air, part of the uncertainties; unless it is known, k of the flights where they show more.
     """
     # first along the vertical: the impacts themselves say how the floor leans, and where they are does not need it
-    found = _along(track, segment, UP if normal is None else normal, sample_rate_hz)
+    found = _along(track, segment, UP if normal is None else normal, sample_rate_hz, gravity_m_s2)
     u_by_normal, u_found_deg = None, None
-    if found is None:
-        return Bounces()
-    at = velocities_of_track(track, segment, found.impacts.time_s)
+    if not isinstance(found, _Along):
+        return Bounces(falls_with_m_s2=found)
+    at = velocities_of_track(track, segment, found.impacts.time_s, gravity_m_s2)
     if normal is None:
         # an impact that gives no e may be no impact: it has no say about the floor
         known = np.isfinite(at.u_side_m_s) & found.impacts.valid
@@ -69,11 +72,11 @@ def find_bounces(
         x, y, z = (float(part) for part in floor.normal)
         u_by_normal, u_found_deg = np.sqrt(floor.e_variance(at.before_m_s, at.after_m_s)), floor.u_tilt_deg
         # again: heights, speeds and what counts as a flight are along the normal found
-        found = _along(track, segment, (x, y, z), sample_rate_hz, found.impacts.time_s)
-    if found is None:
-        return Bounces()
-    impacts, heights, g_m_s2 = found.impacts, found.heights, NOMINAL_GRAVITY_M_S2 * found.normal[2]
-    fall = _free_fall(track, segment, found)
+        found = _along(track, segment, (x, y, z), sample_rate_hz, gravity_m_s2, found.impacts.time_s)
+    if not isinstance(found, _Along):
+        return Bounces(falls_with_m_s2=found)
+    impacts, heights, g_along_m_s2 = found.impacts, found.heights, gravity_m_s2 * found.normal[2]
+    fall = _free_fall(track, segment, found, gravity_m_s2)
     braked_1_m = None
     # air on a sphere of metal is known; a plastic one nobody named is braked ten times as much
     if not is_drag_known:
@@ -83,7 +86,7 @@ def find_bounces(
             braked_1_m, drag = seen_1_m, drag._replace(k_1_m=seen_1_m)
     # waves as long as a rebound is high bend both flights, and leave no residuals
     u_at_impact_m = _u_of_waves_m(track, found)
-    rebound_m = impacts.after_m_s**2 / (2.0 * g_m_s2)
+    rebound_m = impacts.after_m_s**2 / (2.0 * g_along_m_s2)
     impacts = impacts.widened(TRACKS.waves_in_rebounds * impacts.e * u_at_impact_m / rebound_m, impacts.valid)
     if drag.k_1_m:
         impacts = impacts.widened(error_of_e(impacts, found.flights, drag), impacts.valid)
@@ -93,15 +96,15 @@ def find_bounces(
         known = np.isfinite(impacts.u_e) & np.isfinite(u_by_normal)
         impacts = impacts.widened(np.where(known, u_by_normal, 0.0), known | impacts.valid)
     bounces = Bounces(impacts.bounces(PARABOLAS), fall, found.normal, u_found_deg, braked_1_m)
-    span_s = float(track.time_s[segment.first]), _landing_s(bounces, segment, track)
+    span_s = float(track.time_s[segment.first]), _landing_s(bounces, segment, track, gravity_m_s2)
     bounces = without_e_by_walls(bounces, track, at, span_s)
-    return without_checks_by_walls(cross_check(bounces, heights.time_s, heights.height_m, g_m_s2))
+    return without_checks_by_walls(cross_check(bounces, heights.time_s, heights.height_m, g_along_m_s2))
 
 
-def _landing_s(bounces: Bounces, segment: Segment, track: Track) -> float:
+def _landing_s(bounces: Bounces, segment: Segment, track: Track, gravity_m_s2: float) -> float:
     """Return when the flight after the last impact ends."""
     last = bounces.impacts[-1]
-    landing_s = last.time_s + 2.0 * last.speed_after_m_s / NOMINAL_GRAVITY_M_S2
+    landing_s = last.time_s + 2.0 * last.speed_after_m_s / gravity_m_s2
     return min(landing_s, float(track.time_s[segment.last - 1]))
 
 
@@ -120,9 +123,13 @@ def _along(
     segment: Segment,
     normal: tuple[float, float, float],
     sample_rate_hz: float,
+    gravity_m_s2: float,
     impact_s: FloatArray | None = None,
-) -> _Along | None:
-    """Return the impacts along a normal, None without any; their instants are sought where they are not known."""
+) -> _Along | float | None:
+    """Return the impacts along a normal, None without any; their instants are sought where they are not known.
+
+    Of what falls and bounces with another g than that of the place, that g.
+    """
     height = np.asarray(normal) @ track.position_m
     part = slice(segment.first, segment.last)
     time, known = track.time_s, track.valid & np.isfinite(height)
@@ -131,21 +138,38 @@ def _along(
     begin, end = float(time[segment.first]), float(time[segment.last - 1])
 
     def flights_between(impact_s: FloatArray) -> FittedFlights | None:
-        flights = find_flights(begin, end, impact_s, heights.rising_speed(float(impact_s[-1])))
+        rising_m_s = heights.rising_speed(float(impact_s[-1]), gravity_m_s2)
+        flights = find_flights(begin, end, impact_s, rising_m_s, gravity_m_s2)
         return fit_track_flights(heights, flights)
 
     if impact_s is None:
-        impact_s = find_track_impacts(time[part], height[part], inside, sample_rate_hz)
+        impact_s = find_track_impacts(time[part], height[part], inside, sample_rate_hz, gravity_m_s2)
         # seen to a millisecond only, and with samples of the wrong flight the parabolas are wrong: fitted twice
         rough = flights_between(impact_s) if impact_s.size else None
         if rough is None:
             return None
         impact_s = rough.meet(impact_s)
-    fitted, expected = flights_between(impact_s), NOMINAL_GRAVITY_M_S2 * max(normal[2], 1e-9)
+    fitted, expected = flights_between(impact_s), gravity_m_s2 * max(normal[2], 1e-9)
     # a hand, a string or a lost fringe makes kinks as well: only what falls under gravity bounces
-    if fitted is None or abs(float(fitted.parabolas.g_m_s2) / expected - 1.0) >= TRACKS.largest_g_error:
+    if fitted is None:
         return None
+    if abs(float(fitted.parabolas.g_m_s2) / expected - 1.0) >= TRACKS.largest_g_error:
+        return _g_of_all(fitted, max(normal[2], 1e-9))
     return _Along(normal, heights, fitted, speeds_at_impacts(fitted, fitted.meet(impact_s)))
+
+
+def _g_of_all(fitted: FittedFlights, vertical: float) -> float | None:
+    """Return the vertical acceleration downwards that two flights or more have alike, each by itself; else None."""
+    count, shared = fitted.samples.size, float(fitted.parabolas.g_m_s2)
+    if count < 2 or shared <= 0.0:
+        return None
+    for number in range(count):
+        one = fitted.samples.chosen(np.arange(count) == number)
+        first = int(fitted.samples.count[:number].sum())
+        own = fit_parabolas(one, fitted.height_m[first : first + int(one.count[0])])
+        if abs(own.g_m_s2 / shared - 1.0) > TRACKS.alike_g:
+            return None
+    return shared / vertical
 
 
 def _u_of_waves_m(track: Track, found: _Along) -> FloatArray:
@@ -162,7 +186,7 @@ def _u_of_waves_m(track: Track, found: _Along) -> FloatArray:
     return np.asarray(np.interp(found.impacts.time_s, track.time_s[some], waves_m))
 
 
-def _free_fall(track: Track, segment: Segment, found: _Along) -> FreeFall | None:
+def _free_fall(track: Track, segment: Segment, found: _Along, gravity_m_s2: float) -> FreeFall | None:
     """Return the parabola of the first fall by itself: a check of the whole chain against gravity."""
     normal, flights = found.normal, found.flights
     if 0 not in flights.place:
@@ -174,7 +198,7 @@ def _free_fall(track: Track, segment: Segment, found: _Along) -> FreeFall | None
     # alone: with g shared by all flights, drag and a soft floor of the later ones would hide in it
     own, vertical = fit_parabolas(first, height), max(abs(normal[2]), 1e-9)
     # along a leaning normal only the part g cos(tilt) acts; what rides a plate, or hangs, does not fall
-    if abs(own.g_m_s2 / vertical / NOMINAL_GRAVITY_M_S2 - 1.0) >= TRACKS.largest_g_error:
+    if abs(own.g_m_s2 / vertical / gravity_m_s2 - 1.0) >= TRACKS.largest_g_error:
         return None
     rest = slice(segment.rest_first, segment.rest_last)
     at_rest = np.asarray(normal) @ track.position_m[:, rest]

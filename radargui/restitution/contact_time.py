@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounces, Track
 from radargui.restitution.settings import CONTACTS
 
@@ -49,7 +48,7 @@ def contact_of_places_s(height_m: FloatArray, covariance: FloatArray, per_s: Flo
     return float(contact_s) if least < contact_s < CONTACTS.longest_s else None
 
 
-def contact_of_track_s(bounces: Bounces, track: Track, *, by_conic: bool = False) -> float | None:
+def contact_of_track_s(bounces: Bounces, track: Track, gravity_m_s2: float, *, by_conic: bool = False) -> float | None:
     """Return the time that impacts last by how the track rounds the corner between flights; None where that is short.
 
     For tracks that follow the signal at every moment; a motion with breaks has no round corners. `by_conic`: of one
@@ -59,7 +58,7 @@ def contact_of_track_s(bounces: Bounces, track: Track, *, by_conic: bool = False
     if not impacts:
         return None
     time_s, before, after = np.array([(one.time_s, one.speed_before_m_s, one.speed_after_m_s) for one in impacts]).T
-    found, u_found_s = _rounded_s(time_s, before, after, np.asarray(bounces.normal), track)
+    found, u_found_s = _rounded_s(time_s, before, after, np.asarray(bounces.normal), track, gravity_m_s2)
     if not found.size:
         return None
     weight = u_found_s**-2.0
@@ -72,7 +71,12 @@ def contact_of_track_s(bounces: Bounces, track: Track, *, by_conic: bool = False
 
 
 def _rounded_s(
-    time_s: FloatArray, before_m_s: FloatArray, after_m_s: FloatArray, normal: FloatArray, track: Track
+    time_s: FloatArray,
+    before_m_s: FloatArray,
+    after_m_s: FloatArray,
+    normal: FloatArray,
+    track: Track,
+    gravity_m_s2: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Return times, (n,), that the roundness of corners stands for, and u: of a half swing (1/2 - 1/pi) T (v + v') / 2.
 
@@ -88,7 +92,7 @@ def _rounded_s(
     u_m = np.sqrt(normal**2 @ track.u_position_m[:, place.ravel()] ** 2).reshape(place.shape)
     known = inside & track.valid[place] & np.isfinite(height) & np.isfinite(u_m)
     speed = np.where(since_s < 0.0, -before_m_s[:, None], after_m_s[:, None])
-    off = height - speed * since_s + 0.5 * NOMINAL_GRAVITY_M_S2 * float(normal[2]) * since_s**2
+    off = height - speed * since_s + 0.5 * gravity_m_s2 * float(normal[2]) * since_s**2
     away = known & (np.abs(since_s) > late_s)
     sides, here = (away & (since_s < 0.0), away & (since_s > 0.0)), known & (np.abs(since_s) < near_s)
     seen = here.any(axis=1)

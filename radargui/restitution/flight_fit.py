@@ -316,9 +316,10 @@ def _cost(unknowns: FlightUnknowns, q: FloatArray, prior: Prior) -> float:
 
 
 def _sensible(unknowns: FlightUnknowns, q: FloatArray) -> bool:
-    layout, (least, most) = unknowns.layout, FLIGHTS.g_m_s2
+    layout, (least, most) = unknowns.layout, FLIGHTS.least_and_most_g
     rising = (np.diff(unknowns.edges(q)) > FLIGHTS.least_flight_s).all()
-    return bool(rising and least < q[layout.gravity] < most and abs(q[layout.drag]) < FLIGHTS.drag_1_m)
+    times_g = q[layout.gravity] / unknowns.information.free.gravity_m_s2
+    return bool(rising and least < times_g < most and abs(q[layout.drag]) < FLIGHTS.drag_1_m)
 
 
 def _result(unknowns: FlightUnknowns, q: FloatArray, normal: FloatArray) -> FlightFit:

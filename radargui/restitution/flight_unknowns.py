@@ -8,7 +8,6 @@ import numpy as np
 from radargui.estimation.readout.flight_information import MotionInformation
 from radargui.estimation.readout.motion_posterior import MotionPosterior
 from radargui.model.arrays import FloatArray, IntArray
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.motion.free_flight import drift_time, fall_below_apex, speed_below_apex
 from radargui.restitution.settings import FLIGHTS
 
@@ -237,7 +236,7 @@ class FlightUnknowns:
 
     def start(self) -> FloatArray:
         """Return the unknowns as the free motion has them, shape (layout.size,)."""
-        info, layout, g = self.information, self.layout, NOMINAL_GRAVITY_M_S2
+        info, layout, g = self.information, self.layout, self.information.free.gravity_m_s2
         q = np.zeros(layout.size)
         q[layout.gravity], q[layout.drag] = g, self.drag.k_1_m
         q[layout.breaks] = info.x0[3 * info.size :]

@@ -11,7 +11,6 @@ import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray, median
 from radargui.model.finding import Finding, warn
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounce, Bounces, Track
 from radargui.restitution.contact_time import contact_of_places_s, contact_of_track_s, depth_per_s
 from radargui.restitution.settings import CHECKS
@@ -20,7 +19,7 @@ _SAMPLES = 8  # of each flight before an impact: more say the same
 
 
 def judged_by_floor(
-    bounces: Bounces, track: Track, alike_m: float | None = None, *, by_conic: bool = False
+    bounces: Bounces, track: Track, gravity_m_s2: float, alike_m: float | None = None, *, by_conic: bool = False
 ) -> tuple[Bounces, list[Finding]]:
     """Return the bounces, and a finding where the impacts do not lie in one plane, or take their time.
 
@@ -34,6 +33,8 @@ def judged_by_floor(
         Impacts in order, and the normal found or given.
     track
         Position of the sphere's centre.
+    gravity_m_s2
+        g of the place.
     alike_m
         Places so close to each other have the same error: that of a joint estimate belongs to the place, and what
         mirrors do turns by one radian within wavelength / 4 pi. None: the errors are each their own.
@@ -45,10 +46,10 @@ def judged_by_floor(
         for number, impact in enumerate(bounces.impacts, 1)
         if _gain(impact) - CHECKS.coverage * impact.u_stated > 1.0 and impact.speed_before_m_s > CHECKS.least_speed_m_s
     ]
-    off = _off_one_plane(bounces, track, alike_m, faster)
+    off = _off_one_plane(bounces, track, gravity_m_s2, alike_m, faster)
     contact_s = None if off is None or faster else off[2]
     if contact_s is None and not faster and alike_m is None and bounces.normal is not None:
-        contact_s = contact_of_track_s(bounces, track, by_conic=by_conic)
+        contact_s = contact_of_track_s(bounces, track, gravity_m_s2, by_conic=by_conic)
     if contact_s is not None:
         return _without_e(bounces), [warn("floor_gives_way", contact_s=contact_s)]
     if off is None:
@@ -76,7 +77,7 @@ def _without_e(bounces: Bounces) -> Bounces:
 
 
 def _off_one_plane(
-    bounces: Bounces, track: Track, alike_m: float | None, faster: Sequence[int]
+    bounces: Bounces, track: Track, gravity_m_s2: float, alike_m: float | None, faster: Sequence[int]
 ) -> tuple[float, float, float | None] | None:
     """Return how far impacts are off one plane, and how far they might be, in m; None where that is no farther.
 
@@ -88,7 +89,7 @@ def _off_one_plane(
     if bounces.normal is None:
         return None
     normal = np.asarray(bounces.normal)
-    position, variance, per_s = _places(bounces, track, normal, faster)
+    position, variance, per_s = _places(bounces, track, normal, gravity_m_s2, faster)
     if len(position) < CHECKS.least_in_plane:
         return None
     if alike_m is not None:
@@ -110,10 +111,10 @@ def _off_one_plane(
     return float(np.abs(height).max()), float(np.sqrt(np.diag(covariance)).max()), by_contact_s
 
 
-def _before_a_sure_one(sure: BoolArray, at_s: FloatArray, after_m_s: FloatArray) -> BoolArray:
+def _before_a_sure_one(sure: BoolArray, at_s: FloatArray, after_m_s: FloatArray, gravity_m_s2: float) -> BoolArray:
     """Return which impacts are sure, or have a sure one after them before the sphere lies still, shape (n,)."""
     # dropped again by a hand it lay for longer than any flight from there
-    lay = np.append(np.diff(at_s), np.inf) * NOMINAL_GRAVITY_M_S2 / 2.0 > CHECKS.longest_flight * after_m_s
+    lay = np.append(np.diff(at_s), np.inf) * gravity_m_s2 / 2.0 > CHECKS.longest_flight * after_m_s
     fall = np.cumsum(np.append(0, lay[:-1]))
     last = np.full(int(fall[-1]) + 1, -1)
     last[fall[sure]] = np.flatnonzero(sure)
@@ -121,7 +122,7 @@ def _before_a_sure_one(sure: BoolArray, at_s: FloatArray, after_m_s: FloatArray)
 
 
 def _places(
-    bounces: Bounces, track: Track, normal: FloatArray, faster: Sequence[int]
+    bounces: Bounces, track: Track, normal: FloatArray, gravity_m_s2: float, faster: Sequence[int]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return where the centre is at the impacts that bounce and are seen, shape (n, 3), and the heights' variances.
 
@@ -143,13 +144,13 @@ def _places(
     thrown = set(faster) - {at_s.size}
     sure = np.array([one.valid or number in thrown for number, one in enumerate(bounces.impacts, 1)], dtype=np.bool_)
     if sure.any():
-        bounce &= _before_a_sure_one(sure, at_s, after_m_s)
+        bounce &= _before_a_sure_one(sure, at_s, after_m_s, gravity_m_s2)
     known = track.valid[sample] & bounce[:, None]
     seen = known.any(axis=1)
     weight = known[seen] / known[seen].sum(axis=1, keepdims=True)
     sample, left_s = sample[seen], at_s[seen, None] - track.time_s[sample[seen]]
     # v(t) = v_k - g (t_k - t) downwards
-    fallen_m = before_m_s[seen, None] * left_s - NOMINAL_GRAVITY_M_S2 * normal[2] * left_s**2 / 2.0
+    fallen_m = before_m_s[seen, None] * left_s - gravity_m_s2 * normal[2] * left_s**2 / 2.0
     # a sample that is not known may be NaN: its weight is none
     position = np.where(known[seen], track.position_m[:, sample] - normal[:, None, None] * fallen_m, 0.0)
     variance = np.where(known[seen], np.tensordot(normal**2, track.u_position_m[:, sample] ** 2, 1), 0.0)

@@ -14,7 +14,6 @@ from radargui.estimation.joint import JointEstimate
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
 from radargui.model.arrays import BoolArray, FloatArray, runs_of
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounce, Bounces, FreeFall
 from radargui.model.setup import Setup
 from radargui.restitution.cross_check import cross_check, without_checks_by_walls
@@ -102,7 +101,7 @@ def fit_free_flights(posterior: MotionPosterior, normal: FloatArray, like: Fligh
     # flights end where a break is no impact on floor or wall: there a hand acted
     n_flights = 1 + int(np.argmin(np.append(speeds.are_impacts() | speeds.are_kicks(), False)))
     # the record may end within a flight, or the sphere lie: then the last segment is no free flight
-    if n_flights == len(free.segments) and _off_gravity(free, n_flights - 1) > FLIGHTS.near_g_m_s2:
+    if n_flights == len(free.segments) and _off_gravity(free, n_flights - 1) > FLIGHTS.near_g:
         n_flights -= 1
     first = _released(posterior)
     if first >= free.segments[0].n_spans or _never_falls(free, first):
@@ -178,7 +177,7 @@ def _falls(free: FreeMotion, first: int) -> BoolArray:
     height = free.position_m((middle + np.array([-1.0, 0.0, 1.0])[:, None] * step).ravel())[2].reshape(3, -1)
     # second difference of the spline in each of its spans: its acceleration
     bend = (height[0] - 2.0 * height[1] + height[2]) / step**2
-    return np.asarray(np.abs(bend + NOMINAL_GRAVITY_M_S2) < FLIGHTS.about_g_m_s2)
+    return np.asarray(np.abs(bend / free.gravity_m_s2 + 1.0) < FLIGHTS.about_g)
 
 
 def _never_falls(free: FreeMotion, first: int) -> bool:
@@ -209,19 +208,19 @@ def _likely(free: FreeMotion, n_flights: int) -> int:
     for number in range(2, n_flights):
         # of a shorter one the spline's bend is not known well enough to say that it does not fall
         is_long = free.segments[number].duration_s > FLIGHTS.shortest_fall_s
-        if is_long and _off_gravity(free, number) > FLIGHTS.about_g_m_s2:
+        if is_long and _off_gravity(free, number) > FLIGHTS.about_g:
             return number
     return n_flights
 
 
 def _off_gravity(free: FreeMotion, number: int) -> float:
-    """Return by how much a segment's acceleration differs from that of gravity, m/s^2."""
+    """Return by which share of g a segment's acceleration differs from gravity."""
     segment = free.segments[number]
     # the ends hold what is left of impacts
     margin = 0.1 * segment.duration_s
     time = np.linspace(segment.begin_s + margin, segment.end_s - margin, 15)
     height = free.position_m(time)[2]
-    return float(abs(2.0 * np.polyfit(time - time[0], height, 2)[0] + NOMINAL_GRAVITY_M_S2))
+    return float(abs(2.0 * np.polyfit(time - time[0], height, 2)[0] / free.gravity_m_s2 + 1.0))
 
 
 def joint_bounces(
@@ -303,7 +302,7 @@ def _checked(bounces: Bounces, posterior: MotionPosterior, fit: FlightFit | None
         return bounces
     time = np.arange(posterior.onset_s, float(free.edge_s[-1]), FLIGHTS.check_step_s)
     # without fitted flights there is no drag to correct with: the check's tolerance holds it
-    g, drag = (NOMINAL_GRAVITY_M_S2, 0.0) if fit is None else (fit.g_m_s2, fit.drag_1_m)
+    g, drag = (free.gravity_m_s2, 0.0) if fit is None else (fit.g_m_s2, fit.drag_1_m)
     height, along = normal @ free.position_m(time), g * float(normal[2])
     checked = cross_check(bounces, time, height, along, drag, free.drag.slow_m_s)
     return without_checks_by_walls(checked)

@@ -13,7 +13,6 @@ import numpy as np
 from radargui.estimation.readout.motion_posterior import MotionPosterior
 from radargui.estimation.readout.unfollowed import lands_after_s, unfollowed_m_s
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Bounce, VelocitiesAtImpacts
 from radargui.restitution.flight_fit import FlightFit, break_velocities
 from radargui.restitution.floor_normal import FloorNormal
@@ -61,7 +60,7 @@ class JointImpacts:
         walls = tuple(time[speeds.are_kicks() & ~impacts & by_flights].tolist())
         with_wall = walls_at_impacts(posterior, fit, normal, inputs)[impacts]
         time, before, after, by_flights = time[impacts], before[impacts], after[impacts], by_flights[impacts]
-        g = (NOMINAL_GRAVITY_M_S2 if fit is None else fit.g_m_s2) * float(normal[2])
+        g = (posterior.free.gravity_m_s2 if fit is None else fit.g_m_s2) * float(normal[2])
         end_s = float(posterior.free.edge_s[-1])
         into, out_of = -before @ normal, after @ normal
         lands_s = lands_after_s(posterior.free, normal, float(time[-1]), float(out_of[-1])) if time.size else math.nan

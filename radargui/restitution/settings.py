@@ -11,8 +11,9 @@ class FlightSettings:
     ----------
     steps, enough
         Of Gauss-Newton at most so many; a step that gains less in ln L is the last.
-    g_m_s2, drag_1_m
-        Least and most g, largest |k| that a step may try: outside, the series of the drag diverges.
+    least_and_most_g, drag_1_m
+        Least and most g over that of the place, largest |k| that a step may try: outside, the series of the drag
+        diverges.
     least_flight_s
         And the shortest flight it may try.
     parameter_step, time_step
@@ -21,9 +22,9 @@ class FlightSettings:
         Left to the spline after the onset: the release is not a clean cut.
     most_coefficients
         In each coordinate a dense fit takes so many, about 8 s of motion.
-    near_g_m_s2, about_g_m_s2
-        A last segment whose acceleration is off by more than the first may be cut by the record's end; one of 50 ms
-        that is off by more than the second does not fall: the sphere lay, or was carried back.
+    near_g, about_g
+        Shares of g. A last segment whose acceleration is off by more than the first may be cut by the record's end; one
+        of 50 ms that is off by more than the second does not fall: the sphere lay, or was carried back.
     near_vertical_deg
         Below this tilt of the floor the same breaks are impacts along its normal as along the vertical.
     good_misfit, slack
@@ -59,15 +60,15 @@ class FlightSettings:
 
     steps: int = 20
     enough: float = 1e-3
-    g_m_s2: tuple[float, float] = (5.0, 15.0)
+    least_and_most_g: tuple[float, float] = (0.51, 1.53)
     drag_1_m: float = 2.0
     least_flight_s: float = 1e-3
     parameter_step: float = 1e-3
     time_step: float = 1e-5
     after_onset_s: float = 0.010
     most_coefficients: int = 800
-    near_g_m_s2: float = 0.5
-    about_g_m_s2: float = 2.5
+    near_g: float = 0.051
+    about_g: float = 0.255
     near_vertical_deg: float = 1.0
     good_misfit: float = 1.5
     slack: float = 20.0
@@ -108,6 +109,9 @@ class TrackSettings:
         Flights meet no farther from where an impact was seen: 10 ms windows found it.
     largest_g_error
         Flights under a g wrong by more than this share are none: what looked like impacts came from elsewhere.
+    alike_g
+        Unless each of them has the same g within this share: then it falls and bounces, but not with the g of the
+        place, and that is told. What a hand does is no parabola twice. Chosen by hand.
     largest_u_e, sigmas_above_1
         e is valid with u_e below the first, and at most so many u_e above 1.
     least_fall_s
@@ -137,6 +141,7 @@ class TrackSettings:
     least_residual_m: float = 1.0e-3
     largest_shift_s: float = 0.005
     largest_g_error: float = 0.3
+    alike_g: float = 0.15
     largest_u_e: float = 0.1
     sigmas_above_1: float = 3.0
     least_fall_s: float = 0.008

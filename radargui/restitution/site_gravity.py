@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2, gravity_of_site, share_in_air
+from radargui.model.gravity import g_and_u_of_site, gravity_of_site, share_in_air
 from radargui.model.result import Bounces, RunResult
 from radargui.model.rounding import COVERAGE, plain, quantity
 from radargui.model.setup import Setup
@@ -84,7 +84,7 @@ def with_missed_gravity(bounces: Bounces, setup: Setup, u_setup_m_s2: float) -> 
     fall = bounces.free_fall
     if fall is None:
         return bounces
-    g, u_g, _ = gravity_of_site(setup.site) or (NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2, False)
+    g, u_g = g_and_u_of_site(setup.site)
     missed = fall.g_m_s2 - g * share_in_air(setup.tracer.density_kg_m3, setup.air.gas)
     share = math.sqrt(max(0.0, missed**2 - u_g**2 - u_setup_m_s2**2)) / g
     first, later = SHARES_OF_MISSED

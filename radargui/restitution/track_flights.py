@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray, IntArray, median
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import Segment, Track
 from radargui.restitution.parabola import Parabolas, misfits_m, solve_parabolas
 from radargui.restitution.settings import TRACKS
@@ -24,7 +23,7 @@ class Heights:
     time_s: FloatArray
     height_m: FloatArray
 
-    def rising_speed(self, impact_s: float) -> float:
+    def rising_speed(self, impact_s: float, gravity_m_s2: float) -> float:
         """Return the upward speed just after an impact from the milliseconds that follow it."""
         # the corner itself is rounded by the low-pass of the correction
         begin = impact_s + 0.001
@@ -34,7 +33,7 @@ class Heights:
         if d.size < 2 or d[-1] - d[0] < TRACKS.least_rising_s:
             return 0.0
         # gravity taken off, a line has one unknown less: so few samples bear no parabola
-        straight, away = height + 0.5 * NOMINAL_GRAVITY_M_S2 * d * d, d - d.mean()
+        straight, away = height + 0.5 * gravity_m_s2 * d * d, d - d.mean()
         return max(0.0, float(away @ straight / (away @ away)))
 
 
@@ -82,7 +81,9 @@ class FittedFlights:
         return out
 
 
-def find_flights(begin_s: float, end_s: float, impact_s: FloatArray, rising_m_s: float) -> FloatArray:
+def find_flights(
+    begin_s: float, end_s: float, impact_s: FloatArray, rising_m_s: float, gravity_m_s2: float
+) -> FloatArray:
     """Return begin and end of the flight before each impact and of the one after the last, NaN if too short to fit.
 
     Parameters
@@ -91,8 +92,8 @@ def find_flights(begin_s: float, end_s: float, impact_s: FloatArray, rising_m_s:
         Span of the motion.
     impact_s
         Instants of impact in order, shape (n_impacts,).
-    rising_m_s
-        Speed after the last impact: the sphere is back on the floor 2 v / g later.
+    rising_m_s, gravity_m_s2
+        Speed after the last impact, and g of the place: the sphere is back on the floor 2 v / g later.
 
     Returns
     -------
@@ -101,7 +102,7 @@ def find_flights(begin_s: float, end_s: float, impact_s: FloatArray, rising_m_s:
     """
     begins = np.concatenate([[begin_s + TRACKS.start_clearance_s], impact_s + TRACKS.clearance_s])
     # the flight after the last impact ends on the floor although no impact was seen there
-    landing = float(impact_s[-1]) + 2.0 * rising_m_s / NOMINAL_GRAVITY_M_S2 if impact_s.size else end_s
+    landing = float(impact_s[-1]) + 2.0 * rising_m_s / gravity_m_s2 if impact_s.size else end_s
     ends = np.concatenate([impact_s, [min(end_s, landing)]]) - TRACKS.clearance_s
     return np.where((ends - begins >= TRACKS.least_flight_s)[:, None], np.stack([begins, ends], axis=1), np.nan)
 
@@ -164,7 +165,7 @@ class ImpactVelocities:
 
 
 def impact_velocities(
-    time_s: FloatArray, position_m: FloatArray, impact_s: FloatArray, *, white: bool = False
+    time_s: FloatArray, position_m: FloatArray, impact_s: FloatArray, gravity_m_s2: float, *, white: bool = False
 ) -> ImpactVelocities:
     """Return the velocities at impacts: the ends of lines through 30 ms before and after each, gravity taken off.
 
@@ -174,6 +175,8 @@ def impact_velocities(
         Known samples of the motion, shapes (n_samples,) and (3, n_samples).
     impact_s
         Instants of impact, shape (n_impacts,).
+    gravity_m_s2
+        g of the place.
     white
         Whether residuals count as white: their correlation is most of the work, and about the same at all impacts.
     """
@@ -181,7 +184,7 @@ def impact_velocities(
     velocity, variance = np.full((2, impact_s.size, 3), np.nan), np.full((2, impact_s.size), np.nan)
     straight = samples.of(position_m)
     d = samples.away_s + samples.spread(samples.origin_s - impact_s[impact])
-    straight[2] += 0.5 * NOMINAL_GRAVITY_M_S2 * d * d
+    straight[2] += 0.5 * gravity_m_s2 * d * d
     level, slope = samples.lines(straight)
     velocity[side, impact] = slope.T
     off = straight[:2] - samples.spread(level[:2]) - samples.spread(slope[:2]) * samples.away_s
@@ -192,14 +195,14 @@ def impact_velocities(
     return ImpactVelocities(velocity[0], velocity[1], np.sqrt(variance.sum(axis=0)))
 
 
-def velocities_of_track(track: Track, segment: Segment, impact_s: FloatArray) -> ImpactVelocities:
+def velocities_of_track(track: Track, segment: Segment, impact_s: FloatArray, gravity_m_s2: float) -> ImpactVelocities:
     """Return `impact_velocities` of the known samples of a track's motion, impacts of shape (n_impacts,)."""
     part = slice(segment.first, segment.last)
     time, position = track.time_s[part], track.position_m[:, part]
     known = track.valid[part] & np.isfinite(position).all(axis=0)
     if not known.all():
         time, position = time[known], position[:, known]
-    return impact_velocities(time, position, impact_s)
+    return impact_velocities(time, position, impact_s, gravity_m_s2)
 
 
 def impact_sides(time_s: FloatArray, impact_s: FloatArray) -> tuple[IntArray, IntArray, Stretches]:

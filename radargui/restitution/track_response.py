@@ -9,7 +9,7 @@ import numpy as np
 
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import CLOCK, CONTACT, CONTACT_S, TILT, uncertain_inputs
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.result import Bounces, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
@@ -34,6 +34,7 @@ def respond(
     bounces: Bounces,
     shift_m: FloatArray,
     given_normal: bool,
+    gravity_m_s2: float,
     u_tilt_deg: float | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the changes of all e and of g in free fall by shifts of the track.
@@ -49,6 +50,8 @@ def respond(
         Shape (n_shifts, 3, n_samples) for the samples of `track`.
     given_normal
         Whether the setup says where the floor points.
+    gravity_m_s2
+        g of the place, as in `find_bounces`.
     u_tilt_deg
         Standard deviation of the floor's slope, as in `find_bounces`.
 
@@ -68,19 +71,21 @@ def respond(
     normal, impact_s = np.asarray(bounces.normal), np.array([one.time_s for one in bounces.impacts])
     height = normal @ shift
     if not given_normal:
-        leaning = _normal_changes(time, position, shift, bounces, u_tilt_deg)
+        leaning = _normal_changes(time, position, shift, bounces, gravity_m_s2, u_tilt_deg)
         # of heights only slopes count: the first place is as good as any
         height += leaning @ (position - position[:, :1])
     last = bounces.impacts[-1].speed_after_m_s
     # as in `find_bounces`: the same flights, so that the answer is that of the same fit
-    flights = find_flights(track.time_s[segment.first], track.time_s[segment.last - 1], impact_s, max(last, 0.0))
+    flights = find_flights(
+        track.time_s[segment.first], track.time_s[segment.last - 1], impact_s, max(last, 0.0), gravity_m_s2
+    )
     if (change := _changed(time, height, flights)) is not None:
         sides = np.stack(change.sides(impact_s.size))
         known, one, other = sides[:, np.isfinite([bounces.impacts[k].e for k in sides[0]])]
         before, after = np.array([(at.speed_before_m_s, at.speed_after_m_s) for at in bounces.impacts])[known].T
         own, at_s = change.parabolas, impact_s[known]
         arriving, leaving = ((own.height_at(place, at_s), own.speed_at(place, at_s)) for place in (one, other))
-        e[:, known] = changes_of_e(arriving, leaving, before, after, NOMINAL_GRAVITY_M_S2 * float(normal[2]))
+        e[:, known] = changes_of_e(arriving, leaving, before, after, gravity_m_s2 * float(normal[2]))
     if bounces.free_fall is not None and (fall := _changed(time, height, flights[:1])) is not None:
         # heights are along the normal: only g cos(tilt) acts there
         g = fall.parabolas.g_m_s2 / max(abs(normal[2]), 1e-9)
@@ -97,7 +102,8 @@ def floor_and_clock(track: Track, segment: Segment, bounces: Bounces, setup: Set
     """
 
     def velocities() -> tuple[FloatArray, FloatArray]:
-        at = velocities_of_track(track, segment, np.array([one.time_s for one in bounces.impacts]))
+        impact_s = np.array([one.time_s for one in bounces.impacts])
+        at = velocities_of_track(track, segment, impact_s, expected_gravity_m_s2(setup.site))
         return at.before_m_s, at.after_m_s
 
     return tilt_and_clock(track.time_s, velocities, bounces, setup)
@@ -118,7 +124,7 @@ def tilt_and_clock(
         out += [InputChange(TILT, "calibration", time_s, nothing, e, 0.0) for e in changes]
     if bounces.impacts and bounces.normal is not None:
         v, e = np.array([(one.speed_before_m_s, one.e) for one in bounces.impacts]).T
-        longer = NOMINAL_GRAVITY_M_S2 * abs(bounces.normal[2]) * CONTACT_S * (1.0 - e) / v
+        longer = expected_gravity_m_s2(setup.site) * abs(bounces.normal[2]) * CONTACT_S * (1.0 - e) / v
         out.append(InputChange(CONTACT, "calibration", time_s, nothing, longer, 0.0))
     if bounces.free_fall is not None:
         # true times are (1 + c) as long: velocities change alike, accelerations twice
@@ -128,12 +134,17 @@ def tilt_and_clock(
 
 
 def _normal_changes(
-    time_s: FloatArray, position_m: FloatArray, shift_m: FloatArray, bounces: Bounces, u_tilt_deg: float | None
+    time_s: FloatArray,
+    position_m: FloatArray,
+    shift_m: FloatArray,
+    bounces: Bounces,
+    gravity_m_s2: float,
+    u_tilt_deg: float | None,
 ) -> FloatArray:
     """Return how the normal that the impacts say leans over, shape (n_shifts, 3)."""
     impact_s = np.array([one.time_s for one in bounces.impacts])
     # weights of the impacts among each other
-    at = impact_velocities(time_s, position_m, impact_s, white=True)
+    at = impact_velocities(time_s, position_m, impact_s, gravity_m_s2, white=True)
     seen = np.isfinite(at.u_side_m_s) & np.array([one.valid for one in bounces.impacts])
     if not seen.any():
         return np.zeros((shift_m.shape[0], 3))

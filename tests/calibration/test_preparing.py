@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from radargui.calibration.preparing import against, impacts_of_most
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
 TURN = 2.0 * np.pi
 
@@ -41,8 +42,8 @@ def test_an_impact_is_found_though_one_receiver_loses_a_fringe_as_the_sphere_hit
     rng = np.random.default_rng(3)
     paths = np.outer([-1.9, -1.8, -1.85], height) + rng.normal(0.0, 2e-5, (3, time.size))
     paths[2] -= 0.03 * (np.abs(time - 0.5) < 0.003)
-    found = impacts_of_most(time, paths, 0.3, rate_hz)
+    found = impacts_of_most(time, paths, 0.3, rate_hz, NOMINAL_GRAVITY_M_S2)
     first = found[0]
     assert abs(first - 0.5) < 0.001
     # below the antennas or above them
-    assert np.allclose(impacts_of_most(time, -paths, 0.3, rate_hz), found)
+    assert np.allclose(impacts_of_most(time, -paths, 0.3, rate_hz, NOMINAL_GRAVITY_M_S2), found)

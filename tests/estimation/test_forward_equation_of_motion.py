@@ -22,6 +22,7 @@ from radargui.estimation.solve.changed_problem import (
 )
 from radargui.estimation.solve.minimise import Solution, minimise
 from radargui.estimation.solve.problem import Start, State, linearise
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
 GRAVITY = np.array([0.0, 0.0, 9.81])
 
@@ -103,12 +104,12 @@ def test_only_what_falls_freely_after_the_release_flies() -> None:
     spline = make_spline(START_S, END_S, np.array([BOUNCE_S]))
     _, middle, _ = spline.jerk()
     fall = fitted(spline, time, positions(time))
-    assert (spans_in_flight(fall, START_S + 0.01) == (middle > START_S + 0.01)).all()
+    assert (spans_in_flight(fall, START_S + 0.01, NOMINAL_GRAVITY_M_S2) == (middle > START_S + 0.01)).all()
     rolling = fitted(spline, time, np.stack([0.1 * (time - START_S) ** 2, 0.0 * time, 0.0 * time]))
-    assert not spans_in_flight(rolling, START_S).any()
+    assert not spans_in_flight(rolling, START_S, NOMINAL_GRAVITY_M_S2).any()
     caught = positions(time)
     caught[:, time > BOUNCE_S] = positions(np.array([BOUNCE_S]))
-    assert (spans_in_flight(fitted(spline, time, caught), START_S) == (middle < BOUNCE_S)).all()
+    assert (spans_in_flight(fitted(spline, time, caught), START_S, NOMINAL_GRAVITY_M_S2) == (middle < BOUNCE_S)).all()
 
 
 def test_with_flights_the_slope_and_the_matrix_are_those_of_the_cost() -> None:

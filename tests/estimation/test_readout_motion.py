@@ -19,7 +19,7 @@ from radargui.estimation.readout.motion_posterior import MotionPosterior
 from radargui.estimation.readout.samples import _uncertainties, _with_alternatives, hidden_m
 from radargui.estimation.solve.break_velocities import one_sided_slopes
 from radargui.geometry.path_length import Antennas, path_gradient, path_lengths
-from radargui.model.gravity import UNKNOWN_DRAG
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, UNKNOWN_DRAG
 
 RELEASE = np.array([0.01, -0.02, 0.12])
 ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.2, 0.4, 0.55], [-0.25, -0.4, 0.5]]))
@@ -28,7 +28,7 @@ ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.
 def wandering(seed: int = 1) -> FreeMotion:
     spline = make_spline(0.1, 0.5, np.array([0.22, 0.4]), np.array([0.3]))
     steps = np.random.default_rng(seed).standard_normal((spline.size, 3))
-    return FreeMotion(SplineMotion(spline, 0.003 * np.cumsum(steps, axis=0)), RELEASE)
+    return FreeMotion(SplineMotion(spline, 0.003 * np.cumsum(steps, axis=0)), RELEASE, NOMINAL_GRAVITY_M_S2)
 
 
 def test_a_motion_starts_at_the_release_and_stays_there_before() -> None:
@@ -72,6 +72,7 @@ def solved() -> tuple[SimpleNamespace, np.ndarray]:
     inverse = np.linalg.inv(dense_normal(normal))
     inputs = SimpleNamespace(release_m=RELEASE, antennas=ANTENNAS)
     problem = SimpleNamespace(
+        gravity_m_s2=NOMINAL_GRAVITY_M_S2,
         inputs=inputs,
         bins=SimpleNamespace(time_s=np.linspace(0.1, 0.5, 300)),
         layout=SimpleNamespace(breaks=slice(0, 2)),

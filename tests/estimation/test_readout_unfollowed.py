@@ -83,7 +83,7 @@ def test_a_motion_lands_where_it_turns_near_the_floor(rests_m: float, end_s: flo
         )
         return np.stack([0.0 * height, 0.0 * height, height])
 
-    free: FreeMotion | Any = SimpleNamespace(position_m=position_m, edge_s=np.array([0.0, end_s]))
+    free: FreeMotion | Any = SimpleNamespace(gravity_m_s2=9.81, position_m=position_m, edge_s=np.array([0.0, end_s]))
     found = lands_after_s(free, np.array([0.0, 0.0, 1.0]), impact_s, 0.170)
     if lands:
         assert found == pytest.approx(impact_s + flight_s, abs=5e-4)

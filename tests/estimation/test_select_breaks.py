@@ -32,6 +32,7 @@ from radargui.estimation.select.converge import COARSE, converge, convergence, s
 from radargui.estimation.solve.break_velocities import BreakSpeeds, break_speeds
 from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.estimation.solve.minimise import Solution, log_evidence, minimise
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2 as G_M_S2
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -178,7 +179,7 @@ def test_a_wall_met_milliseconds_beside_a_bounce_has_a_break_of_its_own(late_s: 
     assert speeds.are_impacts().tolist() == [late_s < 0.0, late_s > 0.0][::-1]
     impact = int(np.flatnonzero(speeds.are_impacts())[0])
     assert speeds.after_m_s[impact] == pytest.approx(0.7 * 1.962, abs=3.0 * speeds.u_jump_m_s[impact] + 0.01)
-    assert kicks_beside(SplineMotion(solution.at.spline, solution.state.coefficients), UP)[0].size == 0
+    assert kicks_beside(SplineMotion(solution.at.spline, solution.state.coefficients), UP, G_M_S2)[0].size == 0
 
 
 @pytest.mark.parametrize(("late_s", "lean"), [(0.0, 0.0), (0.0, 0.1), (0.01, 0.0), (-0.01, 0.0)])
@@ -190,7 +191,7 @@ def test_lines_that_meet_at_their_bounce_tell_of_no_wall_though_it_kicks_and_the
     fallen, met_s = positions(time).T - RELEASE_M, BOUNCE_S + late_s
     fallen[:, 1] = 0.3 * np.minimum(time, met_s) - 0.1 * np.maximum(time - met_s, 0.0)
     motion = SplineMotion(spline, np.linalg.lstsq(spline.design(time).toarray(), fallen, rcond=None)[0])
-    found, number = kicks_beside(motion, np.array([0.0, np.sin(lean), np.cos(lean)]))
+    found, number = kicks_beside(motion, np.array([0.0, np.sin(lean), np.cos(lean)]), G_M_S2)
     assert found == pytest.approx([met_s] if late_s else [], abs=0.001)
     assert number.tolist() == [0] * found.size
 
@@ -206,7 +207,7 @@ def test_lines_that_meet_at_their_bounce_tell_of_no_wall_though_it_kicks_and_the
     ],
 )
 def test_a_wall_is_met_rising_and_falling_and_only_rubs(before: float, after: float, kick: float, *, met: bool) -> None:
-    one = BreakSpeeds(*(np.array([value]) for value in (1.0, before, after, 1e-3, kick, 1e-3)))
+    one = BreakSpeeds(*(np.array([value]) for value in (1.0, before, after, 1e-3, kick, 1e-3)), G_M_S2)
     assert one.are_kicks().tolist() == [met]
 
 
@@ -255,7 +256,7 @@ def test_rounds_raise_the_evidence_and_may_be_stopped_by_who_is_told() -> None:
 
 def speeds(time_s: list[float], before: list[float], after: list[float]) -> BreakSpeeds:
     none, u = np.zeros(len(time_s)), np.full(len(time_s), 1e-3)
-    return BreakSpeeds(np.array(time_s), np.array(before), np.array(after), u, none, u)
+    return BreakSpeeds(np.array(time_s), np.array(before), np.array(after), u, none, u, G_M_S2)
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from radargui.estimation.solve.held_setup import setup_posterior, with_setup_hel
 from radargui.estimation.solve.minimise import Solution, minimise, solved_at
 from radargui.estimation.solve.problem import JointProblem, Start, State, linearise
 from radargui.model.assumed import UncertainInput
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, U_ANYWHERE_M_S2, UNKNOWN_DRAG
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
 
@@ -32,6 +33,9 @@ def unknowns() -> SetupUnknowns:
         1e-3 * rng.standard_normal((4, 3, N)),
         1e-3 * rng.standard_normal((3, N)),
         1e-3 * rng.standard_normal(N),
+        NOMINAL_GRAVITY_M_S2,
+        U_ANYWHERE_M_S2,
+        UNKNOWN_DRAG,
     )
 
 

@@ -172,7 +172,7 @@ def test_what_flies_gets_gravity_and_keeps_everything_else() -> None:
     assert np.ptp(bends) == 0.0
     assert bends[0] >= 0.1
     assert problem.equation_sd[~rows.is_flight] == pytest.approx(equation_sd[rows.span[~rows.is_flight]])
-    mean, sd = flight_prior(None)
+    mean, sd = flight_prior(None, NOMINAL_GRAVITY_M_S2)
     assert start.state.theta[new.flight].tolist() == mean.tolist() == [0.0, 0.0, NOMINAL_GRAVITY_M_S2, 0.0]
     assert problem.prior.sd[new.flight].tolist() == sd.tolist()
     # breaks stand first, then the four numbers of the flight, then all others as they stood

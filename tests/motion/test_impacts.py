@@ -7,6 +7,7 @@ import pytest
 from support.drops import Drop
 
 from radargui.model.arrays import FloatArray
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2 as G_M_S2
 from radargui.motion.impacts import IMPACT_LIMITS, find_impacts, find_track_impacts, find_turns
 
 RATE = 20000.0
@@ -14,7 +15,7 @@ RATE = 20000.0
 
 def found_in(height_m: FloatArray, noise_m: float = 20e-6, seed: int = 0) -> FloatArray:
     noisy = height_m + noise_m * np.random.default_rng(seed).normal(size=height_m.size)
-    return find_track_impacts(np.arange(height_m.size) / RATE, noisy, np.ones(height_m.size, dtype=bool), RATE)
+    return find_track_impacts(np.arange(height_m.size) / RATE, noisy, np.ones(height_m.size, dtype=bool), RATE, G_M_S2)
 
 
 @pytest.mark.parametrize("e", [0.4, 0.6, 0.8, 0.92])
@@ -72,7 +73,7 @@ def test_an_impact_among_unknown_heights_is_not_told() -> None:
     drop = Drop(rate_hz=RATE)
     height = drop.height(drop.time_s)
     known = np.abs(drop.time_s - drop.impact_s[0]) > 0.004
-    found = find_track_impacts(drop.time_s, np.where(known, height, np.nan), known, RATE)
+    found = find_track_impacts(drop.time_s, np.where(known, height, np.nan), known, RATE, G_M_S2)
     assert np.abs(found - drop.impact_s[0]).min() > 0.1
     assert np.abs(found - drop.impact_s[1]).min() < 0.001
 
@@ -88,10 +89,10 @@ def test_impacts_of_binned_places_are_found_where_parabolas_meet_and_smooth_turn
     z = np.where(t < 0.3, -fall * (0.3 - t) - 4.905 * (t - 0.3) ** 2, rise * (t - 0.3) - 4.905 * (t - 0.3) ** 2)
     z = z[t < 0.5]
     noisy = z + 2e-5 * rng.standard_normal(z.size)
-    found = find_impacts(t[t < 0.5], noisy, np.full(z.size, 2e-5))
+    found = find_impacts(t[t < 0.5], noisy, np.full(z.size, 2e-5), G_M_S2)
     assert found == pytest.approx([0.3], abs=5e-5)
     smooth = 0.05 * np.cos(2 * np.pi * t / 0.3) + 2e-5 * rng.standard_normal(t.size)
-    assert find_impacts(t, smooth, np.full(t.size, 2e-5)).size == 0
+    assert find_impacts(t, smooth, np.full(t.size, 2e-5), G_M_S2).size == 0
 
 
 def test_turns_are_all_bounces_of_a_cascade_and_none_of_a_slow_swing() -> None:

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.world.drop import Body, Floor, fall
 from support.drops import Drop
 
-from radargui.model.gravity import drag_of_sphere
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2 as G_M_S2, drag_of_sphere
 from radargui.model.result import Bounces, Segment, Track
 from radargui.restitution.bounces import find_bounces
 from radargui.restitution.cross_check import disagreements
@@ -41,7 +41,7 @@ def track_of(drop: Drop, noise_m: float = 0.0, seed: int = 0) -> tuple[Track, Se
 def test_an_exact_track_gives_exact_coefficients(height: float, e: float) -> None:
     drop = Drop(height_m=height, e=e)
     track, segment = track_of(drop)
-    bounces = find_bounces(track, segment, UP, drop.rate_hz)
+    bounces = find_bounces(track, segment, UP, drop.rate_hz, G_M_S2)
     assert bounces.impacts[0].e == pytest.approx(e, abs=1e-9)
     assert bounces.impacts[0].speed_before_m_s == pytest.approx(np.sqrt(2 * 9.81 * height), rel=1e-9)
     assert bounces.impacts[0].time_s == pytest.approx(drop.impact_s[0], abs=1e-9)
@@ -61,21 +61,21 @@ def test_a_sphere_of_plastic_is_told_by_its_flights_where_no_density_is_given(de
     position = drop.position(time) + 5e-5 * np.random.default_rng(2).standard_normal((3, time.size))
     track = Track(time, position, np.full_like(position, 5e-5), np.ones(time.size, dtype=bool), "exact")
     segment, metal = Segment(1500, time.size, 0, 1450), drag_of_sphere(0.01, None)
-    found = find_bounces(track, segment, UP, 5000.0, drag=metal, is_drag_known=False)
+    found = find_bounces(track, segment, UP, 5000.0, G_M_S2, drag=metal, is_drag_known=False)
     assert (found.braked_1_m is not None) is seen
     if found.braked_1_m is not None:
         assert found.braked_1_m == pytest.approx(drag_of_sphere(0.01, density_kg_m3).k_1_m, rel=0.15)
         assert found.braked_1_m > 1.5 * metal.k_1_m
     assert all(abs(one.e - 0.8) < 2.0 * one.u_e for one in found.impacts[:3])
     # who gives a density is believed
-    assert find_bounces(track, segment, UP, 5000.0, drag=metal).braked_1_m is None
+    assert find_bounces(track, segment, UP, 5000.0, G_M_S2, drag=metal).braked_1_m is None
 
 
 def test_waves_as_long_as_a_rebound_are_in_the_uncertainty_of_e() -> None:
     drop = Drop(height_m=0.12, e=0.5)
     track, segment = track_of(drop)
     bent = replace(track, u_position_m=np.full_like(track.u_position_m, 2e-4))
-    exact, uncertain = (find_bounces(one, segment, UP, drop.rate_hz).impacts[0] for one in (track, bent))
+    exact, uncertain = (find_bounces(one, segment, UP, drop.rate_hz, G_M_S2).impacts[0] for one in (track, bent))
     # the rebound rises e^2 = a quarter as high: 0.2 e u / h = 0.2 * 0.5 * 0.2 mm / 30 mm
     assert uncertain.u_e == pytest.approx(np.hypot(exact.u_e, 0.1 * 2e-4 / 0.03), rel=1e-3)
     assert uncertain.e == exact.e
@@ -90,8 +90,8 @@ def test_what_drag_does_to_parabolas_is_in_the_uncertainty_of_e_and_g(density_kg
     position = drop.position(time)
     track = Track(time, position, np.full_like(position, 1e-6), np.ones(time.size, dtype=bool), "exact")
     segment = Segment(1500, time.size, 0, 1450)
-    bare = find_bounces(track, segment, UP, 5000.0)
-    told = find_bounces(track, segment, UP, 5000.0, drag=drag_of_sphere(0.01, density_kg_m3))
+    bare = find_bounces(track, segment, UP, 5000.0, G_M_S2)
+    told = find_bounces(track, segment, UP, 5000.0, G_M_S2, drag=drag_of_sphere(0.01, density_kg_m3))
     assert bare.free_fall is not None
     assert told.free_fall is not None
     g_missed = body.acceleration_m_s2 - bare.free_fall.g_m_s2
@@ -106,7 +106,7 @@ def test_uncertainties_hold_the_truth_as_often_as_they_should() -> None:
     e_pull, g_pull = [], []
     for seed in range(200):
         track, segment = track_of(drop, 30e-6, seed)
-        bounces = find_bounces(track, segment, UP, drop.rate_hz)
+        bounces = find_bounces(track, segment, UP, drop.rate_hz, G_M_S2)
         first, fall = bounces.impacts[0], bounces.free_fall
         assert fall is not None
         e_pull.append((first.e - 0.8) / first.u_e)
@@ -123,7 +123,7 @@ def test_a_tilted_floor_is_judged_along_its_normal() -> None:
     track, segment = track_of(drop)
     normal = np.array([0.1, 0.0, 1.0])
     normal /= np.linalg.norm(normal)
-    bounces = find_bounces(track, segment, (normal[0], normal[1], normal[2]), drop.rate_hz)
+    bounces = find_bounces(track, segment, (normal[0], normal[1], normal[2]), drop.rate_hz, G_M_S2)
     assert bounces.impacts[0].e == pytest.approx(0.8, abs=1e-6)
     assert bounces.free_fall is not None
     assert bounces.free_fall.g_m_s2 == pytest.approx(9.81, abs=1e-6), "g is vertical, whatever the floor"
@@ -132,7 +132,7 @@ def test_a_tilted_floor_is_judged_along_its_normal() -> None:
 def test_flight_time_and_height_give_the_same_coefficient() -> None:
     drop = Drop()
     track, segment = track_of(drop, 10e-6)
-    impacts = find_bounces(track, segment, UP, drop.rate_hz).impacts
+    impacts = find_bounces(track, segment, UP, drop.rate_hz, G_M_S2).impacts
     assert [impact.e_flight_time for impact in impacts[:4]] == pytest.approx([0.8] * 4, abs=1e-3)
     assert [impact.e_height for impact in impacts[:4]] == pytest.approx([0.8] * 4, abs=1e-3)
     assert np.isnan(impacts[-1].e_flight_time)
@@ -142,7 +142,7 @@ def test_flight_time_and_height_give_the_same_coefficient() -> None:
 def test_coefficients_that_disagree_are_told() -> None:
     drop = Drop()
     track, segment = track_of(drop)
-    first = replace(find_bounces(track, segment, UP, drop.rate_hz).impacts[0], e_flight_time=0.7)
+    first = replace(find_bounces(track, segment, UP, drop.rate_hz, G_M_S2).impacts[0], e_flight_time=0.7)
     (finding,) = disagreements(Bounces((first,)))
     assert "0.7000 from the flight time" in finding.text
     assert disagreements(Bounces((replace(first, valid=False),))) == [], "what is not valid is not compared"
@@ -174,7 +174,7 @@ def test_the_normal_of_a_tilted_floor_is_found_from_the_impacts(tilt_deg: float)
     )
     track_m = track_m + np.random.default_rng(0).normal(0, 20e-6, track_m.shape)
     impacts = np.array([segment[0] for segment in segments[1:]])
-    at = impact_velocities(time, track_m, impacts)
+    at = impact_velocities(time, track_m, impacts, G_M_S2)
     known = np.isfinite(at.u_side_m_s)
     floor = normal_of_impacts(at.before_m_s[known], at.after_m_s[known], at.u_side_m_s[known])
     between_deg = np.degrees(np.arccos(min(1.0, float(normal @ floor.normal))))
@@ -183,17 +183,20 @@ def test_the_normal_of_a_tilted_floor_is_found_from_the_impacts(tilt_deg: float)
     assert floor.u_tilt_deg < 0.15
     everywhere = np.ones(time.size, dtype=bool)
     track = Track(time, track_m, np.full_like(track_m, 20e-6), everywhere, "exact")
-    found = find_bounces(track, Segment(0, time.size, 0, 0), None, rate)
+    found = find_bounces(track, Segment(0, time.size, 0, 0), None, rate, G_M_S2)
     assert found.u_tilt_deg is not None
     assert found.impacts[0].e == pytest.approx(0.8, abs=2e-3)
-    assert found.impacts[0].u_e >= find_bounces(track, Segment(0, time.size, 0, 0), found.normal, rate).impacts[0].u_e
+    assert (
+        found.impacts[0].u_e
+        >= find_bounces(track, Segment(0, time.size, 0, 0), found.normal, rate, G_M_S2).impacts[0].u_e
+    )
 
 
 def test_without_impacts_there_is_no_coefficient() -> None:
     time = np.arange(20000) / 10000.0
     position = np.stack([0.1 * np.cos(3 * time), 0.1 * np.sin(3 * time), np.zeros_like(time)])
     track = Track(time, position, np.ones_like(position), np.ones(time.size, dtype=bool), "exact")
-    bounces = find_bounces(track, Segment(0, 20000, 0, 0), UP, 10000.0)
+    bounces = find_bounces(track, Segment(0, 20000, 0, 0), UP, 10000.0, G_M_S2)
     assert bounces.impacts == ()
     assert bounces.free_fall is None
 
@@ -203,7 +206,7 @@ def test_jerks_that_no_gravity_follows_are_no_bounces() -> None:
     position = np.stack([np.zeros_like(time), np.zeros_like(time), 0.05 * np.abs(np.sin(2 * np.pi * time))])
     position += np.random.default_rng(0).normal(0, 10e-6, position.shape)
     track = Track(time, position, np.ones_like(position), np.ones(time.size, dtype=bool), "exact")
-    bounces = find_bounces(track, Segment(0, 30000, 0, 0), UP, 10000.0)
+    bounces = find_bounces(track, Segment(0, 30000, 0, 0), UP, 10000.0, G_M_S2)
     assert bounces.impacts == ()
     assert bounces.free_fall is None
 
@@ -213,7 +216,7 @@ def test_an_impact_whose_flight_is_unknown_has_no_coefficient() -> None:
     track, segment = track_of(drop)
     gone = (track.time_s > drop.impact_s[0] + 0.015) & (track.time_s < drop.impact_s[1] - 0.015)
     cut = Track(track.time_s, np.where(gone, np.nan, track.position_m), track.u_position_m, ~gone, "exact")
-    impacts = find_bounces(cut, segment, UP, drop.rate_hz).impacts
+    impacts = find_bounces(cut, segment, UP, drop.rate_hz, G_M_S2).impacts
     assert impacts[0].e == pytest.approx(0.8, abs=1e-3)
 
 
@@ -222,7 +225,7 @@ def test_a_flight_that_is_no_parabola_does_not_spoil_the_others() -> None:
     track, segment = track_of(drop, 5e-6)
     share = np.clip((track.time_s - drop.impact_s[2]) / (drop.impact_s[3] - drop.impact_s[2]), 0.0, 1.0)
     bent = track.position_m + np.outer([0.0, 0.0, 3e-3], np.sin(4 * np.pi * share))
-    bounces = find_bounces(replace(track, position_m=bent), segment, UP, drop.rate_hz)
+    bounces = find_bounces(replace(track, position_m=bent), segment, UP, drop.rate_hz, G_M_S2)
     assert [impact.valid for impact in bounces.impacts[:6]] == [True, True, False, False, True, True]
     assert [bounces.impacts[k].e for k in (0, 1, 4, 5)] == pytest.approx([0.8] * 4, abs=1e-5)
 
@@ -232,7 +235,7 @@ def test_a_coefficient_that_is_clearly_above_one_is_not_valid() -> None:
     track, segment = track_of(drop, 5e-6)
     backwards = replace(track, position_m=track.position_m[:, ::-1].copy())
     n = track.time_s.size
-    bounces = find_bounces(backwards, Segment(n - segment.last, n - segment.first, 0, 0), UP, drop.rate_hz)
+    bounces = find_bounces(backwards, Segment(n - segment.last, n - segment.first, 0, 0), UP, drop.rate_hz, G_M_S2)
     assert [impact.e for impact in bounces.impacts[-5:]] == pytest.approx([1.25] * 5, abs=1e-3)
     assert not any(impact.valid for impact in bounces.impacts)
 
@@ -241,7 +244,9 @@ def test_a_coefficient_less_certain_than_a_tenth_is_not_valid() -> None:
     drop = Drop()
     track, segment = track_of(drop, 5e-6)
     waves = np.outer([0.0, 0.0, 6e-3], np.sin(2 * np.pi * 12 * track.time_s))
-    impacts = find_bounces(replace(track, position_m=track.position_m + waves), segment, UP, drop.rate_hz).impacts
+    impacts = find_bounces(
+        replace(track, position_m=track.position_m + waves), segment, UP, drop.rate_hz, G_M_S2
+    ).impacts
     assert [impact.valid for impact in impacts] == [impact.u_e < 0.1 for impact in impacts]
     assert {impact.valid for impact in impacts} == {True, False}
 
@@ -302,5 +307,5 @@ def test_what_rides_a_plate_before_it_is_thrown_does_not_fall_freely() -> None:
     whole = drop.impact_s[0] - drop.rest_s
     share = (track.time_s[first] - drop.rest_s) / whole
     position[2, first] = 0.2 * (1.0 - share**4)
-    assert find_bounces(track, segment, UP, drop.rate_hz).free_fall is not None
-    assert find_bounces(replace(track, position_m=position), segment, UP, drop.rate_hz).free_fall is None
+    assert find_bounces(track, segment, UP, drop.rate_hz, G_M_S2).free_fall is not None
+    assert find_bounces(replace(track, position_m=position), segment, UP, drop.rate_hz, G_M_S2).free_fall is None

@@ -11,6 +11,7 @@ from support.normal_matrices import even_information
 
 from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
 from radargui.estimation.readout.free_motion import FreeMotion
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2 as G_M_S2
 from radargui.restitution.flight_fit import FlightFit, fit_flights
 from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns, UnknownLayout, impact_rows
 
@@ -35,7 +36,7 @@ def integrated(drag_1_m: float) -> FreeMotion:
     rise = solve_ivp(rate, (IMPACT_S, END_S), rebound, **exact)
     place = np.where(time < IMPACT_S, fall.sol(np.minimum(time, IMPACT_S)), rise.sol(np.maximum(time, IMPACT_S)))[:3]
     coefficients = np.linalg.lstsq(spline.design(time).toarray(), place.T, rcond=None)[0]
-    return FreeMotion(SplineMotion(spline, coefficients), RELEASE)
+    return FreeMotion(SplineMotion(spline, coefficients), RELEASE, G_M_S2)
 
 
 def fitted(drag_1_m: float) -> FlightFit:

@@ -9,11 +9,11 @@ import pytest
 
 from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
 from radargui.estimation.readout.free_motion import FreeMotion
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2 as G_M_S2
 from radargui.restitution.joint_bounces import _falls, _let_go, _likely, _never_falls, _off_gravity
 from radargui.restitution.settings import FLIGHTS
 
-G = NOMINAL_GRAVITY_M_S2
+G = G_M_S2
 RELEASE = np.array([0.0, 0.0, 0.3])
 
 
@@ -28,7 +28,7 @@ def moved(edge_s: list[float], acceleration_m_s2: list[float], thrown_m_s: float
         level, speed = float(np.interp(end, time, height)), thrown_m_s
     place = np.stack([0.01 * (time - edge_s[0]), 0.0 * time, height], axis=1)
     coefficients = np.linalg.lstsq(spline.design(time).toarray(), place, rcond=None)[0]
-    return FreeMotion(SplineMotion(spline, coefficients), RELEASE)
+    return FreeMotion(SplineMotion(spline, coefficients), RELEASE, G_M_S2)
 
 
 def held(push_s: float, fall_s: float, push_m_s2: float) -> FreeMotion:
@@ -39,17 +39,17 @@ def held(push_s: float, fall_s: float, push_m_s2: float) -> FreeMotion:
     height = 0.5 * push_m_s2 * early**2 + push_m_s2 * push_s * late - 0.5 * G * late**2
     place = np.stack([0.0 * time, 0.0 * time, height], axis=1)
     coefficients = np.linalg.lstsq(spline.design(time).toarray(), place, rcond=None)[0]
-    return FreeMotion(SplineMotion(spline, coefficients), RELEASE)
+    return FreeMotion(SplineMotion(spline, coefficients), RELEASE, G_M_S2)
 
 
-def test_a_segment_is_off_gravity_by_what_it_accelerates_otherwise() -> None:
+def test_a_segment_is_off_gravity_by_the_share_that_it_accelerates_otherwise() -> None:
     free = moved([0.1, 0.3, 0.5, 0.7], [-G, -G + 0.7, -G - 2.0])
     found = [_off_gravity(free, number) for number in range(3)]
-    assert found == pytest.approx([0.0, 0.7, 2.0], abs=0.02)
+    assert found == pytest.approx([0.0, 0.7 / G, 2.0 / G], abs=0.002)
 
 
 def test_flights_end_before_one_that_lay_or_was_carried_unless_it_is_too_short_to_tell() -> None:
-    off = -G + 1.1 * FLIGHTS.about_g_m_s2
+    off = -G + 1.1 * FLIGHTS.about_g * G
     assert _likely(moved([0.1, 0.3, 0.5, 0.7, 0.9], [-G, -G, -G, -G]), 4) == 4
     assert _likely(moved([0.1, 0.3, 0.5, 0.7, 0.9], [-G, -G, -G, off]), 4) == 3
     assert _likely(moved([0.1, 0.3, 0.5, 0.7, 0.9], [-G, -G, off, -G]), 4) == 2

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from radargui.model.finding import Finding
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2 as G_M_S2
 from radargui.model.result import Bounce, Bounces, Track
 from radargui.restitution.impact_plane import judged_by_floor
 
@@ -30,7 +31,7 @@ def dropped(floor_m: np.ndarray, aside_m: np.ndarray, u_m: float = 1e-5) -> tupl
 
 def off_one_plane(bounces: Bounces, track: Track) -> list[Finding]:
     """What is said of the floor where no rebound is too fast: e stays what it is."""
-    judged, findings = judged_by_floor(bounces, track)
+    judged, findings = judged_by_floor(bounces, track, G_M_S2)
     assert judged == bounces
     return findings
 
@@ -52,9 +53,9 @@ def test_a_flat_floor_is_not_mentioned_nor_what_the_track_does_not_know() -> Non
     bumps = 2e-4 * np.array([0.0, 1.0, 0.0, 1.0])
     assert off_one_plane(*dropped(bumps, TOGETHER, u_m=2e-4)) == []
     # an error that belongs to the place is the same in all of them
-    assert judged_by_floor(*dropped(bumps, TOGETHER, u_m=2e-4), alike_m=2.4e-3)[1]
+    assert judged_by_floor(*dropped(bumps, TOGETHER, u_m=2e-4), gravity_m_s2=G_M_S2, alike_m=2.4e-3)[1]
     far = np.array([0.0, 0.01, -0.01, 0.02])
-    assert judged_by_floor(*dropped(bumps, far, u_m=2e-4), alike_m=2.4e-3)[1] == []
+    assert judged_by_floor(*dropped(bumps, far, u_m=2e-4), gravity_m_s2=G_M_S2, alike_m=2.4e-3)[1] == []
 
 
 def test_a_slope_within_what_is_known_of_the_normal_is_no_step() -> None:
@@ -73,7 +74,7 @@ def test_speed_along_the_floor_that_turns_away_from_it_is_no_floor_that_moves() 
     for along, words in ((2.6, "off one plane"), (3.2, "the floor moves")):
         impact = replace(grazing, vt_after_m_s=along)
         impacts = (bounces.impacts[0], impact, *bounces.impacts[2:])
-        judged, (finding,) = judged_by_floor(replace(bounces, impacts=impacts), track)
+        judged, (finding,) = judged_by_floor(replace(bounces, impacts=impacts), track, G_M_S2)
         assert words in finding.text
         assert judged.impacts[1].valid == (words == "off one plane")
 
@@ -83,7 +84,7 @@ def test_a_floor_that_gives_speed_gives_no_restitution(*, valid: bool) -> None:
     bounces, track = dropped(np.array([0.0, 5e-4, 5e-3, 0.0]), TOGETHER)
     faster = replace(bounces.impacts[1], speed_after_m_s=2.1, e=1.05, u_e=0.01, valid=valid)
     moved = replace(bounces, impacts=(bounces.impacts[0], faster, *bounces.impacts[2:]))
-    judged, (finding,) = judged_by_floor(moved, track)
+    judged, (finding,) = judged_by_floor(moved, track, G_M_S2)
     assert not any(impact.valid for impact in judged.impacts)
     assert "after impact 2" in finding.text
     # not beyond its uncertainty, or on a floor that keeps its place
@@ -122,7 +123,7 @@ def test_impacts_after_the_last_valid_one_that_throw_the_sphere_lie_on_the_floor
     bounces, track = dropped(1e-3 * np.array([0.0, 3.0, -3.0, 0.0]), TOGETHER)
     first, *others = bounces.impacts
     thrown = tuple(replace(one, speed_after_m_s=2.6, e=1.3, valid=False) for one in others)
-    judged, (finding,) = judged_by_floor(replace(bounces, impacts=(first, *thrown)), track)
+    judged, (finding,) = judged_by_floor(replace(bounces, impacts=(first, *thrown)), track, G_M_S2)
     assert not judged.impacts[0].valid
     assert "the floor moves" in finding.text
 

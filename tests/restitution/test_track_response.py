@@ -7,6 +7,7 @@ import pytest
 from support.drops import Drop
 
 from radargui.model.assumed import CONTACT_S
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2 as G_M_S2
 from radargui.model.resources import default_setup_path
 from radargui.model.result import Bounce, Bounces, Segment, Track
 from radargui.model.setup import read_setup
@@ -46,11 +47,11 @@ def shifts(track: Track) -> np.ndarray:
 @pytest.mark.parametrize("normal", [UP, None])
 def test_it_is_what_the_bounces_of_the_shifted_track_differ_by(normal: tuple[float, float, float] | None) -> None:
     track, segment = drifting_track()
-    before, moved = find_bounces(track, segment, normal, DROP.rate_hz), shifts(track)
-    e, g = respond(track, segment, before, moved, normal is not None)
+    before, moved = find_bounces(track, segment, normal, DROP.rate_hz, G_M_S2), shifts(track)
+    e, g = respond(track, segment, before, moved, normal is not None, G_M_S2)
     for own, de, dg in zip(moved, e, g, strict=True):
         shifted = replace(track, position_m=track.position_m + own)
-        after = find_bounces(shifted, segment, normal, DROP.rate_hz)
+        after = find_bounces(shifted, segment, normal, DROP.rate_hz, G_M_S2)
         assert before.free_fall is not None
         assert after.free_fall is not None
         change = [b.e - a.e for a, b in zip(before.impacts, after.impacts, strict=True)]
@@ -60,16 +61,16 @@ def test_it_is_what_the_bounces_of_the_shifted_track_differ_by(normal: tuple[flo
 
 def test_a_stretched_height_changes_g_alike_and_e_not() -> None:
     track, segment = drifting_track()
-    bounces = find_bounces(track, segment, UP, DROP.rate_hz)
+    bounces = find_bounces(track, segment, UP, DROP.rate_hz, G_M_S2)
     assert bounces.free_fall is not None
-    e, g = respond(track, segment, bounces, shifts(track)[:1], given_normal=True)
+    e, g = respond(track, segment, bounces, shifts(track)[:1], given_normal=True, gravity_m_s2=G_M_S2)
     assert np.nanmax(np.abs(e)) < 5e-8
     assert g[0] == pytest.approx(1e-3 * bounces.free_fall.g_m_s2, rel=1e-6)
 
 
 def test_without_impacts_there_is_nothing_to_change() -> None:
     track, segment = drifting_track()
-    e, g = respond(track, segment, Bounces(), shifts(track), given_normal=True)
+    e, g = respond(track, segment, Bounces(), shifts(track), given_normal=True, gravity_m_s2=G_M_S2)
     assert e.shape == (3, 0)
     assert np.isnan(g).all()
 

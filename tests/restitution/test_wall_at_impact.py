@@ -12,6 +12,7 @@ from support.normal_matrices import even_information
 from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.solve.break_velocities import BreakVelocities
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2 as G_M_S2
 from radargui.restitution.flight_fit import FlightFit, fit_flights
 from radargui.restitution.flight_unknowns import FlightPlan
 from radargui.restitution.wall_at_impact import walls_at_impacts
@@ -34,7 +35,7 @@ def bounced(late_s: float, back_m_s: float = -0.08, moved_m: tuple[float, float]
     moved = np.outer(moved_m, time > IMPACT_S - 0.001)
     place = np.stack([aside + moved[0], moved[1], height], axis=1)
     coefficients = np.linalg.lstsq(spline.design(time).toarray(), place, rcond=None)[0]
-    return FreeMotion(SplineMotion(spline, coefficients), np.zeros(3))
+    return FreeMotion(SplineMotion(spline, coefficients), np.zeros(3), G_M_S2)
 
 
 def flights_of(free: FreeMotion, u_m: float) -> FlightFit:
@@ -44,7 +45,7 @@ def flights_of(free: FreeMotion, u_m: float) -> FlightFit:
 
 def breaks_of(time_s: list[float], before: list[list[float]], after: list[list[float]]) -> BreakVelocities:
     covariance = np.tile(1e-8 * np.eye(6), (len(time_s), 1, 1))
-    return BreakVelocities(np.array(time_s), np.array(before), np.array(after), covariance)
+    return BreakVelocities(np.array(time_s), np.array(before), np.array(after), covariance, G_M_S2)
 
 
 @pytest.mark.parametrize(("late_s", "together"), [(0.0, False), (-0.0015, True), (0.0015, True)])

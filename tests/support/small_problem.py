@@ -14,6 +14,7 @@ from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.problem import Start, State, linearise
 from radargui.geometry.path_length import Antennas
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.scattering import conducting_sphere, transmitted_direction, transverse_axes
 
 ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.2, 0.4, 0.55], [-0.25, -0.4, 0.5]]))
@@ -136,8 +137,8 @@ def small_problem(
     delay = delay_s * np.arange(6.0)
     multiplexer = None if crosstalk is None else Multiplexer(np.array([0.8, 1.0, 1.25, 1.0, 0.7, 1.0]), 2e-4)
     data = BinnedData(
-        bins, ANTENNAS, RELEASE_M, WAVELENGTH_M, middle < START_S, delay, START_S, multiplexer=multiplexer,
-        slow_noise=None if drift is None else drift.uncorrelated(bins),
+        bins, ANTENNAS, RELEASE_M, WAVELENGTH_M, middle < START_S, delay, START_S, NOMINAL_GRAVITY_M_S2,
+        multiplexer=multiplexer, slow_noise=None if drift is None else drift.uncorrelated(bins),
     )  # fmt: skip
     place = positions(middle, wall_s=wall_s)
     shown_s = sorted([BOUNCE_S] if wall_s is None else [wall_s, BOUNCE_S])

@@ -232,13 +232,13 @@ def _turns(data: BinnedData, last: Round, normal: FloatArray, impact_s: FloatArr
     turns = find_turns(data.bins.time_s, height, noise)
     near = (np.abs(turns[:, None] - impact_s[None]) < START.same_turn_s).any(axis=1)
     turns = turns[~near]
-    stops = find_stops(data.bins.time_s, height, noise, impact_s)
+    stops = find_stops(data.bins.time_s, height, noise, data.gravity_m_s2, impact_s)
     near = (np.abs(turns[:, None] - stops[None]) < START.same_turn_s).any(axis=1)
     return np.sort(np.concatenate([turns[~near], stops]))
 
 
 def _impacts(data: BinnedData, last: Round, normal: FloatArray) -> FloatArray:
-    return find_impacts(data.bins.time_s, *_height(data, last, normal))
+    return find_impacts(data.bins.time_s, *_height(data, last, normal), data.gravity_m_s2)
 
 
 def _height(data: BinnedData, last: Round, normal: FloatArray) -> tuple[FloatArray, FloatArray]:

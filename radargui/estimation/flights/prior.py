@@ -17,7 +17,7 @@ from radargui.estimation.forward.sphere import EXCHANGE, U_EXCHANGE, PolarisedSp
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.signals import ScaledSignals
 from radargui.model.arrays import FloatArray
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, drag_of_sphere, gravity_of_site, share_in_air
+from radargui.model.gravity import drag_of_sphere, expected_gravity_m_s2, gravity_of_site, share_in_air
 from radargui.model.setup import Setup
 from radargui.motion.flights import FlightLayout
 
@@ -74,7 +74,8 @@ PRIOR = DropPrior()
 def gravity_prior(setup: Setup) -> tuple[float, float]:
     """Return g of a body in air at the setup's site and its u, m/s^2."""
     known = gravity_of_site(setup.site)
-    g, u = (NOMINAL_GRAVITY_M_S2, PRIOR.gravity_m_s2) if known is None else known[:2]
+    u = PRIOR.gravity_m_s2 if known is None else known[1]
+    g = expected_gravity_m_s2(setup.site)
     return g * share_in_air(setup.tracer.density_kg_m3, setup.air.gas), max(u, PRIOR.least_gravity_m_s2)
 
 

@@ -11,6 +11,7 @@ from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere
 from radargui.estimation.signals import ScaledSignals
 from radargui.geometry.path_length import Antennas, place_antennas
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.setup import Setup
 
 
@@ -173,6 +174,8 @@ class BinnedData:
         Delay of each channel against channel 0, shape (n_channels,).
     onset_s
         End of the rest as seen in the samples.
+    gravity_m_s2
+        g of the place, for what asks whether something falls.
     sphere
         The tracer and the antennas' polarisation; None where it counts as a point.
     multiplexer
@@ -190,6 +193,7 @@ class BinnedData:
     rest: BoolArray
     delay_s: FloatArray
     onset_s: float
+    gravity_m_s2: float
     sphere: PolarisedSphere | None = None
     multiplexer: Multiplexer | None = None
     slow_noise: FloatArray | None = None
@@ -206,6 +210,7 @@ class BinnedData:
             bins.last_s < signals.rest_end_s,
             signals.delay_s,
             signals.onset_s,
+            expected_gravity_m_s2(setup.site),
             polarised_sphere(setup),
             None if signals.before is None else Multiplexer(signals.before, 1.0 / signals.rate_hz),
             setup=SetupUnknowns.of(setup),

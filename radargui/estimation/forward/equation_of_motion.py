@@ -10,7 +10,6 @@ from scipy.sparse import csr_matrix
 from radargui.estimation.forward.banded_rows import BandedRows
 from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,14 +18,15 @@ class FreeFlightSettings:
 
     Attributes
     ----------
-    off_gravity_m_s2
-        A segment whose mean acceleration is within this of gravity flies: a wall that is missing in the model bends a
-        fall by less, and a body that lies or is held is off by 9.8.
+    off_gravity
+        A segment whose mean acceleration is within this share of gravity flies: a wall that is missing in the model
+        bends a fall by less (it makes waves along the way, the faster the sphere the more), and a body that lies or is
+        held is off by all of it.
     least_spans
         A flight lasts at least so many spans of 10 ms: over less, nothing is gained.
     """
 
-    off_gravity_m_s2: float = 1.0
+    off_gravity: float = 0.102
     least_spans: int = 3
 
 
@@ -153,7 +153,7 @@ class EquationDeviation:
         return csr_matrix((values.ravel(), columns.ravel(), pointer), shape=(drag.size, self.n_breaks + 4))
 
 
-def spans_in_flight(motion: SplineMotion, released_s: float) -> BoolArray:
+def spans_in_flight(motion: SplineMotion, released_s: float, gravity_m_s2: float) -> BoolArray:
     """Return which spans belong to segments that fly, the release before `released_s` left out, shape (n_spans,)."""
     spline = motion.spline
     # before, a hand or a magnet acted
@@ -166,6 +166,6 @@ def spans_in_flight(motion: SplineMotion, released_s: float) -> BoolArray:
         here = rows.segment[rows.n_jerk :] == number
         if here.sum() > FREE_FLIGHT.least_spans:
             # the mean: at single knots the spline rings by more
-            off = acceleration[here].mean(axis=0) + np.array([0.0, 0.0, NOMINAL_GRAVITY_M_S2])
-            out[after & (segment == number)] = np.linalg.norm(off) < FREE_FLIGHT.off_gravity_m_s2
+            off = acceleration[here].mean(axis=0) + np.array([0.0, 0.0, gravity_m_s2])
+            out[after & (segment == number)] = np.linalg.norm(off) < FREE_FLIGHT.off_gravity * gravity_m_s2
     return out

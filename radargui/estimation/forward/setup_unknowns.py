@@ -10,9 +10,6 @@ from radargui.geometry.path_length import Antennas, place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import UncertainInput
 from radargui.model.gravity import (
-    NOMINAL_GRAVITY_M_S2,
-    U_ANYWHERE_M_S2,
-    UNKNOWN_DRAG,
     Drag,
     drag_of_sphere,
     expected_gravity,
@@ -51,9 +48,9 @@ class SetupUnknowns:
     by_antenna: FloatArray
     by_release: FloatArray
     by_log_wavenumber: FloatArray
-    gravity_m_s2: float = NOMINAL_GRAVITY_M_S2
-    u_gravity_m_s2: float = U_ANYWHERE_M_S2
-    drag: Drag = UNKNOWN_DRAG
+    gravity_m_s2: float
+    u_gravity_m_s2: float
+    drag: Drag
 
     @property
     def size(self) -> int:

@@ -75,12 +75,15 @@ class FreeMotion:
         Spline and coefficients.
     release_m
         Shape (3,).
+    gravity_m_s2
+        g of the place.
     drag
         What is known of the air's drag where it flies.
     """
 
     motion: SplineMotion
     release_m: FloatArray
+    gravity_m_s2: float
     drag: Drag = UNKNOWN_DRAG
 
     @property

@@ -42,7 +42,8 @@ class MotionPosterior:
         """The motion, of which no equation is asked."""
         solution = self.solution
         motion = SplineMotion(solution.at.spline, solution.state.coefficients)
-        return FreeMotion(motion, solution.problem.inputs.release_m, solution.problem.drag)
+        problem = solution.problem
+        return FreeMotion(motion, problem.inputs.release_m, problem.gravity_m_s2, problem.drag)
 
     @cached_property
     def breaks(self) -> BreakVelocities:
@@ -64,7 +65,7 @@ class MotionPosterior:
 
     def kicks_beside(self, normal: FloatArray) -> IntArray:
         """Return the numbers of the breaks beside which a wall was met that has no break, see `kicks_beside`."""
-        return kicks_beside(self.free.motion, normal)[1]
+        return kicks_beside(self.free.motion, normal, self.free.gravity_m_s2)[1]
 
     def responses(self, others: Sequence[OtherInputs], time_s: FloatArray) -> tuple[InputResponse, ...]:
         """Return how the motion follows other inputs, see `input_responses`."""

@@ -12,7 +12,6 @@ import numpy as np
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.solve.break_velocities import LIMITS
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
 _LATE, _STEP_S = 1.5, 5e-4
 """Of the flight that a speed makes, so many times as long are looked at, in steps of so much."""
@@ -85,7 +84,7 @@ def lands_after_s(free: FreeMotion, normal: FloatArray, impact_s: float, speed_m
     impact_s, speed_m_s
         Where it left, and how fast.
     """
-    flight_s = 2.0 * speed_m_s / NOMINAL_GRAVITY_M_S2
+    flight_s = 2.0 * speed_m_s / free.gravity_m_s2
     time_s = impact_s + np.arange(0.0, _LATE * flight_s, _STEP_S)
     if time_s.size < 3 or time_s[-1] > free.edge_s[-1]:
         return math.nan

@@ -12,7 +12,6 @@ from radargui.estimation.solve.changed_problem import span_jerk_sd
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.normal import solve_band
 from radargui.model.arrays import FloatArray, IntArray
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +118,7 @@ def side_kicks(solution: Solution, normal: FloatArray, settings: BreakSettings =
 
 
 def kicks_beside(
-    motion: SplineMotion, normal: FloatArray, settings: BreakSettings = BREAKS
+    motion: SplineMotion, normal: FloatArray, gravity_m_s2: float, settings: BreakSettings = BREAKS
 ) -> tuple[FloatArray, IntArray]:
     """Return times beside breaks, too near for `side_kicks`, where a wall was met, and the numbers of these breaks.
 
@@ -140,7 +139,7 @@ def kicks_beside(
             away = np.stack([line - wide - back, line + on])
             place = spline.offset(at + away.ravel(), motion.coefficients)
             # along a floor that leans it falls, too, and a parabola is no line
-            place[:, 2] += NOMINAL_GRAVITY_M_S2 / 2.0 * away.ravel() ** 2
+            place[:, 2] += gravity_m_s2 / 2.0 * away.ravel() ** 2
             aside = (place - np.outer(place @ normal, normal)).reshape(2, -1, 3)
             (v1, x1), (v2, x2) = (np.polyfit(t, x, 1) for t, x in zip(away, aside, strict=True))
             kick = v2 - v1

@@ -202,7 +202,8 @@ def settle_breaks(
             # once all that is far from impacts is known: no line goes through a wall
             best = _best(seen, normal)
             motion = SplineMotion(best.at.spline, best.state.coefficients)
-            new = beside = _away(kicks_beside(motion, normal)[0], refused, BREAKS.least_beside_s)
+            kicks = kicks_beside(motion, normal, data.gravity_m_s2)[0]
+            new = beside = _away(kicks, refused, BREAKS.least_beside_s)
             if new.size:
                 solution, speeds, good = best, break_speeds(best, normal), np.ones(best.at.spline.break_s.size, bool)
         stiff = misfit_times(solution) if new.size == 0 else np.zeros(0)

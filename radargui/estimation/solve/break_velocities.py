@@ -13,7 +13,6 @@ from radargui.estimation.forward.banded_rows import BandedRows
 from radargui.estimation.forward.motion_spline import MotionSpline
 from radargui.estimation.solve.minimise import Solution
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.motion.impacts import IMPACT_LIMITS
 
 
@@ -76,6 +75,8 @@ class BreakSpeeds:
         Same shape; up is positive.
     kick_m_s, u_kick_m_s
         Jump of the velocity along the floor, and its uncertainty, same shape.
+    gravity_m_s2
+        g of the place.
     """
 
     time_s: FloatArray
@@ -84,6 +85,7 @@ class BreakSpeeds:
     u_jump_m_s: FloatArray
     kick_m_s: FloatArray
     u_kick_m_s: FloatArray
+    gravity_m_s2: float
 
     def are_impacts(self) -> BoolArray:
         """Return at which breaks, (n_breaks,), it comes down, goes up and jumps (`ImpactLimits`), as a body could."""
@@ -118,7 +120,7 @@ class BreakSpeeds:
     def _are_held(self) -> BoolArray:
         """Return where nothing but gravity and a push of the floor acted since the break before."""
         flight = np.diff(self.time_s)
-        changed = np.abs(self.before_m_s[1:] - self.after_m_s[:-1] + NOMINAL_GRAVITY_M_S2 * flight)
+        changed = np.abs(self.before_m_s[1:] - self.after_m_s[:-1] + self.gravity_m_s2 * flight)
         held = np.concatenate([[True], changed < LIMITS.doubt_m_s + LIMITS.other_acceleration_m_s2 * flight])
         return np.asarray(held[: self.time_s.size])
 
@@ -130,7 +132,7 @@ class BreakSpeeds:
         moment, speed, share = self._last_bounce()
         out: list[float] = []
         while len(out) < LIMITS.most_bounces:
-            flight_s = 2.0 * speed / NOMINAL_GRAVITY_M_S2
+            flight_s = 2.0 * speed / self.gravity_m_s2
             moment += flight_s
             if flight_s < LIMITS.least_flight_s or moment > end_s - LIMITS.least_flight_s:
                 break
@@ -152,11 +154,11 @@ class BreakSpeeds:
         if impacts.sum() > 1:
             # it arrives no faster than it left, however the spline swings between two breaks
             speed = min(speed, LIMITS.same_share * share * float(self.after_m_s[impacts][-2]))
-        flight_s, height_m = 2.0 * speed / NOMINAL_GRAVITY_M_S2, speed**2 / (2.0 * NOMINAL_GRAVITY_M_S2)
+        flight_s, height_m = 2.0 * speed / self.gravity_m_s2, speed**2 / (2.0 * self.gravity_m_s2)
         if self._lands_unseen(moment, flight_s):
             # nobody knows how fast it left again: as after the impacts before
             moment, speed = moment + flight_s, min(share, 1.0) * speed
-            flight_s, height_m = 2.0 * speed / NOMINAL_GRAVITY_M_S2, speed**2 / (2.0 * NOMINAL_GRAVITY_M_S2)
+            flight_s, height_m = 2.0 * speed / self.gravity_m_s2, speed**2 / (2.0 * self.gravity_m_s2)
         # a longer one would be followed, or is not over yet
         elif not 0.0 < flight_s < LIMITS.unfollowed_s:
             return np.zeros(time_s.size)
@@ -195,12 +197,15 @@ class BreakVelocities:
         Shape (n_breaks, 3).
     covariance
         Of (before x, y, z, after x, y, z) at each break, shape (n_breaks, 6, 6).
+    gravity_m_s2
+        g of the place.
     """
 
     time_s: FloatArray
     before_m_s: FloatArray
     after_m_s: FloatArray
     covariance: FloatArray
+    gravity_m_s2: float
 
     def along(self, normal: FloatArray) -> BreakSpeeds:
         """Return the speeds along a unit vector, shape (3,), the kicks across it, and their uncertainties."""
@@ -210,15 +215,16 @@ class BreakVelocities:
         u_jump = np.sqrt(np.maximum(normal @ covariance @ normal, 0.0))
         u_kick = np.sqrt(np.maximum(np.trace(across @ covariance @ across, axis1=1, axis2=2), 0.0))
         kick = np.linalg.norm((self.after_m_s - self.before_m_s) @ across, axis=1)
-        return BreakSpeeds(self.time_s, self.before_m_s @ normal, self.after_m_s @ normal, u_jump, kick, u_kick)
+        before, after = self.before_m_s @ normal, self.after_m_s @ normal
+        return BreakSpeeds(self.time_s, before, after, u_jump, kick, u_kick, self.gravity_m_s2)
 
 
 def break_velocities(solution: Solution) -> BreakVelocities:
     """Return the velocities on both sides of each break with their covariance."""
-    spline = solution.at.spline
+    spline, gravity_m_s2 = solution.at.spline, solution.problem.gravity_m_s2
     moments = spline.break_s
     if moments.size == 0:
-        return BreakVelocities(moments, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 6, 6)))
+        return BreakVelocities(moments, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 6, 6)), gravity_m_s2)
     before, after = one_sided_slopes(spline)
     known, covariance = solution.normal.covariance(), np.empty((moments.size, 6, 6))
     covariance[:, :3, :3], covariance[:, 3:, 3:] = known.of_rows(before), known.of_rows(after)
@@ -226,7 +232,7 @@ def break_velocities(solution: Solution) -> BreakVelocities:
     covariance[:, :3, 3:] = known.of_rows(before, after)
     covariance[:, 3:, :3] = covariance[:, :3, 3:].transpose(0, 2, 1)
     coefficients = solution.state.coefficients
-    return BreakVelocities(moments, before @ coefficients, after @ coefficients, covariance)
+    return BreakVelocities(moments, before @ coefficients, after @ coefficients, covariance, gravity_m_s2)
 
 
 def break_speeds(solution: Solution, normal: FloatArray) -> BreakSpeeds:

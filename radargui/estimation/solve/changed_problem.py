@@ -53,7 +53,9 @@ def problem_with_breaks(solution: Solution, motion: SplineMotion) -> Start:
     others = slice(old.breaks.stop, None)
     now = spline.span_middles()
     # other breaks part other flights
-    in_flight = spans_in_flight(motion, problem.released_s) if old.sizes.flight else np.zeros(now.size, dtype=bool)
+    in_flight = np.zeros(now.size, dtype=bool)
+    if old.sizes.flight:
+        in_flight = spans_in_flight(motion, problem.released_s, problem.gravity_m_s2)
     rows = EquationRows.of(spline, in_flight)
     jerk_sd = np.clip(np.interp(now, *_log_jerk_sd(solution)), *np.log(_JERK_M_S3))
     # breaks stand first: everything behind them moves by their number
@@ -79,7 +81,7 @@ def problem_with_flights(solution: Solution) -> Start | None:
     """Return a solution's problem with the equation of free flight where it flies; None where nothing does."""
     problem, theta = solution.problem, solution.state.theta
     motion = SplineMotion(solution.at.spline, solution.state.coefficients)
-    in_flight = spans_in_flight(motion, problem.released_s)
+    in_flight = spans_in_flight(motion, problem.released_s, problem.gravity_m_s2)
     if not in_flight.any():
         return None
     old, rows = problem.layout, EquationRows.of(motion.spline, in_flight)
@@ -90,7 +92,7 @@ def problem_with_flights(solution: Solution) -> Start | None:
     source, target = carried_places(old, layout)
     for new, was in ((new_theta, theta), (mean, problem.prior.mean), (sd, problem.prior.sd)):
         new[target] = was[source]
-    mean[layout.flight], sd[layout.flight] = flight_prior(unknowns)
+    mean[layout.flight], sd[layout.flight] = flight_prior(unknowns, problem.gravity_m_s2)
     new_theta[layout.flight] = mean[layout.flight]
     if unknowns is not None:
         sd[layout.setup] = unknowns.deviation

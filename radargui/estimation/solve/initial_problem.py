@@ -173,6 +173,7 @@ def initial_problem(
         bias_basis=bias,
         amplitude_basis=amplitude,
         released_s=data.onset_s + INITIAL.release_s,
+        gravity_m_s2=data.gravity_m_s2,
         sphere=data.sphere,
         multiplexer=data.multiplexer,
     )

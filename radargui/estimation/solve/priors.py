@@ -19,7 +19,7 @@ from radargui.estimation.forward.setup_unknowns import SetupUnknowns
 from radargui.estimation.forward.sphere import EXCHANGE, U_EXCHANGE, PolarisedSphere
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.model.arrays import FloatArray, IntArray
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, TIDES_M_S2, U_ANYWHERE_M_S2, UNKNOWN_DRAG
+from radargui.model.gravity import TIDES_M_S2, U_ANYWHERE_M_S2, UNKNOWN_DRAG
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,12 +213,15 @@ def make_prior(
     return prior
 
 
-def flight_prior(setup: SetupUnknowns | None, settings: PriorSettings = PRIORS) -> tuple[FloatArray, FloatArray]:
+def flight_prior(
+    setup: SetupUnknowns | None, gravity_m_s2: float, settings: PriorSettings = PRIORS
+) -> tuple[FloatArray, FloatArray]:
     """Return mean and deviation of g_x, g_y, g_z (m/s^2) and drag (1/m): the vertical is z by the setup's definition.
 
-    What antennas lean by is an unknown of the setup, no horizontal part of gravity.
+    What antennas lean by is an unknown of the setup, no horizontal part of gravity. Where the setup leaves nothing open
+    g is that of the place.
     """
-    g, u_g = (NOMINAL_GRAVITY_M_S2, U_ANYWHERE_M_S2) if setup is None else (setup.gravity_m_s2, setup.u_gravity_m_s2)
+    g, u_g = (gravity_m_s2, U_ANYWHERE_M_S2) if setup is None else (setup.gravity_m_s2, setup.u_gravity_m_s2)
     sideways = settings.sideways_m_s2
     # a g that is called exact is held by what tides make of it
     u_g = max(u_g, TIDES_M_S2)

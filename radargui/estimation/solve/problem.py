@@ -57,6 +57,8 @@ class JointProblem:
         Functions of position for bias and log amplitude.
     released_s
         From here on the release is over.
+    gravity_m_s2
+        g of the place, for what asks whether something falls, and when it lands.
     slow_m_s
         v1 of the air's drag, where something flies.
     sphere
@@ -81,6 +83,7 @@ class JointProblem:
     bias_basis: PositionBasis
     amplitude_basis: PositionBasis
     released_s: float
+    gravity_m_s2: float
     slow_m_s: float = 0.0
     sphere: PolarisedSphere | None = None
     multiplexer: Multiplexer | None = None

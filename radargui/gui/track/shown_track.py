@@ -7,6 +7,7 @@ import numpy as np
 from radargui.geometry.path_length import place_antennas
 from radargui.gui.setup.geometry_sketch import HALF_FIELD_M
 from radargui.model.arrays import FloatArray
+from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.result import Kinematics, RunResult
 from radargui.model.setup import Setup
 from radargui.motion.speed import speed_along
@@ -29,12 +30,15 @@ class Space:
         z of the centre where it touches.
     antennas
         Name and direction (unit vector, shape (3,)) of each antenna, the transmitter first.
+    gravity_m_s2
+        g of the place.
     """
 
     low_mm: FloatArray
     high_mm: FloatArray
     floor_mm: float
     antennas: tuple[tuple[str, FloatArray], ...]
+    gravity_m_s2: float
 
     @property
     def size_mm(self) -> FloatArray:
@@ -54,7 +58,8 @@ def space_of(setup: Setup) -> Space:
     places = np.vstack([placed.transmitter_m, placed.receivers_m])
     directions = places / np.linalg.norm(places, axis=1, keepdims=True)
     names = ("Tx", *(f"Rx {number + 1}" for number in range(placed.n_receivers)))
-    return Space(low - margin, high + margin, floor, tuple(zip(names, directions, strict=True)))
+    antennas = tuple(zip(names, directions, strict=True))
+    return Space(low - margin, high + margin, floor, antennas, expected_gravity_m_s2(setup.site))
 
 
 _MOST_POINTS = 6000

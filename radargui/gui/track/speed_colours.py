@@ -14,7 +14,6 @@ from radargui.gui.plots.ranges import round_up
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import ShownTrack, Space
 from radargui.model.arrays import FloatArray, IntArray
-from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
 N_COLOURS = 16
 """Steps of speed: each is a path of its own; more are not told apart by eye."""
@@ -46,7 +45,7 @@ class SpeedColours:
         """Reach as far as a fall through the space does, or a track where that is faster."""
         fall_m = max(0.0, float(space.high_mm[2]) - space.floor_mm) / 1000.0
         known = track.speed_m_s[np.isfinite(track.speed_m_s)] if track else np.empty(0)
-        self.most_m_s = round_up(max(float(np.sqrt(2.0 * NOMINAL_GRAVITY_M_S2 * fall_m)), known.max(initial=0.1)))
+        self.most_m_s = round_up(max(float(np.sqrt(2.0 * space.gravity_m_s2 * fall_m)), known.max(initial=0.1)))
 
     def steps(self, speed_m_s: FloatArray) -> IntArray:
         """Return the number of each speed's colour, shape (n,); an unknown speed counts as rest."""

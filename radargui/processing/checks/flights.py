@@ -3,7 +3,7 @@
 import math
 
 from radargui.model.finding import Finding, warn
-from radargui.model.gravity import EARTH_GRAVITY_M_S2, NOMINAL_GRAVITY_M_S2, gravity_of_site, share_in_air
+from radargui.model.gravity import EARTH_GRAVITY_M_S2, expected_gravity_m_s2, gravity_of_site, share_in_air
 from radargui.model.setup import Setup
 from radargui.processing.checks.evidence import Evidence
 from radargui.processing.checks.setup import floor_elsewhere, is_misplaced
@@ -55,8 +55,7 @@ def g_impossible(evidence: Evidence) -> Finding | None:
     # NaN compares false: what is not known contradicts nothing
     if not max(least - fall.g_m_s2, fall.g_m_s2 - most) > _SIGMAS * u:
         return None
-    site = gravity_of_site(setup.site)
-    there = NOMINAL_GRAVITY_M_S2 if site is None else site[0]
+    site, there = gravity_of_site(setup.site), expected_gravity_m_s2(setup.site)
     # lengths go with 1 / frequency, times with 1 / rate
     ratio = fall.g_m_s2 / there
     return warn(
@@ -67,6 +66,22 @@ def g_impossible(evidence: Evidence) -> Finding | None:
         site_m_s2=there,
         rate_hz=rate_hz / math.sqrt(ratio),
         frequency_hz=ratio * setup.radar.frequency_hz,
+    )
+
+
+def falls_otherwise(evidence: Evidence) -> Finding | None:
+    """Something falls and bounces, but not with the g of the place."""
+    found, there = evidence.bounces.falls_with_m_s2, expected_gravity_m_s2(evidence.setup.site)
+    # phases that all turn too fast or too slowly say it already
+    if found is None or evidence.part.clock is not None:
+        return None
+    ratio = found / there
+    return warn(
+        "falls_otherwise",
+        g_m_s2=found,
+        site_m_s2=there,
+        rate_hz=evidence.part.conditioned.sample_rate_hz / math.sqrt(ratio),
+        frequency_hz=ratio * evidence.setup.radar.frequency_hz,
     )
 
 

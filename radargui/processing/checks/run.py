@@ -31,6 +31,7 @@ AFTER: tuple[Check, ...] = (
     motion.no_position,
     motion.no_rest,
     flights.g_impossible,
+    flights.falls_otherwise,
     setup.floor_elsewhere,
     impacts.coefficients_disagree,
     impacts.wall_at_impact,

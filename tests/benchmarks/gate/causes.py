@@ -64,7 +64,7 @@ _CODES: Mapping[Causes, str] = {
     _set("motion tilt"): "impacts_off_plane",
     _set("tilt drag motion"): "e_disagrees",
     _set("disturbance offsets motion"): "rest_drifts",
-    _set("clock wavelength"): "clock_wrong",
+    _set("clock wavelength gravity"): "clock_wrong falls_otherwise",
     STATED | REFLECTORS: "g_impossible",
     _set("drag sphere"): "flights_braked",
     _set("release"): "release_assumed",

@@ -39,9 +39,8 @@ class DockTitles(QObject):
                 if old is not None:
                     old.deleteLater()
         for bar in self._holder.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
-            group = [self._of(bar, tab) for tab in range(bar.count())]
-            if len(group) < 2 or not {*group} <= {group[0], *self._holder.tabifiedDockWidgets(group[0])}:
-                # of another workspace: Qt forgets to take it away
+            if bar.count() < 2:
+                # of a panel that is alone now: Qt forgets to take it away
                 bar.hide()
             for tab in range(bar.count()):
                 bar.setTabToolTip(tab, f"{bar.tabText(tab)}. {_TAB_TIP}")

@@ -35,8 +35,6 @@ TITLES = {
     "browser": "All sessions",
 }
 """Kept names and the words shown; a name must never change, layouts are remembered by it."""
-_MOST_KEYS = 9
-"""Panels that have a key, Alt and a digit."""
 
 
 class Workspace(NamedTuple):
@@ -209,6 +207,9 @@ class Panels(QtWidgets.QMainWindow):
         had_keys = self.focusWidget()
         if self._shown:
             self._layouts[self._shown] = self.saveState(LAYOUT_VERSION)
+        for bar in self._bars:
+            # Qt makes new ones for a layout that comes again, and forgets to take the old ones away
+            bar.hide()
         self._shown = name
         self.tabs.setCurrentIndex(list(WORKSPACES).index(name))
         if name not in self._layouts or not self.restoreState(self._layouts[name], LAYOUT_VERSION):
@@ -274,8 +275,7 @@ class Panels(QtWidgets.QMainWindow):
             menu.addAction(one.title, QtGui.QKeySequence(f"Ctrl+{number}"), partial(self.work_in, name))
         menu.addSeparator()
         for number, (name, title) in enumerate(TITLES.items(), start=1):
-            if number <= _MOST_KEYS:
-                menu.addAction(title, QtGui.QKeySequence(f"Alt+{number}"), partial(self.go_to, name))
+            menu.addAction(title, QtGui.QKeySequence(f"Alt+{number % 10}"), partial(self.go_to, name))
 
     def go_to(self, name: str) -> None:
         """Show a panel in front, also one that was closed, and let the keys go to its first field.
@@ -318,13 +318,18 @@ class Panels(QtWidgets.QMainWindow):
         if not follows_series and (beside or not dock.isHidden()):
             dock.raise_()
 
+    @property
+    def _bars(self) -> list[QtWidgets.QTabBar]:
+        """Tabs of docks that stand behind one another."""
+        return self.findChildren(QtWidgets.QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly)
+
     def _show_content(self, dock: QtWidgets.QDockWidget, visible: bool) -> None:
         dock.widget().setVisible(visible)
-        for tabs in self.findChildren(QtWidgets.QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
+        for bar in self._bars:
             # the panels have keys of their own; Qt keeps bars of former layouts, which Tab would enter unseen
-            tabs.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+            bar.setFocusPolicy(Qt.FocusPolicy.NoFocus)
 
-    def restore_within(self, window: QtWidgets.QMainWindow, settings: Settings, *, ready: bool) -> None:
+    def restore_within(self, window: QtWidgets.QMainWindow, settings: Settings, *, ready: bool = True) -> None:
         """Take size and layouts of the last time, where they cannot be used ones that fit the screen.
 
         Who was here before and is `ready` to measure begins with that, all others with what has to be prepared.

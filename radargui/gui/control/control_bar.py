@@ -229,9 +229,8 @@ class HealthLine(QtWidgets.QWidget):
         for name, (text, bad) in figures(health).items():
             label = self.labels[name]
             label.setText(text)
-            if health is None:
-                # what the last run says has the room that figures took
-                label.setMinimumWidth(0)
+            # what the last run says has the room that figures took
+            label.setVisible(health is not None)
             style = ALARM if bad else ""
             if label.styleSheet() != style:
                 label.setStyleSheet(style)

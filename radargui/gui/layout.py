@@ -355,8 +355,8 @@ class Turning(QtWidgets.QWidget):
         """Turn where there is another width."""
         across, direction = self.width() >= self._least_px, QtWidgets.QBoxLayout.Direction
         self._box.setDirection(direction.LeftToRight if across else direction.TopToBottom)
-        for place, shares in enumerate(self._parts):
-            self._box.setStretch(place, shares[1 + across])
+        for place, (_, share_down, share_across) in enumerate(self._parts):
+            self._box.setStretch(place, share_across if across else share_down)
         super().resizeEvent(event)
 
 

@@ -119,8 +119,8 @@ class MainWindow(QMainWindow):
         self.later = LaterOffer(self.session_panel, services)
         offers = (self.recovery, self.later)
         self.setCentralWidget(boxed(QVBoxLayout(), self.bar, (self.panels, 1)))
-        told = self.closing, self.stopping, self.strip, *offers, self.work
-        self.place = MessagePlace(self.bar.runs, self.panels, *told)
+        messages = self.closing, self.stopping, self.strip, *offers, self.work
+        self.place = MessagePlace(self.bar.runs, self.panels, *messages)
         self.sound = having(QLabel(), toolTip="Which sounds are on: menu Run")
         self.statusBar().addWidget(self.health, 1)
         self.statusBar().addPermanentWidget(self.sound)

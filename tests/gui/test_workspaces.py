@@ -191,9 +191,7 @@ def test_record_goes_to_measure_and_its_result_takes_nobody_away(window: MainWin
     assert window.panels.workspace == "measure"
 
 
-def test_a_run_that_is_chosen_is_analysed_and_a_session_too(
-    window: MainWindow, record_one: Any, wait_for: Any
-) -> None:
+def test_a_run_that_is_chosen_is_analysed_and_a_session_too(window: MainWindow, record_one: Any, wait_for: Any) -> None:
     record_one(window)
     assert window.panels.workspace == "measure"
     table = window.runs.table

@@ -7,7 +7,7 @@ from PySide6.QtGui import QAction, QColor, QFont, QFontMetrics, QFontMetricsF, Q
 from radargui.acquisition.health import Health
 from radargui.acquisition.run_plan import AcquisitionState
 from radargui.gui.control.state import LARGE_WORDS, AppState
-from radargui.gui.layout import ALARM, TIPS, OneLine, Scroll, boxed, fill, having, labelled
+from radargui.gui.layout import ALARM, TIPS, OneLine, Scroll, fill, having, labelled
 from radargui.gui.theme import Colours, Theme, fitting_font, scaled_font, write
 from radargui.model.rounding import UNKNOWN
 from radargui.model.words import counted, percent
@@ -135,8 +135,8 @@ class ControlBar(QtWidgets.QWidget):
         column = fill(QtWidgets.QVBoxLayout(), 1, labelled("Runs", self.runs), self.runs, 1, spacing=1)
         self.state = StateView(theme)
         buttons = (_button(action) for action in (start, record, stop))
-        parts = tabs, *buttons, column, (self.state, 1)
-        fill(QtWidgets.QHBoxLayout(self), *parts, margins=(6, 1, 6, 1), spacing=6)
+        row = QtWidgets.QHBoxLayout(self)
+        fill(row, tabs, *buttons, column, (self.state, 1), margins=(6, 1, 6, 1), spacing=6)
 
 
 _MOVES = (
@@ -161,7 +161,8 @@ class MessagePlace(Scroll):
     def __init__(self, before: QtWidgets.QWidget, under: QtWidgets.QWidget, *parts: QtWidgets.QWidget) -> None:
         # looked at as soon as there is something to scroll
         self._before, self._under, self._parts, self._most = before, under, parts, 0
-        super().__init__(boxed(QtWidgets.QVBoxLayout(), *parts, 1, spacing=1))
+        self._column = fill(QtWidgets.QVBoxLayout(), *parts, 1, spacing=1)
+        super().__init__(having(QtWidgets.QWidget(), layout=self._column))
         having(self, parent=under.parentWidget(), autoFillBackground=True)
         # two messages of one line, with the room around their words; one where the screen is low
         lines = 2 if self.screen().availableSize().height() >= _LOW_SCREEN else 1
@@ -186,7 +187,7 @@ class MessagePlace(Scroll):
     def _lie_over(self) -> None:
         """Be as wide as what is beneath, and as high as the words need."""
         self.setVisible(not all(part.isHidden() for part in self._parts))
-        wide, column = self._under.width(), self.content.layout()
+        wide, column = self._under.width(), self._column
         needs = column.heightForWidth(wide) if column.hasHeightForWidth() else column.sizeHint().height()
         self.setGeometry(self._under.x(), self._under.y(), wide, min(needs, self._most))
         self.raise_()

@@ -150,7 +150,8 @@ class TrackCurves(QWidget):
         self.words = holding(QStackedWidget(), self.key, live_words)
         self.words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self.detail = TimePlot(theme, "time [s]", _LABELS["speed"])
-        self.tabs = having(QTabBar(drawBase=False, expanding=False), accessibleName="Curve below the height", usesScrollButtons=True)
+        self.tabs = having(QTabBar(drawBase=False, expanding=False), accessibleName="Curve below the height")
+        self.tabs.setUsesScrollButtons(True)
         for number, name in enumerate(_LABELS):
             self.tabs.addTab(name.capitalize() if len(name) > 1 else f"{name} ± {COVERAGE:g} u")
             self.tabs.setTabData(number, name)

@@ -313,6 +313,7 @@ class MainWindow(QMainWindow):
     def find_sessions(self) -> None:
         """Let the operator search what was recorded before."""
         self.panels.go_to("browser")
+        self.browser.refresh()
 
     def write_mark(self) -> None:
         """Let the operator type a note of this moment."""

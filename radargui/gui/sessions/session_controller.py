@@ -101,6 +101,8 @@ class SessionController(QObject):
     def _enter_folder(self) -> None:
         """Say where another window works in the data folder; sessions are locked each by itself, whatever is said."""
         folder, board = self.panel.data_folder, self.services.board
+        if self.browser.isVisible():
+            self.browser.refresh()
 
         def work() -> SessionLock | Owner | None:
             # beside the index, where it can be written although there may be no data folder yet

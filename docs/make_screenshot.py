@@ -98,7 +98,7 @@ def main() -> int:
         )
         window.resize(*SIZE)
         window.show()
-        window.panels.reset()
+        window.panels.work_in("measure")
         try:
             for name, image in take(window, clock, data):
                 save(image, chosen.output / f"{name}.png")
@@ -128,9 +128,9 @@ def take(window: MainWindow, clock: HeldClock, data: Path) -> Iterator[tuple[str
     yield "track", part_of(window, window.panels.docks["track"])
     # wide and high, so that nothing is scrolled or cut
     docks, turned = window.panels.docks, Qt.Orientation
-    window.panels.resizeDocks([docks["scopes"], docks["track"]], [780, 260], turned.Horizontal)
-    window.panels.resizeDocks([docks["scopes"], docks["runs"]], [640, 120], turned.Vertical)
     window.panels.go_to("run")
+    window.panels.resizeDocks([docks["run"], docks["track"]], [900, 540], turned.Horizontal)
+    window.panels.resizeDocks([docks["runs"], docks["run"]], [120, 640], turned.Vertical)
     for name, page in (("correction", window.run.tabs.page("steps")), ("methods", window.run.tabs.page("methods"))):
         window.run.tabs.setCurrentWidget(page)
         wait(partial(is_idle, window))

@@ -39,6 +39,9 @@ class DockTitles(QObject):
                 if old is not None:
                     old.deleteLater()
         for bar in self._holder.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
+            if bar.count() < 2:
+                # of a panel that is alone now: Qt forgets to take it away
+                bar.hide()
             for tab in range(bar.count()):
                 bar.setTabToolTip(tab, f"{bar.tabText(tab)}. {_TAB_TIP}")
             if bar not in self._known:

@@ -212,7 +212,7 @@ def _needed(plot: Plot, words: str) -> QSize | None:
 
 def _best(plots: list[Plot]) -> Plot:
     """Return the plot of which most is in sight, of equals the middle one, of two rows in the upper one."""
-    seen = [plot.visibleRegion().boundingRect().size() for plot in plots]
+    seen = [plot.viewport().visibleRegion().boundingRect().size() for plot in plots]
     areas = [one.width() * one.height() for one in seen]
     equals = [plot for plot, area in zip(plots, areas, strict=True) if area >= _ALIKE * max(areas)]
     equals.sort(key=lambda plot: plot.mapToGlobal(QPoint()).toTuple())

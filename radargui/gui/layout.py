@@ -6,7 +6,7 @@ from typing import Any, Literal, TypeVar
 
 from PySide6 import QtWidgets
 from PySide6.QtCore import QObject, QSignalBlocker, QSize, Qt, QTimer, SignalInstance
-from PySide6.QtGui import QPaintEvent, QWheelEvent
+from PySide6.QtGui import QPaintEvent, QResizeEvent, QWheelEvent
 
 from radargui.model.resources import resource_table
 
@@ -331,6 +331,33 @@ class PathField(QtWidgets.QWidget):
             name = QtWidgets.QFileDialog.getExistingDirectory(self, self._title, there)
         if name:
             self.line.setText(name)
+
+
+class Turning(QtWidgets.QWidget):
+    """Parts one beneath another, or beside each other where there is the width for it.
+
+    Parameters
+    ----------
+    least_px
+        Width from which they stand beside each other.
+    parts
+        Each with its share of the height, and its share of the width.
+    """
+
+    def __init__(self, least_px: int, *parts: tuple[QtWidgets.QWidget, int, int]) -> None:
+        super().__init__()
+        self._least_px, self._parts = least_px, parts
+        self._box = fill(QtWidgets.QBoxLayout(QtWidgets.QBoxLayout.Direction.TopToBottom, self))
+        for part, share, _ in parts:
+            self._box.addWidget(part, share)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
+        """Turn where there is another width."""
+        across, direction = self.width() >= self._least_px, QtWidgets.QBoxLayout.Direction
+        self._box.setDirection(direction.LeftToRight if across else direction.TopToBottom)
+        for place, (_, share_down, share_across) in enumerate(self._parts):
+            self._box.setStretch(place, share_across if across else share_down)
+        super().resizeEvent(event)
 
 
 class Strip(QtWidgets.QFrame):

@@ -31,10 +31,11 @@ from radargui.gui.scopes.iq_plane_panel import IQPlanePanel
 from radargui.gui.scopes.scope_panel import WINDOWS_S, ScopePanel
 from radargui.gui.series import SeriesPanel
 from radargui.gui.services import Services
+from radargui.gui.sessions.browser import SessionBrowser
 from radargui.gui.sessions.offers import LaterOffer, RecoveryOffer
 from radargui.gui.sessions.session_controller import SessionController
 from radargui.gui.sessions.transfer_controller import TransferController
-from radargui.gui.settings import LAYOUT_VERSION, Settings
+from radargui.gui.settings import Settings
 from radargui.gui.setup.antenna_panel import AntennaPanel
 from radargui.gui.setup.hardware_panel import FindDevices, HardwarePanel
 from radargui.gui.setup.session_panel import SessionPanel
@@ -106,8 +107,9 @@ class MainWindow(QMainWindow):
         self.run = RunPanel(theme, self.jobs.start)
         self.series = SeriesPanel(self.runs, self.actions_, services)
         forms, live = (self.hardware, self.antennas, self.session_panel), (self.scopes, self.planes, self.track)
-        self.panels = Panels(*forms, *live, self.runs, self.run, self.series)
-        self.bar = ControlBar(theme, self.actions_.start, self.actions_.record, self.actions_.stop)
+        self.browser = SessionBrowser(services, lambda: self.session_panel.data_folder)
+        self.panels = Panels(*forms, *live, self.runs, self.run, self.series, self.browser)
+        self.bar = ControlBar(theme, self.panels.tabs, self.actions_.start, self.actions_.record, self.actions_.stop)
         self.bar.runs.setValue(int(settings.number("runs", 1, 1, MOST_RUNS)))
         self.strip = NoticeStrip(board)
         self.health = HealthLine()
@@ -116,8 +118,9 @@ class MainWindow(QMainWindow):
         self.stopping = StoppingStrip(self.control)
         self.later = LaterOffer(self.session_panel, services)
         offers = (self.recovery, self.later)
-        self.place = MessagePlace(self.bar.runs, self.closing, self.stopping, self.strip, *offers, self.work)
-        self.setCentralWidget(boxed(QVBoxLayout(), self.bar, self.place, (self.panels, 1)))
+        self.setCentralWidget(boxed(QVBoxLayout(), self.bar, (self.panels, 1)))
+        messages = self.closing, self.stopping, self.strip, *offers, self.work
+        self.place = MessagePlace(self.bar.runs, self.panels, *messages)
         self.sound = having(QLabel(), toolTip="Which sounds are on: menu Run")
         self.statusBar().addWidget(self.health, 1)
         self.statusBar().addPermanentWidget(self.sound)
@@ -135,11 +138,12 @@ class MainWindow(QMainWindow):
         self.keeping = RunKeeping(self.run_controller, self.situation, self.stopping, does, services)
         self.across = AcrossView(self.situation, does.across, services)
         self.wiring = WiringCheck(model, self.hardware, services)
-        self.sessions = SessionController(self.session_panel, self.run_controller, self.setup_file, services)
+        parts = self.session_panel, self.browser, self.run_controller, self.setup_file
+        self.sessions = SessionController(*parts, services)
         self.calibration = CalibrationController(self.sessions, self.antennas.calibration, calibrator)
         self.transfer = TransferController(self.sessions)
         self._connect()
-        self.panels.restore_within(self, settings)
+        self.panels.restore_within(self, settings, ready=self.setup_model.valid)
         self._show_setup()
         self._show_state()
         self._show_situation()
@@ -213,8 +217,9 @@ class MainWindow(QMainWindow):
             self.hardware.replay.file.fault.say(f"File: {error}")
 
     def follow_live(self) -> None:
-        """Show the live track and the scopes."""
+        """Show the live track and the scopes: where it is measured."""
         self.track.show_live()
+        self.panels.work_in("measure")
         self.panels.bring_up("scopes")
 
     def _connect(self) -> None:
@@ -233,8 +238,9 @@ class MainWindow(QMainWindow):
         self.setup_model.changed.connect(self._show_setup)
         self.situation.changed.connect(self._show_situation)
 
-        self.sessions.browser.compare_asked.connect(lambda _sessions: self.panels.bring_up("series"))
-        self.sessions.browser.compare_asked.connect(self.series.show_beside)
+        self.browser.compare_asked.connect(lambda _sessions: self.panels.bring_up("series"))
+        self.browser.compare_asked.connect(self.series.show_beside)
+        self.sessions.opened.connect(lambda: self.panels.bring_up("runs"))
         self.sessions.setup_taken.connect(lambda: self.panels.bring_up("hardware"))
         self.recovery.recovered.connect(lambda _runs: self.sessions.reread())
         self.closing.over.connect(self.close)
@@ -303,6 +309,11 @@ class MainWindow(QMainWindow):
         # of a place in space the first coordinate
         if (field := named.get(key) or named.get(f"{key}[1]")) is not None:
             field.setFocus(Qt.FocusReason.ShortcutFocusReason)
+
+    def find_sessions(self) -> None:
+        """Let the operator search what was recorded before."""
+        self.panels.go_to("browser")
+        self.browser.refresh()
 
     def write_mark(self) -> None:
         """Let the operator type a note of this moment."""
@@ -395,7 +406,7 @@ class MainWindow(QMainWindow):
         """Keep size, layout and what the operator typed."""
         put = self.settings.put
         put("geometry", self.saveGeometry())
-        put("layout", self.panels.saveState(LAYOUT_VERSION))
+        self.panels.remember(self.settings)
         self.settings.keep_sizes(self)
         put("operator", self.session_panel.details.operator)
         put("data_folder", self.session_panel.data_folder)

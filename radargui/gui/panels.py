@@ -2,12 +2,14 @@
 
 import platform
 from functools import partial
+from itertools import pairwise
 from operator import attrgetter
 from pathlib import Path
+from typing import NamedTuple
 
 import pyqtgraph
 from PySide6 import QtGui, QtWidgets, __version__ as pyside_version
-from PySide6.QtCore import QEvent, QObject, QSize, Qt, QUrl
+from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QUrl
 from PySide6.QtWidgets import QHBoxLayout, QTextBrowser, QWidget
 
 from radargui import __version__
@@ -30,21 +32,86 @@ TITLES = {
     "runs": "Runs",
     "run": "Run",
     "series": "Series",
+    "browser": "All sessions",
 }
 """Kept names and the words shown; a name must never change, layouts are remembered by it."""
 
 
-_FORMS = ("hardware", "antennas", "session")
+class Workspace(NamedTuple):
+    """What is done one after another in the laboratory, and the panels for it.
+
+    Attributes
+    ----------
+    title
+        On its tab.
+    own, guests
+        Names of its panels, of which the guests belong to another workspace as well: that one is gone to for them.
+    """
+
+    title: str
+    own: tuple[str, ...]
+    guests: tuple[str, ...] = ()
+
+
+WORKSPACES = {
+    "prepare": Workspace("Prepare", ("hardware", "antennas")),
+    "measure": Workspace("Measure", ("track", "scopes", "planes"), ("runs", "session")),
+    "analyse": Workspace("Analyse", ("runs", "run", "series"), ("track",)),
+    "sessions": Workspace("Sessions", ("session", "browser")),
+}
+"""By the names under which their layouts are remembered, in the order of their keys."""
+
+
+class Split(NamedTuple):
+    """Parts of a workspace beside each other, or one beneath another; each is a group of tabs or split once more.
+
+    Attributes
+    ----------
+    across
+        Whether beside each other.
+    parts, shares
+        From the left or the top; each with its share of the room in percent.
+    """
+
+    across: bool
+    parts: tuple["Split | tuple[str, ...]", ...]
+    shares: tuple[int, ...]
+
+    @property
+    def first(self) -> str:
+        """Name of the panel in the corner."""
+        return _first(self.parts[0])
+
+
+def _first(part: Split | tuple[str, ...]) -> str:
+    return part.first if isinstance(part, Split) else part[0]
+
+
+def _arrangement(name: str, *, narrow: bool) -> Split:
+    """Return where the panels of a workspace stand at first."""
+    if name == "prepare":
+        return Split(True, (("hardware",), ("antennas",)), (30, 70))
+    if name == "sessions":
+        return Split(True, (("session",), ("browser",)), (30, 70))
+    if name == "analyse":
+        if narrow:
+            return Split(False, (("runs",), ("run", "series", "track")), (40, 60))
+        return Split(True, (Split(False, (("runs",), ("run", "series")), (35, 65)), ("track",)), (46, 54))
+    lists = ("runs", "session")
+    if narrow:
+        return Split(True, (("track",), Split(False, (("scopes", "planes"), lists), (65, 35))), (62, 38))
+    return Split(True, (("track",), Split(False, (("scopes",), ("planes",), lists), (50, 27, 23))), (71, 29))
+
+
+_FORMS = ("hardware", "session")
 _WIDEST_FORM = 520
 """In pixels at the usual font. Lines of numbers do not get better by being wider; what is left belongs to the plots."""
 _LEAST_ROOM = QSize(230, 116)
 """Of a panel: three beside each other and two above each other fit 960 x 540 (1920 x 1080 at scale 2)."""
-_TITLE_PX = 24
-"""Height of a panel's title, and of the line between two panels."""
 _NARROW = 1100
 """Of a window: below it three panels beside each other are too small for plots, and one stands behind another."""
 _FIRST_SIZE = (1440, 900)
-"""Of the window at the first start where the screen has room: two plots of 500 pixels beside the forms."""
+"""Of the window at the first start where the screen has room."""
 
 NO_HELP = (
     f"The help of RadarGUI {__version__} was not installed with it. Its texts are in the folder docs of the source; "
@@ -97,10 +164,15 @@ class Room(Scroll):
 
 
 class Panels(QtWidgets.QMainWindow):
-    """Holds one dock a panel; sits inside the window so that state, messages and health stay where they are.
+    """Holds one dock a panel, and shows those of one workspace; sits inside the window so that the strip stays.
 
     Qt keeps a dock that stands behind another "visible", away from the screen, where Tab and keys reach its fields:
     what such a dock holds is hidden here, and keeps its room. The panels come in the order of `TITLES`, and are `held`.
+
+    Attributes
+    ----------
+    tabs
+        Of the workspaces; the window's strip shows them.
     """
 
     def __init__(self, *widgets: QtWidgets.QWidget) -> None:
@@ -116,49 +188,101 @@ class Panels(QtWidgets.QMainWindow):
                 dock.setMaximumWidth(scaled_px(_WIDEST_FORM))
             self.docks[name] = dock
             self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, dock)
+        self._layouts: dict[str, QByteArray] = {}
+        self._shown = ""
+        self.tabs = having(QtWidgets.QTabBar(drawBase=False, expanding=False), accessibleName="Workspaces")
+        for number, one in enumerate(WORKSPACES.values(), 1):
+            self.tabs.setTabToolTip(self.tabs.addTab(one.title), f"{one.title} (Ctrl+{number})")
+        self.tabs.currentChanged.connect(lambda index: self.work_in(list(WORKSPACES)[index]))
+
+    @property
+    def workspace(self) -> str:
+        """Name of the workspace that is shown."""
+        return self._shown
+
+    def work_in(self, name: str) -> None:
+        """Show a workspace as it was left; the keys stay where they are as long as that is seen."""
+        if name == self._shown:
+            return
+        had_keys = self.focusWidget()
+        if self._shown:
+            self._layouts[self._shown] = self.saveState(LAYOUT_VERSION)
+        for bar in self._bars:
+            # Qt makes new ones for a layout that comes again, and forgets to take the old ones away
+            bar.hide()
+        self._shown = name
+        self.tabs.setCurrentIndex(list(WORKSPACES).index(name))
+        if name not in self._layouts or not self.restoreState(self._layouts[name], LAYOUT_VERSION):
+            self._arrange()
+        if had_keys is not None and had_keys.isVisible():
+            had_keys.setFocus()
+        elif self.isVisible():
+            self.tabs.setFocus()
 
     def reset(self) -> None:
-        """Put every panel where it stood at first."""
-        docks = self.docks
+        """Put every panel where it stood at first, in each workspace."""
+        self._layouts.clear()
+        self._arrange()
+
+    def _arrange(self) -> None:
+        """Put the panels of the workspace where they stand at first, and the others away."""
+        workspace, docks = WORKSPACES[self._shown], self.docks
+        whole = _arrangement(self._shown, narrow=self.width() < scaled_px(_NARROW))
         for dock in docks.values():
             dock.setFloating(False)
             self.removeDockWidget(dock)
-        self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, docks["hardware"])
-        across, down = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
-        self.splitDockWidget(docks["hardware"], docks["scopes"], across)
-        self.splitDockWidget(docks["scopes"], docks["runs"], down)
-        self.splitDockWidget(docks["scopes"], docks["track"], across)
-        narrow = self.width() < scaled_px(_NARROW)
-        if narrow:
-            self.tabifyDockWidget(docks["scopes"], docks["planes"])
-        else:
-            self.splitDockWidget(docks["runs"], docks["planes"], across)
-        for front, behind in (("hardware", "antennas"), ("antennas", "session"), ("scopes", "run"), ("run", "series")):
-            self.tabifyDockWidget(docks[front], docks[behind])
-        for dock in docks.values():
-            dock.show()
-        for name in ("hardware", "scopes"):
-            docks[name].raise_()
-        width, height = self.width(), self.height()
-        # wider only where large letters need it
-        most = max(400, min(scaled_px(400), width // 3))
-        side = min(most, max(28 * width // 100, self.held["antennas"].minimumSizeHint().width() + 6))
-        rest = width - side
-        self.resizeDocks([docks["hardware"], docks["scopes"], docks["track"]], [side, rest // 2, rest // 2], across)
-        if not narrow:
-            self.resizeDocks([docks["runs"], docks["planes"]], [68 * rest // 100, 32 * rest // 100], across)
-        # what the track needs is left for it, so that it need not scroll, while the runs keep three rows
-        least = self.held["track"].minimumSizeHint().height() + _TITLE_PX
-        low = min(scaled_px(280), 3 * height // 8, max(scaled_px(3 * height // 10), height - least))
-        self.resizeDocks([docks["scopes"], docks["runs"]], [height - low, low], down)
+        self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, docks[whole.first])
+        for name in docks.keys() - {*workspace.own, *workspace.guests}:
+            # a layout that is remembered knows all of them
+            self.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, docks[name])
+            docks[name].hide()
+        self._split(whole)
+        for name in (*workspace.own, *workspace.guests):
+            docks[name].show()
+        self._share(whole, self.size())
+
+    def _split(self, part: Split | tuple[str, ...]) -> None:
+        """Put the panels of a part beside, beneath and behind its first one."""
+        docks = self.docks
+        if not isinstance(part, Split):
+            for front, behind in pairwise(part):
+                self.tabifyDockWidget(docks[front], docks[behind])
+            return
+        direction = Qt.Orientation.Horizontal if part.across else Qt.Orientation.Vertical
+        for one in reversed(part.parts[1:]):
+            self.splitDockWidget(docks[part.first], docks[_first(one)], direction)
+        for one in part.parts:
+            self._split(one)
+
+    def _share(self, part: Split | tuple[str, ...], room: QSize) -> None:
+        """Give each part its share of the room; a form is never narrower than its fields."""
+        if not isinstance(part, Split):
+            self.docks[part[0]].raise_()
+            return
+        whole = room.width() if part.across else room.height()
+        sizes = [share * whole // 100 for share in part.shares]
+        if part.across and part.first in _FORMS:
+            sizes[0] = max(sizes[0], self.held[part.first].minimumSizeHint().width() + 6)
+            sizes[-1] = whole - sum(sizes[:-1])
+        direction = Qt.Orientation.Horizontal if part.across else Qt.Orientation.Vertical
+        self.resizeDocks([self.docks[_first(one)] for one in part.parts], sizes, direction)
+        for one, size in zip(part.parts, sizes, strict=True):
+            self._share(one, QSize(size, room.height()) if part.across else QSize(room.width(), size))
 
     def fill(self, menu: QtWidgets.QMenu) -> None:
-        """Add one action a panel to a menu, which shows it in front whatever it was before."""
+        """Add one action a workspace and one a panel to a menu, which shows it in front whatever it was before."""
+        for number, (name, one) in enumerate(WORKSPACES.items(), start=1):
+            menu.addAction(one.title, QtGui.QKeySequence(f"Ctrl+{number}"), partial(self.work_in, name))
+        menu.addSeparator()
         for number, (name, title) in enumerate(TITLES.items(), start=1):
-            menu.addAction(title, QtGui.QKeySequence(f"Alt+{number}"), partial(self.go_to, name))
+            menu.addAction(title, QtGui.QKeySequence(f"Alt+{number % 10}"), partial(self.go_to, name))
 
     def go_to(self, name: str) -> None:
-        """Show a panel in front, also one that was closed, and let the keys go to its first field."""
+        """Show a panel in front, also one that was closed, and let the keys go to its first field.
+
+        Where the workspace has no such panel, its own is shown.
+        """
+        self._go_where(name)
         dock = self.docks[name]
         dock.show()
         dock.raise_()
@@ -169,6 +293,12 @@ class Panels(QtWidgets.QMainWindow):
                 one.setFocus(Qt.FocusReason.ShortcutFocusReason)
                 break
 
+    def _go_where(self, name: str) -> None:
+        """Show the workspace of a panel, unless the panel can be had in this one."""
+        here = WORKSPACES[self._shown]
+        if name not in (*here.own, *here.guests) and self.docks[name].isHidden():
+            self.work_in(next(where for where, one in WORKSPACES.items() if name in one.own))
+
     def next_plot(self) -> None:
         """Give the keys to the next plot that is seen, so that it is zoomed and copied without a mouse."""
         plots = [plot for plot in self.findChildren(Plot) if plot.isVisible()]
@@ -177,28 +307,48 @@ class Panels(QtWidgets.QMainWindow):
             plots[(at + 1) % len(plots)].setFocus(Qt.FocusReason.ShortcutFocusReason)
 
     def bring_up(self, name: str) -> None:
-        """Show a panel in front, unless the operator closed it, or follows the series where it would stand."""
+        """Show a panel that the operator's own action asks for, as `go_to` does, but leave the keys where they are.
+
+        It stays away where the operator closed it, or follows the series where it would stand.
+        """
+        self._go_where(name)
         dock, series = self.docks[name], self.docks["series"]
         beside = self.tabifiedDockWidgets(dock)
         follows_series = name != "series" and series.widget().isVisible() and series in beside
         if not follows_series and (beside or not dock.isHidden()):
             dock.raise_()
 
+    @property
+    def _bars(self) -> list[QtWidgets.QTabBar]:
+        """Tabs of docks that stand behind one another."""
+        return self.findChildren(QtWidgets.QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly)
+
     def _show_content(self, dock: QtWidgets.QDockWidget, visible: bool) -> None:
         dock.widget().setVisible(visible)
-        for tabs in self.findChildren(QtWidgets.QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
+        for bar in self._bars:
             # the panels have keys of their own; Qt keeps bars of former layouts, which Tab would enter unseen
-            tabs.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+            bar.setFocusPolicy(Qt.FocusPolicy.NoFocus)
 
-    def restore_within(self, window: QtWidgets.QMainWindow, settings: Settings) -> None:
-        """Take size and layout of the last time, where that cannot be used one that fits the screen."""
-        geometry, layout = settings.blob("geometry"), settings.blob("layout")
-        if geometry.isEmpty() or not window.restoreGeometry(geometry):
+    def restore_within(self, window: QtWidgets.QMainWindow, settings: Settings, *, ready: bool = True) -> None:
+        """Take size and layouts of the last time, where they cannot be used ones that fit the screen.
+
+        Who was here before and is `ready` to measure begins with that, all others with what has to be prepared.
+        """
+        geometry = settings.blob("geometry")
+        known = not geometry.isEmpty() and window.restoreGeometry(geometry)
+        if not known:
             fit_screen(window, *_FIRST_SIZE)
         self.resize(window.size())
-        if layout.isEmpty() or not self.restoreState(layout, LAYOUT_VERSION):
-            self.reset()
+        kept = {name: settings.blob(f"layout/{name}") for name in WORKSPACES}
+        self._layouts = {name: layout for name, layout in kept.items() if not layout.isEmpty()}
+        self._shown = ""
+        self.work_in("measure" if known and ready else "prepare")
         settings.restore_sizes(window)
+
+    def remember(self, settings: Settings) -> None:
+        """Keep the layouts of all workspaces."""
+        for name, layout in (self._layouts | {self._shown: self.saveState(LAYOUT_VERSION)}).items():
+            settings.put(f"layout/{name}", layout)
 
 
 class Actions:

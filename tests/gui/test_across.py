@@ -163,6 +163,7 @@ def test_the_switches_of_the_sounds_are_remembered(make_window: Any, setup_path:
 def test_the_key_for_the_next_plot_goes_round_those_that_are_seen(window: MainWindow, wait_for: Any) -> None:
     window.activateWindow()
     wait_for(window.isActiveWindow)
+    window.panels.work_in("measure")
     window.actions_.reset_layout.trigger()
     seen = []
     for _ in range(40):

@@ -128,6 +128,7 @@ def test_the_map_is_the_uncertainty_of_its_places_and_follows_the_setup(own: Mai
 
 
 def test_nothing_is_computed_while_nobody_looks(own_window: MainWindow) -> None:
+    own_window.panels.work_in("measure")
     own_window.setup_model.assign("receiver[1].tilt_deg", 41.0)
     own_window.setup_model.assign("simulation.snr_db", 33.0)
     assert not own_window.antennas.map._soon.isActive()

@@ -129,6 +129,7 @@ def test_the_table_is_kept_up_to_date_while_samples_come_in_and_says_what_clips(
 ) -> None:
     window.setup_model.assign("daq.range_v", 0.5)
     window.actions_.start.trigger()
+    window.panels.go_to("hardware")
     table, model = window.hardware.channels.table, window.hardware.channels.table.rows
     wait_for(lambda: cells(window, 0)[-1] == "CLIPS")
     assert table.isEnabled()

@@ -30,6 +30,8 @@ def test_each_step_ticks_itself_off_when_it_has_happened(
     go, process = threading.Event(), ProcessingHere.process
     monkeypatch.setattr(ProcessingHere, "process", lambda *job: go.wait(60.0) and process(*job))
     guide = window.guide
+    # where the antennas are not seen
+    window.panels.work_in("measure")
     window.actions_.guide.trigger()
     assert guide.isVisible()
     assert not guide.isModal()

@@ -51,7 +51,7 @@ def seen(widget: QWidget) -> bool:
 
 
 def raised(window: MainWindow, name: str) -> None:
-    QTest.keyClick(window, Qt.Key.Key_1 + list(TITLES).index(name), Qt.KeyboardModifier.AltModifier)
+    QTest.keyClick(window, Qt.Key.Key_0 + (1 + list(TITLES).index(name)) % 10, Qt.KeyboardModifier.AltModifier)
     QApplication.processEvents()
 
 
@@ -81,26 +81,29 @@ def test_typing_by_tab_only_changes_nothing_that_is_not_seen(active: MainWindow,
         pytest.fail("Tab never came back")
     assert panel in panels or panel in ("track", "planes")
     changed = {key for key, value in values(window.setup_model).items() if before.get(key) != value}
-    shown = {"hardware", "antennas"} & {panel} or ({"hardware"} if panel != "session" else set())
+    # where it is prepared both forms stand beside each other, elsewhere there is none
+    shown = panel in ("hardware", "antennas")
     forms = {one.objectName() for one in visited}
     for key in changed:
         # fields are called by their keys, which are counted from 1
         name = re.sub(r"\[(\d)\]", lambda at: f"[{int(at[1]) + 1}]", key.removeprefix("."))
         assert name in forms, f"{key} changed unseen"
-    assert bool(changed) == bool(shown), changed
+    assert bool(changed) == shown, changed
 
 
 def test_a_layout_that_was_remembered_hides_what_stands_behind(
     make_window: Any, own_window: MainWindow, wait_for: Any
 ) -> None:
+    raised(own_window, "scopes")
     raised(own_window, "session")
+    assert own_window.panels.workspace == "measure"
     own_window.close()
     wait_for(own_window.isHidden)
     again = make_window(None)
     docks = again.panels.docks
     wait_for(lambda: docks["session"].widget().isVisible())
+    assert not docks["runs"].widget().isVisible()
     assert not docks["hardware"].widget().isVisible()
-    assert not docks["antennas"].widget().isVisible()
 
 
 def test_the_key_of_a_panel_raises_it_and_never_hides_it(active: MainWindow) -> None:
@@ -186,7 +189,7 @@ def test_space_and_r_act_wherever_the_keys_go_but_are_typed_into_words(
                 before = values(own.setup_model)
                 text = typed(widget)
                 QTest.keyClick(widget, key)
-                takes_words = isinstance(widget, QPlainTextEdit) or widget.objectName() in WORDS
+                takes_words = isinstance(widget, QPlainTextEdit) or widget.objectName().startswith(WORDS)
                 assert asked == ([] if takes_words else [name]), widget
                 assert takes_words == (typed(widget) != text), widget
                 assert takes_words or values(own.setup_model) == before
@@ -206,7 +209,8 @@ def test_space_and_r_act_wherever_the_keys_go_but_are_typed_into_words(
     assert not asked
 
 
-WORDS = ("session.data_folder", "session.operator", "session.sample", "session.target")
+WORDS = ("session.data_folder", "session.operator", "session.sample", "session.target", "search.")
+"""What the names of fields begin with that words are typed into."""
 
 
 def typed(widget: QWidget) -> str:
@@ -234,7 +238,7 @@ def test_space_starts_r_records_and_esc_stops_at_once(own: MainWindow, wait_for:
 
 
 def test_the_keys_stand_on_their_buttons(active: MainWindow) -> None:
-    texts = [button.text() for button in active.bar.findChildren(QToolButton)]
+    texts = [button.text() for button in active.bar.findChildren(QToolButton) if button.text()]
     assert texts == ["Start\nSpace", "Record\nR", "Stop\nEsc"]
 
 

@@ -82,10 +82,10 @@ def titled(window: MainWindow) -> set[str]:
 
 def test_a_panel_says_its_title_once(window: MainWindow, wait_for: Any) -> None:
     window.resize(1400, 900)
+    window.panels.work_in("measure")
     window.actions_.reset_layout.trigger()
-    every = set(TITLES.values())
-    wait_for(lambda: titled(window) | set(tabs_of(window)) == every and not titled(window) & set(tabs_of(window)))
-    assert {"Hardware setup", "Antenna calibration", "Session", "IQ scopes", "Run"} <= set(tabs_of(window))
+    every = {"Track", "IQ scopes", "IQ plane", "Runs", "Session"}
+    wait_for(lambda: set(tabs_of(window)) == {"Runs", "Session"} and titled(window) == every - set(tabs_of(window)))
     assert "Track" in titled(window)
     # the tab does what the title's buttons do
     bar = tabs_of(window)["Session"]
@@ -100,10 +100,13 @@ def test_a_panel_says_its_title_once(window: MainWindow, wait_for: Any) -> None:
     menu = window.titles.menu_of(session)
     menu.actions()[1].trigger()
     assert session.isHidden()
-    for beside in window.panels.tabifiedDockWidgets(window.panels.docks["scopes"]):
-        beside.close()
     # alone it has no tab, so its title stands above it
-    wait_for(lambda: "IQ scopes" in titled(window))
+    wait_for(lambda: "Runs" in titled(window))
+    # and what belongs to another workspace leaves no tab behind
+    window.panels.work_in("analyse")
+    wait_for(lambda: set(tabs_of(window)) == {"Run", "Series"})
+    window.panels.work_in("sessions")
+    wait_for(lambda: not tabs_of(window) and titled(window) == {"Session", "All sessions"})
 
 
 @pytest.mark.parametrize("choice", ["light", "dark"])

@@ -137,7 +137,6 @@ def gains(window: MainWindow) -> QDialog:
 
 
 DIALOGS: dict[str, Callable[[MainWindow], QDialog]] = {
-    "sessions": shown("sessions.browser"),
     "import": opened_by("import_"),
     "export": opened_by("export_samples"),
     "compare": opened_by("compare"),

@@ -56,7 +56,7 @@ def test_a_result_in_the_background_takes_no_tab_away(window: MainWindow, wait_f
     window.runs.table.selectRow(0)
     wait_for(lambda: not window.jobs.running)
     assert window.run.isVisible(), "who chooses a run wants to see it"
-    window.panels.docks["scopes"].raise_()
+    window.panels.go_to("scopes")
     wait_for(lambda: window.scopes.isVisible() and not window.run.isVisible())
     # as it comes where runs were computed that had been left for later
     window.later.computed.emit()

@@ -69,6 +69,7 @@ def agree(window: MainWindow, wait_for: Any, word: str, e: str) -> None:
     # the line of the series, and its panel, which reads the files
     series = series_of([one.drop for one in window.runs.model.entries if not one.rejected])
     assert (f"e = {series.words}" if series.e.n else "") == (window.runs.series.text() if series.e.n else "")
+    window.panels.go_to("series")
     wait_for(lambda: window.series.facts is not None and not window.jobs.running)
     (found,) = window.series.facts.findings.sessions
     assert (found.series.e.n, found.series.e.mean) == (series.e.n, series.e.mean)

@@ -41,7 +41,9 @@ def test_nothing_heavy_runs_in_the_drawing_thread(
         owner = pkgutil.resolve_name(place)
         monkeypatch.setattr(owner, attribute, watched(name, getattr(owner, attribute)))
     window.panels.go_to("antennas")
-    wait_for(lambda: window.antennas.map.shown is not None)
+    before = window.antennas.map.shown
+    window.antennas.map.snr.setValue(33.0)
+    wait_for(lambda: window.antennas.map.shown is not None and window.antennas.map.shown is not before)
     window.actions_.moment.trigger()
     wait_for(lambda: not window.control.state.running and not window.jobs.running)
     window.actions_.bug_report.trigger()

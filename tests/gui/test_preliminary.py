@@ -49,8 +49,7 @@ def test_the_result_by_flights_is_shown_as_preliminary_and_replaced_by_the_joint
     assert window.run._title.text() == "drop 1 (run-0001, simulated), preliminary"
     assert COMPUTING in window.run.figures.notes
     wait_for(lambda: window.track._title.text() == "drop 1 (run-0001, simulated): preliminary result")
-    window.run.show()
-    window.panels.docks["run"].raise_()
+    window.panels.go_to("run")
     assert "preliminary" in window.run.figures.toPlainText()
     assert read_summary(entry.path) is None, "kept is only what is final"
     wait_for(lambda: window.track.shown is not None and window.track.shown.zero)

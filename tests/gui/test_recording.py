@@ -44,8 +44,7 @@ def test_a_recorded_run_is_listed_shown_and_can_be_reported(
     assert shown.fit_time_s.size > 10
     assert window.runs.table.chosen == entry
 
-    window.run.show()
-    window.panels.docks["run"].raise_()
+    window.panels.go_to("run")
     for page in range(window.run.tabs.count()):
         window.run.tabs.setCurrentIndex(page)
     assert "First fall" in window.run.figures.toPlainText()

@@ -144,7 +144,9 @@ def test_the_series_runs_along_with_each_run_and_reads_nothing_unseen(
     wait_for(lambda: own_window.series.facts is not None and own_window.series.table.rows.entries[0].found.n == 1)
     assert own_window.series.table.rows.entries[0].found == own_window.runs.model.series.e
     assert own_window.series._title.text().endswith("simulated, 1 run")
-    record_one(own_window)
+    # Record goes where it is measured; who comes back sees the series run along
+    own_window.actions_.record.trigger()
+    own_window.panels.go_to("series")
     wait_for(lambda: own_window.series.table.rows.entries[0].found.n == 2)
     assert own_window.series.table.rows.entries[0].found == own_window.runs.model.series.e
     assert cells(own_window.series.table, 0)[2] == "2"

@@ -307,6 +307,8 @@ def test_a_folder_or_file_that_cannot_be_used_is_told_at_its_field(
     folder, fault = field(window, "session.data_folder"), window.session_panel.folder.fault
     folder.setText(str(tmp_path / "lab.toml" / "data"))
     failed()
+    # Record went where it is measured
+    window.panels.go_to("session")
     assert fault.isVisible()
     assert fault.text().startswith(f"Data folder: No session can be made in {tmp_path / 'lab.toml' / 'data'}: ")
     folder.setText("")
@@ -320,6 +322,7 @@ def test_a_folder_or_file_that_cannot_be_used_is_told_at_its_field(
     window.hardware.replay.file.line.setText(str(tmp_path / "gone.csv"))
     failed()
     fault = window.hardware.replay.file.fault
+    window.panels.go_to("hardware")
     assert fault.isVisible()
     assert fault.text().startswith("File: ")
     assert "gone.csv" in fault.text()

@@ -19,17 +19,26 @@ from radargui.gui.layout import Strip
 from radargui.gui.main_window import MainWindow
 from radargui.gui.notices import Hooks
 from radargui.gui.opengl_probe import FORCE_VARIABLE, SOFTWARE, UNUSABLE, USABLE, OpenGLProbe, check_command
+from radargui.gui.panels import WORKSPACES
 from radargui.gui.settings import Settings
 from radargui.gui.theme import DARK, LIGHT
 from radargui.model.errors import SourceError
 
 
 def test_every_panel_can_be_closed_and_comes_back_by_reset(window: MainWindow) -> None:
-    for dock in window.panels.docks.values():
-        dock.toggleViewAction().trigger()
-    assert all(dock.isHidden() for dock in window.panels.docks.values())
-    window.actions_.reset_layout.trigger()
-    assert not any(dock.isHidden() for dock in window.panels.docks.values())
+    docks = window.panels.docks
+    for name, workspace in WORKSPACES.items():
+        window.panels.work_in(name)
+        shown = {*workspace.own, *workspace.guests}
+        assert {one for one in docks if not docks[one].isHidden()} == shown
+        for one in shown:
+            docks[one].toggleViewAction().trigger()
+        assert all(dock.isHidden() for dock in docks.values())
+    for name, workspace in reversed(WORKSPACES.items()):
+        window.panels.work_in(name)
+        assert all(dock.isHidden() for dock in docks.values()) == (name == "sessions")
+        window.actions_.reset_layout.trigger()
+        assert {one for one in docks if not docks[one].isHidden()} == {*workspace.own, *workspace.guests}
 
 
 def test_every_action_has_a_key_and_stands_in_a_menu(window: MainWindow) -> None:
@@ -63,6 +72,7 @@ def test_the_look_reaches_palette_and_plots(window: MainWindow) -> None:
 
 def test_layout_operator_and_edits_are_remembered(make_window: Any, setup_path: Path) -> None:
     first = make_window(setup_path)
+    first.panels.work_in("measure")
     first.panels.docks["planes"].toggleViewAction().trigger()
     first.session_panel.set_details("Grace", "")
     first.bar.runs.setValue(7)
@@ -72,6 +82,7 @@ def test_layout_operator_and_edits_are_remembered(make_window: Any, setup_path: 
     assert second.setup_model.path == setup_path
     assert second.setup_model.setup.receiver[0].tilt_deg == 42.0
     assert second.setup_model.modified
+    assert second.panels.workspace == "measure"
     assert second.panels.docks["planes"].isHidden()
     assert second.session_panel.details.operator == "Grace"
     assert second.bar.runs.value() == 7
@@ -92,7 +103,7 @@ def test_corrupt_settings_never_block_the_start(make_window: Any, settings_path:
     assert window.setup_model.valid
     assert window.setup_model.shipped
     assert window.bar.runs.value() == 1
-    assert not window.panels.docks["track"].isHidden()
+    assert not window.panels.docks["antennas"].isHidden()
 
 
 def test_a_file_that_is_no_settings_file_is_set_aside(settings_path: Path, qapp: QApplication) -> None:

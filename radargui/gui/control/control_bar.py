@@ -127,7 +127,7 @@ class Count(QtWidgets.QSpinBox):
 class ControlBar(QtWidgets.QWidget):
     """Large buttons for actions that the menu has as well."""
 
-    def __init__(self, theme: Theme, start: QAction, record: QAction, stop: QAction) -> None:
+    def __init__(self, theme: Theme, tabs: QtWidgets.QTabBar, start: QAction, record: QAction, stop: QAction) -> None:
         super().__init__()
         count = Count(minimum=1, maximum=MOST_RUNS)
         self.runs = having(count, objectName="runs", accessibleName="Number of runs to record")
@@ -135,33 +135,62 @@ class ControlBar(QtWidgets.QWidget):
         column = fill(QtWidgets.QVBoxLayout(), 1, labelled("Runs", self.runs), self.runs, 1, spacing=1)
         self.state = StateView(theme)
         buttons = (_button(action) for action in (start, record, stop))
-        fill(QtWidgets.QHBoxLayout(self), *buttons, column, (self.state, 1), margins=(6, 2, 6, 2), spacing=6)
+        row = QtWidgets.QHBoxLayout(self)
+        fill(row, tabs, *buttons, column, (self.state, 1), margins=(6, 1, 6, 1), spacing=6)
+
+
+_MOVES = (
+    QEvent.Type.LayoutRequest,
+    QEvent.Type.Resize,
+    QEvent.Type.Move,
+    QEvent.Type.ShowToParent,
+    QEvent.Type.HideToParent,
+)
+"""After which messages may need another place: they came or went, or what is beneath moved."""
 
 
 class MessagePlace(Scroll):
-    """Room for messages, offers and progress that is the same whether there are any or not, so that nothing moves."""
+    """Messages, offers and progress over the top of what is `under` them: nothing moves, and empty they take no room.
 
-    def __init__(self, before: QtWidgets.QWidget, *parts: QtWidgets.QWidget) -> None:
-        super().__init__(QtWidgets.QWidget())
-        self._before, self._parts = before, parts
-        self._quiet = having(QtWidgets.QLabel("No messages"), enabled=False)
-        self._quiet.setContentsMargins(8, 4, 8, 4)
-        fill(QtWidgets.QVBoxLayout(self.content), *parts, self._quiet, 1, spacing=1)
+    Parameters
+    ----------
+    before
+        After which Tab enters them.
+    """
+
+    def __init__(self, before: QtWidgets.QWidget, under: QtWidgets.QWidget, *parts: QtWidgets.QWidget) -> None:
+        # looked at as soon as there is something to scroll
+        self._before, self._under, self._parts, self._most = before, under, parts, 0
+        self._column = fill(QtWidgets.QVBoxLayout(), *parts, 1, spacing=1)
+        super().__init__(having(QtWidgets.QWidget(), layout=self._column))
+        having(self, parent=under.parentWidget(), autoFillBackground=True)
         # two messages of one line, with the room around their words; one where the screen is low
         lines = 2 if self.screen().availableSize().height() >= _LOW_SCREEN else 1
-        self.setFixedHeight(lines * (self.fontMetrics().height() + 16))
+        self._most = lines * (self.fontMetrics().height() + 16)
+        for one in (under, *parts):
+            one.installEventFilter(self)
+        self.hide()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
         """Show what came on top, and let Tab enter it from the bar above."""
-        if event.type() == QEvent.Type.LayoutRequest:
+        if event.type() in _MOVES:
+            self._lie_over()
+        if watched is self.content and event.type() == QEvent.Type.LayoutRequest:
             self.verticalScrollBar().setValue(0)
-            self._quiet.setVisible(all(part.isHidden() for part in self._parts))
             before = self._before
             for one in self.content.findChildren(QtWidgets.QWidget):
                 if one.focusPolicy() & Qt.FocusPolicy.TabFocus:
                     QtWidgets.QWidget.setTabOrder(before, one)
                     before = one
         return super().eventFilter(watched, event)
+
+    def _lie_over(self) -> None:
+        """Be as wide as what is beneath, and as high as the words need."""
+        self.setVisible(not all(part.isHidden() for part in self._parts))
+        wide, column = self._under.width(), self._column
+        needs = column.heightForWidth(wide) if column.hasHeightForWidth() else column.sizeHint().height()
+        self.setGeometry(self._under.x(), self._under.y(), wide, min(needs, self._most))
+        self.raise_()
 
 
 def _button(action: QAction) -> QtWidgets.QToolButton:
@@ -201,9 +230,8 @@ class HealthLine(QtWidgets.QWidget):
         for name, (text, bad) in figures(health).items():
             label = self.labels[name]
             label.setText(text)
-            if health is None:
-                # what the last run says has the room that figures took
-                label.setMinimumWidth(0)
+            # what the last run says has the room that figures took
+            label.setVisible(health is not None)
             style = ALARM if bad else ""
             if label.styleSheet() != style:
                 label.setStyleSheet(style)

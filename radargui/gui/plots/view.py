@@ -68,8 +68,13 @@ class View(pg.ViewBox):  # type: ignore[misc] # pyqtgraph has no types
         """Follow the view that shares an axis, also its zoom."""
         if view is None or self.linksBlocked:
             return
-        with self._hand(zooms=False):
-            super().linkedViewChanged(view, axis)
+        view.blockLink(True)
+        try:
+            with self._hand(zooms=False):
+                # the range itself: pyqtgraph would line both up on the screen, wherever they stand
+                self.setRange(**{_AXES[axis]: view.viewRange()[axis]}, padding=0)
+        finally:
+            view.blockLink(False)
         self._zoom(on=view.zoomed or view.by_hand)
 
     def wheelEvent(self, event: Any, axis: int | None = None) -> None:  # noqa: N802 - Qt's name

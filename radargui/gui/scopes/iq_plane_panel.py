@@ -23,7 +23,8 @@ _LEFT, _BARE = 36, 4
 """Room for "-0.05", the same always: where words that come and go made it, equal units turned it into other words. And
 where there are none."""
 _NARROW = 90
-"""Width in pixels below which a plane has no figures (chosen by hand): they would leave a third of it to the circle."""
+"""Pixels of width or height below which a plane has no figures (chosen by hand): they would leave a third of it to
+the circle."""
 _LEAST = QSize(56, 56)
 """Of a plane: four beside each other fit the panel on a screen of 1366 pixels."""
 
@@ -54,7 +55,7 @@ class IQPlane(Plot):
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:  # noqa: N802 - Qt's name
         """Leave the figures out where there is no room for them."""
-        item, narrow = self.getPlotItem(), self.width() < scaled_px(_NARROW)
+        item, narrow = self.getPlotItem(), min(self.width(), self.height()) < scaled_px(_NARROW)
         # pyqtgraph calls it while it makes the plot, and Qt when that is closed
         if item is not None:
             for name in ("left", "bottom"):

@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal, SignalInstance
-from PySide6.QtGui import QShowEvent
+from PySide6.QtGui import QShortcut, QShowEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLineEdit, QSplitter, QVBoxLayout, QWidget
 
 from radargui.gui.background import OneAtATime, Task
-from radargui.gui.dialog import Dialog
 from radargui.gui.layout import FRAMED, TIPS, FaultText, PlainLabel, button, fill, having, labelled, ticking
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
@@ -108,7 +107,7 @@ _SHARE_MS = 200
 """How often the share of a look that is done is written: seldom enough to be read."""
 
 
-class SessionBrowser(Dialog):
+class SessionBrowser(QWidget):
     """Lists what the catalogue finds; looks at the disk only in the background, one look at a time."""
 
     open_asked = Signal(object)
@@ -119,7 +118,7 @@ class SessionBrowser(Dialog):
     compare_asked = Signal(object)
 
     def __init__(self, services: Services, data_folder: Callable[[], Path]) -> None:
-        super().__init__("Sessions", (1040, 620), services.parent, "sessions", services.settings)
+        super().__init__()
         self._jobs, self._work, self._data_folder = services.jobs, services.work, data_folder
         self.looks = OneAtATime(services.jobs, "the list of sessions", self.refresh)
         self._task, self._folder_words = Task(), ""
@@ -133,12 +132,11 @@ class SessionBrowser(Dialog):
         self.words = PlainLabel()
         self.details = PlainLabel()
         self.thumbnails = ThumbnailView(services.theme)
-        self.review = button("Open for review", lambda: self._ask(self.open_asked), default=True)
+        self.review = button("Open for review", lambda: self._ask(self.open_asked))
         self.take_setup = button("Set up as in this session", lambda: self._ask(self.setup_asked))
         self.calibrate = button("What do these drops say about the antennas?", lambda: self._ask(self.calibrate_asked))
         self.series = button("Report as a series…", lambda: self.series_asked.emit(self._paths))
         self.compare = button("Compare", lambda: self.compare_asked.emit(self._paths))
-        self.compare.clicked.connect(self.hide)
         self.elsewhere = button("Open another folder…", self.elsewhere_asked)
         lower = QWidget()
         fill(QVBoxLayout(lower), self.details, (self.thumbnails, 1))
@@ -148,10 +146,12 @@ class SessionBrowser(Dialog):
         parts.setSizes([360, 240])
         buttons = fill(QHBoxLayout(), self.review, self.take_setup, self.calibrate, 1, spacing=6)
         above = fill(QHBoxLayout(), (self.words, 1), self.compare, self.series, self.elsewhere, spacing=6)
-        self.lay_out(self.search, above, (parts, 1), buttons)
+        fill(QVBoxLayout(self), self.search, above, (parts, 1), buttons, margins=(9, 9, 9, 9), spacing=6)
         self.search.changed.connect(self.refresh)
         self.table.selectionModel().selectionChanged.connect(self._chosen)
-        self.table.doubleClicked.connect(lambda _index: self._ask(self.open_asked))
+        self.table.doubleClicked.connect(self.review.click)
+        enter = QShortcut(Qt.Key.Key_Return, self.table, self.review.click)
+        enter.setContext(Qt.ShortcutContext.WidgetShortcut)
         self._show_buttons()
 
     def refresh(self) -> None:

@@ -63,13 +63,20 @@ _ENTER_MS = 500
 class SessionController(QObject):
     """Joins browser, session panel and the session that is open."""
 
-    setup_taken = Signal()
+    opened, setup_taken = Signal(), Signal()
 
-    def __init__(self, panel: SessionPanel, runs: RunController, file: SetupFileController, services: Services) -> None:
+    def __init__(
+        self,
+        panel: SessionPanel,
+        browser: SessionBrowser,
+        runs: RunController,
+        file: SetupFileController,
+        services: Services,
+    ) -> None:
         super().__init__(services.parent)
         self.panel, self.run_controller, self.setup_file, self.services = panel, runs, file, services
         self.control, self.runs = services.control, runs.runs
-        self.browser = SessionBrowser(services, lambda: panel.data_folder)
+        self.browser = browser
         self.browser.open_asked.connect(self.open)
         self.browser.setup_asked.connect(self.take_setup)
         self.browser.elsewhere_asked.connect(self.ask_folder)
@@ -94,6 +101,8 @@ class SessionController(QObject):
     def _enter_folder(self) -> None:
         """Say where another window works in the data folder; sessions are locked each by itself, whatever is said."""
         folder, board = self.panel.data_folder, self.services.board
+        if self.browser.isVisible():
+            self.browser.refresh()
 
         def work() -> SessionLock | Owner | None:
             # beside the index, where it can be written although there may be no data folder yet
@@ -167,6 +176,7 @@ class SessionController(QObject):
             self._typed = self.panel.details
         self.panel.set_details(info.operator, info.notes, info.sample, info.target)
         self.control.use_session(session, reviewed=True)
+        self.opened.emit()
         if session.read_only:
             board.post("warning", f"{path.name} is opened for looking only. {session.read_only}")
 

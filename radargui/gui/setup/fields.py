@@ -15,6 +15,7 @@ from radargui.gui.layout import (
     FormScroll,
     Group,
     PlainLabel,
+    Turning,
     button,
     fill,
     follow,
@@ -22,6 +23,7 @@ from radargui.gui.layout import (
 )
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.words import FORMS, READERS, called, kind_of, show_number, words_of
+from radargui.gui.theme import scaled_px
 from radargui.model.assumed import ASSUMED
 from radargui.model.radar import MOST_RECEIVERS
 
@@ -245,6 +247,10 @@ class AntennaGrid(QtWidgets.QWidget):
                 widget.setVisible(number <= self._model.n_receivers)
 
 
+_BESIDE = 760
+"""Pixels from which a drawing stands beside its fields: as many for it as they need."""
+
+
 class FormPanel(QtWidgets.QWidget):
     """Groups of fields that scroll; beneath them what changed since the last run, and what is wrong out of sight.
 
@@ -264,7 +270,7 @@ class FormPanel(QtWidgets.QWidget):
         self.changes, self.elsewhere = PlainLabel(), FaultText()
 
     def lay_out(self, *groups: QtWidgets.QWidget, above: QtWidgets.QWidget | None = None) -> None:
-        """Put the groups into the panel, and what stays in sight `above` them."""
+        """Put the groups into the panel, and what stays in sight `above` them, or beside them where it is wide."""
         self._form, self._groups = FormScroll(*groups), groups
         foot = fill(
             QtWidgets.QVBoxLayout(),
@@ -275,8 +281,8 @@ class FormPanel(QtWidgets.QWidget):
             margins=(8, 0, 8, 0),
             spacing=4,
         )
-        parts = () if above is None else ((above, 2),)
-        fill(QtWidgets.QVBoxLayout(self), *parts, (self._form, 3), foot)
+        form = self._form if above is None else Turning(scaled_px(_BESIDE), (above, 2, 3), (self._form, 3, 2))
+        fill(QtWidgets.QVBoxLayout(self), (form, 1), foot)
         follow(self._model.changed, self.refresh)
 
     def set_running(self, running: bool) -> None:

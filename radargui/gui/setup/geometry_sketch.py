@@ -90,7 +90,7 @@ class GeometrySketch(QWidget):
         self.floor_m: float | None = None
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         named = "Drawing of the setup, from the side and from above"
-        having(self, minimumHeight=_LEAST, maximumHeight=scaled_px(_HEIGHT), accessibleName=named)
+        having(self, minimumHeight=_LEAST, accessibleName=named)
         theme.application.focusChanged.connect(self._focus_moved)
         theme.changed.connect(self.update)
         follow(model.changed, self.refresh)

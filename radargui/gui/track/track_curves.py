@@ -1,4 +1,4 @@
-"""What is drawn against time beneath a track: the height with its fitted fall, and one of speed, residual, x, y."""
+"""What is drawn of a track against time: the height with its fitted fall, and one of speed, residual, x, y."""
 
 from collections.abc import Mapping
 from typing import Literal
@@ -7,7 +7,7 @@ import numpy as np
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QSizePolicy, QStackedWidget, QTabBar, QVBoxLayout, QWidget
 
-from radargui.gui.layout import TIPS, fill, having, holding
+from radargui.gui.layout import TIPS, boxed, fill, having, holding
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import LAST, NOW, Plot
 from radargui.gui.plots.ranges import SteadyRange
@@ -147,17 +147,18 @@ class TrackCurves(QWidget):
         self.key.setToolTip("The parabola is fitted to the first fall; where it is left out, none could be fitted")
         self.key.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         # in one place: a line that comes or goes moves all plots, and each is drawn anew with its axes
-        self._words_above = holding(QStackedWidget(), self.key, live_words)
-        self._words_above.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self.words = holding(QStackedWidget(), self.key, live_words)
+        self.words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self.detail = TimePlot(theme, "time [s]", _LABELS["speed"])
         self.tabs = having(QTabBar(drawBase=False, expanding=False), accessibleName="Curve below the height")
+        self.tabs.setUsesScrollButtons(True)
         for number, name in enumerate(_LABELS):
             self.tabs.addTab(name.capitalize() if len(name) > 1 else f"{name} ± {COVERAGE:g} u")
             self.tabs.setTabData(number, name)
             self.tabs.setTabToolTip(number, TIPS["curves"][name])
         self.tabs.currentChanged.connect(self._choose)
-        fill(QVBoxLayout(self), self._words_above, (self.height_plot, 3), self.tabs, (self.detail, 2), spacing=0)
-        self.setMinimumHeight(self.minimumSizeHint().height())
+        self.below = boxed(QVBoxLayout(), self.tabs, (self.detail, 1), spacing=0)
+        fill(QVBoxLayout(self), (self.height_plot, 1))
         self._turn(live=True)
 
     @property
@@ -201,7 +202,7 @@ class TrackCurves(QWidget):
     def _turn(self, *, live: bool) -> None:
         """Turn to the live trail, or to a result, each with what was chosen for it."""
         self._is_live = live
-        self._words_above.setCurrentIndex(int(live))
+        self.words.setCurrentIndex(int(live))
         self.height_plot.show_nothing()
         if live:
             self.height_plot.relabel(self._words)

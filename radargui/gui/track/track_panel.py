@@ -12,11 +12,11 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSplitter, QStac
 from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.gui.background import StartWork
 from radargui.gui.control.state import Feed
-from radargui.gui.layout import boxed, fill, having, holding
+from radargui.gui.layout import Turning, boxed, fill, having, holding
 from radargui.gui.plots.envelope import thin
 from radargui.gui.plots.key import ColourBar
 from radargui.gui.plots.plot import Plot
-from radargui.gui.theme import Theme, even_font
+from radargui.gui.theme import Theme, even_font, scaled_px
 from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space, live_track, result_track, space_of
 from radargui.gui.track.speed_colours import SpeedColours, SpeedTrail
 from radargui.gui.track.track_curves import TrackCurves
@@ -83,6 +83,12 @@ HOLD_S = 0.8
 """A result stays so long at least, whatever moves: the hand that puts the sphere back comes a moment later."""
 
 
+_BESIDE = 620
+"""Pixels from which the view stands beside the curve below the height: three projections need as many."""
+_SHARES = (67, 33)
+"""Of the height against time, and of what stands below it."""
+
+
 TOO_FEW = f"No track: a position needs {LEAST_RECEIVERS} receivers."
 
 
@@ -128,12 +134,14 @@ class TrackPanel(QWidget):
         self._title = QLabel()
         self._title.setContentsMargins(6, 3, 6, 0)
 
-        upper = boxed(QVBoxLayout(), (self._stack, 1), fill(QHBoxLayout(), 1, self.speed_bar), spacing=0)
-        splitter = holding(QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False), upper, self.curves)
-        for place, share in enumerate((3, 2)):
+        view = boxed(QVBoxLayout(), (self._stack, 1), fill(QHBoxLayout(), 1, self.speed_bar), spacing=0)
+        lower = Turning(scaled_px(_BESIDE), (view, 3, 3), (self.curves.below, 2, 2))
+        splitter = holding(QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False), self.curves, lower)
+        for place, share in enumerate(_SHARES):
             splitter.setStretchFactor(place, share)
-        having(splitter, objectName="track.parts", sizes=[2500, 2500])
-        fill(QVBoxLayout(self), self._title, (splitter, 1), spacing=0)
+        having(splitter, objectName="track.heights", sizes=[100 * share for share in _SHARES])
+        said = Turning(scaled_px(_BESIDE), (self._title, 0, 1), (self.curves.words, 0, 1))
+        fill(QVBoxLayout(self), said, (splitter, 1), spacing=0)
         self.show_setup(setup)
         self.clear()
 

@@ -134,7 +134,7 @@ def settling(monkeypatch: pytest.MonkeyPatch, turns: Any, good: Any) -> tuple[An
         "break_speeds": speeds,
         "sharp_turns": lambda solution, normal: np.array(turns(solution)),
         "side_kicks": lambda solution, normal: np.zeros(0),
-        "kicks_beside": lambda motion, normal: (np.zeros(0), np.zeros(0)),
+        "kicks_beside": lambda motion, normal, *given: (np.zeros(0), np.zeros(0)),
         "misfit_times": lambda solution: np.zeros(0),
         "respline": lambda old, coefficients, breaks, fine: breaks,
         "_with_breaks": lambda data, solution, motion: motion,
@@ -143,7 +143,7 @@ def settling(monkeypatch: pytest.MonkeyPatch, turns: Any, good: Any) -> tuple[An
         "SplineMotion": lambda spline, coefficients: None,
     }.items():
         monkeypatch.setattr(converge_module, name, stand_in)
-    data: Any = SimpleNamespace(onset_s=0.05)
+    data: Any = SimpleNamespace(onset_s=0.05, gravity_m_s2=9.81)
     return settle_breaks(data, broken(0.3), UP, nothing), tried
 
 
@@ -189,7 +189,7 @@ def test_a_body_is_let_bounce_on_where_that_finds_impacts_and_fits_no_worse(
     monkeypatch.setattr(converge_module, "_with_breaks", lambda data, solution, motion: motion)
     monkeypatch.setattr(converge_module, "converge", converged)
     monkeypatch.setattr(converge_module, "_misfit", lambda one: one.misfit)
-    data: Any = SimpleNamespace(onset_s=0.05)
+    data: Any = SimpleNamespace(onset_s=0.05, gravity_m_s2=9.81)
     found = _bounced_on(data, start, UP, nothing)
     # what came after the last impact is begun again
     assert tried == [[0.2, 0.3, 0.4, 0.48]]

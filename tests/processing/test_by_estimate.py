@@ -208,11 +208,13 @@ class _Fall:
 
 
 @pytest.mark.parametrize(("acceleration_m_s2", "falls"), [(9.81, True), (9.0, True), (2.0, False), (-9.81, False)])
-def test_places_fall_that_are_accelerated_about_as_gravity_does(acceleration_m_s2: float, falls: bool) -> None:
+def test_places_fall_that_are_accelerated_about_as_gravity_does(
+    setup: Setup, acceleration_m_s2: float, falls: bool
+) -> None:
     one: Any = _Fall(acceleration_m_s2)
-    assert _falls(one) is falls
+    assert _falls(one, setup) is falls
     one.impact_s = np.zeros(0)
-    assert not _falls(one)
+    assert not _falls(one, setup)
 
 
 def test_a_path_off_its_signal_ends_it_and_a_bent_circle_does_not() -> None:

@@ -6,7 +6,7 @@ from functools import cached_property, partial
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, QRectF, QSignalBlocker
-from PySide6.QtGui import QShowEvent
+from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QWidget
 
 from radargui.gui.background import Jobs
@@ -115,6 +115,11 @@ class UncertaintyMapView(Group):
         super().showEvent(event)
         self.plots  # noqa: B018 - makes them
         self._changed()
+
+    def hideEvent(self, event: QHideEvent) -> None:  # noqa: N802 - Qt's name
+        """Leave for later what was about to be computed."""
+        super().hideEvent(event)
+        self._soon.stop()
 
     def _snr_changed(self) -> None:
         self._own_snr = True

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from PySide6 import QtWidgets
-from PySide6.QtCore import QObject, QSignalBlocker, QSize, Qt, QTimer, SignalInstance
+from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt, QTimer, SignalInstance
 from PySide6.QtGui import QPaintEvent, QResizeEvent, QWheelEvent
 
 from radargui.model.resources import resource_table
@@ -412,6 +412,12 @@ class FormScroll(Scroll):
         super().__init__(having(column, objectName="form"))
         # plots take what room there is, forms only what they need
         self.setSizePolicy(QtWidgets.QSizePolicy.Policy.Preferred, QtWidgets.QSizePolicy.Policy.Expanding)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
+        """Ask for more width where the groups need it: Qt asks for none when what is scrolled has grown."""
+        if event.type() == QEvent.Type.LayoutRequest:
+            self.updateGeometry()
+        return super().eventFilter(watched, event)
 
     def minimumSizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         """Return the width of the content beside the scroll bar."""

@@ -159,7 +159,9 @@ class MainWindow(QMainWindow):
     def start(self) -> None:
         """Show what the source gives, without recording."""
         if self._ready():
-            self.follow_live()
+            # who reads a moment looks at the channels
+            if not self.hardware.channels.is_reading:
+                self.follow_live()
             self.control.start_live(self.setup_model.setup, self.hardware.kind, self.hardware.replay.file.path)
 
     def record(self) -> None:

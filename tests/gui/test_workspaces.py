@@ -13,7 +13,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QLabel, QTabBar, QWidget
 
 from radargui.gui.control.state import AppState
-from radargui.gui.layout import Strip
+from radargui.gui.layout import FormScroll, PlainLabel, Strip, Turning
 from radargui.gui.main_window import MainWindow
 from radargui.gui.panels import TITLES, WORKSPACES
 from radargui.gui.plots.plot import Plot
@@ -233,3 +233,28 @@ def test_messages_take_no_row_and_lie_over_the_panels(small: MainWindow, wait_fo
     small.actions_.dismiss.trigger()
     settle()
     assert small.place.isHidden()
+
+
+def test_a_form_beside_a_drawing_gets_the_width_that_its_words_come_to_need(qtbot: Any) -> None:
+    words, drawing = PlainLabel("few"), QWidget()
+    words.setWordWrap(False)
+    form = FormScroll(words)
+    both = Turning(100, (drawing, 1, 3), (form, 1, 1))
+    qtbot.addWidget(both)
+    both.resize(800, 300)
+    both.show()
+    settle()
+    assert drawing.width() > 500
+    words.setText("what the drops say of each antenna, a line each " * 2)
+    settle()
+    assert form.content.width() <= form.viewport().width()
+    assert form.content.minimumSizeHint().width() > 300
+    assert drawing.width() + form.width() <= 800
+
+
+def test_who_reads_a_moment_stays_with_the_channels(small: MainWindow, wait_for: Any) -> None:
+    press(small, 1, Qt.KeyboardModifier.ControlModifier)
+    small.actions_.moment.trigger()
+    wait_for(lambda: "A moment read" in small.hardware.channels.words.text())
+    assert small.panels.workspace == "prepare"
+    assert small.hardware.channels.isVisible()

@@ -239,12 +239,8 @@ class RunControl(QObject):
             if self.feed is not None:
                 self.feed = None
                 self.feed_changed.emit(None)
-        elif acquisition is not None and acquisition is not self._pulled:
-            ring, digitisation = acquisition.ring, acquisition.digitisation
-            if ring is not None and digitisation is not None:
-                self._pulled = acquisition
-                self.feed = Feed(ring, digitisation, acquisition.live, setup)
-                self.feed_changed.emit(self.feed)
+        else:
+            self._show_new(setup)
         if self.reached.stops:
             return
         if reached.source is not None:
@@ -259,6 +255,16 @@ class RunControl(QObject):
             self._enter(reached.records)
         elif self._pulled is not None:
             self._enter(AppState.LIVE)
+
+    def _show_new(self, setup: Setup) -> None:
+        """Let what comes in now be shown, where that is not yet so."""
+        acquisition = self.reached.acquisition
+        if acquisition is not None and acquisition is not self._pulled:
+            ring, digitisation = acquisition.ring, acquisition.digitisation
+            if ring is not None and digitisation is not None:
+                self._pulled = acquisition
+                self.feed = Feed(ring, digitisation, acquisition.live, setup)
+                self.feed_changed.emit(self.feed)
 
     def use_session(self, session: Session | None, *, reviewed: bool = False) -> None:
         """Let the next Record add to a session that is there, or make a new one (None); what was before is over."""
@@ -357,6 +363,9 @@ class RunControl(QObject):
         if self._worker is not None:
             self._worker.join()
         request = self._next
+        if error is None and self._setup is not None:
+            # a short file may end before anybody has looked
+            self._show_new(self._setup)
         self.ended_by_hand = self.reached.stops and self.reached.experiment is not None and not self.kept
         self.had_source = self.reached.source is not None
         if error is not None:

@@ -116,6 +116,11 @@ class ChannelGroup(ModelGroup):
         if [one.wired_to for one in self.table.rows.entries] != self._wires:
             self.show_facts(())
 
+    @property
+    def is_reading(self) -> bool:
+        """Whether a moment is being read."""
+        return self._own
+
     def read_moment(self) -> None:
         """Read a moment from the source chosen; nothing is recorded."""
         if self._control.state.running:

@@ -72,8 +72,8 @@ def measure_drop(
 ) -> MeasuredMotion | None:
     """Return what the joint estimate makes of a drop that begins from its flights; None where circles have to tell.
 
-    They have to where the flights do not explain the signals, and where their joint estimate is refused for what it
-    says of setup, receivers or fringes. Where none stands the flights do.
+    They have to where flights were not followed to their end, and where their joint estimate is refused for what it
+    says of setup, receivers or fringes. Where none stands the flights do, if they explain the signals.
 
     Parameters
     ----------
@@ -82,10 +82,12 @@ def measure_drop(
     conditioned, setup, progress, prior, others
         As of `measure_by_estimate`.
     """
-    if not drop.is_explained:
+    if not drop.is_followed:
         return None
     fall = FoundFall.of(drop.estimate, drop.signals, setup)
     joint = _joint_estimate(prior, setup, fall, progress)
+    if isinstance(joint.found, ProcessingError) and not drop.is_explained:
+        return None
     if isinstance(joint.found, UnexplainedError):
         return replace(drop.motion, unexplained=joint.found.stretches)
     if isinstance(joint.found, ProcessingError):

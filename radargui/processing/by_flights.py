@@ -67,6 +67,11 @@ class MeasuredDrop:
         """Whether its flights explain the signals to its end."""
         return not self.motion.findings
 
+    @property
+    def is_followed(self) -> bool:
+        """Whether it was followed to its end, also where something else is in the signals: a wall, mostly."""
+        return self.estimate.start.why is None
+
 
 def measure_by_flights(
     conditioned: Conditioned,

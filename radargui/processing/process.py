@@ -242,7 +242,7 @@ def _of_drop(
     if part.setup.processing.correction == "flights" or drop.motion.unexplained:
         return drop.motion
     prior = None if front_ends is None else part.prior(front_ends)
-    if on_preliminary is not None and drop.is_explained:
+    if on_preliminary is not None and drop.is_followed:
         on_preliminary(replace(_result(recording, part, drop.motion), preliminary=True))
     from radargui.processing.by_estimate import measure_drop
 

@@ -126,7 +126,7 @@ def test_ctrl_c_while_the_joint_correction_is_computed_keeps_the_preliminary_res
     run, *_ = only_session(tmp_path / "out").run_paths()
     summary = read_summary(run)
     assert summary is not None
-    assert (summary["status"], summary["correction"], summary["preliminary"]) == ("ok", "adaptive", True)
+    assert (summary["status"], summary["correction"], summary["preliminary"]) == ("ok", "flights", True)
 
 
 @pytest.mark.parametrize(

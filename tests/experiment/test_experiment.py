@@ -380,7 +380,7 @@ def test_cancelling_in_the_joint_correction_keeps_the_preliminary_result_and_say
     assert run.result.findings[0] == STOPPED
     assert run.path is not None
     summary = read_summary(run.path) or {}
-    assert (summary["correction"], summary["preliminary"]) == ("adaptive", True)
+    assert (summary["correction"], summary["preliminary"]) == ("flights", True)
     assert not results_are_current(run.path, JOINT_DROP), "a batch must make up for it"
     assert an_experiment.state is ExperimentState.DONE
     assert STOPPED.text in [event.message for event in listener.of(EventKind.WARNING)]
@@ -398,4 +398,4 @@ def test_who_leaves_while_a_run_is_processed_does_not_wait_for_the_joint_correct
         record_run(an_experiment)
     assert an_experiment.is_cancelled
     summary = read_summary(an_experiment.session.run_paths()[0]) or {}
-    assert (summary["status"], summary["correction"], summary["preliminary"]) == ("ok", "adaptive", True)
+    assert (summary["status"], summary["correction"], summary["preliminary"]) == ("ok", "flights", True)

@@ -165,11 +165,11 @@ def test_where_no_estimate_can_be_made_the_published_procedure_stands_and_says_s
         raise ProcessingError("The receivers disagree.")
 
     monkeypatch.setattr("radargui.processing.by_estimate.measure_by_estimate", refuse)
-    result = process(drop[0], changed(setup, processing={"correction": "joint"}))
+    result = process(drop[0], changed(setup, processing={"correction": "adaptive"}))
     assert result.corrected is not None
     assert result.corrected.method == "published"
     assert result.warnings[0] == (
-        "the joint correction cannot be made (The receivers disagree): the published one was used"
+        "the adaptive correction cannot be made (The receivers disagree): the published one was used"
     )
     assert result.bounces.impacts[0].e == pytest.approx(E, rel=0.03)
 

@@ -33,6 +33,11 @@ def test_keys_are_called_as_their_fields_are_and_say_whose_they_are() -> None:
     assert in_words("lab.toml and run_0001 stay") == "lab.toml and run_0001 stay"
 
 
+def test_a_key_without_its_table_leads_to_its_field_where_that_is_one() -> None:
+    linked = in_words("measure frequency_hz and the receivers' tilt_deg", linked=True)
+    assert linked == 'measure “Frequency” (<a href="setup:radar.frequency_hz">Go there</a>) and the receivers\' “Tilt”'
+
+
 def test_no_finding_speaks_of_a_key() -> None:
     for code, words in resource_table("findings").items():
         said = in_words(str(words["text"])) if isinstance(words, dict) and "text" in words else ""

@@ -111,10 +111,10 @@ _WORDS = {key: Words(**found | {"choices": dict(found.get("choices", ()))}) for 
 _BY = _WORDS["processing.correction"]
 _BARE = re.compile(r"(?<![\w.:\]])[a-z]+(?:_[a-z0-9]+)+\b")
 _RECEIVER = re.compile(r"\breceiver\[(\d+)\](?!\.)")
-_LAST: dict[str, set[str]] = {}
-for _key, _value in _WORDS.items():
-    _LAST.setdefault(_key.rpartition(".")[2], set()).add(_value.name)
-_NAMES = {last: next(iter(names)) for last, names in _LAST.items() if len(names) == 1}
+_LAST: dict[str, list[str]] = {}
+for _key in _WORDS:
+    _LAST.setdefault(_key.rpartition(".")[2], []).append(_key)
+_NAMES = {last: _WORDS[keys[0]].name for last, keys in _LAST.items() if len({_WORDS[key].name for key in keys}) == 1}
 """What a key is called that stands without its table, where that is told by its last word alone."""
 _ADDED = {name: name for name in plugins("corrections")}
 _WORDS["processing.correction"] = replace(_BY, choices={**_BY.choices, **_ADDED})
@@ -172,18 +172,30 @@ def in_words(text: str, *, linked: bool = False) -> str:
     text
         With keys as in the setup file, receivers counted from 1; a key may stand without its table.
     linked
-        Whether a link to its field follows each key that is named whole; `text` is HTML then.
+        Whether a link to its field follows each key; `text` is HTML then.
     """
 
     def named(found: re.Match[str]) -> str:
         key = found[0]
         if words_of(key).name == key:
             return key
-        return f"“{called(key)}”" + (f' (<a href="{LINK}{key}">Go there</a>)' if linked else "")
+        return f"“{called(key)}”" + link(key)
+
+    def without_table(found: re.Match[str]) -> str:
+        last = found[0]
+        if last not in _NAMES:
+            return last
+        # which of several receivers is meant is not said
+        (key, *others) = _LAST[last]
+        is_one = not others and not key.startswith("receiver.")
+        return f"“{_NAMES[last]}”" + (link(key) if is_one else "")
+
+    def link(key: str) -> str:
+        return f' (<a href="{LINK}{key}">Go there</a>)' if linked else ""
 
     # the form has no options of the command line
     text = _KEY.sub(named, _OPTION.sub("", text)).replace("[[receiver]]", "receivers")
-    text = _BARE.sub(lambda found: f"“{_NAMES[found[0]]}”" if found[0] in _NAMES else found[0], text)
+    text = _BARE.sub(without_table, text)
     return _RECEIVER.sub(r"receiver \1", text)
 
 

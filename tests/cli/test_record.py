@@ -107,6 +107,7 @@ def test_release_and_seed_stand_in_the_sessions_setup(command: Command, setup_fi
     assert setup.simulation.seed == 7
 
 
+@pytest.mark.slow
 def test_ctrl_c_while_the_joint_correction_is_computed_keeps_the_preliminary_result(
     command: Command, setup_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -135,6 +135,7 @@ def test_the_joint_estimate_begins_from_the_flights_which_stand_meanwhile() -> N
     assert first.e == pytest.approx(record.impacts[0][3], abs=4.0 * first.u_stated)
 
 
+@pytest.mark.slow
 def test_a_diameter_told_twice_as_large_is_named_and_a_right_one_is_not() -> None:
     scene = draw("mistaken", 55501, 2, {"which": "sphere/double", "rate_hz": 10_000.0})
     doubled, _ = setup_of_version(scene.setup)

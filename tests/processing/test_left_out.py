@@ -77,7 +77,8 @@ def test_a_loose_contact_of_15_ms_is_left_out_and_no_fringe_is_lost() -> None:
     assert np.diff([*shares, 1.0]).max() < 0.3
 
 
-@pytest.mark.parametrize("over_the_impact", [pytest.param(False, marks=pytest.mark.slow), True])
+@pytest.mark.slow
+@pytest.mark.parametrize("over_the_impact", [False, True])
 def test_a_dip_that_hardly_shows_in_the_misfit_is_left_out_and_told_by_its_time(over_the_impact: bool) -> None:
     scene = disturbed("dip/echo", 4200116, walls=0)
     (dip,) = scene.disturbances

@@ -99,7 +99,7 @@ def at_once(report: Report) -> RunResult:
         rejected_receiver,
         pytest.param(with_prior, marks=pytest.mark.slow),
         pytest.param(adaptive_instead, marks=pytest.mark.slow),
-        published_instead,
+        pytest.param(published_instead, marks=pytest.mark.slow),
     ],
 )
 def test_no_path_runs_back(path: Path) -> None:

@@ -122,8 +122,14 @@ class Result:
 
     @property
     def free_fall(self) -> FreeFall | None:
-        """The first fall against the parabola, with g and its uncertainty; None where none can be fitted."""
+        """The first fall against the parabola, with g and its statistical u; None where none can be fitted."""
         return self.details.bounces.free_fall
+
+    @property
+    def u_g_combined_m_s2(self) -> float | None:
+        """Uncertainty of the fall's g with what antennas, release, clock and sphere leave open; None where unknown."""
+        budget = self.details.uncertainty_budget
+        return budget.g_m_s2.combined if self.free_fall and budget else None
 
     @property
     def time_s(self) -> FloatArray:

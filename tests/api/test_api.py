@@ -114,6 +114,8 @@ def test_it_measures_what_falls(result: radargui.Result) -> None:
     assert result.bounces[0].e == pytest.approx(SETUP.simulation.restitution, abs=3.0 * result.bounces[0].u_e)
     assert result.free_fall is not None
     assert result.free_fall.g_m_s2 == pytest.approx(9.81, abs=0.2)
+    assert result.u_g_combined_m_s2 is not None
+    assert result.u_g_combined_m_s2 >= result.free_fall.u_g_m_s2
     assert [one.verdict for one in result.channels] == ["good"] * 3
 
 
@@ -154,6 +156,7 @@ def test_nothing_that_moves_is_an_answer(path: Path) -> None:
     quiet = radargui.Run(type(run.recording)("still", still, run.recording.digitisation), run.setup)
     result = radargui.process(quiet)
     assert (result.status, len(result.bounces), result.free_fall, result.channels) == ("no_motion", 0, None, ())
+    assert result.u_g_combined_m_s2 is None
     assert np.isnan(result.position_m).all()
     assert not result.valid.any()
 

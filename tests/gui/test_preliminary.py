@@ -130,7 +130,8 @@ def test_a_final_result_does_not_take_the_eye_off_another_run(
     wait_for(lambda: not stands(window))
     window.run_controller.add(replace(recorded, result=result))
     assert window.runs.table.chosen.path == first
-    assert window.run._title.text() == "drop 1 (run-0001, simulated)"
+    # it may still be read
+    wait_for(lambda: window.run._title.text() == "drop 1 (run-0001, simulated)")
     assert window.runs.model.entries[1].verdict == "good, SIMULATED"
     window.runs.table.selectRow(1)
     assert window.run.result is result, "kept for the moment it is asked for"

@@ -69,7 +69,7 @@ def test_a_drop_under_a_third_of_g_is_measured_as_any_other(correction: str, err
 
 
 @pytest.mark.parametrize(("true_m_s2", "stated_m_s2"), [(9.81, G_M_S2), (G_M_S2, 9.81)])
-@pytest.mark.parametrize("correction", ["published", "flights"])
+@pytest.mark.parametrize("correction", ["published", pytest.param("flights", marks=pytest.mark.slow)])
 def test_a_site_that_states_another_g_is_told(correction: str, true_m_s2: float, stated_m_s2: float) -> None:
     _, result = dropped(true_m_s2, {"g_m_s2": stated_m_s2, "u_g_m_s2": 0.003}, correction)
     assert {one.code for one in result.findings} & BLAMES_GRAVITY

@@ -55,6 +55,7 @@ def test_a_drop_tells_what_the_setup_states_wrongly_by_as_much_as_it_says(record
     assert all(one.pull is not None and abs(one.pull) < 4.0 for one in values.values() if one.pull is not None)
 
 
+@pytest.mark.slow
 def test_a_drop_that_is_told_of_another_knows_its_antennas_better_and_says_the_same_of_them_alone(
     drop: Run, alone: Result
 ) -> None:

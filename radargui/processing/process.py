@@ -84,7 +84,8 @@ def process(
     progress
         Called with the share done, 0 to 1, which never runs back; what it raises, as `CancelledError`, ends the work.
     on_preliminary
-        Given the preliminary result of the adaptive correction while the joint one is being computed.
+        Given the preliminary result, of a drop by its flights, else by the adaptive correction, while the joint one is
+        being computed.
     front_ends
         What other runs say about the front ends, prior of the joint correction; None: nothing, the run speaks for
         itself.

@@ -1,4 +1,4 @@
-"""The adaptive result stands while the joint correction is computed; it is replaced, or kept after a cancel."""
+"""The preliminary result stands while the joint correction is computed; it is replaced, or kept after a cancel."""
 
 from __future__ import annotations
 

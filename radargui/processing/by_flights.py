@@ -22,7 +22,7 @@ from radargui.model.finding import Finding, error_of, warn
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.result import CorrectedIQ, PathLengths, Track, whole_milliseconds
 from radargui.model.setup import Setup
-from radargui.processing.checks.estimate import is_blamed
+from radargui.processing.checks.estimate import gained_by_polarization, is_blamed
 from radargui.processing.locate import locate
 from radargui.processing.measured_motion import MeasuredMotion
 from radargui.restitution.drop_bounces import drop_bounces, drop_changes
@@ -51,14 +51,17 @@ class MeasuredDrop:
 
     def wrong_diameter(self, setup: Setup, motion: MeasuredMotion) -> Finding | None:
         """Return that the sphere's diameter is likely wrong, where something of a motion would be blamed on else."""
-        unexplained = float(self.estimate.block_chi_square.max()) - MOST_CHI_SQUARE
+        unexplained = max(float(self.estimate.block_chi_square.max()) - MOST_CHI_SQUARE, 0.0)
+        # a receiver's gain and angle stand for a part of what a sphere of another size scatters
+        by_polarization = gained_by_polarization(motion)
         # where the flights explain the signals with the size that is stated, it is something else
-        if unexplained <= 0.0 or not is_blamed(motion, setup):
+        if not (unexplained or by_polarization) or not is_blamed(motion, setup):
             return None
         other = other_diameter(self.estimate, setup)
-        if other is None:
+        if other is None or other.gain < by_polarization:
             return None
-        left = max(float(other.block_chi_square.max()) - MOST_CHI_SQUARE, 0.0) / unexplained
+        beyond = max(float(other.block_chi_square.max()) - MOST_CHI_SQUARE, 0.0)
+        left = beyond / unexplained if unexplained else 0.0
         by = other.diameter_m - setup.tracer.diameter_m
         return wrong_value(DIAMETER, by, other.gain, left, setup, motion.flights.cause)
 

@@ -216,3 +216,13 @@ def test_antennas_where_none_stands_are_the_cause_of_flights_that_bend() -> None
     # of a run that is refused nothing was held against the setup
     far.measured = None
     assert (setup_contradicted(far), flights_bend(far)) == (named, bent)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("variant", ["radius", "double"])
+def test_a_sphere_of_another_size_is_named_and_no_polarisation(variant: str) -> None:
+    scene = mistaken(f"sphere/{variant}", 1, **QUICK)
+    result = process(make_record(scene).recording, scene.setup)
+    of_setup = {one.code: one for one in result.findings if one.code in ("setup_contradicted", "polarization_off")}
+    assert of_setup.keys() <= {"setup_contradicted"}
+    assert all(one.facts["place"] == "tracer.diameter_m" for one in of_setup.values())

@@ -9,9 +9,10 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from radargui.model.assumed import u_phase_centre_m
 from radargui.model.errors import UsageError
 from radargui.model.gravity import drag_of_sphere, g_and_u_of_site, share_in_air
-from radargui.model.setup import Setup, moved
+from radargui.model.setup import Setup, moved, value_of
 
 GROUPS = ("tilt", "azimuth", "distance", "transmitter", "release", "gravity", "polarization")
 """What `--free` may name: `transmitter` is its place, `gravity` the direction of gravity. Polarisations that are not
@@ -56,19 +57,21 @@ class Unknown:
 def antenna_unknowns(setup: Setup, *, place: bool = False, polarised: bool = False) -> list[Unknown]:
     """Return the values of the antennas; the transmitter's three coordinates instead of its distance where asked."""
     sender = setup.transmitter
-    u_sender = _given(sender.u_distance_m, "distance")
+    u_sender = math.hypot(_given(sender.u_distance_m, "distance"), u_phase_centre_m(sender))
     if place:
         out = [
             Unknown(f"transmitter.position_m.{axis}", x, u_sender, "transmitter", f"transmitter.position_m[{n}]")
             for n, (axis, x) in enumerate(zip("xyz", sender.place_m, strict=True), 1)
         ]
     else:
-        name, reach = "transmitter.distance_m", math.hypot(*sender.place_m)
-        out = [Unknown(name, reach, u_sender, "distance", name)]
+        name = "transmitter.distance_m"
+        out = [Unknown(name, value_of(setup, name), u_sender, "distance", name)]
     for n, one in enumerate(setup.receiver, 1):
         for name in ("tilt_deg", "azimuth_deg", "distance_m"):
             group = name.partition("_")[0]
             u = _given(getattr(one, f"u_{name}"), group)
+            # who holds the distance by a u of zero and states a phase centre holds only the former
+            u = math.hypot(u, u_phase_centre_m(one)) if name == "distance_m" else u
             out.append(Unknown(f"receiver.{n}.{name}", getattr(one, name), u, group, f"receiver[{n}].{name}"))
     if polarised:
         # all of them or none: one that is known exactly stays where it is

@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 
 from radargui.model.arrays import ComplexArray, FloatArray
-from radargui.model.scattering import ConductingSphere, scattering_coefficients
+from radargui.model.scattering import MieSphere
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ _STEP = 1e-4  # of K h: differences are off by as much of what A is curved by
 
 
 def exchanged_signals(
-    sphere: ConductingSphere,
+    sphere: MieSphere,
     height_m: FloatArray,
     reflection: complex,
     normal: FloatArray,
@@ -68,7 +68,7 @@ def exchanged_signals(
     """
     orders = n_orders(sphere.size)
     scaled, phase = _heights(sphere, height_m)
-    electric, magnetic = (series[:orders] for series in scattering_coefficients(sphere.size))
+    electric, magnetic = sphere.electric[:orders], sphere.magnetic[:orders]
     turn = _frame(normal)
     arriving = _Harmonics(turn @ incident, transmitted @ turn.T, orders)
     answered = _Harmonics(turn @ leaving, received @ turn.T, orders)
@@ -125,7 +125,7 @@ def changes_faster(gap_m: FloatArray, reflection: float, radius_m: float) -> Flo
     return np.asarray(1.0 + 2.0 * min(reflection, 1.0) ** 2 * (1.0 + 3.0 * near))
 
 
-def _heights(sphere: ConductingSphere, height_m: FloatArray) -> tuple[FloatArray, ComplexArray]:
+def _heights(sphere: MieSphere, height_m: FloatArray) -> tuple[FloatArray, ComplexArray]:
     """Return K h over a plane that is nowhere above the sphere, (n,), and the phase of a longer way.
 
     Where the plane, not found well yet, cuts the sphere, it lies as much lower as lets them touch at the lowest place.

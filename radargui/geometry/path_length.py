@@ -49,8 +49,8 @@ def place_antennas(setup: Setup) -> Antennas:
 
 
 def receiver_values(setup: Setup) -> FloatArray:
-    """Return tilt and azimuth (degrees) and distance (m) of each receiver, shape (3, n_receivers)."""
-    return np.array([(one.tilt_deg, one.azimuth_deg, one.distance_m) for one in setup.receiver]).T
+    """Return tilt and azimuth (degrees) and distance (m) of each receiver's phase centre, shape (3, n_receivers)."""
+    return np.array([(one.tilt_deg, one.azimuth_deg, one.reach_m) for one in setup.receiver]).T
 
 
 def antennas_at(receivers: FloatArray, transmitter_m: FloatArray) -> Antennas:

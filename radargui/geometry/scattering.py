@@ -1,4 +1,4 @@
-"""What the scattering of a metal sphere adds to the direct path length: the phase of its scattered field (method 3)."""
+"""What the scattering of a sphere adds to the direct path length: the phase of its scattered field (method 3)."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from radargui.geometry.path_length import place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import SUPPOSED_POLARIZATIONS_DEG, SUPPOSED_TURNS_DEG
 from radargui.model.scattering import (
-    conducting_sphere,
     received_direction,
     scattered_field,
     strongest_polarization_deg,
+    tracer_sphere,
     transmitted_direction,
     transverse_axes,
 )
@@ -41,7 +41,7 @@ def scattering_delay_m(position_m: FloatArray, setup: Setup) -> FloatArray:
     antennas = place_antennas(setup)
     # first the release, where the change of every path is zero
     places = np.concatenate([np.array(setup.tracer.release_position_m)[:, None], position_m], axis=1)
-    sphere = conducting_sphere(0.5 * setup.tracer.diameter_m, setup.radar.wavelength_m)
+    sphere = tracer_sphere(setup.tracer, setup.radar)
     sent = transmitted_direction(setup.transmitter.polarization_deg or 0.0)
     out = np.empty((antennas.n_receivers, position_m.shape[1]))
     for row, rx, own in zip(out, antennas.receivers_m, setup.received_fields(), strict=True):
@@ -73,7 +73,7 @@ def supposed_delays_m(position_m: FloatArray, setup: Setup) -> FloatArray:
     # first the centre, for which a receiver is turned to the strongest signal where nobody says how
     places = np.concatenate([np.zeros((3, 1)), release, position_m], axis=1)
     both = np.stack([transmitted_direction(angle) for angle in (0.0, 90.0)])
-    sphere = conducting_sphere(0.5 * setup.tracer.diameter_m, setup.radar.wavelength_m)
+    sphere = tracer_sphere(setup.tracer, setup.radar)
     out = []
     for rx, receiver in zip(antennas.receivers_m, setup.receiver, strict=True):
         fields = scattered_field(sphere, places, antennas.transmitter_m, both, rx)

@@ -4,13 +4,13 @@ Method 6, Budget.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from radargui.model.air import ASSUMED_AIR
 from radargui.model.calibrated_setup import agreeing, setup_key
-from radargui.model.radar import Tracer
+from radargui.model.radar import Receiver, Tracer, Transmitter
 from radargui.model.section import Section
 from radargui.model.setup import Setup, moved
 
@@ -18,11 +18,13 @@ ASSUMED = {
     "u_tilt_deg": 0.5,
     "u_azimuth_deg": 0.5,
     "u_distance_m": 3e-3,
+    "u_phase_centre_m": 0.02,
     "u_x_m": 3e-3,
     "u_y_m": 3e-3,
     "u_release_m": 1e-3,
     "u_release_scatter_m": 0.2e-3,
     "u_diameter_m": 0.02e-3,
+    "u_refractive_index": 0.02,
     "u_polarization_deg": 5.0,
     "floor.u_tilt_deg": 0.3,
     "u_clock_ppm": 50.0,
@@ -33,6 +35,8 @@ and measured with a calliper, a floor laid with a spirit level, the clock of NI'
 ASSUMED_FREQUENCY = 1e-6
 """The same of the frequency, relative: a synthesiser with a crystal."""
 DIAMETER = "tracer.diameter_m"
+OF_SPHERE = (DIAMETER, "tracer.refractive_index")
+"""What the sphere scatters by."""
 TILT, CLOCK, CONTACT = "floor.tilt_deg", "daq.clock_ppm", "floor.contact_s"
 """No keys of the setup: what `floor.u_tilt_deg` and `daq.u_clock_ppm` belong to, and how long an impact lasts."""
 CONTACT_S = 1e-4
@@ -129,9 +133,12 @@ def uncertain_inputs(setup: Setup) -> tuple[UncertainInput, ...]:
         for name in ("tilt_deg", "azimuth_deg", "distance_m", *(("polarization_deg",) if polarized else ())):
             if f"u_{name}" in type(antenna).model_fields:
                 add(place, antenna, f"u_{name}")
+    out = [_with_phase_centre(one, antennas.get(one.key.removesuffix(".distance_m"))) for one in out]
     add("transmitter", setup.transmitter, "u_x_m", "position_m[1]")
     add("transmitter", setup.transmitter, "u_y_m", "position_m[2]")
     add("tracer", setup.tracer, "u_diameter_m")
+    if setup.tracer.index is not None:
+        add("tracer", setup.tracer, "u_refractive_index")
     u_release, given = u_release_m(setup.tracer), setup.tracer.u_release_m is not None
     out.extend(
         UncertainInput(f"tracer.release_position_m[{axis}]", "tracer.u_release_m", u_release, not given)
@@ -147,6 +154,18 @@ def uncertain_inputs(setup: Setup) -> tuple[UncertainInput, ...]:
     if any(key.startswith("transmitter.") for key in keys):
         keys = (*keys, "transmitter.position_m[1]", "transmitter.position_m[2]")
     return (*(one for one in out if one.key not in keys), *directions)
+
+
+def _with_phase_centre(one: UncertainInput, antenna: Transmitter | Receiver | None) -> UncertainInput:
+    """Return the uncertainty of an antenna's distance with that of its phase centre, which moves the same point."""
+    return one if antenna is None else replace(one, u=math.hypot(one.u, u_phase_centre_m(antenna)))
+
+
+def u_phase_centre_m(antenna: Transmitter | Receiver) -> float:
+    """Return the uncertainty of how far behind its place an antenna's phase centre lies; 0 where they are one."""
+    if antenna.phase_centre_m is None:
+        return 0.0
+    return ASSUMED["u_phase_centre_m"] if antenna.u_phase_centre_m is None else antenna.u_phase_centre_m
 
 
 def _of_calibration(setup: Setup) -> tuple[tuple[str, ...], list[UncertainInput]]:

@@ -127,7 +127,8 @@ def calibrated(setup: Setup, calibration: Calibration, file: Path) -> Setup:
     content, document = content_of(calibration), plain(setup)
     u = np.sqrt(np.diag(calibration.covariance))
     if "transmitter.position_m.x" in calibration.names:
-        document["transmitter"].pop("distance_m", None)
+        for key in ("distance_m", "phase_centre_m", "u_phase_centre_m"):
+            document["transmitter"].pop(key, None)
         document["transmitter"]["position_m"] = list(setup.transmitter.place_m)
     for name, value, own_u in zip(calibration.names, calibration.values.tolist(), u.tolist(), strict=True):
         if not (found := _KEY.fullmatch(name)):

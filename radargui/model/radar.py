@@ -56,8 +56,19 @@ class Radar(Section):
 
 Distance = Annotated[Real, Field(gt=0.0, le=100.0)]
 Uncertainty = Annotated[Real, Field(ge=0.0, le=1.0)]
+Behind = Annotated[Real, Field(ge=-0.5, le=0.5)]
 Azimuth = Annotated[Real, Field(ge=-360.0, le=360.0)]
 AngleUncertainty = Annotated[Real, Field(ge=0.0, le=45.0)]
+
+
+def _has_its_phase_centre(antenna: Transmitter | Receiver) -> None:
+    if antenna.u_phase_centre_m is not None and antenna.phase_centre_m is None:
+        given = f"u_phase_centre_m = {antenna.u_phase_centre_m:g}"
+        raise ValueError(f"{given}, allowed: together with phase_centre_m")
+    # in front of the aperture by less than the antenna is away
+    if antenna.distance_m is not None and antenna.distance_m + (antenna.phase_centre_m or 0.0) <= 0.0:
+        given = f"phase_centre_m = {antenna.phase_centre_m:g} with distance_m = {antenna.distance_m:g}"
+        raise ValueError(f"{given}, allowed: a phase centre on the antenna's side of the centre")
 
 
 class Transmitter(Section):
@@ -69,6 +80,9 @@ class Transmitter(Section):
         From the centre of the field of view.
     position_m
         x, y, z instead of `distance_m`, where it stands off the axis; `u_distance_m` holds along its direction.
+    phase_centre_m, u_phase_centre_m
+        How far behind the point that `distance_m` is measured to, away from the centre, its waves come from: a horn's
+        come from behind its aperture. `position_m` is that of the phase centre itself.
     u_x_m, u_y_m
         How far it may stand beside that place.
     polarization_deg, u_polarization_deg
@@ -77,6 +91,8 @@ class Transmitter(Section):
 
     distance_m: Distance | None = None
     u_distance_m: Uncertainty | None = None
+    phase_centre_m: Behind | None = None
+    u_phase_centre_m: Uncertainty | None = None
     u_x_m: Uncertainty | None = None
     u_y_m: Uncertainty | None = None
     position_m: Vector | None = None
@@ -91,13 +107,17 @@ class Transmitter(Section):
         # from the centre itself there is no direction, and 1 / r has no value
         if self.position_m is not None and not any(self.position_m):
             raise ValueError("position_m = [0, 0, 0], allowed: any place but the centre")
+        if self.position_m is not None and self.phase_centre_m is not None:
+            given = f"phase_centre_m = {self.phase_centre_m:g} beside position_m"
+            raise ValueError(f"{given}, allowed: with distance_m; position_m is that of the phase centre")
+        _has_its_phase_centre(self)
         return self
 
     @property
     def place_m(self) -> Vector:
-        """Where it stands."""
+        """Where its phase centre stands."""
         # on the z axis unless a calibration found it beside
-        return self.position_m or (0.0, 0.0, self.distance_m or 0.0)
+        return self.position_m or (0.0, 0.0, (self.distance_m or 0.0) + (self.phase_centre_m or 0.0))
 
 
 class Receiver(Section):
@@ -111,6 +131,8 @@ class Receiver(Section):
         From the x axis towards the y axis.
     distance_m, u_distance_m
         From the centre of the field of view.
+    phase_centre_m, u_phase_centre_m
+        How far behind that point its phase centre lies, as of the transmitter.
     polarization_deg, u_polarization_deg
         It answers to the field along cos(p) h + sin(p) v: u from the centre to the antenna, h = unit(z x u), v = u x h
         (at tilt 0 or 180 h = (-sin azimuth, cos azimuth, 0)); left out: turned for the strongest signal from there.
@@ -123,7 +145,23 @@ class Receiver(Section):
     u_tilt_deg: AngleUncertainty | None = None
     u_azimuth_deg: AngleUncertainty | None = None
     u_distance_m: Uncertainty | None = None
+    phase_centre_m: Behind | None = None
+    u_phase_centre_m: Uncertainty | None = None
     u_polarization_deg: AngleUncertainty | None = None
+
+    @model_validator(mode="after")
+    def _stands_at_one_place(self) -> Receiver:
+        _has_its_phase_centre(self)
+        return self
+
+    @property
+    def reach_m(self) -> float:
+        """Distance of its phase centre from the centre of the field of view."""
+        return self.distance_m + (self.phase_centre_m or 0.0)
+
+
+PLASTICS = {"PTFE": 1.45, "PE": 1.52, "PMMA": 1.61}
+"""Refractive indices at 10 GHz."""
 
 
 class Tracer(Section):
@@ -133,6 +171,9 @@ class Tracer(Section):
     ----------
     diameter_m, u_diameter_m
         Of the sphere.
+    material, refractive_index, u_refractive_index
+        What it scatters as: metal, or a plastic, by name or by its refractive index at the radar's frequency (PTFE
+        1.45, PE 1.52, PMMA 1.61).
     density_kg_m3
         Of the sphere, for its buoyancy in air; left out: none is counted. Steel 7800, polystyrene 1050.
     release_position_m, u_release_m
@@ -144,10 +185,28 @@ class Tracer(Section):
 
     diameter_m: Annotated[Real, Field(gt=0.0, le=0.5)] = 0.010
     u_diameter_m: Annotated[Real, Field(ge=0.0, le=0.1)] | None = None
+    material: Literal["metal", "PTFE", "PE", "PMMA"] = "metal"
+    refractive_index: Annotated[Real, Field(gt=1.0, le=10.0)] | None = None
+    u_refractive_index: Annotated[Real, Field(ge=0.0, le=1.0)] | None = None
     density_kg_m3: Annotated[Real, Field(ge=10.0, le=25000.0)] | None = None
     release_position_m: Vector = (0.0, 0.0, 0.12)
     u_release_m: Uncertainty | None = None
     u_release_scatter_m: Uncertainty | None = None
+
+    @model_validator(mode="after")
+    def _is_of_one_material(self) -> Tracer:
+        if self.material in PLASTICS and self.refractive_index is not None:
+            given = f'material = "{self.material}" beside refractive_index = {self.refractive_index:g}'
+            raise ValueError(f"{given}, allowed: one of them")
+        if self.u_refractive_index is not None and self.index is None:
+            given = f"u_refractive_index = {self.u_refractive_index:g}"
+            raise ValueError(f"{given}, allowed: of a sphere that is not of metal")
+        return self
+
+    @property
+    def index(self) -> float | None:
+        """Refractive index of the sphere; None of metal."""
+        return self.refractive_index or PLASTICS.get(self.material)
 
 
 class Floor(Section):

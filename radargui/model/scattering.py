@@ -1,4 +1,4 @@
-"""What a metal sphere scatters (Mie series), and what an antenna turned by an angle gets of it (method 1)."""
+"""What a sphere scatters (Mie series), and what an antenna turned by an angle gets of it (method 1)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from radargui.model.radar import Radar, Receiver, Tracer, Transmitter
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ConductingSphere:
+class MieSphere:
     """The scattering amplitudes of one sphere at one wavelength, as polynomials in the cosine mu of the angle.
 
     S1 and S2 (Bohren & Huffman 1983, eq. 4.74) are S1 = U + mu V and S2 = V + mu U. With pi_n = P_n', tau_n = mu pi_n -
@@ -25,12 +25,16 @@ class ConductingSphere:
     ----------
     radius_m, wavelength_m
         Of the sphere and of the wave.
+    electric, magnetic
+        a_n and b_n, shape (n_max,).
     series
         Chebyshev coefficients of Re U, Im U, Re V, Im V, shape (n_max, 4).
     """
 
     radius_m: float
     wavelength_m: float
+    electric: ComplexArray
+    magnetic: ComplexArray
     series: FloatArray
 
     @property
@@ -53,22 +57,31 @@ class ConductingSphere:
 
 
 @lru_cache(maxsize=32)
-def conducting_sphere(radius_m: float, wavelength_m: float) -> ConductingSphere:
-    """Return the sphere of this radius at a wavelength."""
-    series = _series(*scattering_coefficients(2.0 * np.pi * radius_m / wavelength_m))
-    return ConductingSphere(radius_m, wavelength_m, series)
+def mie_sphere(radius_m: float, wavelength_m: float, index: float | None = None) -> MieSphere:
+    """Return the sphere of this radius at a wavelength, of a refractive index against the air's; None: of metal."""
+    electric, magnetic = scattering_coefficients(2.0 * np.pi * radius_m / wavelength_m, index)
+    return MieSphere(radius_m, wavelength_m, electric, magnetic, _series(electric, magnetic))
 
 
-def scattering_coefficients(size: float) -> tuple[ComplexArray, ComplexArray]:
-    """Return a_n = psi_n' / xi_n', b_n = psi_n / xi_n, psi = x j_n, xi = x h_n (Bohren & Huffman, ch. 4), (n_max,).
+def tracer_sphere(tracer: Tracer, radar: Radar) -> MieSphere:
+    """Return the sphere of a setup."""
+    index = None if tracer.index is None else tracer.index / radar.index
+    return mie_sphere(0.5 * tracer.diameter_m, radar.wavelength_m, index)
 
-    The perfect conductor is the limit of an infinite refractive index. Orders up to x + 4 x^(1/3) + 3 (Wiscombe 1980).
-    The time factor is exp(-i w t), so that a path L gives exp(+i K L).
+
+def scattering_coefficients(size: float, index: float | None = None) -> tuple[ComplexArray, ComplexArray]:
+    """Return a_n and b_n, shape (n_max,), with psi = x j_n, xi = x h_n (Bohren & Huffman, eq. 4.56 and 4.57).
+
+    a_n = (m psi(mx) psi'(x) - psi(x) psi'(mx)) / (m psi(mx) xi'(x) - xi(x) psi'(mx)), b_n the same with m at the other
+    product. The perfect conductor is the limit of an infinite refractive index, psi' / xi' and psi / xi. Orders up to
+    x + 4 x^(1/3) + 3 (Wiscombe 1980). The time factor is exp(-i w t), so that a path L gives exp(+i K L).
 
     Parameters
     ----------
     size
         x = 2 pi radius / wavelength.
+    index
+        m, refractive index against that outside; None: a perfect conductor.
     """
     order = np.arange(1, int(size + 4.0 * np.cbrt(size) + 3.0) + 1)
     regular, irregular = _spherical_bessel(order.size, size)
@@ -76,9 +89,17 @@ def scattering_coefficients(size: float) -> tuple[ComplexArray, ComplexArray]:
     regular_slope = size * regular[:-1] - order * regular[1:]
     irregular_slope = size * irregular[:-1] - order * irregular[1:]
     regular, irregular = regular[1:], irregular[1:]
-    electric = np.asarray(regular_slope / (regular_slope + 1j * irregular_slope), dtype=np.complex128)
-    magnetic = np.asarray(regular / (regular + 1j * irregular), dtype=np.complex128)
-    return electric, magnetic
+    slope, value = regular_slope + 1j * irregular_slope, regular + 1j * irregular
+    if index is None:
+        return np.asarray(regular_slope / slope), np.asarray(regular / value)
+    inner, _ = _spherical_bessel(order.size, index * size)
+    inner_slope, inner = index * size * inner[:-1] - order * inner[1:], inner[1:]
+
+    def ratio(of_slopes: float) -> ComplexArray:
+        above = of_slopes * inner * regular_slope - regular * inner_slope
+        return np.asarray(above / (of_slopes * inner * slope - value * inner_slope))
+
+    return ratio(index**2), ratio(1.0)
 
 
 def _spherical_bessel(most: int, x: float) -> tuple[FloatArray, FloatArray]:
@@ -102,7 +123,7 @@ def _spherical_bessel(most: int, x: float) -> tuple[FloatArray, FloatArray]:
 
 
 def _series(electric: ComplexArray, magnetic: ComplexArray) -> FloatArray:
-    """Return the Chebyshev coefficients of `ConductingSphere.series`."""
+    """Return the Chebyshev coefficients of `MieSphere.series`."""
     order = np.arange(1, electric.size + 1)
     weight = (2.0 * order + 1.0) / (order * (order + 1.0))
     # sum w_n a_n P_n, whose slope and bend are those of pi_n and pi_n'; the leading 0 is the order n = 0
@@ -118,7 +139,7 @@ def _series(electric: ComplexArray, magnetic: ComplexArray) -> FloatArray:
 
 
 def scattered_field(
-    sphere: ConductingSphere,
+    sphere: MieSphere,
     position_m: FloatArray,
     transmitter_m: FloatArray,
     transmitted: FloatArray,
@@ -127,7 +148,7 @@ def scattered_field(
     """Return the direction and strength of the field at a receiver, without the distances and the phase of the path.
 
     E = S2 (par_i . e_tx) par_s + S1 (perp . e_tx) perp, with perp = unit(k_i x k_s) and par = k x perp. Multiplied out,
-    with i, s the ways in and out and U, V of `ConductingSphere`, no scattering plane is left, nor its lack where the
+    with i, s the ways in and out and U, V of `MieSphere`, no scattering plane is left, nor its lack where the
     way goes straight on:
 
         E = S1 e - i (U i.e + V s.e) - s U (s.e - mu i.e)
@@ -156,7 +177,7 @@ def scattered_field(
 
 
 def scattered_signals(
-    sphere: ConductingSphere, incident: FloatArray, transmitted: FloatArray, leaving: FloatArray, received: FloatArray
+    sphere: MieSphere, incident: FloatArray, transmitted: FloatArray, leaving: FloatArray, received: FloatArray
 ) -> ComplexArray:
     """Return what antennas get of the fields of `scattered_field`, for every pair of directions at once.
 
@@ -250,7 +271,7 @@ LEAST_SHARE = 0.05
 
 @dataclass(frozen=True, slots=True)
 class ReceivedField:
-    """What one receiver gets of the field that a metal sphere in the centre scatters to it.
+    """What one receiver gets of the field that the sphere in the centre scatters to it.
 
     Attributes
     ----------
@@ -274,14 +295,14 @@ def received_fields(
 ) -> tuple[ReceivedField, ...]:
     """Return what each receiver gets of the field of a transmitter polarised along `polarization_deg`."""
     # not small against the wave: how it turns the field on its way to a receiver depends on its size (Mie)
-    sphere = conducting_sphere(0.5 * tracer.diameter_m, radar.wavelength_m)
+    sphere = tracer_sphere(tracer, radar)
     sent, place = transmitted_direction(polarization_deg), np.array(transmitter.place_m)
     out = []
     for receiver in receivers:
         tilt, azimuth = np.radians([receiver.tilt_deg, receiver.azimuth_deg])
         u = np.array([np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)])
         h, v = transverse_axes(u, receiver.azimuth_deg)
-        field = scattered_field(sphere, np.zeros((3, 1)), place, sent, receiver.distance_m * u)[:, 0]
+        field = scattered_field(sphere, np.zeros((3, 1)), place, sent, receiver.reach_m * u)[:, 0]
         best = strongest_polarization_deg(field, h, v)
         # left out: whoever set it up turned it for the strongest signal
         own = best if receiver.polarization_deg is None else receiver.polarization_deg

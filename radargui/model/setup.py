@@ -376,7 +376,7 @@ def moved(setup: Setup, key: str, by: float) -> Setup:
     else:
         if value is None:
             # of what is not given the value that is taken for it moves
-            value = setup.radar.index if index is None else setup.received_fields()[index].angle_deg
+            value = table.index if index is None else setup.received_fields()[index].angle_deg
         value += by
     table = table.model_copy(update={name: value})
     update = table if index is None else (*whole[:index], table, *whole[index + 1 :])
@@ -392,7 +392,7 @@ def value_of(setup: Setup, key: str) -> float:
     if name in ("distance_m", "position_m") and value is None:
         value = math.hypot(*table.place_m) if name == "distance_m" else table.place_m
     if value is None:
-        value = setup.radar.index if index is None else setup.received_fields()[index].angle_deg
+        value = table.index if index is None else setup.received_fields()[index].angle_deg
     return float(value if axis is None else value[axis])
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.model.arrays import FloatArray
-from radargui.model.assumed import CLOCK, DIAMETER, TILT, UncertainInput, uncertain_inputs, usual_u
+from radargui.model.assumed import CLOCK, OF_SPHERE, TILT, UncertainInput, uncertain_inputs, usual_u
 from radargui.model.setup import Setup, value_of
 
 EXACT = 1e-3
@@ -26,7 +26,7 @@ def unknown_inputs(setup: Setup) -> tuple[tuple[UncertainInput, ...], FloatArray
     stated = [
         one
         for one in uncertain_inputs(setup)
-        if one.key not in (TILT, CLOCK, DIAMETER) and not one.key.endswith("polarization_deg")
+        if one.key not in (TILT, CLOCK, *OF_SPHERE) and not one.key.endswith("polarization_deg")
     ]
     stated = [one for one in stated if one.u > 0.0 or usual_u(one) > 0.0]
     deviation = np.array([1.0 if one.u > 0.0 else EXACT for one in stated])

@@ -15,6 +15,7 @@ from radargui.geometry.scattering import scattering_delay_m, supposed_delays_m
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import (
     CLOCK,
+    OF_SPHERE,
     SUPPOSED_POLARIZATIONS_DEG,
     SUPPOSED_TURNS_DEG,
     TILT,
@@ -139,7 +140,7 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
         if one.u == 0.0 or one.key in (CLOCK, TILT):
             continue
         other = one.moved(setup)
-        if one.key == "tracer.diameter_m" or one.key.endswith("polarization_deg"):
+        if one.key in OF_SPHERE or one.key.endswith("polarization_deg"):
             if is_polarised:
                 change_m = scattering_delay_m(base.position_m, setup) - scattering_delay_m(base.position_m, other)
                 found.append((one.key, "sphere", shifts.by_paths(change_m)))

@@ -12,7 +12,7 @@ import numpy as np
 from radargui.estimation.joint import JointEstimate
 from radargui.estimation.readout.input_response import InputResponse, moved_inputs, possible_spheres
 from radargui.model.arrays import FloatArray
-from radargui.model.assumed import CLOCK, DIAMETER, TILT, uncertain_inputs, usual_u
+from radargui.model.assumed import CLOCK, OF_SPHERE, TILT, uncertain_inputs, usual_u
 from radargui.model.finding import Finding, warn
 from radargui.model.gravity import expected_gravity
 from radargui.model.result import Bounces
@@ -125,14 +125,14 @@ def setup_responses(estimate: JointEstimate, setup: Setup) -> SetupResponses:
     stated, found = uncertain_inputs(setup), estimate.chosen.setup
     if found is not None:
         setup = found.applied(setup)
-    exact = frozenset(one.key for one in stated if one.u == 0.0 and one.key != DIAMETER)
+    exact = frozenset(one.key for one in stated if one.u == 0.0 and one.key not in OF_SPHERE)
     asked = [
         (one.key, moved_inputs(setup, one))
         for one in (replace(one, u=usual_u(one)) if one.key in exact else one for one in stated)
         if one.u > 0.0
         and one.key not in (TILT, CLOCK)
         and not one.key.endswith("polarization_deg")
-        and not (one.key == DIAMETER and posterior.is_point)
+        and not (one.key in OF_SPHERE and posterior.is_point)
     ]
     if posterior.is_point:
         asked += [(SPHERE, other) for other in possible_spheres(setup)]
@@ -180,7 +180,7 @@ def joint_changes(
         followed = None if fit is None else fit.follow(response)
         e = _e_changes(estimate, bounces, response, followed)
         g = float("nan") if followed is None else float(followed[0])
-        kind: Share = "sphere" if key in (SPHERE, DIAMETER) else "calibration"
+        kind: Share = "sphere" if key in (SPHERE, *OF_SPHERE) else "calibration"
         by_unit.append(InputChange(key, kind, time_s, response.moved_m, e, g))
     out = _of_posterior(by_unit, posterior, of_g)
     places = _impact_breaks(estimate, bounces)

@@ -17,7 +17,7 @@ from radargui.estimation.forward.parameters import Sizes, make_layout
 from radargui.estimation.forward.signal_model import ModelInputs, shown, waves_at
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.geometry.path_length import Antennas, range_factor
-from radargui.model.scattering import conducting_sphere, transmitted_direction, transverse_axes
+from radargui.model.scattering import mie_sphere, transmitted_direction, transverse_axes
 
 WAVENUMBER_RAD_M = 2.0 * np.pi * 10e9 / 299_792_458.0
 RADIUS_M, REFLECTION, ANGLES_RAD = 0.006, 0.8 * np.exp(0.3j), (0.3, 0.8)
@@ -38,7 +38,7 @@ AXES = np.array(
     ]
 )
 BODY = PolarisedSphere(
-    conducting_sphere(RADIUS_M, 2.0 * np.pi / WAVENUMBER_RAD_M), AXES[0], AXES[1:], np.array(ANGLES_RAD), np.ones(2)
+    mie_sphere(RADIUS_M, 2.0 * np.pi / WAVENUMBER_RAD_M), AXES[0], AXES[1:], np.array(ANGLES_RAD), np.ones(2)
 )
 
 

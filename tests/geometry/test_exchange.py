@@ -8,7 +8,7 @@ from benchmarks.world.exchange import Exchange, incident, radiated
 from benchmarks.world.sphere import coefficients
 
 from radargui.geometry.exchange import exchanged_signals
-from radargui.model.scattering import conducting_sphere, scattered_signals, unit_vectors
+from radargui.model.scattering import mie_sphere, scattered_signals, unit_vectors
 
 WAVENUMBER_RAD_M = 2.0 * np.pi * 10e9 / 299_792_458.0
 WAVELENGTH_M = 2.0 * np.pi / WAVENUMBER_RAD_M
@@ -18,7 +18,7 @@ TILT_RAD = 0.7
 
 def signals(radius_m: float, height_m: np.ndarray, reflection: complex, *ways: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return what is exchanged, and scattered once, for one field of every way in and out, (n_in, n_out, n)."""
-    sphere = conducting_sphere(radius_m, WAVELENGTH_M)
+    sphere = mie_sphere(radius_m, WAVELENGTH_M)
     way_in, sent, way_out, got = ways
     found = exchanged_signals(sphere, height_m, reflection, UP, way_in, sent[:, None], way_out, got[:, None])
     once = scattered_signals(sphere, way_in[:, None], sent[:, None, None], way_out[None], got[None, :, None])
@@ -75,7 +75,7 @@ def test_the_exchange_is_that_of_the_generators_two_bodies_of_eight_orders(radiu
     gaps_m = np.array([0.001, 0.003, 0.02, 0.1])
     reflection = 0.9 * np.exp(0.4j)
     other = Exchange(radius_m, coefficients(WAVENUMBER_RAD_M * radius_m), reflection, WAVENUMBER_RAD_M, 0.12)
-    size = np.abs(conducting_sphere(radius_m, WAVELENGTH_M).parts(np.array([0.0]))[0])[0]
+    size = np.abs(mie_sphere(radius_m, WAVELENGTH_M).parts(np.array([0.0]))[0])[0]
     for _ in range(4):
         (way_in, way_out), (sent, got) = random_ways(rng, 2)
         wide = np.ones(gaps_m.size)

@@ -191,3 +191,39 @@ def test_steel_loses_one_and_a_half_times_the_ratio_of_densities_and_water_in_wa
     assert share_in_air(1.2) == 0.0
     # of a sphere whose density is not given nothing is taken off
     assert share_in_air(None) == 1.0
+
+
+HORN = GOOD.replace("distance_m = 0.70", "distance_m = 0.58\nphase_centre_m = 0.12")
+
+
+def test_waves_come_from_as_far_behind_the_aperture_as_is_stated() -> None:
+    near, far = place_antennas(parse_setup(HORN)), place_antennas(parse_setup(GOOD))
+    assert near.transmitter_m == pytest.approx(far.transmitter_m, abs=1e-15)
+    assert near.receivers_m == pytest.approx(far.receivers_m, abs=1e-15)
+    u = {one.key: one.u for one in uncertain_inputs(parse_setup(f"{HORN}u_phase_centre_m = 0.004\n"))}
+    # a horn's is assumed to 2 cm, and a tape has its 3 mm besides
+    assert u["transmitter.distance_m"] == pytest.approx(np.hypot(3e-3, 0.02))
+    assert u["receiver[1].distance_m"] == pytest.approx(5e-3)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (f"{GOOD}u_phase_centre_m = 0.01\n", "u_phase_centre_m = 0.01, allowed: together with phase_centre_m"),
+        (f"{GOOD}phase_centre_m = 0.6\n", "phase_centre_m = 0.6"),
+        (HORN.replace("distance_m = 0.58", "position_m = [0.1, 0, 0.6]", 1), "beside position_m"),
+        (f'{GOOD}[tracer]\nmaterial = "PE"\nrefractive_index = 1.5\n', "beside refractive_index = 1.5"),
+        (f"{GOOD}[tracer]\nu_refractive_index = 0.1\n", "of a sphere that is not of metal"),
+    ],
+)
+def test_what_says_a_thing_twice_or_belongs_to_nothing_is_refused_by_its_name(text: str, said: str) -> None:
+    assert said in line_of(text)
+
+
+def test_a_plastic_sphere_has_an_index_that_can_be_wrong() -> None:
+    named, told = (parse_setup(f"{GOOD}[tracer]\n{line}\n") for line in ('material = "PE"', "refractive_index = 1.52"))
+    assert named.tracer.index == told.tracer.index == 1.52
+    assert parse_setup(GOOD).tracer.index is None
+    (one,) = (one for one in uncertain_inputs(named) if one.key == "tracer.refractive_index")
+    assert one.assumed
+    assert one.moved(named).tracer.index == pytest.approx(1.52 + one.u)

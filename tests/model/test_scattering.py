@@ -9,7 +9,7 @@ from hypothesis import given, strategies as st
 from radargui.geometry.path_length import mirror
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.scattering import (
-    conducting_sphere,
+    mie_sphere,
     received_direction,
     scattered_field,
     scattering_coefficients,
@@ -25,7 +25,7 @@ DIRECTION = np.array([np.sin(0.6981317) * np.cos(3.6826447), np.sin(0.6981317) *
 
 def amplitudes(size: float, cosine: FloatArray) -> tuple[ComplexArray, ComplexArray]:
     """S1, of the field across the scattering plane, and S2, of that in it; size = 2 pi radius / wavelength."""
-    u, v = conducting_sphere(size / (2.0 * np.pi), 1.0).parts(cosine)
+    u, v = mie_sphere(size / (2.0 * np.pi), 1.0).parts(cosine)
     return np.asarray(u + cosine * v), np.asarray(v + cosine * u)
 
 
@@ -60,6 +60,21 @@ def test_a_perfect_conductor_takes_out_of_the_beam_what_it_scatters(size: float)
     assert extinction == pytest.approx(scattered, rel=1e-9)
 
 
+@pytest.mark.parametrize(("size", "index", "efficiency"), [(5.2128, 1.55, 3.10543), (10.0, 1.5, 2.8820)])
+def test_a_plastic_sphere_takes_out_of_the_beam_what_is_tabulated(size: float, index: float, efficiency: float) -> None:
+    # Bohren & Huffman, appendix A, and Wiscombe's test cases (NCAR TN-140, 1979)
+    electric, magnetic = scattering_coefficients(size, index)
+    weight = 2.0 * np.arange(1, electric.size + 1) + 1.0
+    assert 2.0 / size**2 * float((weight @ (electric + magnetic)).real) == pytest.approx(efficiency, abs=2e-4)
+    scattered = 2.0 / size**2 * float(weight @ (np.abs(electric) ** 2 + np.abs(magnetic) ** 2))
+    assert scattered == pytest.approx(efficiency, abs=2e-4)
+
+
+def test_an_endless_index_makes_a_conductor() -> None:
+    dense, metal = scattering_coefficients(1.2, 1e3), scattering_coefficients(1.2)
+    assert all(np.allclose(one, other, rtol=0, atol=2e-2) for one, other in zip(dense, metal, strict=True))
+
+
 def test_a_tiny_sphere_is_an_electric_and_half_a_magnetic_dipole() -> None:
     size, cosine = 0.01, np.linspace(-1.0, 1.0, 9)
     across, in_plane = amplitudes(size, cosine)
@@ -71,16 +86,14 @@ def test_a_tiny_sphere_is_an_electric_and_half_a_magnetic_dipole() -> None:
 def signal(
     position: FloatArray, transmitter: FloatArray, transmitted: FloatArray, receiver: FloatArray, received: FloatArray
 ) -> ComplexArray:
-    sphere = conducting_sphere(0.005, WAVELENGTH_M)
+    sphere = mie_sphere(0.005, WAVELENGTH_M)
     return np.asarray(received @ scattered_field(sphere, position, transmitter, transmitted, receiver))
 
 
 def test_the_worked_example_with_a_floor_is_met() -> None:
     transmitted, receiver = transmitted_direction(0.0), 0.7 * DIRECTION
     horizontal, vertical = transverse_axes(DIRECTION)
-    centre = scattered_field(
-        conducting_sphere(0.005, WAVELENGTH_M), np.zeros((3, 1)), TRANSMITTER_M, transmitted, receiver
-    )
+    centre = scattered_field(mie_sphere(0.005, WAVELENGTH_M), np.zeros((3, 1)), TRANSMITTER_M, transmitted, receiver)
     received = received_direction(strongest_polarization_deg(centre[:, 0], horizontal, vertical), horizontal, vertical)
     assert received == pytest.approx([0.83232, -0.15138, 0.53322], abs=1e-5)
     position, release = np.array([[0.01], [-0.005], [0.05]]), np.array([[0.0], [0.0], [0.125]])
@@ -100,7 +113,7 @@ def test_the_worked_example_with_a_floor_is_met() -> None:
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_straight_on_and_straight_back_are_the_limits_of_small_angles(side: float) -> None:
     # Without a limit here the tracer on the axis between two antennas would have no signal at all
-    sphere, sent = conducting_sphere(0.005, WAVELENGTH_M), transmitted_direction(20.0)
+    sphere, sent = mie_sphere(0.005, WAVELENGTH_M), transmitted_direction(20.0)
     receiver = np.array([0.0, 0.0, 0.5 * side])
     on_axis = scattered_field(sphere, np.zeros((3, 1)), TRANSMITTER_M, sent, receiver)
     beside = scattered_field(sphere, np.full((3, 1), 1e-5), TRANSMITTER_M, sent, receiver)
@@ -111,7 +124,7 @@ def test_straight_on_and_straight_back_are_the_limits_of_small_angles(side: floa
 def test_the_strongest_polarisation_is_stronger_than_any_other() -> None:
     horizontal, vertical = transverse_axes(DIRECTION)
     field = scattered_field(
-        conducting_sphere(0.008, WAVELENGTH_M),
+        mie_sphere(0.008, WAVELENGTH_M),
         np.zeros((3, 1)),
         TRANSMITTER_M,
         transmitted_direction(77.0),

@@ -80,7 +80,8 @@ def test_the_setup_that_all_bad_ones_are_made_from_is_good() -> None:
         (
             changed("[transmitter]\ndistance_m = 0.70", ""),
             (
-                "[transmitter] is missing, allowed: a table with distance_m, u_distance_m, u_x_m, u_y_m, position_m, "
+                "[transmitter] is missing, allowed: a table with distance_m, u_distance_m, phase_centre_m, "
+                "u_phase_centre_m, u_x_m, u_y_m, position_m, "
                 "polarization_deg, u_polarization_deg"
             ),
         ),
@@ -124,7 +125,8 @@ def test_the_setup_that_all_bad_ones_are_made_from_is_good() -> None:
             GOOD + "tilt = 3",
             (
                 "receiver[1].tilt = 3: unknown key (did you mean tilt_deg?), allowed here: tilt_deg, azimuth_deg, "
-                "distance_m, polarization_deg, u_tilt_deg, u_azimuth_deg, u_distance_m, u_polarization_deg"
+                "distance_m, polarization_deg, u_tilt_deg, u_azimuth_deg, u_distance_m, phase_centre_m, "
+                "u_phase_centre_m, u_polarization_deg"
             ),
         ),
         (
@@ -137,7 +139,8 @@ def test_the_setup_that_all_bad_ones_are_made_from_is_good() -> None:
         (
             "tracer = 3\n" + GOOD,
             (
-                "tracer = 3, allowed: a table with diameter_m, u_diameter_m, density_kg_m3, release_position_m, "
+                "tracer = 3, allowed: a table with diameter_m, u_diameter_m, material, refractive_index, "
+                "u_refractive_index, density_kg_m3, release_position_m, "
                 "u_release_m, u_release_scatter_m"
             ),
         ),

@@ -7,7 +7,7 @@ import pytest
 from support.simulated_setup import perfect_setup
 
 from radargui.geometry.path_length import mirror, path_lengths, place_antennas
-from radargui.model.scattering import conducting_sphere, received_direction, scattered_field
+from radargui.model.scattering import mie_sphere, received_direction, scattered_field
 from radargui.model.setup import Setup
 from radargui.sources.simulated.fall import contact_plane
 from radargui.sources.simulated.model import SimulatedRadar
@@ -41,7 +41,7 @@ def test_every_pair_of_images_has_the_factor_of_its_own_scattered_field(reflecti
     point = perfect_setup(reflection=reflection, beamwidth_deg=40.0)
     rho = reflectors_of(point)[0].coefficient if reflection else 0.0
     antennas, lobe, wavelength_m = place_antennas(setup), Lobe.of_beamwidth(40.0), setup.radar.wavelength_m
-    sphere, up, here = conducting_sphere(0.005, wavelength_m), np.array([0.0, 0.0, 1.0]), places()
+    sphere, up, here = mie_sphere(0.005, wavelength_m), np.array([0.0, 0.0, 1.0]), places()
     sent = np.array([np.cos(np.radians(25.0)), np.sin(np.radians(25.0)), 0.0])
 
     def leg(place: np.ndarray, axis: np.ndarray) -> np.ndarray:

@@ -15,11 +15,11 @@ from radargui.estimation.solve.initial_problem import first_motion, initial_prob
 from radargui.estimation.solve.problem import Start, State, linearise
 from radargui.geometry.path_length import Antennas
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
-from radargui.model.scattering import conducting_sphere, transmitted_direction, transverse_axes
+from radargui.model.scattering import mie_sphere, transmitted_direction, transverse_axes
 
 ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.2, 0.4, 0.55], [-0.25, -0.4, 0.5]]))
 LARGE_SPHERE = PolarisedSphere(
-    conducting_sphere(0.008, 0.03),
+    mie_sphere(0.008, 0.03),
     np.stack([transmitted_direction(0.0), transmitted_direction(90.0)]),
     np.array([transverse_axes(rx / np.linalg.norm(rx)) for rx in ANTENNAS.receivers_m]),
     np.radians([20.0, 50.0, 0.0, 100.0]),

@@ -13,9 +13,9 @@ from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import ComplexArray, FloatArray, IntArray
 from radargui.model.assumed import uncertain_inputs
 from radargui.model.scattering import (
-    ConductingSphere,
-    conducting_sphere,
+    MieSphere,
     scattered_signals,
+    tracer_sphere,
     transmitted_direction,
     transverse_axes,
     unit_vectors,
@@ -31,7 +31,7 @@ LEAST_U_ANGLE_RAD = 1e-6  # of a polarisation that is known exactly: the unknown
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PolarisedSphere:
-    """A conducting sphere and the antennas' fields, whose angles are unknowns with a prior.
+    """A sphere and the antennas' fields, whose angles are unknowns with a prior.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class PolarisedSphere:
         Prior of the transmitter's angle, then of the receivers', shape (1 + n_receivers,).
     """
 
-    sphere: ConductingSphere
+    sphere: MieSphere
     transmitted: FloatArray
     received: FloatArray
     angle_rad: FloatArray
@@ -375,7 +375,7 @@ def polarised_sphere(setup: Setup) -> PolarisedSphere | None:
     # stated or assumed: the data find what is only guessed (10 degrees off and held cost 0.085 mm)
     u_deg = [one.u for one in uncertain_inputs(setup) if one.key.endswith(".polarization_deg")]
     return PolarisedSphere(
-        conducting_sphere(setup.tracer.diameter_m / 2.0, setup.radar.wavelength_m),
+        tracer_sphere(setup.tracer, setup.radar),
         np.stack([transmitted_direction(0.0), transmitted_direction(90.0)]),
         np.array([[own.horizontal, own.vertical] for own in fields]),
         np.radians(angles),

@@ -17,7 +17,7 @@ from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.problem import BINS_TOGETHER, signals_in_parts
 from radargui.geometry.path_length import Antennas, place_antennas
 from radargui.model.arrays import FloatArray, pieces
-from radargui.model.assumed import DIAMETER, SUPPOSED_POLARIZATIONS_DEG, SUPPOSED_TURNS_DEG, UncertainInput
+from radargui.model.assumed import OF_SPHERE, SUPPOSED_POLARIZATIONS_DEG, SUPPOSED_TURNS_DEG, UncertainInput
 from radargui.model.setup import Setup
 
 STEP = 0.01
@@ -50,7 +50,7 @@ def moved_inputs(setup: Setup, one: UncertainInput) -> OtherInputs:
     other = one.moved(setup, STEP)
     sphere, like = polarised_sphere(other), polarised_sphere(setup)
     # what an antenna elsewhere changes in the sphere's factors is of second order
-    turned = None if one.key != DIAMETER or sphere is None or like is None else replace(like, sphere=sphere.sphere)
+    turned = None if one.key not in OF_SPHERE or sphere is None or like is None else replace(like, sphere=sphere.sphere)
     release, wavenumber = np.asarray(other.tracer.release_position_m), 2.0 * np.pi / other.radar.wavelength_m
     return OtherInputs(place_antennas(other), release, wavenumber, turned)
 

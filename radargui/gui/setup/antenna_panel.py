@@ -189,6 +189,10 @@ def _at(middle: QPointF, radius: float, angle_deg: float) -> QPointF:
     return QPointF(middle.x() + radius * math.cos(angle), middle.y() - radius * math.sin(angle))
 
 
+_BEHIND = (
+    "Distances are to the phase centre. Of a horn only its aperture can be reached: the waves come from behind it, by "
+    "12 ± 2 cm for 20 dB."
+)
 COLUMNS = ("tilt_deg", "azimuth_deg", "distance_m")
 _SINGULAR = "T is singular: these antennas cannot tell three directions apart. Spread the azimuths, or tilt them."
 SINGULAR_CONDITION = 1e6
@@ -207,7 +211,10 @@ class AntennaPanel(FormPanel):
         self._place = wave.rows
         upper = (Group("Receivers", self.table), self.calibration, self.matrix, self.map, wave)
         # above what scrolls: it follows the typing wherever that is
-        self.lay_out(*upper, PolarizationForm(model, theme), tracer, site, air, above=self.sketch)
+        behind = AntennaGrid(model, ("phase_centre_m", "u_phase_centre_m"), first=0)
+        phase_centres = Group("Phase centres", behind, PlainLabel(_BEHIND))
+        lower = (PolarizationForm(model, theme), phase_centres, tracer, site, air)
+        self.lay_out(*upper, *lower, above=self.sketch)
 
     def refresh(self) -> None:
         """Show what the draft is now; of the transmitter's distance and position the one that is given."""

@@ -114,7 +114,7 @@ class SceneWaves:
     reference_m
         Where the direct path has the amplitude 1, shape (3,).
     sphere
-        The metal sphere; None: a point, f = 1.
+        The sphere; None: a point, f = 1.
     """
 
     def __init__(
@@ -123,7 +123,7 @@ class SceneWaves:
         receivers: tuple[tuple[Antenna, ...], ...],
         wavelength_m: float,
         reference_m: FloatArray,
-        sphere: scattering.ConductingSphere | None = None,
+        sphere: scattering.MieSphere | None = None,
     ) -> None:
         self._transmitters = transmitters
         self._receivers = receivers
@@ -279,5 +279,5 @@ def make_waves(setup: Setup, antennas: Antennas) -> SceneWaves:
         tuple(with_images(number, place) for number, place in enumerate(antennas.receivers_m, start=1)),
         setup.radar.wavelength_m,
         reference,
-        scattering.conducting_sphere(0.5 * setup.tracer.diameter_m, setup.radar.wavelength_m) if metal else None,
+        scattering.tracer_sphere(setup.tracer, setup.radar) if metal else None,
     )

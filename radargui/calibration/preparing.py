@@ -344,6 +344,7 @@ def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own:
     data = BinnedData(
         bins, antennas, here[:, 0], wavelength_m, bins.last_s < signals.rest_end_s, signals.delay_s, signals.onset_s,
         expected_gravity_m_s2(setup.site), polarised_sphere(setup), multiplexer, drift.uncorrelated(bins),
+        walls=setup.container.walls,
     )  # fmt: skip
     used = motion.known(bins.time_s)
     k = 2.0 * np.pi / wavelength_m

@@ -1,9 +1,10 @@
-"""What the scattering of a sphere adds to the direct path length: the phase of its scattered field (method 3)."""
+"""What adds to the direct path length: the phase of the field that the sphere scatters, and walls (method 3)."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from radargui.geometry.container import wall_delay_m
 from radargui.geometry.path_length import place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import SUPPOSED_POLARIZATIONS_DEG, SUPPOSED_TURNS_DEG
@@ -125,6 +126,38 @@ class SphereDelay:
         return out
 
 
-def sphere_delay(setup: Setup) -> SphereDelay | None:
-    """Return the delay of a setup's sphere; None where the polarisation is not given: it counts as a point."""
-    return None if setup.transmitter.polarization_deg is None else SphereDelay(setup)
+class PathDelay:
+    """By how much the change of a path as its phase tells it exceeds the true one.
+
+    What the sphere scatters, where the setup gives the polarisation, and what the walls of its container delay.
+
+    Parameters
+    ----------
+    setup
+        Of which `is_delayed` is true.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self._setup, self._antennas = setup, place_antennas(setup)
+        self._sphere = None if setup.transmitter.polarization_deg is None else SphereDelay(setup)
+
+    def at(self, position_m: FloatArray) -> FloatArray:
+        """Return the excess of the path length in metres, shape (n_receivers, n), at places (3, n); NaN for NaN."""
+        setup, walls = self._setup, self._setup.container.walls
+        out = np.zeros((setup.n_receivers, position_m.shape[1]))
+        if self._sphere is not None:
+            out += self._sphere.at(position_m)
+        if walls is not None:
+            release, wavenumber = np.array(setup.tracer.release_position_m), 2.0 * np.pi / setup.radar.wavelength_m
+            out += wall_delay_m(position_m, self._antennas, release, walls, wavenumber)
+        return out
+
+
+def path_delay(setup: Setup) -> PathDelay | None:
+    """Return what adds to the paths of a setup; None where nothing does: of a point, and without walls."""
+    return PathDelay(setup) if is_delayed(setup) else None
+
+
+def is_delayed(setup: Setup) -> bool:
+    """Return whether phases tell more than paths."""
+    return setup.transmitter.polarization_deg is not None or setup.container.walls is not None

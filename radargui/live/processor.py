@@ -9,7 +9,7 @@ from radargui.conditioning.hum import Hum, find_hum
 from radargui.conditioning.noise import white_noise_v
 from radargui.geometry.bistatic import locate_exact
 from radargui.geometry.path_length import LEAST_RECEIVERS, place_antennas
-from radargui.geometry.scattering import sphere_delay
+from radargui.geometry.scattering import path_delay
 from radargui.live.doubts import Doubts
 from radargui.live.estimate import LiveEstimate
 from radargui.live.map_filter import MapFilter
@@ -106,7 +106,7 @@ class LiveProcessor:
         self._memory = LiveMemory() if memory is None else memory
         self._antennas = place_antennas(setup)
         self._locates = setup.n_receivers >= LEAST_RECEIVERS
-        self._delay = sphere_delay(setup)
+        self._delay = path_delay(setup)
         self._release_m = np.array(setup.tracer.release_position_m)
         self._filters = self._memory.filters(setup)
         self._trigger = MotionTrigger(digitisation, setup.recording.threshold)

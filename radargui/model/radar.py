@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, PrivateAttr, field_validator, model_validator
@@ -233,6 +233,48 @@ class Floor(Section):
         if length < 1e-6:
             raise ValueError("allowed: any direction, not the zero vector")
         return (normal[0] / length, normal[1] / length, normal[2] / length)
+
+
+class Container(Section):
+    """A box open above, round the drop: its upright walls along x and y stand in the rays to the receivers.
+
+    Attributes
+    ----------
+    wall_m, refractive_index
+        Thickness and refractive index of the walls: polystyrene foam 1.01 to 1.02, acrylic 1.61.
+    height_m
+        z of their upper edge.
+    inner_m
+        Inner lengths along x and y, the origin in the middle.
+    """
+
+    wall_m: Annotated[Real, Field(gt=0.0, le=0.2)] | None = None
+    refractive_index: Annotated[Real, Field(ge=1.0, le=3.0)] | None = None
+    height_m: Coordinate | None = None
+    inner_m: tuple[Distance, Distance] | None = None
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> Container:
+        missing = [name for name, value in self if value is None]
+        if missing and len(missing) < len(type(self).model_fields):
+            raise ValueError(f"{', '.join(missing)} left out, allowed: all of a container or nothing")
+        return self
+
+    @property
+    def walls(self) -> Walls | None:
+        """What stands in the rays; None where nothing does."""
+        if self.wall_m is None or self.refractive_index is None or self.height_m is None or self.inner_m is None:
+            return None
+        return Walls(self.wall_m, self.refractive_index, self.height_m, self.inner_m)
+
+
+class Walls(NamedTuple):
+    """The walls of a container, as `Container` states them."""
+
+    wall_m: float
+    refractive_index: float
+    height_m: float
+    inner_m: tuple[float, float]
 
 
 class Site(Section):

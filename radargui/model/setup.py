@@ -19,14 +19,14 @@ from radargui.model.calibration_file import CalibrationContent, CalibrationRefer
 from radargui.model.daq import Daq, RecordingLimits
 from radargui.model.errors import FileError, SetupError
 from radargui.model.processing import Processing
-from radargui.model.radar import MOST_RECEIVERS, Floor, Radar, Receiver, Site, Tracer, Transmitter
+from radargui.model.radar import MOST_RECEIVERS, Container, Floor, Radar, Receiver, Site, Tracer, Transmitter
 from radargui.model.recording import iq_names
 from radargui.model.scattering import LEAST_SHARE, ReceivedField, received_fields
 from radargui.model.section import ExactWhole, Section
 from radargui.model.setup_error import describe
 from radargui.model.simulation import Simulation
 
-MEASURING = ("radar", "transmitter", "receiver", "tracer", "floor", "air")
+MEASURING = ("radar", "transmitter", "receiver", "tracer", "floor", "container", "air")
 """Tables that position, e and g are computed with; the others are about acquisition and processing."""
 
 
@@ -41,6 +41,7 @@ class Setup(Section):
     receiver: Annotated[tuple[Receiver, ...], Field(min_length=1, max_length=MOST_RECEIVERS)]
     tracer: Tracer = Tracer()
     floor: Floor = Floor()
+    container: Container = Container()
     air: Air = Air()
     site: Site = Site()
     calibration: CalibrationReference = CalibrationReference()

@@ -6,7 +6,7 @@ import numpy as np
 
 from radargui.geometry.bistatic import locate_exact, position_uncertainty
 from radargui.geometry.path_length import LEAST_RECEIVERS, locate_plane, place_antennas
-from radargui.geometry.scattering import sphere_delay
+from radargui.geometry.scattering import path_delay
 from radargui.model.arrays import FloatArray
 from radargui.model.result import PathLengths, Track
 from radargui.model.setup import Setup
@@ -15,10 +15,11 @@ from radargui.model.setup import Setup
 def locate_body(paths: PathLengths, setup: Setup) -> tuple[PathLengths, Track | None]:
     """Return the paths to the sphere's centre, and the track, from paths as their phase was measured.
 
-    Where the setup gives the polarisation, the phase that a metal sphere scatters with is taken off the direct path, in
-    one step: it changes by a thousandth of what the place does. What it does to mirrored paths stays.
+    Where the setup gives the polarisation, the phase that the sphere scatters with is taken off the direct path, and
+    what a container's walls delay, in one step: it changes by a thousandth of what the place does. What it does to
+    mirrored paths stays.
     """
-    track, delay = locate(paths, setup), sphere_delay(setup)
+    track, delay = locate(paths, setup), path_delay(setup)
     if track is None or delay is None:
         return paths, track
     # where not all receivers know their path the place is unknown, and so is the delay

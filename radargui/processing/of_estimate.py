@@ -6,6 +6,7 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.estimation.joint import JointEstimate
 from radargui.estimation.motion_estimate import MotionEstimate
 from radargui.estimation.readout.kinematics import kinematics
+from radargui.geometry.scattering import is_delayed
 from radargui.model.errors import SolveError
 from radargui.model.finding import warn, why_of
 from radargui.model.result import Bounces, CorrectedIQ, Kinematics, PathLengths, Track, whole_milliseconds
@@ -93,7 +94,7 @@ def _rad_per_m(setup: Setup) -> float:
 
 def _located(estimate: MotionEstimate, paths: PathLengths, setup: Setup) -> tuple[PathLengths, Track | None]:
     # the joint estimate knows the sphere as a body; the adaptive one's circles show the phase that it scatters with
-    measured = setup.transmitter.polarization_deg is not None and not isinstance(estimate, JointEstimate)
+    measured = is_delayed(setup) and not isinstance(estimate, JointEstimate)
     if estimate.position_m is None or estimate.u_position_m is None or measured:
         # the phase that the body adds is taken off the direct path (method 3)
         return locate_body(paths, setup)

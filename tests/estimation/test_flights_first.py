@@ -212,6 +212,8 @@ def test_derivatives_are_those_of_differences(
     unknowns = 0.02 * np.random.default_rng(1).standard_normal(model.n_unknowns)
     model = model.renewed(model.values(unknowns))
     at = evaluate(model, unknowns)
+    # what a mixer makes of the echo counts as constant: a thousandth of it, not a third as for these random unknowns
+    at.coefficients[:, model.linear.offsets.stop :] = 0.0
     slopes = slopes_of(model, at)
     edges = Flights.of(at.values.flights).begin_s
     away = (np.abs(bins.time_s[:, None] - edges).min(axis=1) > 3e-3) & (bins.time_s < edges[-1] + 0.1)

@@ -94,7 +94,7 @@ def test_what_data_say_of_a_state_nearby_is_foretold_by_their_matrix() -> None:
 
 def test_with_other_priors_what_the_data_say_need_not_be_summed_again() -> None:
     made = small_problem()
-    solution, known = minimise_on(made.away(1.0), 6, MINIMISE)
+    solution, known = minimise_on(made.away(0.5), 6, MINIMISE)
     prior = replace(solution.problem.prior, sd=2.0 * solution.problem.prior.sd)
     other = replace(solution.problem, prior=prior, equation_sd=0.5 * solution.problem.equation_sd)
     kept, _ = minimise_on(Start(other, solution.state), 3, MINIMISE, known=known)

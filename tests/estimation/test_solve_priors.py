@@ -40,7 +40,7 @@ def test_maps_and_mirrors_belong_to_one_group_each_and_constants_to_none() -> No
     free = set(range(LAYOUT.size)) - set(grouped.tolist())
     alone = [*range(LAYOUT.breaks.start, LAYOUT.planes.stop), *lobe_places(LAYOUT)]
     for own in LAYOUT.receivers:
-        alone += [*range(own.constants.start, own.constants.stop), *range(own.drift_i.start, own.drift_q.stop)]
+        alone += [*range(own.constants.start, own.harmonics.stop), *range(own.drift_i.start, own.drift_q.stop)]
     assert free == set(alone)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.simulated_setup import perfect_setup
 
-from radargui.geometry.scattering import scattering_delay_m, sphere_delay
+from radargui.geometry.scattering import path_delay, scattering_delay_m
 from radargui.model.setup import Setup
 
 
@@ -20,7 +20,7 @@ def polarised(diameter_m: float, transmitter_deg: float = 25.0) -> Setup:
 @pytest.mark.parametrize("diameter_m", [0.003, 0.010, 0.016])
 def test_the_delay_looked_up_is_that_of_the_sums_within_a_fifth_of_a_micrometre(diameter_m: float) -> None:
     setup = polarised(diameter_m)
-    delay = sphere_delay(setup)
+    delay = path_delay(setup)
     assert delay is not None
     place = np.random.default_rng(3).uniform(-0.16, 0.16, (3, 200))
     exact = scattering_delay_m(place, setup)
@@ -40,8 +40,8 @@ def test_the_worked_example_has_the_phase_of_its_ratio() -> None:
 
 
 def test_an_unknown_place_has_an_unknown_delay_and_a_point_none() -> None:
-    delay = sphere_delay(polarised(0.010))
+    delay = path_delay(polarised(0.010))
     assert delay is not None
     place = np.array([[0.0, np.nan], [0.0, 0.0], [0.1, 0.1]])
     assert np.isnan(delay.at(place)).tolist() == [[False, True]] * 3
-    assert sphere_delay(perfect_setup()) is None
+    assert path_delay(perfect_setup()) is None

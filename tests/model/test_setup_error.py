@@ -133,7 +133,7 @@ def test_the_setup_that_all_bad_ones_are_made_from_is_good() -> None:
             GOOD + "[frobnicate]\nx = 1",
             (
                 "frobnicate = {x = 1}: unknown key, allowed here: schema, radar, transmitter, receiver, tracer, floor, "
-                "air, site, calibration, daq, recording, simulation, processing"
+                "container, air, site, calibration, daq, recording, simulation, processing"
             ),
         ),
         (

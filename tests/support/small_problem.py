@@ -71,7 +71,9 @@ class SmallProblem:
         rng = np.random.default_rng(seed)
         theta = self.truth.theta + size * 0.02 * rng.standard_normal(self.truth.theta.size)
         theta[self.problem.layout.breaks] = self.truth.theta[self.problem.layout.breaks] + size * 2e-4
-        theta[self.problem.layout.planes] = self.truth.theta[self.problem.layout.planes]
+        layout = self.problem.layout
+        for places in (layout.planes, *(own.harmonics for own in layout.receivers)):
+            theta[places] = self.truth.theta[places]
         coefficients = self.truth.coefficients + size * 2e-4 * rng.standard_normal(self.truth.coefficients.shape)
         return Start(self.problem, State(coefficients, theta))
 

@@ -17,10 +17,18 @@ from radargui.estimation.flights.setup_unknowns import StatedSetup
 from radargui.estimation.forward.bins import Bins, Multiplexer
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.parameters import Layout
-from radargui.estimation.forward.signal_model import EVERY, ModelInputs, Waves, nodes_of, shown, waves_at
+from radargui.estimation.forward.signal_model import (
+    EVERY,
+    ModelInputs,
+    Waves,
+    harmonics_of,
+    nodes_of,
+    shown,
+    turn_of,
+    waves_at,
+)
 from radargui.estimation.forward.signal_slopes import receiver_slopes, setup_slopes
 from radargui.estimation.forward.sphere import PolarisedSphere
-from radargui.geometry.path_length import range_factor
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
 from radargui.motion.flights import Flights
 
@@ -57,8 +65,9 @@ class LinearPart:
         knows neither floor nor front end. Else the forward model's own product of T and R, and gain and quadrature.
     n_functions
         Functions of the height fallen, Legendre polynomials from the first on, for amplitude and offsets.
-    u_amplitude, u_way, u_image, u_offset
-        Prior deviations: of the direct wave; in a start of what comes over the floor and of images; of offsets.
+    u_amplitude, u_way, u_image, u_offset, u_harmonic
+        Prior deviations: of the direct wave; in a start of what comes over the floor and of images; of offsets; of what
+        a mixer makes of the echo that turns at -3 and +3 times its phase.
     u_lobe
         The same of the first `n_lobe` functions of amplitude and phase: antennas that do not point to the centre.
     n_lobe
@@ -74,6 +83,7 @@ class LinearPart:
     u_way: float = 0.5
     u_image: float = 0.2
     u_offset: float = 3.0
+    u_harmonic: float = 1e-3
     u_lobe: float = 0.1
     n_lobe: int = 2
     u_scattered: float = 0.03
@@ -83,11 +93,23 @@ class LinearPart:
         """How many columns waves of constant amplitude have."""
         return 16 if self.free_ways else 2
 
+    @property
+    def n_harmonics(self) -> int:
+        """How many columns harmonics have; a start has none."""
+        return 0 if self.free_ways else 4
+
     def is_scattered(self) -> BoolArray:
         """Return which columns have the deviation that is re-estimated."""
         changes = np.arange(self.n_functions) >= self.n_lobe
         waves = np.zeros(self.n_waves, dtype=np.bool_)
-        return np.concatenate([waves, np.repeat(changes, 2), [False] * 2, np.ones(2 * self.n_functions, np.bool_)])
+        changes = np.concatenate([np.repeat(changes, 2), [False] * 2, np.ones(2 * self.n_functions, np.bool_)])
+        return np.concatenate([waves, changes, np.zeros(self.n_harmonics, dtype=np.bool_)])
+
+    @property
+    def offsets(self) -> slice:
+        """Where the offsets of I and Q stand by turns, each a function of the height."""
+        first = self.n_waves + 2 * self.n_functions
+        return slice(first, first + 2 + 2 * self.n_functions)
 
     def deviations(self, scattered: FloatArray) -> FloatArray:
         """Return the prior deviations of the columns, (n_receivers, n_columns), of `scattered`, (n_receivers,)."""
@@ -96,6 +118,7 @@ class LinearPart:
         images = [self.u_amplitude] * 2 + [self.u_image * self.u_way] * 6
         waves = ways + images if self.free_ways else [self.u_amplitude] * 2
         rest = [self.u_lobe] * (2 * self.n_functions) + [self.u_offset] * 2 + [1.0] * (2 * self.n_functions)
+        rest += [self.u_harmonic] * self.n_harmonics
         return np.where(self.is_scattered(), scattered[:, None], np.array(waves + rest))
 
 
@@ -238,7 +261,7 @@ class DropModel:
             sphere = self.sphere.fields(position, antennas, release, (self.plane,), values.theta[self.layout.mirrors])
         inputs = replace(
             self.inputs,
-            range_factor=range_factor(position, antennas, release),
+            range_factor=self.inputs.on_the_way(position, antennas, release),
             sphere=sphere,
         )
         height = position[2]
@@ -334,7 +357,7 @@ def evaluate(
     place = Flights.of(values.flights).position_m(times.ravel()).reshape(3, *times.shape)
     node_m = nodes_of(place)
     waves = waves_at(node_m, values.theta, model.layout, inputs, EVERY)
-    basis = basis_of(model, waves)
+    basis = basis_of(model, waves, values.theta)
     sigma = sigma_of(model)
     weight = np.broadcast_to(1.0 * model.used, sigma[:, 0].shape) if weight is None else weight
     data = model.bins.value.reshape(sigma.shape)
@@ -372,9 +395,9 @@ def _inputs_at(model: DropModel, values: Parts) -> ModelInputs:
     )
 
 
-def basis_of(model: DropModel, waves: Waves) -> FloatArray:
-    """Return the columns of what is linear, shape (n_receivers, 2, n_bins, n_columns)."""
-    n_functions, functions = model.linear.n_functions, model.functions
+def basis_of(model: DropModel, waves: Waves, theta: FloatArray) -> FloatArray:
+    """Return the columns of what is linear, shape (n_receivers, 2, n_bins, n_columns), of waves by theta."""
+    functions = model.functions
     n_receivers, n_bins = model.n_receivers, functions.shape[1]
     columns: list[FloatArray] = []
     field = shown(waves)
@@ -390,12 +413,17 @@ def basis_of(model: DropModel, waves: Waves) -> FloatArray:
     along = field * np.exp(1j * model.turn)[:, None, None]
     for function in functions[1:]:
         columns += [function * along.real, -function * along.imag]
-    out = np.empty((n_receivers, 2, n_bins, len(columns) + 2 + 2 * n_functions))
+    offsets = model.linear.offsets
+    out = np.zeros((n_receivers, 2, n_bins, offsets.stop + model.linear.n_harmonics))
     for number, column in enumerate(columns):
         out[..., number] = column
-    rest = out[..., len(columns) :]
-    rest[:] = 0.0
-    rest[:, 0, :, 0::2] = rest[:, 1, :, 1::2] = functions.T
+    out[:, 0, :, offsets.start : offsets.stop : 2] = functions.T
+    out[:, 1, :, offsets.start + 1 : offsets.stop : 2] = functions.T
+    if model.linear.n_harmonics:
+        turn = turn_of(model.layout.own_values(theta, EVERY), model.layout.own)[..., None]
+        # of the wave alone: its changes are some per cent
+        made = np.moveaxis(turn[:, None] * harmonics_of(field, turn), 1, -1)
+        out[..., offsets.stop :: 2], out[..., offsets.stop + 1 :: 2] = made.real, -made.imag
     return out
 
 

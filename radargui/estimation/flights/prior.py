@@ -183,6 +183,7 @@ def drop_model(
         none,
         np.ones((n_receivers, bins.n_bins)),
         np.zeros((2 * n_receivers, bins.n_bins, 0)),
+        walls=setup.container.walls,
     )
     model = DropModel(
         bins,

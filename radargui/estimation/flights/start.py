@@ -337,14 +337,14 @@ def _foretold(model: DropModel, bins: Bins, at: Evaluation, place: FloatArray) -
         bias=np.zeros((many.n_bins, 0)),
         amplitude_map=np.zeros((many.n_bins, 0)),
         drift=np.zeros((model.delay_s.size, many.n_bins, 0)),
-        range_factor=np.tile(part.inputs.range_factor, n_some),
+        range_factor=part.inputs.range_factor[:, np.tile(np.arange(bins.n_bins), n_some)],
         antennas=model.setup.antennas(at.values.setup),
         wavenumber=model.setup.wavenumber(at.values.setup),
         sphere=None if fields is None else fields.repeated(n_some),
     )
     many_model = replace(part, bins=many, inputs=repeated, functions=np.tile(part.functions, n_some))
     waves = waves_at(nodes_of(place.reshape(*place.shape[:3], -1)), at.values.theta, model.layout, repeated, EVERY)
-    value = (basis_of(many_model, waves) @ at.coefficients[:, None, :, None])[..., 0]
+    value = (basis_of(many_model, waves, at.values.theta) @ at.coefficients[:, None, :, None])[..., 0]
     away = many.value.reshape(value.shape) - value
     return np.asarray((away**2).mean(axis=(0, 1)).reshape(n_some, n_bins))
 

@@ -12,6 +12,7 @@ from radargui.estimation.signals import ScaledSignals
 from radargui.geometry.path_length import Antennas, place_antennas
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.gravity import expected_gravity_m_s2
+from radargui.model.radar import Walls
 from radargui.model.setup import Setup
 
 
@@ -184,6 +185,8 @@ class BinnedData:
         Functions of slow noise at the bins (`Drift.uncorrelated`), shape (n_channels, n_bins, n); None without any.
     setup
         What the setup leaves open; None: nothing.
+    walls
+        Of a container in the rays; None where none stands there.
     """
 
     bins: Bins
@@ -198,6 +201,7 @@ class BinnedData:
     multiplexer: Multiplexer | None = None
     slow_noise: FloatArray | None = None
     setup: SetupUnknowns | None = None
+    walls: Walls | None = None
 
     @staticmethod
     def of(bins: Bins, signals: ScaledSignals, setup: Setup) -> BinnedData:
@@ -214,6 +218,7 @@ class BinnedData:
             polarised_sphere(setup),
             None if signals.before is None else Multiplexer(signals.before, 1.0 / signals.rate_hz),
             setup=SetupUnknowns.of(setup),
+            walls=setup.container.walls,
         )
 
     @property

@@ -51,6 +51,8 @@ class ReceiverLayout:
     ----------
     phase, log_amplitude, offset, log_gain, quadrature_error
         Its constants, see `ReceiverConstants`; the offset has two places, I and Q.
+    harmonics
+        Real and imaginary parts of what the mixer makes of the echo that turns at -3 and +3 times its phase.
     bias_i, bias_q, amplitude_map
         Coefficients of the maps of bias (real and imaginary part of beta) and of log amplitude.
     receiver_reflection, double_reflection
@@ -68,6 +70,7 @@ class ReceiverLayout:
     offset: slice
     log_gain: int
     quadrature_error: int
+    harmonics: slice
     bias_i: slice
     bias_q: slice
     amplitude_map: slice
@@ -256,6 +259,7 @@ def _receiver_layout(sizes: Sizes, take: _Taken) -> ReceiverLayout:
         offset=take(2),
         log_gain=take(1).start,
         quadrature_error=take(1).start,
+        harmonics=take(4),
         bias_i=take(sizes.bias),
         bias_q=take(sizes.bias),
         amplitude_map=take(sizes.amplitude_map),

@@ -12,9 +12,11 @@ from radargui.estimation.forward.mirrors import MirrorPlane, distances, turned
 from radargui.estimation.forward.parameters import N_LOBE, Layout, ReceiverLayout
 from radargui.estimation.forward.setup_unknowns import SetupUnknowns
 from radargui.estimation.forward.sphere import SphereFactors, SphereFields, point_factors
-from radargui.geometry.path_length import Antennas
+from radargui.geometry.container import through_walls
+from radargui.geometry.path_length import Antennas, range_factor
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.front_end import channel_factors, channels_of
+from radargui.model.radar import Walls
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,11 +32,13 @@ class ModelInputs:
     bias, amplitude_map
         Functions of the maps at the bins, shapes (n_bins, n_functions).
     range_factor
-        Of the amplitude at the bins, one at rest, shape (n_receivers, n_bins).
+        Of the amplitude at the bins, one at rest, times what walls of a container do, shape (n_receivers, n_bins).
     drift
         Functions of slow noise at the bins, shape (n_bins, n_functions).
     sphere
         What it scatters along every path at the bins; None where it counts as a point.
+    walls
+        Of a container in the rays; None where none stands there.
     body
         Factors of each receiver in its place: a sphere of which the layout has no unknowns.
     setup, setup_at
@@ -47,9 +51,10 @@ class ModelInputs:
     planes: tuple[MirrorPlane, ...]
     bias: FloatArray
     amplitude_map: FloatArray
-    range_factor: FloatArray
+    range_factor: FloatArray | ComplexArray
     drift: FloatArray
     sphere: SphereFields | None = None
+    walls: Walls | None = None
     body: tuple[SphereFactors, ...] | None = None
     setup: SetupUnknowns | None = None
     setup_at: FloatArray | None = None
@@ -66,6 +71,13 @@ class ModelInputs:
             wavenumber=self.wavenumber * float(np.exp(self.setup.by_log_wavenumber @ by)),
             setup_at=setup,
         )
+
+    def on_the_way(self, place: FloatArray, antennas: Antennas, release_m: FloatArray) -> FloatArray | ComplexArray:
+        """Return `range_factor` at places (3, n)."""
+        ranges = range_factor(place, antennas, release_m)
+        if self.walls is None:
+            return ranges
+        return np.asarray(ranges * through_walls(place, antennas, self.walls, self.wavenumber))
 
     def of_bins(self, part: slice) -> ModelInputs:
         """Return the inputs of some of the bins."""
@@ -229,6 +241,7 @@ class ReceiverSignal:
         return tuple(ReceiverSignal(*own) for own in zip(*columns, strict=True))
 
 
+_NOTHING = 1e-12  # of |Z|^2: an echo that is not there has no harmonics
 EVERY = slice(None)
 """All receivers together: what is returned has their number first."""
 
@@ -243,7 +256,8 @@ def signal_of(
 ) -> ReceiverSignal:
     """Return I = Re Z + c_I, Q = g (sin eps Re Z + cos eps Im Z) + c_Q as means over the bins' two nodes (method 1).
 
-    Z = A exp(j phi) F + beta with phi = K (L - L at release) + phi_0, A from the range factor and a map, beta a map,
+    Z = E + h_- conj(E)^3 / |E|^2 + h_+ E^3 / |E|^2 + beta with the echo E = A exp(j phi) F, what a mixer's third
+    harmonics make of it, phi = K (L - L at release) + phi_0, A from the range factor and a map, beta a map,
     F = 1 + sum T rho_tx M_m0 + sum R rho_rx M_0m + sum (T R + X) rho_tx rho_rx M_mn over the mirrors; the mirrored
     antennas look at the tracer with other parts of their lobes, so that ln |T| and ln |R| change with its place (method
     4, Mirrors). A sphere scatters into each path by its angles (M, and A by f / f at release); of a point M is one.
@@ -258,7 +272,9 @@ def signal_of(
     own, values = layout.own, layout.own_values(theta, receiver)
     z = shown(waves)
     turn, bias = turn_of(values, own)[..., None], bias_of(values, own, inputs)
-    besides = (turn * bias[..., None, :]).real + values[..., own.offset, None]
+    # what the mixer makes of the echo besides is as little the echo as an offset is
+    made = (harmonics_of(z, turn) * complex_of(values[..., own.harmonics])[..., None, None]).sum(axis=-3)
+    besides = (turn * (bias[..., None, :] + made)).real + values[..., own.offset, None]
     if layout.sizes.drift:
         # the mixer's own, behind the front end's gain: pick-up and 1/f noise do not turn with the tracer
         functions = inputs.drift.reshape(-1, 2, *inputs.drift.shape[1:])[receiver]
@@ -266,6 +282,23 @@ def signal_of(
         besides += (functions @ drift)[..., 0]
     direct, field = ((one / turn).mean(axis=-2) for one in (waves.mean[..., 0, 0, :, :], z))
     return ReceiverSignal(z.real + besides, direct, field, besides)
+
+
+def harmonics_of(shows: ComplexArray, turn: ComplexArray) -> ComplexArray:
+    """Return waves as large as Z that turn at -3 and +3 times its phase, shape (..., 2 harmonics, 2, n_bins).
+
+    What a mixer's third harmonics make of an echo: conj(Z)^3 / |Z|^2 and Z^3 / |Z|^2.
+
+    Parameters
+    ----------
+    shows
+        h Z as `shown` returns it, shape (..., 2, n_bins).
+    turn
+        h, shape (..., 2, 1).
+    """
+    z = shows / turn
+    forwards = z**3 / np.maximum(z.real**2 + z.imag**2, _NOTHING)
+    return np.stack([forwards.conj(), forwards], axis=-3)
 
 
 def shown(waves: Waves) -> ComplexArray:

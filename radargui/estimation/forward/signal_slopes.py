@@ -14,6 +14,7 @@ from radargui.estimation.forward.signal_model import (
     Waves,
     bias_of,
     complex_of,
+    harmonics_of,
     reflections,
     shown,
     turn_of,
@@ -101,6 +102,8 @@ def receiver_slopes(
     put(own.bias_q, -turn.imag[..., None, None] * inputs.bias)
     # A stands in an exponential: dz / d ln A = z
     put(own.amplitude_map, z.real[..., None] * inputs.amplitude_map)
+    # of a thousandth of the echo what moves it counts as constant
+    put(own.harmonics, _complex_columns(turn[..., None, :, None] * harmonics_of(z, turn[..., None])))
     over = _over_points(waves)
     pull = _pull(waves, over, inputs.wavenumber)
     by_factors = _mean(

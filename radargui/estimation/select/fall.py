@@ -128,7 +128,7 @@ class FoundFall:
         model, at = self.estimate.model, self.estimate.at
         wave = wave_gain(model, at)[:, 0, 0, 0, 0]
         highest = int(np.argmax(model.functions[1]))
-        offsets = at.coefficients[:, model.linear.n_waves + 2 * model.linear.n_functions :]
+        offsets = at.coefficients[:, model.linear.offsets]
         mean = np.stack([offsets[:, 0::2], offsets[:, 1::2]], axis=1) @ model.functions.mean(axis=1)
         theta = at.values.theta
         return [

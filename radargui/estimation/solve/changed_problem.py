@@ -286,7 +286,11 @@ def carried_places(old: Layout, new: Layout, *, bias: bool = True, last: bool = 
         (old.setup, new.setup),
     ]
     for was, now in zip(old.receivers, new.receivers, strict=True):
-        pairs += [(was.constants, now.constants), (was.amplitude_map, now.amplitude_map)]
+        pairs += [
+            (was.constants, now.constants),
+            (was.harmonics, now.harmonics),
+            (was.amplitude_map, now.amplitude_map),
+        ]
         if bias:
             pairs += [(was.bias_i, now.bias_i), (was.bias_q, now.bias_q)]
         pairs += [

@@ -163,6 +163,7 @@ def initial_problem(
             amplitude_map=not_yet,
             range_factor=np.zeros((n_receivers, 0)),
             drift=drift,
+            walls=data.walls,
             setup=data.setup,
         ),
         prior=prior,

@@ -23,7 +23,6 @@ from radargui.estimation.forward.signal_model import (
 )
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.solve.priors import Prior
-from radargui.geometry.path_length import range_factor
 from radargui.model.arrays import BoolArray, FloatArray, pieces
 from radargui.model.gravity import UNKNOWN_DRAG, Drag
 
@@ -121,7 +120,7 @@ class JointProblem:
             sphere=None if body is None else body.fields(place, antennas, release, planes, mirrors),
             bias=self.bias_basis(place),
             amplitude_map=self.amplitude_basis(place),
-            range_factor=range_factor(place, antennas, release),
+            range_factor=placed.on_the_way(place, antennas, release),
         )
         return replace(self, inputs=inputs, mapped_m=place, mapped_mirrors=mirrors)
 

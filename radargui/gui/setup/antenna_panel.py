@@ -208,12 +208,13 @@ class AntennaPanel(FormPanel):
         self.only_shows = (self.map,)
         self.table, self.matrix, self.calibration = ReceiverTable(model), TMatrixView(model), CalibrationGroup(model)
         wave, tracer, site, air = (SetupForm(name, model) for name in ("wave", "tracer", "site", "air"))
+        container = SetupForm("container", model)
         self._place = wave.rows
         upper = (Group("Receivers", self.table), self.calibration, self.matrix, self.map, wave)
         # above what scrolls: it follows the typing wherever that is
         behind = AntennaGrid(model, ("phase_centre_m", "u_phase_centre_m"), first=0)
         phase_centres = Group("Phase centres", behind, PlainLabel(_BEHIND))
-        lower = (PolarizationForm(model, theme), phase_centres, tracer, site, air)
+        lower = (PolarizationForm(model, theme), phase_centres, tracer, container, site, air)
         self.lay_out(*upper, *lower, above=self.sketch)
 
     def refresh(self) -> None:

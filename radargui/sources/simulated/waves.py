@@ -6,10 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from radargui.geometry.container import wall_factor
 from radargui.geometry.path_length import Antennas, mirror
 from radargui.model import scattering
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.errors import SetupError, worded
+from radargui.model.radar import Walls
 from radargui.model.setup import Setup
 from radargui.sources.simulated.fall import Plane, azimuth_direction, contact_plane
 from radargui.sources.simulated.seeds import Draw, generator
@@ -72,7 +74,9 @@ class Antenna:
         length r' has the amplitude |coefficient| (r / r') (ratio of the lobes' gains).
     field
         Direction of the electric field that it sends or answers to, shape (3,); mirrored like a vector, the change of
-        sign stays in `coefficient`. Only a metal sphere asks for it.
+        sign stays in `coefficient`. Only a sphere with a size asks for it.
+    walls
+        Of a container in its rays; None of an image.
     """
 
     place_m: FloatArray
@@ -80,6 +84,7 @@ class Antenna:
     lobe: Lobe
     coefficient: complex = 1.0
     field: FloatArray | None = None
+    walls: Walls | None = None
 
     def gain(self, position_m: FloatArray) -> FloatArray:
         """Return the gain of its lobe towards positions (3, n), shape (n,)."""
@@ -92,7 +97,10 @@ class Antenna:
         distance = np.sqrt(dot(away, away))
         # a spherical wave: its field falls as 1 / r
         amplitude = self.lobe.gain(dot(self.axis[:, None], away) / distance) / distance
-        wave = phasor((2.0 * np.pi / wavelength_m) * distance, amplitude)
+        wavenumber = 2.0 * np.pi / wavelength_m
+        wave = phasor(wavenumber * distance, amplitude)
+        if self.walls is not None:
+            wave = wave * wall_factor(position_m, self.place_m, self.walls, wavenumber)
         return wave if self.coefficient == 1.0 else self.coefficient * wave
 
 
@@ -234,6 +242,7 @@ def image_of(antenna: Antenna, reflector: Reflector, phase_rad: float, reference
         axis=mirror(antenna.axis, normal, 0.0),
         field=None if antenna.field is None else mirror(antenna.field, normal, 0.0),
         coefficient=reflector.coefficient,
+        walls=None,
     )
     if not is_wall:
         return image
@@ -267,7 +276,8 @@ def make_waves(setup: Setup, antennas: Antennas) -> SceneWaves:
 
     def with_images(number: int, place_m: FloatArray) -> tuple[Antenna, ...]:
         # it looks at the origin
-        antenna = Antenna(place_m, -place_m / np.linalg.norm(place_m), lobe, field=fields[number])
+        axis = -place_m / np.linalg.norm(place_m)
+        antenna = Antenna(place_m, axis, lobe, field=fields[number], walls=setup.container.walls)
         images = []
         for reflector in reflectors:
             draw = generator(setup.simulation.seed, Draw.WALL, reflector.wall or 0, number)

@@ -174,6 +174,9 @@ class Tracer(Section):
     material, refractive_index, u_refractive_index
         What it scatters as: metal, or a plastic, by name or by its refractive index at the radar's frequency (PTFE
         1.45, PE 1.52, PMMA 1.61).
+    holder_distance_m
+        From the sphere's centre at rest to that of a magnet, nozzle or needle that holds it: the echo at rest then has
+        an unknown part by it, and places come from the fall alone. Left out: nothing near reflects.
     density_kg_m3
         Of the sphere, for its buoyancy in air; left out: none is counted. Steel 7800, polystyrene 1050.
     release_position_m, u_release_m
@@ -188,6 +191,7 @@ class Tracer(Section):
     material: Literal["metal", "PTFE", "PE", "PMMA"] = "metal"
     refractive_index: Annotated[Real, Field(gt=1.0, le=10.0)] | None = None
     u_refractive_index: Annotated[Real, Field(ge=0.0, le=1.0)] | None = None
+    holder_distance_m: Annotated[Real, Field(gt=0.0, le=0.1)] | None = None
     density_kg_m3: Annotated[Real, Field(ge=10.0, le=25000.0)] | None = None
     release_position_m: Vector = (0.0, 0.0, 0.12)
     u_release_m: Uncertainty | None = None

@@ -89,6 +89,7 @@ def test_channels_that_do_not_belong_together_are_still_told_where_a_sphere_boun
         assert check_receiver(doppler, wrong, noise_v[:2], np.ones(wrong.shape, dtype=np.bool_))
 
 
+@pytest.mark.slow
 def test_a_motion_of_less_than_a_fringe_is_said_to_be_too_short_to_tell() -> None:
     # hops of a millimetre on a plate
     record = make_record(draw(931101, "exact", motion="shaken"))

@@ -75,7 +75,9 @@ def test_every_place_of_theta_belongs_to_one_unknown() -> None:
         maps = (own.bias_i, own.bias_q, own.amplitude_map, own.drift_i, own.drift_q)
         mirrors = (own.receiver_reflection, own.receiver_lobe, own.double_reflection)
         taken += [own.phase, own.log_amplitude, own.log_gain, own.quadrature_error]
-        taken += [n for places in (own.offset, own.harmonics, *maps, *mirrors) for n in range(places.start, places.stop)]
+        taken += [
+            n for places in (own.offset, own.harmonics, *maps, *mirrors) for n in range(places.start, places.stop)
+        ]
         assert (own.first, own.last) == (own.without_drift.start, own.drift_q.stop)
     assert sorted(taken) == list(range(layout.size))
 

@@ -35,6 +35,7 @@ def strong() -> tuple[PopulationRecord, Setup, FoundFall]:
     return _found(floor=0.8, e=0.7, exchange=True)
 
 
+@pytest.mark.slow
 def test_a_start_is_near_its_signals_where_the_floor_that_was_found_is_in_it(
     strong: tuple[PopulationRecord, Setup, FoundFall],
 ) -> None:

@@ -84,6 +84,7 @@ def test_a_process_apart_tells_what_stands_and_keeps_it_where_it_is_cancelled(
     assert (summary["correction"], summary["preliminary"]) == ("flights", True)
 
 
+@pytest.mark.slow
 def test_a_job_that_waits_for_a_long_one_has_its_preliminary_result_meanwhile_and_once(
     apart: ProcessingApart, stored: FinishedJob
 ) -> None:

@@ -75,6 +75,7 @@ def test_the_result_by_flights_is_shown_as_preliminary_and_replaced_by_the_joint
     assert heard == [1], "the sound comes once, with the first result"
 
 
+@pytest.mark.slow
 def test_stop_while_the_joint_correction_is_computed_keeps_the_preliminary_result(
     joint_window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -94,6 +94,7 @@ def test_the_directions_of_a_covariance_are_all_of_it() -> None:
     assert again == pytest.approx(covariance, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_correlated_antennas_leave_the_share_that_draws_of_them_do() -> None:
     setup = certain_setup()
     covariance = correlated(setup)

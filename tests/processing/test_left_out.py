@@ -58,6 +58,7 @@ def test_of_three_receivers_none_can_be_left_out_and_nothing_is_valid() -> None:
         assert not result.bounces.impacts
 
 
+@pytest.mark.slow
 def test_a_loose_contact_of_15_ms_is_left_out_and_no_fringe_is_lost() -> None:
     scene = disturbed("steps/contact", 7101, "exact", strength=0.9, rate_hz=5000.0)
     record = make_record(scene)

@@ -85,6 +85,7 @@ def test_a_drop_that_is_told_of_another_knows_its_antennas_better_and_says_the_s
     assert np.nanmedian(told.track.u_combined_m) < np.nanmedian(alone.details.track.u_combined_m)
 
 
+@pytest.mark.slow
 def test_a_drop_after_an_antenna_was_pushed_is_measured_alone_and_says_which(drop: Run, alone: Result) -> None:
     said = alone.details.setup_likelihood
     assert said is not None

@@ -25,6 +25,7 @@ def told(result: RunResult) -> bool:
     return any(warning.startswith("the flights bend") for warning in result.warnings)
 
 
+@pytest.mark.slow
 def test_e_g_and_position_move_with_an_antenna_as_the_budget_says() -> None:
     fixed = {"rate_hz": 2500.0, "snr_db": 40.0, "skew_s": 0.0, "floor": 0.0, "wall": 0.0, "flicker": 0.0}
     record = make_record(draw_scene(9, "physical", "drop", drag=0.0, e=0.7, height_m=0.2, moving_s=0.5, **fixed))

@@ -20,7 +20,7 @@ from radargui.estimation.flights.drop_model import (
 from radargui.estimation.flights.prior import drop_model, flights_prior
 from radargui.estimation.flights.setup_unknowns import StatedSetup, setup_unknowns
 from radargui.estimation.flights.start import START, DropStart, followed_until, start_drop
-from radargui.estimation.forward.bins import BinSettings, bin_by_fringe, pool
+from radargui.estimation.forward.bins import BinSettings, bin_by_fringe, clear_of_holder_s, pool
 from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.signals import ScaledSignals
@@ -198,10 +198,10 @@ def estimate_drop(
     if backwards := _backwards(start):
         return refuse("receivers_backwards", receivers=" and ".join(map(str, backwards)))
     model, values = _begun(start, signals, setup, known, front_ends)
-    model, values = _with_bins(model, values, signals, start.end_s, DROP.first_apart_s)
+    model, values = _with_bins(model, values, signals, setup, start.end_s, DROP.first_apart_s)
     model = replace(model, least_sigma=DROP.first_sigma)
     model, unknowns, at = minimise(model, model.unknowns(values), rounds=2, steps=6, least_gain=1.0, watch=watch)
-    model, values = _with_bins(model, at.values, signals, start.end_s, DROP.apart_s)
+    model, values = _with_bins(model, at.values, signals, setup, start.end_s, DROP.apart_s)
     model = replace(model, least_sigma=0.0)
     for _ in range(2):
         unknowns = model.unknowns(values)
@@ -293,7 +293,7 @@ def _backwards(start: DropStart) -> tuple[int, ...]:
 
 
 def _with_bins(
-    model: DropModel, values: Parts, signals: ScaledSignals, end_s: float, apart_s: float
+    model: DropModel, values: Parts, signals: ScaledSignals, setup: Setup, end_s: float, apart_s: float
 ) -> tuple[DropModel, Parts]:
     """Return the model with bins broken at the impacts, those nearer to one not used."""
     flights = Flights.of(values.flights)
@@ -301,6 +301,7 @@ def _with_bins(
     bins = bin_by_fringe(signals, signals.time_s, turns, flights.onset_s - 0.02, flights.impact_s, DROP.bins)
     inside = (bins.time_s > flights.onset_s - DROP.rest_s) & (bins.time_s < followed_until(end_s, values))
     bins = bins.of(np.flatnonzero(inside))
+    bins = bins.doubted(bins.time_s < clear_of_holder_s(setup, flights.onset_s))
     model = model.of_bins(bins, values)
     apart = np.ones(bins.n_bins, dtype=np.bool_)
     half = 0.5 * (bins.last_s - bins.first_s)

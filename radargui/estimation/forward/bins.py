@@ -36,6 +36,10 @@ class BinSettings:
 
 
 BINS = BinSettings()
+_DOUBTED = 1e3
+"""Times the noise of a bin that shall say next to nothing."""
+_CLEAR = 3.0
+"""Distances of the holder at rest: a sphere that has fallen so far has a tenth of what the holder sent on to it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +101,10 @@ class Bins:
             last_s=self.last_s[which],
             expected=self.expected[:, which],
         )
+
+    def doubted(self, which: BoolArray) -> Bins:
+        """Return the bins, some of which, (n_bins,), say next to nothing."""
+        return replace(self, sigma=np.where(which, _DOUBTED * self.sigma, self.sigma))
 
     def runs(self, joins: BoolArray, most: int, settings: BinSettings = BINS) -> IntArray:
         """Return where runs of up to `most` neighbours begin, 4 ms at the longest, none across a gap.
@@ -207,7 +215,7 @@ class BinnedData:
     def of(bins: Bins, signals: ScaledSignals, setup: Setup) -> BinnedData:
         """Return the data of bins of some signals, with what the setup says of geometry and sphere."""
         return BinnedData(
-            bins,
+            bins.doubted(bins.time_s < clear_of_holder_s(setup, signals.onset_s)),
             place_antennas(setup),
             np.asarray(setup.tracer.release_position_m),
             setup.radar.wavelength_m,
@@ -230,6 +238,14 @@ class BinnedData:
         """Return the data with runs of bins that begin at some, (n_runs,), none partly at rest, as one bin each."""
         drift = weighted_means(self.drift.swapaxes(1, 2), self.bins.count, begin).swapaxes(1, 2)
         return replace(self, bins=self.bins.together(begin), rest=self.rest[begin], slow_noise=drift)
+
+
+def clear_of_holder_s(setup: Setup, onset_s: float) -> float:
+    """Return from when on a fall is clear of what held the sphere: before, nobody knows what that adds to its echo."""
+    holder_m = setup.tracer.holder_distance_m
+    if holder_m is None:
+        return -np.inf
+    return float(onset_s + np.sqrt(2.0 * _CLEAR * holder_m / expected_gravity_m_s2(setup.site)))
 
 
 def weighted_means(values: FloatArray, weight: IntArray, begin: IntArray) -> FloatArray:

@@ -140,7 +140,7 @@ def test_the_setup_that_all_bad_ones_are_made_from_is_good() -> None:
             "tracer = 3\n" + GOOD,
             (
                 "tracer = 3, allowed: a table with diameter_m, u_diameter_m, material, refractive_index, "
-                "u_refractive_index, density_kg_m3, release_position_m, "
+                "u_refractive_index, holder_distance_m, density_kg_m3, release_position_m, "
                 "u_release_m, u_release_scatter_m"
             ),
         ),

@@ -38,8 +38,6 @@ class BinSettings:
 BINS = BinSettings()
 _DOUBTED = 1e3
 """Times the noise of a bin that shall say next to nothing."""
-_CLEAR = 3.0
-"""Distances of the holder at rest: a sphere that has fallen so far has a tenth of what the holder sent on to it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,11 +239,11 @@ class BinnedData:
 
 
 def clear_of_holder_s(setup: Setup, onset_s: float) -> float:
-    """Return from when on a fall is clear of what held the sphere: before, nobody knows what that adds to its echo."""
+    """Return from when on a sphere is twice as far from what held it: before, nobody knows what that adds to its echo."""
     holder_m = setup.tracer.holder_distance_m
     if holder_m is None:
         return -np.inf
-    return float(onset_s + np.sqrt(2.0 * _CLEAR * holder_m / expected_gravity_m_s2(setup.site)))
+    return float(onset_s + np.sqrt(2.0 * holder_m / expected_gravity_m_s2(setup.site)))
 
 
 def weighted_means(values: FloatArray, weight: IntArray, begin: IntArray) -> FloatArray:

@@ -73,7 +73,8 @@ def measure_drop(
     """Return what the joint estimate makes of a drop that begins from its flights; None where circles have to tell.
 
     They have to where flights were not followed to their end, and where their joint estimate is refused for what it
-    says of setup, receivers or fringes. Where none stands the flights do, if they explain the signals.
+    says of setup, receivers or fringes. Where none stands the flights do, if they explain the signals within what the
+    setup states.
 
     Parameters
     ----------
@@ -91,14 +92,16 @@ def measure_drop(
     if isinstance(joint.found, UnexplainedError):
         return replace(drop.motion, unexplained=joint.found.stretches)
     if isinstance(joint.found, ProcessingError):
-        return drop.motion.said(warn("joint_not_used", cause=why_of(joint.found)))
+        return drop.motion.said(warn("flights_stand", cause=why_of(joint.found)))
+    # flights that explain the signals within what the setup states need no entry that is wrong
+    stands = drop.is_explained and drop.estimate.most_pull < _MOST_PULL
     # an entry that is wrong pulls the others along: the road by circles names it
     if _is_pulled(joint.found.chosen.setup):
-        return None
+        return drop.motion.said(warn("flights_stand", cause=NO_SINGLE_BODY)) if stands else None
     found, measured = _pooled(joint.found, fall, conditioned, setup, others)
     motion = _judged(measured, found, drop.motion, setup)
     if motion.estimate is None or motion.rejected.any():
-        return None
+        return drop.motion.said(warn("flights_stand", cause=NO_SINGLE_BODY)) if stands else None
     own = drop.motion.corrected
     drift = drifting_rest(own.time_s, own.i + 1j * own.q, own.valid, conditioned.segment, setup.radar.wavelength_m)
     return _with_prior(motion, joint).said(drift)

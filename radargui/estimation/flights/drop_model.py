@@ -29,7 +29,7 @@ from radargui.estimation.forward.signal_model import (
 )
 from radargui.estimation.forward.signal_slopes import receiver_slopes, setup_slopes
 from radargui.estimation.forward.sphere import PolarisedSphere
-from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
+from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from radargui.motion.flights import Flights
 
 REBOUND_M_S, IMPACT_S = 3.0, 0.05
@@ -73,8 +73,10 @@ class LinearPart:
     n_lobe
         How many those are.
     u_scattered
-        Where the deviation of the others and of those of the offsets begins: what else reflects, a wall of some per
-        cent. It is re-estimated for each receiver (`DropModel.scattered`).
+        Where deviations begin that are re-estimated for each receiver (`DropModel.scattered`): those of the other
+        functions and of the offsets', what else reflects, a wall of some per cent; and that of an uneven floor's.
+    n_uneven
+        Functions of the height for each way over the floor: a small plate, or one whose R changes with the angle.
     """
 
     free_ways: bool
@@ -87,6 +89,7 @@ class LinearPart:
     u_lobe: float = 0.1
     n_lobe: int = 2
     u_scattered: float = 0.03
+    n_uneven: int = 0
 
     @property
     def n_waves(self) -> int:
@@ -98,12 +101,13 @@ class LinearPart:
         """How many columns harmonics have; a start has none."""
         return 0 if self.free_ways else 4
 
-    def is_scattered(self) -> BoolArray:
-        """Return which columns have the deviation that is re-estimated."""
-        changes = np.arange(self.n_functions) >= self.n_lobe
-        waves = np.zeros(self.n_waves, dtype=np.bool_)
-        changes = np.concatenate([np.repeat(changes, 2), [False] * 2, np.ones(2 * self.n_functions, np.bool_)])
-        return np.concatenate([waves, changes, np.zeros(self.n_harmonics, dtype=np.bool_)])
+    @property
+    def group(self) -> IntArray:
+        """Of each column which deviation holds: 0 its own, 1 that of what else reflects, 2 of an uneven floor."""
+        waves, changes = np.zeros(self.n_waves), np.repeat(np.arange(self.n_functions) >= self.n_lobe, 2)
+        offsets = np.repeat([0, 1], [2, 2 * self.n_functions])
+        floor = np.full(6 * self.n_uneven, 2)
+        return np.concatenate([waves, changes, offsets, np.zeros(self.n_harmonics), floor]).astype(np.intp)
 
     @property
     def offsets(self) -> slice:
@@ -111,15 +115,22 @@ class LinearPart:
         first = self.n_waves + 2 * self.n_functions
         return slice(first, first + 2 + 2 * self.n_functions)
 
+    @property
+    def uneven(self) -> slice:
+        """Where the functions of the ways over the floor stand: those by T, by R and by both, real and imaginary."""
+        first = self.offsets.stop + self.n_harmonics
+        return slice(first, first + 6 * self.n_uneven)
+
     def deviations(self, scattered: FloatArray) -> FloatArray:
-        """Return the prior deviations of the columns, (n_receivers, n_columns), of `scattered`, (n_receivers,)."""
+        """Return the prior deviations of the columns, (n_receivers, n_columns), of `scattered`, (n_receivers, 2)."""
         ways = [self.u_amplitude] * 2 + [self.u_way] * 6
         # of exchanged wires the image is all there is
         images = [self.u_amplitude] * 2 + [self.u_image * self.u_way] * 6
         waves = ways + images if self.free_ways else [self.u_amplitude] * 2
         rest = [self.u_lobe] * (2 * self.n_functions) + [self.u_offset] * 2 + [1.0] * (2 * self.n_functions)
-        rest += [self.u_harmonic] * self.n_harmonics
-        return np.where(self.is_scattered(), scattered[:, None], np.array(waves + rest))
+        rest += [self.u_harmonic] * self.n_harmonics + [1.0] * (6 * self.n_uneven)
+        shared = np.concatenate([np.ones((len(scattered), 1)), scattered], axis=1)[:, self.group]
+        return np.where(self.group > 0, shared, np.array(waves + rest))
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +158,7 @@ class DropModel:
     least_sigma
         No bin counts as better known, in amplitudes.
     scattered
-        Deviation of what else reflects, in each receiver, shape (n_receivers,).
+        Deviations of what else reflects and of an uneven floor, in each receiver, shape (n_receivers, 2).
     turn
         Phase (rad) at which each receiver's amplitude was, which tells a change of it from a change of phase.
     """
@@ -413,8 +424,8 @@ def basis_of(model: DropModel, waves: Waves, theta: FloatArray) -> FloatArray:
     along = field * np.exp(1j * model.turn)[:, None, None]
     for function in functions[1:]:
         columns += [function * along.real, -function * along.imag]
-    offsets = model.linear.offsets
-    out = np.zeros((n_receivers, 2, n_bins, offsets.stop + model.linear.n_harmonics))
+    offsets, uneven = model.linear.offsets, model.linear.uneven
+    out = np.zeros((n_receivers, 2, n_bins, uneven.stop))
     for number, column in enumerate(columns):
         out[..., number] = column
     out[:, 0, :, offsets.start : offsets.stop : 2] = functions.T
@@ -423,7 +434,13 @@ def basis_of(model: DropModel, waves: Waves, theta: FloatArray) -> FloatArray:
         turn = turn_of(model.layout.own_values(theta, EVERY), model.layout.own)[..., None]
         # of the wave alone: its changes are some per cent
         made = np.moveaxis(turn[:, None] * harmonics_of(field, turn), 1, -1)
-        out[..., offsets.stop :: 2], out[..., offsets.stop + 1 :: 2] = made.real, -made.imag
+        out[..., offsets.stop : uneven.start : 2] = made.real
+        out[..., offsets.stop + 1 : uneven.start : 2] = -made.imag
+    if model.linear.n_uneven:
+        every = waves.strength[..., None, :] * waves.mean
+        ways = np.stack([every[:, 1, 0], every[:, 0, 1], every[:, 1, 1]], axis=-1)[..., None]
+        changed = (ways * functions[1 : 1 + model.linear.n_uneven].T[:, None]).reshape(*ways.shape[:3], -1)
+        out[..., uneven.start :: 2], out[..., uneven.start + 1 :: 2] = changed.real, -changed.imag
     return out
 
 
@@ -445,8 +462,13 @@ def wave_gain(model: DropModel, at: Evaluation) -> ComplexArray:
     changes = (turn * pairs[:, n_ways : n_ways + model.linear.n_functions]) @ model.functions[1:]
     n_bins = changes.shape[-1]
     if not model.linear.free_ways:
-        out = np.empty((model.n_receivers, 1, 1, 1, 1, n_bins), complex)
-        out[:, 0, 0, 0, 0] = pairs[:, :1] + changes
+        out = np.empty((model.n_receivers, 2, 2, 1, 1, n_bins), complex)
+        out[:] = (pairs[:, :1] + changes)[:, None, None, None, None]
+        if n_uneven := model.linear.n_uneven:
+            floor = pairs[:, model.linear.uneven.start // 2 :].reshape(len(pairs), 3, n_uneven)
+            by_way = floor @ model.functions[1 : 1 + n_uneven]
+            for number, (sent, got) in enumerate(((1, 0), (0, 1), (1, 1))):
+                out[:, sent, got, 0, 0] += by_way[:, number]
         return out
     own, image = pairs[:, :4, None], np.conj(pairs[:, 4:8, None])
     # Re h c' conj Z = +-Re h Z conj c': in I with the sign plus
@@ -545,22 +567,25 @@ def with_last_flight(
     return unknowns, at
 
 
-_SCATTERED = 1e-3, 0.1  # least and most deviation of what else reflects: the first switches it off, a tenth is a lot
+_SCATTERED = (1e-3, 0.1), (1e-3, 0.3)
+"""Least and most deviation of what else reflects and of an uneven floor: the first switches it off; a tenth of the echo
+is a lot, and a third of what comes over the floor."""
 
 
 def with_scattered(model: DropModel, at: Evaluation) -> DropModel:
-    """Return the model with the deviation of what else reflects re-estimated for each receiver (MacKay 1992)."""
-    which, deviations, out = model.linear.is_scattered(), model.linear_deviations, []
-    if not which.any():
-        return model
+    """Return the model with its deviations in `scattered` re-estimated for each receiver (MacKay 1992)."""
+    group, deviations, out = model.linear.group, model.linear_deviations, model.scattered.copy()
     sigma = sigma_of(model) * model.noise[:, None, None]
     scaled = np.sqrt(at.weight)[:, None] / sigma
     for receiver, own in enumerate(at.coefficients):
         basis = (scaled[receiver][..., None] * at.basis[receiver]).reshape(-1, own.size)
         variance = np.diag(np.linalg.inv(basis.T @ basis + np.diag(deviations[receiver] ** -2.0)))
-        determined = float((1.0 - variance / deviations[receiver] ** 2)[which].sum())
-        out.append(np.sqrt((own[which] ** 2).sum() / max(determined, 1.0)))
-    return replace(model, scattered=np.clip(out, *_SCATTERED))
+        determined = 1.0 - variance / deviations[receiver] ** 2
+        for number, (least, most) in enumerate(_SCATTERED):
+            which = group == number + 1
+            size = np.sqrt((own[which] ** 2).sum() / max(float(determined[which].sum()), 1.0))
+            out[receiver, number] = np.clip(size, least, most)
+    return replace(model, scattered=out)
 
 
 def minimise(

@@ -15,13 +15,14 @@ from radargui.estimation.flights.drop_model import (
     evaluate,
     minimise,
     normal_equations,
+    robust_cost,
     with_scattered,
 )
 from radargui.estimation.flights.prior import drop_model, flights_prior
 from radargui.estimation.flights.setup_unknowns import StatedSetup, setup_unknowns
 from radargui.estimation.flights.start import START, DropStart, followed_until, start_drop
 from radargui.estimation.forward.bins import BinSettings, bin_by_fringe, clear_of_holder_s, pool
-from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere
+from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere, supposed_spheres
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.signals import ScaledSignals
 from radargui.geometry.exchange import changes_faster
@@ -40,8 +41,8 @@ class DropSettings:
     ----------
     bins
         Two nodes keep a mean over 1/12 fringe to 2e-5 of the wave.
-    n_functions
-        Of the height, for amplitudes and offsets.
+    n_functions, n_uneven
+        Of the height, for amplitudes and offsets, and for the ways over the floor.
     rest_s
         Of the rest that counts: offsets, and the phase at release.
     first_sigma, first_apart_s
@@ -58,6 +59,7 @@ class DropSettings:
 
     bins: BinSettings = field(default_factory=lambda: BinSettings(per_fringe=12.0))
     n_functions: int = 12
+    n_uneven: int = 4
     rest_s: float = 0.1
     first_sigma: float = 0.01
     first_apart_s: float = 0.001
@@ -111,6 +113,11 @@ class DropEstimate:
     def widening(self) -> float:
         """Factor on uncertainties by white noise: the root of the mean block chi-square, where that exceeds one."""
         return float(np.sqrt(max(1.0, self.block_chi_square.mean())))
+
+    @property
+    def most_pull(self) -> float:
+        """By how much a direction of the setup was found off what is stated, at most, in its u."""
+        return float(np.abs(self.unknowns[: len(self.model.setup.directions)]).max(initial=0.0))
 
     @property
     def by_setup(self) -> FloatArray:
@@ -197,10 +204,16 @@ def estimate_drop(
         return start.why
     if backwards := _backwards(start):
         return refuse("receivers_backwards", receivers=" and ".join(map(str, backwards)))
-    model, values = _begun(start, signals, setup, known, front_ends)
-    model, values = _with_bins(model, values, signals, setup, start.end_s, DROP.first_apart_s)
-    model = replace(model, least_sigma=DROP.first_sigma)
-    model, unknowns, at = minimise(model, model.unknowns(values), rounds=2, steps=6, least_gain=1.0, watch=watch)
+    stated, sphere = known
+    spheres = supposed_spheres(setup) if sphere is None else [sphere]
+    first = []
+    for one in spheres:
+        model, values = _begun(start, signals, setup, (stated, one), front_ends)
+        model, values = _with_bins(model, values, signals, setup, start.end_s, DROP.first_apart_s)
+        model = replace(model, least_sigma=DROP.first_sigma)
+        first.append(minimise(model, model.unknowns(values), rounds=2, steps=6, least_gain=1.0, watch=watch))
+    # of polarisations that are not told those that explain it best
+    model, unknowns, at = min(first, key=lambda fit: robust_cost(*fit))
     model, values = _with_bins(model, at.values, signals, setup, start.end_s, DROP.apart_s)
     model = replace(model, least_sigma=0.0)
     for _ in range(2):
@@ -257,9 +270,7 @@ def _begun(
     touch = flights.position_m(np.append(flights.impact_s, start.end_s)[:1])
     surface = float(touch[2, 0]) - 0.5 * setup.tracer.diameter_m - DROP.plate_m
     prior = start.model.mean.flights, start.model.deviation.flights
-    model = drop_model(
-        signals, setup, start.model.bins, prior, surface, known, LinearPart(False, DROP.n_functions), front_ends
-    )
+    model = drop_model(signals, setup, start.model.bins, prior, surface, known, _whole(), front_ends)
     own, image = _own_and_image(start)
     together = own + image.conj()
     front_end = (own[:, 0] - image[:, 0].conj()) / together[:, 0]
@@ -275,6 +286,10 @@ def _begun(
         theta[now.log_gain] = np.clip(np.log(np.abs(front_end[number])), -DROP.most_off, DROP.most_off)
         theta[now.quadrature_error] = np.clip(np.angle(front_end[number]), -DROP.most_off, DROP.most_off)
     return model, start.at.values._replace(theta=theta)
+
+
+def _whole() -> LinearPart:
+    return LinearPart(False, DROP.n_functions, n_uneven=DROP.n_uneven)
 
 
 def _own_and_image(start: DropStart) -> tuple[ComplexArray, ComplexArray]:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from radargui.estimation.flights.drop_model import DropModel, minimise, robust_cost
 from radargui.estimation.flights.estimate import DropEstimate, block_chi_square
 from radargui.estimation.flights.prior import flights_prior
-from radargui.estimation.forward.sphere import polarised_sphere
 from radargui.model.arrays import FloatArray
+from radargui.model.scattering import tracer_sphere
 from radargui.model.setup import Setup
 from radargui.motion.flights import FlightLayout
 
@@ -71,7 +71,7 @@ def _with_sphere(drop: DropEstimate, other: Setup) -> DropModel:
     mean, deviation = flights
     return replace(
         model,
-        sphere=polarised_sphere(other),
+        sphere=None if model.sphere is None else replace(model.sphere, sphere=tracer_sphere(other.tracer, other.radar)),
         mean=model.mean._replace(flights=mean),
         deviation=model.deviation._replace(flights=deviation),
     )

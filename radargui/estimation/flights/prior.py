@@ -202,6 +202,6 @@ def drop_model(
         np.ones(n_receivers),
         0.0,
         np.zeros(n_receivers),
-        np.full(n_receivers, linear.u_scattered),
+        np.full((n_receivers, 2), linear.u_scattered),
     )
     return model.renewed(values)

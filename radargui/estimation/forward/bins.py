@@ -239,7 +239,7 @@ class BinnedData:
 
 
 def clear_of_holder_s(setup: Setup, onset_s: float) -> float:
-    """Return from when on a sphere is twice as far from what held it: before, nobody knows what that adds to its echo."""
+    """Return from when on a sphere is twice as far from what held it: before, nobody knows what that adds."""
     holder_m = setup.tracer.holder_distance_m
     if holder_m is None:
         return -np.inf

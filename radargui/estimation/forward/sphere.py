@@ -11,7 +11,7 @@ from radargui.estimation.forward.mirrors import MirrorPlane, has_floor
 from radargui.geometry.exchange import exchanged_signals
 from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import ComplexArray, FloatArray, IntArray
-from radargui.model.assumed import uncertain_inputs
+from radargui.model.assumed import SUPPOSED_POLARIZATIONS_DEG, uncertain_inputs
 from radargui.model.scattering import (
     MieSphere,
     scattered_signals,
@@ -26,6 +26,8 @@ _STEP = 1e-4  # rad and m, of a mirror: differences are off by as much of what M
 _SHIFT = 2  # place of a plane's shift among its unknowns
 EXCHANGE, U_EXCHANGE = 1.0, 0.3
 """How much of what a conductor sends to and fro a floor does, and by how much another material differs from that."""
+_U_SUPPOSED_DEG, _U_TURNED_DEG = 20.0, 40.0
+"""Of the transmitter's angle about the nearest of those supposed, and of receivers about the strongest signal."""
 LEAST_U_ANGLE_RAD = 1e-6  # of a polarisation that is known exactly: the unknown stays, its prior holds it
 
 
@@ -381,6 +383,21 @@ def polarised_sphere(setup: Setup) -> PolarisedSphere | None:
         np.radians(angles),
         np.maximum(np.radians(u_deg), LEAST_U_ANGLE_RAD),
     )
+
+
+def supposed_spheres(setup: Setup) -> list[PolarisedSphere]:
+    """Return the sphere between antennas polarised in some ways: a setup that does not tell how leaves all open.
+
+    Receivers are then turned for the strongest signal, more or less.
+    """
+    out = []
+    for angle_deg in SUPPOSED_POLARIZATIONS_DEG:
+        turned = setup.transmitter.model_copy(update={"polarization_deg": angle_deg})
+        sphere = polarised_sphere(setup.model_copy(update={"transmitter": turned}))
+        if sphere is not None:
+            u_angle = np.radians([_U_SUPPOSED_DEG, *[_U_TURNED_DEG] * len(setup.receiver)])
+            out.append(replace(sphere, u_angle_rad=u_angle))
+    return out
 
 
 def _weights(angle_rad: float) -> tuple[FloatArray, FloatArray]:

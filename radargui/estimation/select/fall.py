@@ -66,7 +66,9 @@ class FoundFall:
         finer = BINS.per_fringe / DROP.bins.per_fringe
         turns_hz = echo_turns_hz(estimate.model, values, time_s, finer) * (time_s < lies_s)
         bins = bin_by_fringe(signals, time_s, turns_hz, signals.rest_end_s, breaks, DROP.bins)
-        return FoundFall(estimate, signals, BinnedData.of(bins, signals, setup), flights, lies_s, breaks)
+        # where the setup does not tell polarisations the flights have found them
+        data = replace(BinnedData.of(bins, signals, setup), sphere=estimate.model.sphere)
+        return FoundFall(estimate, signals, data, flights, lies_s, breaks)
 
     @property
     def fringes(self) -> FloatArray:

@@ -14,7 +14,8 @@ from benchmarks.world.kinds import PopulationRecord, draw
 from support.changed import changed
 from support.estimates import conditioned_of
 
-from radargui.estimation.flights.drop_model import DropModel, LinearPart, evaluate, slopes_of
+from radargui.estimation.flights.drop_model import DropModel, evaluate, slopes_of
+from radargui.estimation.flights.linear_part import LinearPart
 from radargui.estimation.flights.prior import drop_model, flights_prior
 from radargui.estimation.flights.setup_unknowns import setup_unknowns
 from radargui.estimation.forward.bins import pool

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
+from radargui.estimation.flights.linear_part import LinearPart
 from radargui.estimation.flights.setup_unknowns import StatedSetup
 from radargui.estimation.forward.bins import Bins, Multiplexer
 from radargui.estimation.forward.mirrors import MirrorPlane
@@ -29,7 +30,7 @@ from radargui.estimation.forward.signal_model import (
 )
 from radargui.estimation.forward.signal_slopes import receiver_slopes, setup_slopes
 from radargui.estimation.forward.sphere import PolarisedSphere
-from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
 from radargui.motion.flights import Flights
 
 REBOUND_M_S, IMPACT_S = 3.0, 0.05
@@ -52,85 +53,6 @@ class Parts(NamedTuple):
     flights: FloatArray
     setup: FloatArray
     theta: FloatArray
-
-
-@dataclass(frozen=True, slots=True)
-class LinearPart:
-    """What a receiver's channels are linear in, and its prior; amplitudes are about one.
-
-    Attributes
-    ----------
-    free_ways
-        Whether each way over the floor and its mirror image in the IQ plane has an amplitude of its own: a start that
-        knows neither floor nor front end. Else the forward model's own product of T and R, and gain and quadrature.
-    n_functions
-        Functions of the height fallen, Legendre polynomials from the first on, for amplitude and offsets.
-    u_amplitude, u_way, u_image, u_offset, u_harmonic
-        Prior deviations: of the direct wave; in a start of what comes over the floor and of images; of offsets; of what
-        a mixer makes of the echo that turns at -3 and +3 times its phase.
-    u_lobe
-        The same of the first `n_lobe` functions of amplitude and phase: antennas that do not point to the centre.
-    n_lobe
-        How many those are.
-    u_scattered
-        Where deviations begin that are re-estimated for each receiver (`DropModel.scattered`): those of the other
-        functions and of the offsets', what else reflects, a wall of some per cent; and that of an uneven floor's.
-    n_uneven
-        Functions of the height for each way over the floor: a small plate, or one whose R changes with the angle.
-    """
-
-    free_ways: bool
-    n_functions: int
-    u_amplitude: float = 3.0
-    u_way: float = 0.5
-    u_image: float = 0.2
-    u_offset: float = 3.0
-    u_harmonic: float = 1e-3
-    u_lobe: float = 0.1
-    n_lobe: int = 2
-    u_scattered: float = 0.03
-    n_uneven: int = 0
-
-    @property
-    def n_waves(self) -> int:
-        """How many columns waves of constant amplitude have."""
-        return 16 if self.free_ways else 2
-
-    @property
-    def n_harmonics(self) -> int:
-        """How many columns harmonics have; a start has none."""
-        return 0 if self.free_ways else 4
-
-    @property
-    def group(self) -> IntArray:
-        """Of each column which deviation holds: 0 its own, 1 that of what else reflects, 2 of an uneven floor."""
-        waves, changes = np.zeros(self.n_waves), np.repeat(np.arange(self.n_functions) >= self.n_lobe, 2)
-        offsets = np.repeat([0, 1], [2, 2 * self.n_functions])
-        floor = np.full(6 * self.n_uneven, 2)
-        return np.concatenate([waves, changes, offsets, np.zeros(self.n_harmonics), floor]).astype(np.intp)
-
-    @property
-    def offsets(self) -> slice:
-        """Where the offsets of I and Q stand by turns, each a function of the height."""
-        first = self.n_waves + 2 * self.n_functions
-        return slice(first, first + 2 + 2 * self.n_functions)
-
-    @property
-    def uneven(self) -> slice:
-        """Where the functions of the ways over the floor stand: those by T, by R and by both, real and imaginary."""
-        first = self.offsets.stop + self.n_harmonics
-        return slice(first, first + 6 * self.n_uneven)
-
-    def deviations(self, scattered: FloatArray) -> FloatArray:
-        """Return the prior deviations of the columns, (n_receivers, n_columns), of `scattered`, (n_receivers, 2)."""
-        ways = [self.u_amplitude] * 2 + [self.u_way] * 6
-        # of exchanged wires the image is all there is
-        images = [self.u_amplitude] * 2 + [self.u_image * self.u_way] * 6
-        waves = ways + images if self.free_ways else [self.u_amplitude] * 2
-        rest = [self.u_lobe] * (2 * self.n_functions) + [self.u_offset] * 2 + [1.0] * (2 * self.n_functions)
-        rest += [self.u_harmonic] * self.n_harmonics + [1.0] * (6 * self.n_uneven)
-        shared = np.concatenate([np.ones((len(scattered), 1)), scattered], axis=1)[:, self.group]
-        return np.where(self.group > 0, shared, np.array(waves + rest))
 
 
 @dataclass(frozen=True, slots=True)

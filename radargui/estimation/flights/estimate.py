@@ -10,7 +10,6 @@ import numpy as np
 from radargui.estimation.flights.drop_model import (
     DropModel,
     Evaluation,
-    LinearPart,
     Parts,
     evaluate,
     minimise,
@@ -18,6 +17,7 @@ from radargui.estimation.flights.drop_model import (
     robust_cost,
     with_scattered,
 )
+from radargui.estimation.flights.linear_part import LinearPart
 from radargui.estimation.flights.prior import drop_model, flights_prior
 from radargui.estimation.flights.setup_unknowns import StatedSetup, setup_unknowns
 from radargui.estimation.flights.start import START, DropStart, followed_until, start_drop
@@ -316,7 +316,7 @@ def _with_bins(
     bins = bin_by_fringe(signals, signals.time_s, turns, flights.onset_s - 0.02, flights.impact_s, DROP.bins)
     inside = (bins.time_s > flights.onset_s - DROP.rest_s) & (bins.time_s < followed_until(end_s, values))
     bins = bins.of(np.flatnonzero(inside))
-    bins = bins.doubted(bins.time_s < clear_of_holder_s(setup, flights.onset_s))
+    bins = bins.weakened(bins.time_s < clear_of_holder_s(setup, flights.onset_s))
     model = model.of_bins(bins, values)
     apart = np.ones(bins.n_bins, dtype=np.bool_)
     half = 0.5 * (bins.last_s - bins.first_s)

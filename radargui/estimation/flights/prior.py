@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.estimation.flights.drop_model import DropModel, LinearPart, Parts
+from radargui.estimation.flights.drop_model import DropModel, Parts
+from radargui.estimation.flights.linear_part import LinearPart
 from radargui.estimation.flights.setup_unknowns import StatedSetup
 from radargui.estimation.forward.bins import Bins, Multiplexer
 from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane

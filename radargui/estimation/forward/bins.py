@@ -36,7 +36,7 @@ class BinSettings:
 
 
 BINS = BinSettings()
-_DOUBTED = 1e3
+_WEAKENED = 1e3
 """Times the noise of a bin that shall say next to nothing."""
 
 
@@ -100,9 +100,9 @@ class Bins:
             expected=self.expected[:, which],
         )
 
-    def doubted(self, which: BoolArray) -> Bins:
+    def weakened(self, which: BoolArray) -> Bins:
         """Return the bins, some of which, (n_bins,), say next to nothing."""
-        return replace(self, sigma=np.where(which, _DOUBTED * self.sigma, self.sigma))
+        return replace(self, sigma=np.where(which, _WEAKENED * self.sigma, self.sigma))
 
     def runs(self, joins: BoolArray, most: int, settings: BinSettings = BINS) -> IntArray:
         """Return where runs of up to `most` neighbours begin, 4 ms at the longest, none across a gap.
@@ -213,7 +213,7 @@ class BinnedData:
     def of(bins: Bins, signals: ScaledSignals, setup: Setup) -> BinnedData:
         """Return the data of bins of some signals, with what the setup says of geometry and sphere."""
         return BinnedData(
-            bins.doubted(bins.time_s < clear_of_holder_s(setup, signals.onset_s)),
+            bins.weakened(bins.time_s < clear_of_holder_s(setup, signals.onset_s)),
             place_antennas(setup),
             np.asarray(setup.tracer.release_position_m),
             setup.radar.wavelength_m,

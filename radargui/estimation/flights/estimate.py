@@ -205,15 +205,15 @@ def estimate_drop(
     if backwards := _backwards(start):
         return refuse("receivers_backwards", receivers=" and ".join(map(str, backwards)))
     stated, sphere = known
-    spheres = supposed_spheres(setup) if sphere is None else [sphere]
+    spheres = [None, *supposed_spheres(setup)] if sphere is None else [sphere]
     first = []
     for one in spheres:
         model, values = _begun(start, signals, setup, (stated, one), front_ends)
         model, values = _with_bins(model, values, signals, setup, start.end_s, DROP.first_apart_s)
         model = replace(model, least_sigma=DROP.first_sigma)
         first.append(minimise(model, model.unknowns(values), rounds=2, steps=6, least_gain=1.0, watch=watch))
-    # of polarisations that are not told those that explain it best
-    model, unknowns, at = min(first, key=lambda fit: robust_cost(*fit))
+    # of polarisations that are not told those that explain it best; a point where they gain less than an unknown does
+    model, unknowns, at = min(first, key=lambda fit: robust_cost(*fit) + fit[0].n_unknowns)
     model, values = _with_bins(model, at.values, signals, setup, start.end_s, DROP.apart_s)
     model = replace(model, least_sigma=0.0)
     for _ in range(2):

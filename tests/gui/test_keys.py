@@ -64,7 +64,7 @@ def test_typing_by_tab_only_changes_nothing_that_is_not_seen(active: MainWindow,
     assert mark is not None
     start, visited, panels = has_keys(), [], []
     before = values(window.setup_model)
-    for _ in range(120):
+    for _ in range(200):
         focused = has_keys()
         visited.append(focused)
         assert not focused.visibleRegion().isEmpty(), focused

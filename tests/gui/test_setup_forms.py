@@ -329,3 +329,22 @@ def test_a_folder_or_file_that_cannot_be_used_is_told_at_its_field(
     assert window.session_panel.folder.fault.isHidden()
     window.hardware.replay.file.line.setText(str(tmp_path / "lab.csv"))
     assert fault.isHidden()
+
+
+def test_a_place_that_nobody_gave_is_typed_number_by_number_and_taken_out_again(window: MainWindow) -> None:
+    model = window.setup_model
+    fields = [field(window, f"container.inner_m[{axis}]") for axis in (1, 2)]
+    assert window.antennas.findChild(QLineEdit, "container.inner_m[3]") is None
+    for key, value in (("wall_m", 0.02), ("refractive_index", 1.02), ("height_m", 0.1)):
+        model.assign(f"container.{key}", value)
+    type_into(fields[0], "300")
+    assert not model.valid
+    type_into(fields[1], "250")
+    assert model.valid
+    assert model.setup.container.inner_m == (0.3, 0.25)
+    for one in fields:
+        type_into(one, "")
+    for key in ("wall_m", "refractive_index", "height_m"):
+        model.assign(f"container.{key}", None)
+    assert model.valid
+    assert model.setup.container.walls is None

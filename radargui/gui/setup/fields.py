@@ -22,7 +22,7 @@ from radargui.gui.layout import (
     side_by_side,
 )
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.setup.words import FORMS, READERS, called, kind_of, show_number, words_of
+from radargui.gui.setup.words import FORMS, READERS, called, entries_of, kind_of, show_number, words_of
 from radargui.gui.theme import scaled_px
 from radargui.model.assumed import ASSUMED
 from radargui.model.radar import MOST_RECEIVERS
@@ -190,7 +190,7 @@ class SetupForm(Group):
         for key in keys:
             words, kind = words_of(key), kind_of(key)
             made: type[Field] = CheckField if kind == "boolean" else ChoiceField if words.choices else LineField
-            parts = [f"{key}[{axis}]" for axis in (1, 2, 3)] if kind == "place" else [key]
+            parts = [f"{key}[{axis}]" for axis in range(1, 1 + entries_of(key))] if kind == "place" else [key]
             fields = {part: made(self._model, part) for part in parts}
             self.fields |= fields
             box = side_by_side(*fields.values(), *beside) if len(parts) > 1 or beside else fields[key]

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox
 from radargui.gui.notices import Notice, NoticeBoard
 from radargui.gui.services import Services
 from radargui.gui.settings import Settings
-from radargui.gui.setup.words import called, faults_of, parts_of
+from radargui.gui.setup.words import called, entries_of, faults_of, parts_of
 from radargui.model.errors import RadarGuiError, SetupError
 from radargui.model.radar import MOST_RECEIVERS, Radar
 from radargui.model.resources import default_setup_path, shipped_setups
@@ -181,10 +181,17 @@ class SetupModel(QObject):
         for number, part in enumerate(way):
             if not isinstance(part, int) and part not in table:
                 whole = ".".join(str(one) for one in way)
-                table[part] = list(self.value(whole)) if isinstance(name, int) and number + 1 == len(way) else {}
+                is_place = isinstance(name, int) and number + 1 == len(way)
+                # of one that nobody has given yet each number is missing
+                table[part] = list(self.value(whole) or [""] * entries_of(whole)) if is_place else {}
             table = table[part]
         if value is not None:
             table[name] = value
+        elif isinstance(table, list) and isinstance(name, int):
+            table[name] = ""
+            if not any(table):
+                self.assign(".".join(str(one) for one in way), None)
+                return
         elif isinstance(table, dict):
             table.pop(name, None)
         self._validate()

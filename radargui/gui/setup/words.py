@@ -151,6 +151,12 @@ def kind_of(key: str) -> str:
     return "place" if is_vector else str(place.schema["type"])
 
 
+def entries_of(key: str) -> int:
+    """Return how many numbers a place has: three of one in space, two of one on a floor."""
+    place = find_place(Setup, parts_of(key))
+    return 1 if place is None else len(place.schema.get("prefixItems", (1, 2, 3)))
+
+
 def is_of_antenna(key: str) -> bool:
     """Return whether the field of a key stands in the panel of the antennas."""
     return re.split(r"[.\[]", key)[0] in _ANTENNAS

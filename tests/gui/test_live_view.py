@@ -52,14 +52,15 @@ def test_the_key_starts_and_stops(window: MainWindow, qtbot: Any, wait_for: Any)
 
 
 def test_closing_while_live_leaves_no_thread(own_window: MainWindow, wait_for: Any) -> None:
-    before = threading.active_count()
+    # those that an earlier window leaves behind end in their own time
+    before = set(threading.enumerate())
     own_window.actions_.start.trigger()
     wait_for(lambda: own_window.control.state is AppState.LIVE)
-    assert threading.active_count() > before
+    assert set(threading.enumerate()) - before
     own_window.close()
     wait_for(own_window.isHidden)
     # those that wait for work go, too
-    wait_for(lambda: threading.active_count() <= before)
+    wait_for(lambda: not set(threading.enumerate()) - before)
     assert not own_window.jobs.running
 
 
@@ -160,7 +161,7 @@ def test_an_axis_says_now_only_while_its_edge_is_now(own_window: MainWindow, wai
 
 
 def test_while_results_are_computed_nothing_is_said_of_now(
-    own_window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+    make_window: Any, setup_path: Any, wait_for: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     go, process = threading.Event(), ProcessingHere.process
 
@@ -170,16 +171,18 @@ def test_while_results_are_computed_nothing_is_said_of_now(
         return process(self, job, progress, on_preliminary)
 
     monkeypatch.setattr(ProcessingHere, "process", held)
+    # slowly enough that a picture is drawn before the recording is over
+    own_window = make_window(setup_path, speed=1.0)
     own_window.setup_model.assign("processing.correction", "none")
     own_window.actions_.record.trigger()
+    wait_for(lambda: points_of(own_window.scopes.time.scopes[0]) > 0)
     wait_for(lambda: own_window.control.state is AppState.PROCESSING and own_window.control.progress > 0.0)
     wait_for(lambda: own_window.health.labels["rate"].text() == "Rate –")
     plots = (own_window.scopes.time.scopes[-1], own_window.track.curves.height_plot)
     words = "time to last sample [s]"
     wait_for(lambda: [axis_words(plot) for plot in plots] == [words, words])
     wait_for(lambda: all(level.accessibleName().endswith(" –") for level in own_window.scopes.time.levels))
-    # what came last is there, also where the recording was over before a first picture
-    wait_for(lambda: points_of(own_window.scopes.time.scopes[0]) > 0)
+    assert points_of(own_window.scopes.time.scopes[0]) > 0, "the last picture stays"
     go.set()
     wait_for(lambda: own_window.control.state is AppState.DONE)
 

@@ -259,9 +259,11 @@ class Container(Section):
 
     @model_validator(mode="after")
     def _is_whole(self) -> Container:
-        missing = [name for name, value in self if value is None]
+        missing = [f"container.{name}" for name, value in self if value is None]
         if missing and len(missing) < len(type(self).model_fields):
-            raise ValueError(f"{', '.join(missing)} left out, allowed: all of a container or nothing")
+            # the first is called by its table as every error is
+            named = ", ".join(missing).removeprefix("container.")
+            raise ValueError(f"{named} left out, allowed: all of a container or nothing")
         return self
 
     @property

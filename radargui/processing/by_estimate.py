@@ -97,11 +97,13 @@ def measure_drop(
     stands = drop.is_explained and drop.estimate.most_pull < _MOST_PULL
     # an entry that is wrong pulls the others along: the road by circles names it
     if _is_pulled(joint.found.chosen.setup):
-        return drop.motion.said(warn("flights_stand", cause=NO_SINGLE_BODY)) if stands else None
+        return (
+            drop.motion.said(warn("flights_stand", cause=warn("entry_pulled", times_u=_MOST_PULL))) if stands else None
+        )
     found, measured = _pooled(joint.found, fall, conditioned, setup, others)
     motion = _judged(measured, found, drop.motion, setup)
     if motion.estimate is None or motion.rejected.any():
-        return drop.motion.said(warn("flights_stand", cause=NO_SINGLE_BODY)) if stands else None
+        return drop.motion.said(warn("flights_stand", cause=warn("joint_rejected"))) if stands else None
     own = drop.motion.corrected
     drift = drifting_rest(own.time_s, own.i + 1j * own.q, own.valid, conditioned.segment, setup.radar.wavelength_m)
     return _with_prior(motion, joint).said(drift)

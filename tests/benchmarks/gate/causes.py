@@ -30,8 +30,8 @@ _BENT = {"reflector": REFLECTORS | STATED, "setup": STATED, "change": REFLECTORS
 _CODES: Mapping[Causes, str] = {
     NOTHING: """
         stored excerpt_processed results_damaged off_circle signal_not_described few_samples_valid residuals_above_noise
-        no_doppler_line nothing_moves tones_only joint_stopped joint_not_used flights_stand estimate_impossible
-        needs_three_receivers
+        no_doppler_line nothing_moves tones_only joint_stopped joint_not_used flights_stand entry_pulled
+        joint_rejected estimate_impossible needs_three_receivers
         joint_needs_three_receivers misfit_too_large search_too_long no_solution front_ends_differ gain_changed
         quadrature_changed plane_geometry flights_not_fitted flights_bend flights_unsteady setup_contradicted
         receiver_left_out dip_left_out arc_too_short no_flights flights_not_begun flights_lost rebound_unexplained

@@ -1,4 +1,4 @@
-"""The method and the code name each other: tables lead to what there is, docstrings to what is written."""
+"""The method and the code name each other: symbols lead to what there is, docstrings to what is written."""
 
 from __future__ import annotations
 
@@ -12,17 +12,18 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "radargui"
 TEXT = (ROOT / "docs" / "method.md").read_text(encoding="utf-8")
+SYMBOLS = (ROOT / "docs" / "symbols.md").read_text(encoding="utf-8")
+MOST_WORDS = 7000
 ESTIMATION = ("adaptive/", "forward/", "solve/", "select/", "readout/")
 SECTIONS = {int(one): text for one, text in re.findall(r"^## (\d) (.*?)(?=^## |\Z)", TEXT, re.MULTILINE | re.DOTALL)}
 
 
 def rows() -> list[tuple[list[str], list[Path]]]:
-    """Names and modules of all tables that have both."""
+    """Names and modules of each symbol."""
     found: list[tuple[list[str], list[Path]]] = []
-    for table in re.findall(r"^\| symbol \| name in code \| module .*?(?=\n\n)", TEXT, re.MULTILINE | re.DOTALL):
-        for line in table.splitlines()[2:]:
-            _, names, modules, *_ = re.split(r"(?<!\\) \| |^\| | \|$", line)[1:]
-            found.append((re.findall(r"`(.+?)`", names), [module(one) for one in re.findall(r"`(.+?)`", modules)]))
+    for line in re.findall(r"^\| (?!symbol)(.*) \|$", SYMBOLS, re.MULTILINE):
+        _, names, modules, _ = re.split(r"(?<!\\) \| ", line)
+        found.append((re.findall(r"`(.+?)`", names), [module(one) for one in re.findall(r"`(.+?)`", modules)]))
     return found
 
 
@@ -59,12 +60,20 @@ def test_each_name_of_the_tables_is_in_the_modules_beside_it() -> None:
             assert set(name.strip(".").split(".")) <= there, f"{name}: {[one.name for one in modules]}"
 
 
-def test_each_module_that_the_method_names_is_there_and_points_back() -> None:
+def test_each_symbol_leads_to_a_word_of_the_method() -> None:
+    for section, words in re.findall(r" \| (\d)(?:, (.+?))? \|$", SYMBOLS, re.MULTILINE):
+        for word in filter(None, words.split("; ")):
+            assert word.lower() in headings(int(section)), f"{section}, {word}"
+
+
+def test_the_method_is_short_enough_to_be_read() -> None:
+    assert len(TEXT.split()) <= MOST_WORDS
+
+
+def test_each_module_that_the_method_names_is_there() -> None:
     named = {one for one in re.findall(r"`([a-z_]+/[a-z_/]+\.py)`", TEXT) if not one.startswith("tests/")}
     for name in named:
         assert module(name).exists(), name
-    for path in {one for _, modules in rows() for one in modules}:
-        assert re.search(r"[Mm]ethod \d", path.read_text(encoding="utf-8")), f"{path} names no section of the method"
 
 
 @pytest.mark.parametrize("package", sorted(one.name for one in PACKAGE.iterdir() if (one / "__init__.py").exists()))

@@ -303,7 +303,7 @@ def begun_again(beginning: Beginning, settled: Settled, n_bare: int, normal: Flo
     """Return the better of a fit and those that begin with its antennas and walls, and nothing else of it.
 
     Paths were up to 2 mm, samples tenths of the signal off while a wall was missing: a fall that had gone 5 mm from its
-    place for that stayed there when the wall was found, its floor turned round (laboratory 5331200, 300 in ln E).
+    place for that stayed there when the wall was found, its floor turned round, 300 in ln E behind.
 
     Parameters
     ----------

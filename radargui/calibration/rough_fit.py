@@ -40,7 +40,7 @@ MOST_SLIPS = 2
 """Lost fringes a recording that are put right: one with more is none to calibrate by."""
 LEAST_OTHERS, STANDS_OUT = 4, 4.0
 """From how many recordings on, and above how many times their median, one misfit is that recording's own fault: a drop
-of a sound room left 7 mm, the eleven others 0.4 (laboratory 3050609, said to be a mirror image before)."""
+of a sound room left 7 mm, the eleven others 0.4, and the room was taken for a mirror image."""
 FEW_STEPS = 12
 """Of a fit that is only compared with others."""
 

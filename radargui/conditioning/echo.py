@@ -21,7 +21,7 @@ from radargui.model.front_end import FrontEnd, channels_of, point_of
 
 @dataclass(frozen=True, slots=True)
 class EchoSettings:
-    """How offset and phase are found, and where they are believed; values from `bench robust`, seeds 101 to 105.
+    """How offset and phase are found, and where they are believed; values from `bench robust`.
 
     Attributes
     ----------

@@ -65,8 +65,8 @@ def _shared(fit: FlightFit, other: FlightFit) -> tuple[FloatArray, FloatArray]:
     """Return how far an alternative's values are from those of a fit, and their covariance.
 
     How many flights are good differs between alternatives: those of more or fewer impacts say something about gravity,
-    drag and the impacts that both have (left out, u of g was 0.0006 where g was off by 0.0116 m/s^2: laboratory seed
-    5385048). Of the others they say what the fit says.
+    drag and the impacts that both have (left out, u of g was 0.0006 where g was off by 0.0116 m/s^2). Of the
+    others they say what the fit says.
     """
     both = min(fit.values.size, other.values.size)
     away, covariance = np.zeros_like(fit.values), fit.covariance.copy()

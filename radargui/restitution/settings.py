@@ -35,14 +35,14 @@ class FlightSettings:
         deviations. Of 16 laboratory drops the 12 that were right had -1.2 to 1.2, four that were wrong 2.3 to 135.
     least_bend
         And where the motion is off its flights by this many u, root mean square. Ten laboratory drops without walls had
-        0.04 to 0.44, one that is 1.2 mm off (seed 3141009) 1.2.
+        0.04 to 0.44, one that is 1.2 mm off 1.2.
     least_widening
         Then the statistical u of track, e and g grow by the Birge ratio, and by this at least: a motion that gives way
         shows less than it is wrong by (rms error over rms u 1.3 to 4 in four drops of another series).
     most_unexplained
         Where the motion keeps to its flights it is reported that they do not fit where chi-square, whatever the setup
         is off by, is above n by so many standard deviations: of 20 laboratory drops that were right it was at most 5,
-        where the oscillator stepped by 6e-5 20 to 48 (seeds 5530001 to 5530003).
+        where the oscillator stepped by 6e-5 20 to 48 (three drops).
     shortest_fall_s
         A first fall alone lasts at least so long: over less, g is known to no more than some percent.
     before_contact_s
@@ -194,7 +194,7 @@ class CheckSettings:
     plane_sigmas
         Impacts are off one plane where chi-square is beyond its mean by so many deviations, once in a thousand: of
         190 drops that were right it was at most 4.3 a degree of freedom (decision 45), but 26 in one where a fringe was
-        lost (30 mm, laboratory seed 820002, published).
+        lost (30 mm, published).
     """
 
     least_known_s: float = 0.008
@@ -224,7 +224,7 @@ class ContactSettings:
         Three times what the budget holds, so that longer ones are not in u of e; and what a rebound may take.
     coverage, coverage_of_track, coverage_of_conic
         So many standard uncertainties above zero; of what a track rounds, by circles that change with the place and by
-        one for the whole motion: on hard floors at most 1.2 and 4.2 (ellipse, 23 dB, laboratory 7305403).
+        one for the whole motion: on hard floors at most 1.2 and 4.2 (ellipse, 23 dB).
     most_left
         Share of the misfit of one height that heights by speed may leave.
     worst_condition

@@ -15,12 +15,12 @@ _SIGMAS = 3.72
 """A place gains so much by chance once in ten thousand: as many deviations of a normal number."""
 _LEAST_OFF, _LEAST_OFF_EXACT = 5.0, 20.0
 """Deviation of an input, in its u, or of one that is called exact in what a laboratory knows it to: less is no mistake.
-Where all are exact, what no model has (the walls of a box: 14, laboratory 85000) has nothing else to show in."""
+Where all are exact, what no model has (the walls of a box: 14) has nothing else to show in."""
 _WORTH_NAMING = 3.0
 """The same, of what is named beside it."""
 _ALIKE, _ALIKE_SHARE = 10.0, 0.3
 """Places whose gains in chi-square differ by less, or by less than this share of the best, cannot be told apart: two
-receivers exchanged gained 81, 71, 61 and 61 as release or receiver (laboratory seed 81410)."""
+receivers exchanged gained 81, 71, 61 and 61 as release or receiver."""
 _FAR_DEG, _FAR_M = 45.0, 0.15
 """What is farther off is not told in numbers: the equations are linear, antennas and places are not."""
 _OUTSIDE_M = 1.0
@@ -28,8 +28,8 @@ _OUTSIDE_M = 1.0
 (a sample rate of twice the true one: 46 m)."""
 _MOST_LEFT = 0.1
 """Share of the flights' excess of chi-square that a wrong place leaves: what the linear answer misses of an angle off
-by 0.4 rad is 0.2 of it, 0.04 in chi-square. Wrong places left 0.0 to 0.03, walls of a box 0.24 to 0.63 (laboratory
-7047241, 770535)."""
+by 0.4 rad is 0.2 of it, 0.04 in chi-square. Wrong places left 0.0 to 0.03, walls of a box 0.24 to 0.63
+(two rooms)."""
 _RELEASE = "tracer.release_position_m"
 
 

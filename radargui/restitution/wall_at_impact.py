@@ -25,7 +25,7 @@ class ImpactWallSettings:
         velocity's jump: the cosine between them is above this, for the floor may kick, too.
     least_kick_m_s
         Of a jump of the velocity along the floor: what a wall rubs is less than its kick, and a mirror that is not in
-        the model displaces flights, too (laboratory drop 8810042: 19 um at a jump of 3 mm/s).
+        the model displaces flights, too: by 19 um at a jump of 3 mm/s in one drop.
     same_way, same_place_m
         A kick is that of a wall known where the cosine between them is above the first, and the places are less than
         the second apart along the wall's own kick, which friction turns from its normal.

@@ -60,6 +60,12 @@ def test_each_name_of_the_tables_is_in_the_modules_beside_it() -> None:
             assert set(name.strip(".").split(".")) <= there, f"{name}: {[one.name for one in modules]}"
 
 
+def test_no_text_and_no_docstring_tells_of_a_single_seed() -> None:
+    for path in (*(ROOT / "docs").glob("*.md"), *PACKAGE.rglob("*.py")):
+        found = re.search(r"seeds? \d{2,}|laboratory \d{4,}", path.read_text(encoding="utf-8"))
+        assert not found, f"{path}: {found}"
+
+
 def test_each_symbol_leads_to_a_word_of_the_method() -> None:
     for section, words in re.findall(r" \| (\d)(?:, (.+?))? \|$", SYMBOLS, re.MULTILINE):
         for word in filter(None, words.split("; ")):

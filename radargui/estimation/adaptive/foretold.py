@@ -65,8 +65,8 @@ def unwound_round(binned: BinnedData, one: Round) -> Round | None:
     """Return a round in which the path of the receiver with the fewest fringes keeps its length; None where it winds.
 
     On a level circle one receiver may hardly see it (the path's change is the sum of two that cancel). What it shows is
-    then the floor's share, which turns several times (level circle of physical seed 2755311: 0.17 fringes counted
-    as 1.1, 18 mm off, from here 0.14).
+    then the floor's share, which turns several times: in one level circle 0.17 fringes
+    were counted as 1.1, and the place was 18 mm off instead of 0.14.
 
     Parameters
     ----------

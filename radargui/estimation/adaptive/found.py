@@ -103,10 +103,10 @@ class AdaptiveRounds:
 
         Maps may have followed a wrong count: the first round, what the others foretell of a receiver in either, a
         receiver that hardly winds at rest, and what the last circles count in time. Where no impact makes them count
-        again before, the top speed does not tell which is right: the level circle of physical seed 5382047 was 13 mm
-        off without it, in 5382091 it is 158 mm off. And where a receiver saw less than one turn the still ellipses: an
-        arc does not tell its circle, and maps can make it several times too wide (level circle of physical seed
-        5382055: 0.27 instead of 0.62 fringes, 5.6 mm off, from the still ellipse's 0.52 it is 0.024).
+        again before, the top speed does not tell which is right: of two level circles one was 13 mm off
+        without it, the other is 158 mm off with it. And where a receiver saw less than one turn the still ellipses: an
+        arc does not tell its circle, and maps can make it several times too wide (in one level circle 0.27 instead of
+        0.62 fringes, 5.6 mm off; from the still ellipse's 0.52 it is 0.024 mm off).
         """
         first, counts = self.first, [self]
         tried = [first, foretold_round(self.data, self.last, normal), foretold_round(self.data, first, normal)]

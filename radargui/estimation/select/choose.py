@@ -52,7 +52,7 @@ class ChoiceSettings:
         The same above which models cannot be compared: they are compared again when it has gone.
     hopeless_misfit, most_left
         The same above which no wall can explain it, and the search ends, where it is more than this share of the wave:
-        in 45 dB, antennas off by their u beside a wall of 0.04 leave 0.01, a misfit of 120 (laboratory 7304306).
+        in 45 dB, antennas off by their u beside a wall of 0.04 leave 0.01, a misfit of 120.
     grown_bias
         Deviation of the bias maps, in amplitudes, above which they explain something beside a floor.
     most_walls
@@ -155,7 +155,7 @@ def choose_model(
         alternatives = selection.as_likely(solution, alternatives)
         choices.append(f"The search for walls was ended after {budget.rounds} rounds.")
     alternatives += lengths
-    # not before: a wall has put right what looked as lost (laboratory hand 24014226: 9 waves of offset, then 0.009 mm)
+    # not before: a wall has put right what looked as lost: an offset of nine waves, then 0.009 mm off
     if is_lost(solution, found.data.onset_s):
         raise LooseMapsError(selection.misfit(solution))
     # whether there is a wall, and where, is a question of its own beside floor and lengths

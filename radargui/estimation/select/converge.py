@@ -78,8 +78,8 @@ LAST = RoundSettings(
     least_rounds=2,
 )
 """For the chosen model, which has been converged on fewer bins: its maps have grown. Ended at 0.5, the flights of
-physical seed 13 were one fewer than two rounds later; ended at 0.1, g of seed 5106 hung by 1.6 of its u on the way
-there, 0.007 now. Costs one per cent of the time."""
+one drop were one fewer than two rounds later; ended at 0.1, g of another hung by 1.6 of its u on the way there, 0.007
+now. Costs one per cent of the time."""
 COARSE = RoundSettings(
     minimise=MinimiseSettings(close=1.0, nothing=0.25),
     same_place_m=5e-4,

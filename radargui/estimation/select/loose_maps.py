@@ -20,9 +20,8 @@ class LostSettings:
     bias, misfit
         The bias maps of all receivers have grown beyond the first, and the misfit (chi-square) is above the second, or
         an offset beyond the wave. Five that no wall put right had misfits of 5 to 60, or offsets of up to 200 waves
-        (laboratory hand 1213 and 474251, circle 1006, 474251, and 5304 with two walls). Of those that a wall did put
-        right one had such maps in all receivers, with a misfit of 1.9 and offsets of 0.4 (circle 474252), the others a
-        receiver with 0.1.
+        (two hands, three level circles, one of these with two walls). Of those that a wall did put right one had such
+        maps in all receivers, with a misfit of 1.9 and offsets of 0.4, the others a receiver with 0.1.
     """
 
     bias: float = 0.2

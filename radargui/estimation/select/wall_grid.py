@@ -38,7 +38,7 @@ class WallSettings:
     u_shift_share, least_u_shift_m
         Deviation of a wall's shift as a share of its distance, half a step of the grid, and its least: a wavelength.
     tried, first_steps
-        Local maxima from which so many steps are taken: in seed 8468661 the true wall is the ninth (decision 35).
+        Local maxima from which so many steps are taken: the true wall may be the ninth (decision 35).
     carried, carried_again
         The best of these that are converged in the first and in later searches.
     stiff_bias, stiff_log_amplitude, stiff_steps
@@ -52,7 +52,7 @@ class WallSettings:
         A coarse look goes on where it gains this in ln E, a thorough one where it loses less than `convincing`.
     most_behind
         A trial so far behind the best in ln E, after its first minimum and after each round, is given up: no trial of
-        twelve scenes caught up more than 30 from the first round on, but the right wall of 5555111 was 156 behind.
+        twelve scenes caught up more than 30 from the first round on, but the right wall of another was 156 behind.
     level, last_rounds
         Trials less than this behind the best in ln E go on for so many rounds more before one is taken.
     beyond_doubt, same_m

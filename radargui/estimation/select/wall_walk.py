@@ -32,8 +32,8 @@ class WalkSettings:
     turns_deg
         By so much in azimuth: none (only the prior of its place starts again), within what that allows, and beyond it.
     nearer_or_farther
-        So many times as far, in the same direction (laboratory seed 5332671: the wall stood 8 cm too far, 90 in ln E
-        below the true one; no turn led there, each distance between 0.8 and 0.9 of it did).
+        So many times as far, in the same direction: one wall stood 8 cm too far, 90 in ln E below the true one; no
+        turn led there, each distance between 0.8 and 0.9 of it did.
     own_reach
         Places this near to it, as a share of its distance, are those to which its steps lead: 30 degrees.
     tried_elsewhere
@@ -45,7 +45,7 @@ class WalkSettings:
         A wall that a step moves less, as a share of its distance, 7 degrees, has only converged.
     most_deviations
         A wall farther than this from where it was sought is held back by the prior of its place: one more step, which
-        starts that again, is taken (laboratory seed 881211: 2.7, and 115 in ln E below the true wall 4 degrees away).
+        starts that again, is taken (one stood 2.7 off, and 115 in ln E below the true wall 4 degrees away).
     most_behind
         As in `WallSettings`. In eight steps of four drops the best in the end was 229 behind after the first minimum at
         the most, and led after the first round.
@@ -75,8 +75,8 @@ def walked(
     A trial begins without its wall's reflection and converges to the nearest maximum; there the motion fits this wall,
     and the prior of its place holds it. From the solution with its reflections and its motion, but the wall elsewhere,
     deviations started again, it gets over. First the whole grid is looked at again, too: what was compared with a break
-    that is none, or by a motion bent for want of a wall, is not what it is now (laboratory seed 5555111: a false wall
-    was 88 ahead in ln E of one that is 220 better without the ninth break).
+    that is none, or by a motion bent for want of a wall, is not what it is now: a false wall was 88 ahead in ln E of
+    one that is 220 better without the ninth break.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ _OFF_GRAVITY_M_S2 = 0.1
 """First deviation from the equation of flight: what a wall that is not in the model bends a fall by. Chosen by hand."""
 _STIFF_M_S2 = 0.01
 """The same where mirrors are new: a fall that bends for a wall hides it, and one found to be stiffer hides what walls
-that nothing excludes would do to it (physical seed 4036: 64 instead of 99 % inside 2u). Chosen by hand."""
+that nothing excludes would do to it (in one drop 64 instead of 99 % inside 2u). Chosen by hand."""
 
 
 def problem_with_breaks(solution: Solution, motion: SplineMotion) -> Start:

@@ -27,24 +27,24 @@ _MOST_U_M = 1.5e-4
 that nobody can tell are known to 0.01 to 0.05 mm."""
 _SURE_FRINGE_M = 1e-3
 """The same above which no fringe is sure: a lost one shifts a place by some mm. 22 dB on a shaken plate, 5 mm off, were
-known to 3 mm (laboratory shaken 931107); others whose spectra say as little, and that are right, to 0.01 to 0.1."""
+known to 3 mm; others whose spectra say as little, and that are right, to 0.01 to 0.1."""
 _MOST_BIAS = 0.2
 """Deviation of bias maps, in amplitudes, above which they stand for what reflects: generic scenes have 0.01 to 0.07, a
-level circle over a floor and beside a wall of which the search found neither 0.5 (physical seed 6766219)."""
+level circle over a floor and beside a wall of which the search found neither 0.5."""
 _COUNTED_HZ = 4000.0
 """Means a second that hold 2 kHz, in which a bouncing sphere moves."""
 _COVERAGE = 2.0
 """Times what inputs off by their u give to bias maps, that these may have beside it: in 45 dB antennas known to half a
-degree gave 0.40 and 0.52, and maps had 0.32 and 0.24 (laboratory 7304304, 7309104)."""
+degree gave 0.40 and 0.52, and maps had 0.32 and 0.24."""
 _MOST_WAVERING = 0.4
 """Deviation of maps of ln A, where nothing flies, above which they stand for it too: level motions that are right
-within their u have up to 0.33, one that lost a fringe 0.5 (pendulum 1265520 of the laboratory, 20 mm off)."""
+within their u have up to 0.33, a pendulum that lost a fringe, 20 mm off, 0.5."""
 _MOST_REFLECTION = 0.5
 """Share of the wave that no floor or wall sends back: 0.1 to 0.35 was found in 34 sound scenes of floors of 0.1 to 0.3,
-0.8 in a level circle that is 2.2 mm off (physical seed 5328935)."""
+0.8 in a level circle that is 2.2 mm off."""
 _MOST_TURNED = 5.0
 """Deviations that a polarisation may be found off what the setup says: right setups had up to 3.3, azimuths mirrored or
-counted clockwise 8.3 and 5.1, wires of two antennas exchanged 12 (laboratory 4410196, 4410188, 4410113)."""
+counted clockwise 8.3 and 5.1, wires of two antennas exchanged 12."""
 _LEAST_U_DEG = 0.1
 """A polarisation that is known better is held by what the setup says."""
 _LEAST_SHOWN = 0.1

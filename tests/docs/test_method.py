@@ -82,6 +82,21 @@ def test_each_module_that_the_method_names_is_there() -> None:
         assert module(name).exists(), name
 
 
+def test_each_step_of_the_architecture_is_a_name_of_the_file_beside_it() -> None:
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    steps = re.findall(r"^\| \d+ \| .*\| `(.+?)` \| `(.+?)` \|$", text, re.MULTILINE)
+    beside = re.findall(r"`([a-z_/]+\.py)`\s\(`(\w+)`[,)]", text)
+    assert len(steps) > 50
+    for file, name in [*steps, *beside]:
+        assert set(name.split(".")) <= defined(PACKAGE / file), f"{file}: {name}"
+
+
+def test_contributing_names_files_that_are_there() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    for name in re.findall(r"`((?:radargui|docs|resources|tests|packaging)/[\w/.-]+)`", text):
+        assert (ROOT / name).exists(), name
+
+
 @pytest.mark.parametrize("package", sorted(one.name for one in PACKAGE.iterdir() if (one / "__init__.py").exists()))
 def test_where_a_docstring_points_something_stands(package: str) -> None:
     for path in (PACKAGE / package).rglob("*.py"):

@@ -1,1 +1,1 @@
-"""The threads: reader, ring, recorder, live, health."""
+"""The threads of an acquisition: reader, ring, recorder, live track, health."""

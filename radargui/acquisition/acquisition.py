@@ -1,4 +1,4 @@
-"""The acquisition: one thread reads the source, one records, one makes the live track; none waits for another."""
+"""Acquire samples: one thread reads the source, one records, one makes the live track; none waits for another."""
 
 import threading
 from collections.abc import Callable

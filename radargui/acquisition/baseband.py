@@ -1,4 +1,4 @@
-"""The Doppler signal of each receiver at a low rate, taken from the ring as samples come: spectra, lines, amplitude."""
+"""Take the Doppler signal of each receiver from the ring at a low rate, for spectra, lines and amplitude."""
 
 from __future__ import annotations
 

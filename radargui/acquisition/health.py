@@ -1,4 +1,4 @@
-"""The health of an acquisition, now and as it is kept with a run: rate, losses, queues, levels, disk, errors."""
+"""The health of an acquisition, shown and stored with a run: rate, losses, queues, levels, disk, errors."""
 
 from dataclasses import dataclass, replace
 

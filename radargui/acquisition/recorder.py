@@ -1,4 +1,4 @@
-"""The recorder: armed, recording, armed again; writes each run with the samples before its trigger."""
+"""Record runs with the samples before their trigger: armed, recording, armed again."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import KW_ONLY, dataclass

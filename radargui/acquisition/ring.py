@@ -1,4 +1,4 @@
-"""The last samples of all channels."""
+"""Hold the last samples of all channels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One run on its way to the disk: the room there, the levels of its channels, the blocks before it, its file."""
+"""Write one run to the disk: free space, levels of its channels, the blocks before it, its file."""
 
 import logging
 import shutil

@@ -1,4 +1,4 @@
-"""When a run starts and ends: on motion and until quiet, or a fixed length at once; the states passed through."""
+"""Decide when a run starts and ends: on motion and until quiet, or at once for a fixed length."""
 
 from abc import ABC, abstractmethod
 from bisect import bisect_right

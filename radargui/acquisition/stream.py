@@ -1,4 +1,4 @@
-"""The stream: what the reader hands each block to and counts; the bounded queue to the recorder."""
+"""Take each block from the reader, count it, and hand it to the ring and to the recorder's bounded queue."""
 
 import math
 import threading

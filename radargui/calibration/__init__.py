@@ -1,1 +1,4 @@
-"""What the tracer says about the antennas: known trajectories, falls, and the fit of a setup to them."""
+"""Calibrate the antennas from known motions and from drops.
+
+Method 6, Calibration.
+"""

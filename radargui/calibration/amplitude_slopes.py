@@ -1,6 +1,6 @@
-"""What amplitudes change by where antennas and motions move: the range, and what a sphere scatters into each way.
+"""Derivatives of amplitudes by places of antennas and tracer: the range factor, and what a sphere scatters.
 
-In a common turn of all antennas and places about the vertical no path changes: the sphere alone tells it.
+If everything is turned about the vertical together no path changes; the polarised sphere alone shows such a turn.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A calibration from recordings and what is known of their motions (method 6, Calibration)."""
+"""Calibrate a setup from recordings and from what is known of their motions."""
 
 from __future__ import annotations
 

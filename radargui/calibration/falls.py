@@ -1,4 +1,4 @@
-"""Falls as known motions: gravity is known and straight, and all impacts lie on one floor (method 6, Calibration)."""
+"""Falls as known motions: gravity is known, and all impacts lie on one floor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The fit: all recordings' motions and the shared geometry together, by damped Gauss-Newton (method 6, Calibration)."""
+"""Fit the motions of all recordings and the shared geometry together by damped Gauss-Newton."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Known trajectories: a stage, a turntable, a pendulum, a table of places; read from a file and checked.
-
-Method 6, Calibration.
-"""
+"""Known motions: stage, turntable, pendulum, or a table of places, read from a file and checked."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The likelihood of one recording by its path lengths: wide; that by its samples is sharp (`signal_likelihood`).
+"""The likelihood of a recording by its path lengths.
 
-Method 6, Calibration.
+It is wide, so a fit can begin far off; `signal_likelihood` is the sharp one, by the samples.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A recording made ready: its paths, and the equations of its samples where its motion is nearly known."""
+"""Prepare a recording: its paths, and its likelihood by samples once the motion is nearly known."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The first fit, by paths: what is shared, fringes that were lost, and recordings that do not fit what is known."""
+"""The first fit, by paths: shared values, lost fringes, and recordings that do not fit."""
 
 from __future__ import annotations
 

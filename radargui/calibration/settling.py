@@ -1,7 +1,4 @@
-"""A fit by samples that settles: deviations of maps and mirrors, and the noise, follow it and are followed.
-
-Method 6, Calibration.
-"""
+"""Settle a fit by samples: deviations of maps and mirrors, and the noise, are re-estimated in turn with it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Work that is the same for each recording, in processes of its own, with progress and an end at any time."""
+"""Do the work that is the same for each recording in processes of its own, with progress and cancelling."""
 
 from __future__ import annotations
 

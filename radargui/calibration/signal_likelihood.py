@@ -1,4 +1,4 @@
-"""The likelihood of one recording by its samples, all mismatch marginalised: sharp (method 6, Calibration)."""
+"""The likelihood of a recording by its samples, with all mismatch marginalised."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The unknowns of a calibration: values of the setup with their priors, and what motions share.
-
-Method 6, Calibration.
-"""
+"""The unknowns of a calibration: values of the setup with their priors, and what motions share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fit is worth: what the data cannot tell, what recordings left out say, what else would fit."""
+"""Judge a fit: what the data do not determine, how left-out recordings agree, what else would fit."""
 
 from __future__ import annotations
 

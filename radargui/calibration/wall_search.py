@@ -1,4 +1,4 @@
-"""Walls that the recordings of a calibration have in common, sought with antennas and motions as nearly known."""
+"""Search walls that the recordings of a calibration share, with antennas and motions nearly known."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command line: one door to everything; a headless command loads no Qt."""
+"""The command line; a headless command loads no Qt."""
 
 import gc
 

@@ -1,4 +1,4 @@
-"""The commands with their options; what each does is loaded when it is called."""
+"""The commands with their options; the module that does a command's work is loaded when it is called."""
 
 import multiprocessing
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Tables on stdout, and a bar on stderr where that is a terminal, nothing elsewhere."""
+"""Print tables on stdout, and a progress bar on stderr where that is a terminal."""
 
 import sys
 from collections.abc import Callable, Iterator, Sequence

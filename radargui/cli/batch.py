@@ -1,4 +1,4 @@
-"""The commands that take many stored runs: batch processes them again, compare shows old and new side by side."""
+"""The commands for many stored runs: batch processes them again, compare shows old and new side by side."""
 
 from collections import Counter
 from contextlib import closing

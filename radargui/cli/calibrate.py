@@ -1,4 +1,4 @@
-"""The command calibrate: the antennas from known motions and from drops, and the check of a calibration by one drop."""
+"""The command calibrate: antennas from known motions and drops, and the check of a calibration by one drop."""
 
 from __future__ import annotations
 

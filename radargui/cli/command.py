@@ -1,4 +1,4 @@
-"""A command from a class of options: its help is what the class says of itself."""
+"""Make a command from a class of options; the docstring of the class is its help."""
 
 import re
 from copy import copy

@@ -1,4 +1,4 @@
-"""Output that every console can show, and any error as one clear line and a status."""
+"""Print what every console can show, and turn any error into one clear line and an exit status."""
 
 import errno
 import io

@@ -1,4 +1,4 @@
-"""`radargui devices`: the NI devices that can be reached, and what one does with a setup."""
+"""`radargui devices`: list the NI devices that can be reached, and what one of them does with a setup."""
 
 import typer
 

@@ -1,4 +1,4 @@
-"""The command import: recordings of other programs as a new session."""
+"""The command import: make a session from recordings of other programs."""
 
 from dataclasses import replace
 

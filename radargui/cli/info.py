@@ -1,4 +1,4 @@
-"""`radargui info`: what a bug report needs."""
+"""`radargui info`: print what a bug report needs."""
 
 import typer
 

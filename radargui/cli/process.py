@@ -1,4 +1,4 @@
-"""The command process: recordings of any format as tables of track and bounces."""
+"""The command process: compute tables of track and bounces from recordings of any format."""
 
 from collections import Counter
 from dataclasses import replace

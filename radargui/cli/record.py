@@ -1,4 +1,4 @@
-"""`radargui record`: drops recorded, processed and saved as a session."""
+"""`radargui record`: record, process and save drops as a session."""
 
 from datetime import datetime
 from functools import partial

@@ -1,4 +1,4 @@
-"""`radargui sessions`: the sessions below a data folder, found by what is known of them."""
+"""`radargui sessions`: find the sessions below a data folder by what is known of them."""
 
 from datetime import date, datetime
 from pathlib import Path

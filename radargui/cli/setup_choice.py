@@ -1,4 +1,4 @@
-"""The setup that a command works with: a file, and what options say instead of it."""
+"""Choose the setup of a command: a file, changed by options."""
 
 import math
 from pathlib import Path

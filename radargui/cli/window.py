@@ -1,4 +1,4 @@
-"""The window, opened from the command line."""
+"""Open the window from the command line."""
 
 import os
 import sys

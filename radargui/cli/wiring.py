@@ -1,4 +1,4 @@
-"""`radargui wiring`: a guided half minute that finds swapped channels, inverted Q and dead inputs."""
+"""`radargui wiring`: find swapped channels, inverted Q and dead inputs within a guided half minute."""
 
 import typer
 

@@ -1,4 +1,4 @@
-"""`radargui report` and `radargui export`: what is written from sessions for others to open."""
+"""`radargui report` and `radargui export`: write reports and exports of sessions."""
 
 from __future__ import annotations
 

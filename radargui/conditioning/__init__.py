@@ -1,1 +1,4 @@
-"""What every correction starts from, found once: gaps, clipping, noise, hum, rest, onset, motion, skew."""
+"""Measure once what every correction starts from: noise, hum, rest, onset, motion, lines, faulty channels.
+
+Method 2, Before every correction.
+"""

@@ -1,4 +1,4 @@
-"""Means of consecutive samples: of voltages, of raw codes, and of codes while they arrive (method 2, Band)."""
+"""Average consecutive samples: voltages, raw codes, and codes while they arrive."""
 
 from __future__ import annotations
 

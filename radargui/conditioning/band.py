@@ -1,6 +1,6 @@
-"""The Doppler band: volts at the lowest rate that holds the motion, which all that follows works at.
+"""Reduce a recording to the lowest rate that still holds its motion.
 
-Method 2, Band.
+All later steps work on these means.
 """
 
 from __future__ import annotations

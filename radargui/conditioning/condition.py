@@ -1,7 +1,4 @@
-"""Conditioning: from a recording to the signals that every correction starts from, each thing measured once.
-
-Method 2.
-"""
+"""Condition a recording: measure everything that corrections and estimates start from, each thing once."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Conditioned signals: one gapless stretch of a recording with all that is measured before any correction.
-
-Method 2.
-"""
+"""The conditioned signals: one stretch without gaps, with all that is measured before a correction."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The Doppler frequency moment by moment, from spectra alone: what every correction is held against.
+"""Measure the Doppler frequency of each receiver from spectra, frame by frame.
 
-Method 2, Doppler frequency.
+No correction takes part in it, so every corrected path can be checked against it.
 """
 
 from __future__ import annotations

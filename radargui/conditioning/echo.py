@@ -1,6 +1,6 @@
-"""The echo of one receiver by itself: front end and offset from the spectra, then the phase of what is left.
+"""Follow the echo of a single receiver.
 
-Method 2, Echo.
+Front end and offset come from the spectra; the phase of what remains is unwrapped.
 """
 
 from __future__ import annotations

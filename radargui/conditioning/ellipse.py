@@ -1,7 +1,4 @@
-"""The ellipse through I and Q: one offset, gain ratio and quadrature error for all samples (Heydemann 1981).
-
-Method 2, ellipse.
-"""
+"""Fit one ellipse to I and Q of all samples: offset, gain ratio and quadrature error (Heydemann 1981)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The fall in the signals alone: how the phases of the receivers turn while something moves along the vertical."""
+"""Recognise a fall in the signals alone, by how the phases turn when the sphere moves along the vertical."""
 
 from __future__ import annotations
 

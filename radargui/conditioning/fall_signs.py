@@ -1,6 +1,6 @@
-"""Which way the phases turn in a fall: a receiver whose phase turns the other way has its wires, or sign, exchanged.
+"""Find receivers whose phase turns the wrong way in a fall: their wires or `phase_sign` are exchanged.
 
-One rule for a recording, of the voltages alone, and for a track while it is followed, of its paths (`live`).
+Recordings are tested by their voltages, live tracks by their paths.
 """
 
 from __future__ import annotations

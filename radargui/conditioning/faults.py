@@ -1,7 +1,4 @@
-"""What of the channels is no echo: at an end of the range, an open contact, a receiver that is none.
-
-Method 2, Wiring, Open channels.
-"""
+"""Find samples and channels that show no echo: clipped, with an open contact, or dead."""
 
 from dataclasses import dataclass
 

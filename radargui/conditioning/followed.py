@@ -1,4 +1,4 @@
-"""One or two receivers: no position holds their paths, so that each is followed by its own line (method 2, Echo)."""
+"""Follow one or two receivers, each by its own Doppler line, because they determine no position."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Does the phase follow the signal? The speed of the path held against the Doppler frequency of the spectra.
-
-Method 2.
-"""
+"""Check that a phase turns as fast as the Doppler frequency of the spectra says."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Mains pick-up: measured while the tracer rests, for the whole record and live; told from motion elsewhere.
-
-Method 2, Hum.
-"""
+"""Measure the hum of the mains while the tracer rests, in a recording or live, and distinguish it from motion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Interference: lines that stay at their frequency and are as strong at -f as at +f; no target is that (method 2)."""
+"""Recognise interference: lines of constant frequency that are as strong at -f as at +f.
+
+No moving target makes such lines.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The motion in a recording that is too long to be looked at as a whole: found piece by piece, in little memory.
-
-Method 2, Motion.
-"""
+"""Find the longest motion in a recording that is too long to be held in memory, piece by piece."""
 
 from __future__ import annotations
 

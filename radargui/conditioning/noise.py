@@ -1,4 +1,4 @@
-"""White noise of voltages, from high differences that no smooth motion can imitate (method 2, Noise)."""
+"""Measure the white noise of voltages from high differences, which no smooth motion can imitate."""
 
 from __future__ import annotations
 

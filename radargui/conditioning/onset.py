@@ -1,4 +1,4 @@
-"""The rest before the motion, and its end: the onset, found from what the rest foretells (method 2, Onset)."""
+"""Find the end of the rest, the onset: where the signals leave what the rest before predicts."""
 
 from __future__ import annotations
 

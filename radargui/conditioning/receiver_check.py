@@ -1,7 +1,4 @@
-"""Is it a receiver? I and Q of one echo show the same frequency, about as strongly, a quarter of a turn apart.
-
-Method 2, Wiring.
-"""
+"""Check that I and Q are a pair: of one frequency, of similar strength, a quarter of a turn apart."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The segment with motion: where the voltages move more than their noise, and by more than a hum (method 2, Motion)."""
+"""Find the part of a recording that moves: where the voltages change by more than noise and hum."""
 
 from __future__ import annotations
 

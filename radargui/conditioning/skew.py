@@ -1,4 +1,4 @@
-"""Multiplexer skew: all channels brought to the time of channel 0 (method 2, published)."""
+"""Bring all channels of a multiplexed converter to the time of channel 0."""
 
 from functools import lru_cache
 

@@ -1,4 +1,4 @@
-"""Gain ratio and quadrature error from the lines of I and Q, whatever the offset (method 2)."""
+"""Determine gain ratio and quadrature error from the Doppler lines of I and Q, independently of the offset."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""A stretch between gaps: its signals, the motion in them, and what the mains and tones add taken off.
-
-Method 2, Before every correction.
-"""
+"""Prepare a stretch between two gaps: take hum and tones off its signals and find the motion in it."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Do I and Q lie around one ellipse? Where a target goes to and fro, that tells a pair, and spectra do not.
+"""Check whether I and Q lie all around one ellipse.
 
-Method 2, Wiring.
+Where a target goes to and fro within a frame this tells a pair of channels; spectra do not.
 """
 
 from __future__ import annotations

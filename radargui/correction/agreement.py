@@ -1,4 +1,4 @@
-"""A path held against the echo that conditioning followed, moment by moment (method 2)."""
+"""Compare a corrected path with the echo that was followed without a correction."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Each receiver corrected by itself by the chosen method: published, ellipse, none or a plug-in.
-
-Method 2.
-"""
+"""Correct each receiver by the chosen method: published, ellipse, none, or a plug-in."""
 
 from __future__ import annotations
 

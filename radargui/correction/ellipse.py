@@ -1,7 +1,4 @@
-"""The static ellipse: one offset, gain ratio and quadrature error for the whole motion (Heydemann 1981).
-
-Method 2, ellipse.
-"""
+"""Correct a receiver by one ellipse: constant offset, gain ratio and quadrature error (Heydemann 1981)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Extremes of a wave that stand out of its noise, and the cubic spline through them."""
+"""Find the extremes of a wave that exceed its noise, and draw the cubic spline through them."""
 
 from __future__ import annotations
 

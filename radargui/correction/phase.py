@@ -1,6 +1,6 @@
-"""Phase by arctangent, unwrapped; where it was lost it starts anew, unless the motion carries it over the hole.
+"""Compute and unwrap the phase.
 
-Method 2.
+After a hole the phase begins anew, unless the motion tells how far it has turned.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The published correction of IQ mismatch (Rech & Huang 2019, section III), one function a step.
-
-Method 2, published.
-"""
+"""The published correction of IQ mismatch (Rech & Huang 2019, section III), one function for each step."""
 
 from __future__ import annotations
 

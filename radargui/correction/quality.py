@@ -1,7 +1,4 @@
-"""Quality of one receiver's corrected signal in figures a person understands, and the one verdict on it.
-
-Method 6, Quality.
-"""
+"""Judge the corrected signal of a receiver: figures that a person understands, and one verdict."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Arm, record, process, save: what the window and the command line both call."""
+"""Arm, record, process and save: what the window and the command line both call."""

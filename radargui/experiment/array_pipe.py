@@ -1,4 +1,4 @@
-"""Large arrays from one process to another, without holding Python's lock, and on Linux without copying them again.
+"""Send large arrays from one process to another without holding Python's lock, on Linux without copying.
 
 `Connection.recv_bytes` takes a new piece of memory for all that is still to come with each piece that has come, and
 puts the pieces together under Python's lock. Where memory is dear, as in a virtual machine, the arrays of one result

@@ -1,7 +1,7 @@
-"""Keeps the computer awake while runs are recorded, or waited for: one that falls asleep loses them without a word.
+"""Keep the computer awake while runs are recorded or waited for; a computer that falls asleep loses them.
 
-Only sleep after a time without keys and mouse is kept away: a lid that is shut, an empty battery and the power button
-still end it.
+This prevents sleep after a time without keys and mouse only: a shut lid, an empty battery and the power button still
+end the recording.
 """
 
 import ctypes

@@ -1,4 +1,4 @@
-"""A calibration as both doors order it: recordings, what is known of each, what is unknown."""
+"""Run a calibration as the window or the command line orders it."""
 
 from __future__ import annotations
 

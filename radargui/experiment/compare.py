@@ -1,4 +1,4 @@
-"""Results of a run side by side: what was set differently and what came of it; methods of correction overlaid."""
+"""Show the results of a run side by side: what was set differently, what came of it, methods overlaid."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

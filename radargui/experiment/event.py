@@ -1,4 +1,4 @@
-"""What an experiment reports while it runs, frozen values for the window and the command line; who reports it."""
+"""Report what an experiment does while it runs, as immutable values for the window and the command line."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field

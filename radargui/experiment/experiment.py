@@ -1,4 +1,4 @@
-"""The experiment: arms, records, processes and saves runs; the window and the command line both call it."""
+"""Arm, record, process and save runs; the window and the command line both call this."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The work on a run that was just recorded: its result, compared with the live track, kept in its file."""
+"""Process a run that was just recorded, compare it with the live track, and store the result in its file."""
 
 import contextlib
 from collections.abc import Callable

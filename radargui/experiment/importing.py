@@ -1,4 +1,4 @@
-"""Import: what files say of themselves, which of their channels is which, and the session that is made of them."""
+"""Import files: what they say of themselves, which channel is which, and the session made of them."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress

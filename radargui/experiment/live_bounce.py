@@ -1,4 +1,4 @@
-"""e of the first bounce from the live track, while the flight after it is still flown."""
+"""Compute e of the first bounce from the live track while the flight after it still lasts."""
 
 from __future__ import annotations
 

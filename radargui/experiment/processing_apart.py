@@ -1,4 +1,4 @@
-"""Processing apart: runs are processed in a process of their own, so that it cannot hold up the reader of samples."""
+"""Process runs in a separate process, so that computing cannot delay the reader of samples."""
 
 import atexit
 import contextlib

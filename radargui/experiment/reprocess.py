@@ -1,4 +1,4 @@
-"""Stored runs: those that a crash left are finished; results are computed again and kept beside the samples."""
+"""Finish runs that a crash left, and compute stored runs again."""
 
 from collections.abc import Callable, Sequence
 from contextlib import closing, suppress

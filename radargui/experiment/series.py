@@ -1,4 +1,4 @@
-"""A series: runs of one acquisition or several, each processed while the next one is armed."""
+"""Run a series of one or several acquisitions; each run is processed while the next one is armed."""
 
 import math
 import queue

@@ -1,4 +1,4 @@
-"""The guide through the wiring check: says what to do when, and collects what the channels did."""
+"""Guide the operator through the wiring check, and collect what the channels show."""
 
 from dataclasses import dataclass
 

@@ -1,1 +1,1 @@
-"""What is kept on disk and read from it: run files, CSV, MATLAB, TDMS, SigMF."""
+"""Read and write what is kept on disk: run files, CSV, MATLAB, TDMS, SigMF."""

@@ -1,4 +1,4 @@
-"""Files as they are read and written: what is refused in which words, and nothing half written."""
+"""Open files for reading and writing, with one wording of errors, and never leave a file half written."""
 
 import errno
 import hashlib

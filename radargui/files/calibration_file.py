@@ -1,4 +1,4 @@
-"""A calibration in a file of its own: read whole or refused, never written over by accident."""
+"""Read and write calibration files; a file is read completely or refused, and not overwritten by accident."""
 
 from pathlib import Path
 

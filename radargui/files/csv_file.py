@@ -1,4 +1,4 @@
-"""CSV files, read and written: one column a channel, one row a sample; comments above hold all other facts."""
+"""Read and write CSV files: a column for each channel, a row for each sample, other facts in comments above."""
 
 from collections.abc import Iterator, Sequence
 from itertools import chain

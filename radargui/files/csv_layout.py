@@ -1,4 +1,4 @@
-"""The layout of a CSV file: separator, names, units and times, as programs of many kinds write them."""
+"""Recognise the layout of a CSV file: separator, names, units and times, as other programs write them."""
 
 import csv
 import re

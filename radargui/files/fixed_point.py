@@ -1,4 +1,4 @@
-"""Columns of numbers to lines of text with fixed decimals, a million rows in about a second."""
+"""Format columns of numbers as lines of text with fixed decimals, a million rows in about a second."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Every format that recordings are read from or runs are written in."""
+"""List every format that recordings are read from or runs are written in."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Small safe steps on HDF5 files: open, store, append, read what a header claims without trusting it."""
+"""Open, store, append and read HDF5 files in small steps, without trusting what their headers claim."""
 
 import math
 import zlib

@@ -1,4 +1,4 @@
-"""MATLAB files, v5 and 7.3, read and written: real vectors, also inside structures (`src1.Data`)."""
+"""Read and write MATLAB files, v5 and 7.3: real vectors, also inside structures (`src1.Data`)."""
 
 import math
 import re

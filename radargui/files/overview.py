@@ -1,4 +1,4 @@
-"""The overview of a run: lowest and highest sample of each bin, at some levels, so that a picture needs no samples."""
+"""Store the lowest and highest sample of each bin at several levels, so that a picture reads no samples."""
 
 from dataclasses import dataclass
 from pathlib import Path

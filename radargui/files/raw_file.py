@@ -1,4 +1,4 @@
-"""Plain binary: interleaved numbers behind a header, laid out as the user tells, for nothing in the file does."""
+"""Read plain binary files: interleaved numbers behind a header, in the layout that the user states."""
 
 import logging
 import math

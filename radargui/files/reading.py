@@ -1,4 +1,4 @@
-"""Which channels of which files are I1, Q1, I2, ...: stated, guessed, and read so into one recording."""
+"""Decide which channels of which files are I1, Q1, I2, ..., and read them into one recording."""
 
 import re
 from collections import Counter

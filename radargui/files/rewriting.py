@@ -1,4 +1,4 @@
-"""A run file written anew and put in place of the old one in one step: with a change, or finished after a crash."""
+"""Rewrite a run file and put it in place of the old one in one step, to change it or to finish it."""
 
 import contextlib
 import itertools

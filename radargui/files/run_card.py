@@ -1,4 +1,4 @@
-"""The card of a run, what lists and searches need of it: summary, thumbnail, health, origin."""
+"""Read what lists and searches show of a run: summary, thumbnail, health, origin."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Run files read back: as a recording, or piece by piece with the one table of facts that exports carry."""
+"""Read run files: as a recording, or piece by piece with the table of facts that exports carry."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence

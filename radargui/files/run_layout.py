@@ -1,4 +1,4 @@
-"""The layout of a run file: names and types that writer and reader share, and the header, written before any sample."""
+"""Names and types of a run file, which writer and reader share; the header is written before any sample."""
 
 import math
 from collections.abc import Iterator, Mapping

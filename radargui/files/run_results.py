@@ -1,4 +1,7 @@
-"""Results kept beside the samples of a run; they can always be computed again."""
+"""Store results beside the samples of a run.
+
+They can be computed again at any time.
+"""
 
 import json
 from collections.abc import Mapping

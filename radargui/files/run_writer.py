@@ -1,4 +1,4 @@
-"""The run writer: an HDF5 file that grows while samples arrive and survives a crash."""
+"""Write a run file while samples arrive, so that it survives a crash."""
 
 from __future__ import annotations
 

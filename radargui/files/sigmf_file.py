@@ -1,4 +1,7 @@
-"""SigMF files, read and written: complex channel k becomes I(k+1), Q(k+1); real channels are pairs in their order."""
+"""Read and write SigMF files.
+
+Complex channel k becomes I(k+1), Q(k+1); real channels are pairs in their order.
+"""
 
 import hashlib
 import json

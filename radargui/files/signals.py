@@ -1,4 +1,4 @@
-"""Signals: named channels as a file of any format holds them, and how they become one recording."""
+"""Named channels as a file of any format holds them, and how they become one recording."""
 
 import logging
 import math

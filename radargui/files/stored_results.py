@@ -1,4 +1,4 @@
-"""Results read back: the present one whole, all as figures to compare, the front ends for the priors of other runs."""
+"""Read results back: the current one completely, all as figures, front ends and antennas as priors."""
 
 import json
 from collections.abc import Callable, Iterable, Mapping

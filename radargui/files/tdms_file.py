@@ -1,4 +1,4 @@
-"""NI TDMS files through npTDMS, read and written; int16 codes with a polynomial scaling stay codes."""
+"""Read and write NI TDMS files through npTDMS; int16 codes with a polynomial scaling remain codes."""
 
 import io
 import logging

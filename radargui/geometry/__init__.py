@@ -1,1 +1,4 @@
-"""Path lengths, the matrix T, the exact bistatic solution, mirrored antennas."""
+"""Path lengths, the matrix T, places from paths, and what scatters or delays the wave on its way.
+
+Method 1 and 3.
+"""

@@ -1,4 +1,4 @@
-"""The near field: position from path lengths by the exact bistatic equations (method 3)."""
+"""Locate the tracer in the near field, by the exact bistatic equations."""
 
 from __future__ import annotations
 

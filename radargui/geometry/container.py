@@ -1,4 +1,4 @@
-"""A container of foam or acrylic round the drop: its walls stand in the rays and delay them (method 1)."""
+"""Compute how the foam or acrylic walls of a container delay the rays that cross them."""
 
 from __future__ import annotations
 

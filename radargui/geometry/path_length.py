@@ -1,7 +1,4 @@
-"""Where antennas and mirrors stand, how long the ways over the tracer are, and the plane wave far from them.
-
-Method 3.
-"""
+"""Place antennas and their images; compute path lengths, their gradient and the plane-wave solution."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What adds to the direct path length: the phase of the field that the sphere scatters, and walls (method 3)."""
+"""Compute what lengthens the direct path: the phase that the sphere scatters with, and container walls."""
 
 from __future__ import annotations
 

@@ -1,1 +1,4 @@
-"""The live track: trigger, fall test, filter, place, doubts."""
+"""Follow the tracer live: trigger, fall test, filter, place, and what speaks against the place.
+
+Method 2, Live.
+"""

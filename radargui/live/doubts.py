@@ -1,4 +1,4 @@
-"""What speaks against a live track: a receiver that left its circle, that shows nothing, or what another shows."""
+"""Find what speaks against a live track: a receiver off its circle, dead, or equal to another."""
 
 from __future__ import annotations
 

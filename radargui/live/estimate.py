@@ -1,4 +1,4 @@
-"""What the live track says of the newest samples."""
+"""The live estimate of the newest samples."""
 
 from dataclasses import dataclass, replace
 

@@ -1,4 +1,4 @@
-"""The fall test: tells from the signals alone, in a moment, whether a tracer fell freely, so that a hand is no drop."""
+"""Tell from the signals alone, within a moment, whether the tracer fell freely or was carried by a hand."""
 
 from __future__ import annotations
 

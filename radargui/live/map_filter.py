@@ -1,7 +1,4 @@
-"""The map filter: live correction of one receiver, an extended Kalman filter over a map of its path length.
-
-Method 2, Live.
-"""
+"""Correct one receiver live by an extended Kalman filter over a map of its path length."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Samples to a track while they arrive: causal, a few microseconds a sample."""
+"""Turn samples into a track while they arrive: causally, in a few microseconds a sample."""
 
 from dataclasses import replace
 from enum import Enum

@@ -1,4 +1,4 @@
-"""Whether a track that was lost may be said to be at the release again."""
+"""Decide whether a track that was lost may count as at the release again."""
 
 from __future__ import annotations
 

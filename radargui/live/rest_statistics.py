@@ -1,4 +1,4 @@
-"""What a motion is told from: hum, noise and echo of the last second at rest, as samples come."""
+"""Keep hum, noise and echo of the last second at rest, against which a motion is recognised."""
 
 from __future__ import annotations
 

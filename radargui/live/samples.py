@@ -1,4 +1,4 @@
-"""The samples of the live track: averaged to a few kilohertz, skew taken out, with their absolute indices."""
+"""Prepare the samples of the live track: average to a few kilohertz, take the skew out, keep the index."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Motion too slow for the trigger: means of 20 ms and 0.1 s against those of the last half second."""
+"""Recognise motion too slow for the trigger: means of 20 ms and 0.1 s against those of the last half second."""
 
 from __future__ import annotations
 

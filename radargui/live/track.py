@@ -1,4 +1,4 @@
-"""What the live thread has estimated last."""
+"""Hold what the live thread has estimated last, for other threads to read."""
 
 from __future__ import annotations
 

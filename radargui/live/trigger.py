@@ -1,4 +1,4 @@
-"""The motion trigger: tells from samples as they arrive when the tracer starts to move and when it is quiet again."""
+"""Tell from samples as they arrive when the tracer starts to move and when it is quiet again."""
 
 from __future__ import annotations
 

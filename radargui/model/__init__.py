@@ -1,1 +1,4 @@
-"""Values with units, settings, errors: what every other package speaks in."""
+"""Values with units, settings and errors, which every other package uses.
+
+Symbols of the method are listed in docs/symbols.md.
+"""

@@ -1,4 +1,4 @@
-"""The air of the laboratory: what it makes of the wave's length, and of a sphere that falls through it."""
+"""Compute from temperature, pressure and humidity what air does to the wavelength and to a falling sphere."""
 
 from __future__ import annotations
 

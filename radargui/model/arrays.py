@@ -1,4 +1,4 @@
-"""Names for the array types of arguments and results; long arrays in pieces, runs of flags, peaks kept in sight."""
+"""Names for the array types of arguments and results, and small helpers for long arrays."""
 
 from collections.abc import Iterator
 from functools import lru_cache

@@ -1,7 +1,4 @@
-"""What the setup's values are uncertain by: what it says, else what a laboratory is assumed to know.
-
-Method 6, Budget.
-"""
+"""List the uncertain values of a setup, with the uncertainty that it states or that is assumed."""
 
 import math
 from dataclasses import dataclass, replace

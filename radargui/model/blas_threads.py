@@ -1,4 +1,4 @@
-"""One thread for the linear algebra of this process while many small matrices are solved, as many as before after."""
+"""Limit the linear algebra of this process to one thread while many small matrices are solved."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A setup and its calibration: values taken over, what agrees no longer, its age, what changed since an older one."""
+"""Compare a setup with its calibration: values taken over, values edited since, its age, what changed."""
 
 import math
 import re

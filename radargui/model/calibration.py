@@ -1,4 +1,4 @@
-"""A calibration: what the tracer said about the antennas, with the covariance of it all."""
+"""A calibration: where the antennas are, with the covariance of all values."""
 
 import math
 from dataclasses import dataclass, field

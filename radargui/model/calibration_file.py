@@ -1,4 +1,4 @@
-"""How a calibration is written: as JSON in a file of its own, and as a setup refers to it and carries it along."""
+"""The form in which a calibration is stored: as JSON in its own file, and inside a setup."""
 
 import json
 from dataclasses import asdict

@@ -1,4 +1,4 @@
-"""How good one IQ pair is."""
+"""The quality of one IQ pair."""
 
 from __future__ import annotations
 

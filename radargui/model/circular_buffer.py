@@ -1,4 +1,4 @@
-"""A circular buffer that one thread writes and others read without waiting for each other."""
+"""A circular buffer that one thread writes and others read, without waiting for each other."""
 
 from typing import Any
 

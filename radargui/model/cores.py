@@ -1,7 +1,7 @@
-"""Work that goes step by step, side by side on the cores of this computer: alternatives that are weighed as they go.
+"""Run alternatives step by step on the cores of this computer, and compare them as they go.
 
-What is found does not depend on where a step is done: each piece of work is done by one process from its first step
-to its last, by the same code, with one thread for numerics (decision 0052).
+The result does not depend on where a step is done: one process does each piece of work from its first step to its last,
+by the same code, with one thread for numerics (decision 0052).
 """
 
 from __future__ import annotations

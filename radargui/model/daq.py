@@ -1,4 +1,4 @@
-"""The data acquisition of the setup file: device, channels, rate; and when a run starts and ends."""
+"""The data acquisition of the setup file: device, channels, rate, and when a run starts and ends."""
 
 from typing import Annotated, Literal
 

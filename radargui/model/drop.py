@@ -1,4 +1,4 @@
-"""A drop as a series knows it: where its samples come from, and the few figures it gave."""
+"""A drop as a series needs it: the origin of its samples, and the few figures that it gave."""
 
 from __future__ import annotations
 

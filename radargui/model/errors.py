@@ -1,4 +1,4 @@
-"""The one tree of errors: what happened, likely why, what to do."""
+"""The one tree of errors; each says what happened, the likely reasons, and what to do."""
 
 from __future__ import annotations
 

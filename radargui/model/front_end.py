@@ -1,4 +1,4 @@
-"""The analogue front end of a receiver: its two constants, and its equations in both directions (method 1)."""
+"""The analogue front end of a receiver: its two constants and its equations in both directions."""
 
 from __future__ import annotations
 

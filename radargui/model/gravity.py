@@ -1,7 +1,4 @@
-"""Gravity: the nominal value, the normal gravity of a place, and what air takes off a falling sphere.
-
-Method 5, Flights.
-"""
+"""Gravity at a site, and what air takes off a falling sphere by drag and buoyancy."""
 
 import math
 from typing import NamedTuple

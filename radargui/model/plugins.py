@@ -1,4 +1,4 @@
-"""What a laboratory adds from a package of its own, sources, corrections, figures and laws, by their entry points."""
+"""Find what a laboratory's own packages add by entry points: sources, corrections, figures, laws."""
 
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points

@@ -1,4 +1,4 @@
-"""What the drops of a session say of the antennas, as a calibration that a setup can take over."""
+"""Make a calibration of what the drops of a session say of the antennas."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""The settings of processing: which correction and which geometry."""
+"""The settings of processing: the correction and the geometry."""
 
 from typing import Annotated, Literal
 

@@ -1,4 +1,4 @@
-"""A recording: blocks as they arrive, how voltages became samples, and all samples of a run with its truth."""
+"""A recording: blocks as they arrive, how voltages became samples, and the samples of a run with its truth."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""Where the shipped files are: beside the checkout, inside the installed package, or in a frozen program."""
+"""Locate the shipped files, beside the checkout, inside the installed package or in a frozen program."""
 
 import sys
 import tomllib

@@ -1,4 +1,4 @@
-"""What the chain yields, value by value, from the segment to the bounces, and the result that holds them."""
+"""The values that the chain produces, from the segment to the bounces, and the result that holds them."""
 
 from __future__ import annotations
 

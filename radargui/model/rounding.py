@@ -1,4 +1,4 @@
-"""A value and its uncertainty as metrology writes them: u with two digits, the value to the same decimal."""
+"""Write a value with its uncertainty as metrology does: u with two digits, the value to the same decimal."""
 
 import math
 from decimal import ROUND_HALF_EVEN, Context, Decimal

@@ -1,4 +1,4 @@
-"""What a sphere scatters (Mie series), and what an antenna turned by an angle gets of it (method 1)."""
+"""Compute what a sphere scatters (Mie series), and what an antenna of some polarisation receives of it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

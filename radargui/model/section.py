@@ -1,4 +1,4 @@
-"""What all tables of the setup file share: immutable, no unknown key, numbers are numbers."""
+"""What all tables of the setup file share: they are immutable and refuse unknown keys and wrong types."""
 
 from typing import Annotated, TypeAlias
 

@@ -1,4 +1,4 @@
-"""The setup: what a file may say; read with every fault named, written so that comments stay, changed by key."""
+"""The setup file: read with every fault named, written so that comments stay, changed by key."""
 
 from __future__ import annotations
 

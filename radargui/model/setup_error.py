@@ -1,4 +1,4 @@
-"""One clear line from what pydantic says of a setup: key, value, allowed range."""
+"""Turn pydantic's report on a setup into one clear line: key, value, allowed range."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the runs on one hardware say together of antennas, release and wavelength: the prior of another (method 4)."""
+"""Multiply what the runs on one hardware say of antennas, release and wavelength: the prior of another run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What recordings say of antennas, release and wavelength, with their covariance (method 4, Setup)."""
+"""What a recording says of antennas, release and wavelength: likelihood and posterior with covariance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The simulated source of the setup file: scene, mismatch, noise, converter."""
+"""The simulated source of the setup file: scene, mismatch, noise and converter."""
 
 import math
 from typing import Annotated, Literal

@@ -1,4 +1,4 @@
-"""The uncertainty budget of a run: what noise, the antennas' calibration and the sphere each leave open."""
+"""The uncertainty budget of a run: the shares of noise, of the antennas' calibration and of the sphere."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

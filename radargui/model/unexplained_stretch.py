@@ -1,4 +1,4 @@
-"""Stretches of one receiver that the motion of the body does not explain: a loose contact, a dip of its supply."""
+"""Intervals in which one receiver shows what no motion explains: a loose contact, a dip of its supply."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Weighed sums of neighbouring samples: interpolation and smoothing on evenly spaced samples are such sums."""
+"""Compute weighed sums of neighbouring samples, which interpolation and smoothing of even samples are."""
 
 from functools import lru_cache
 

@@ -1,4 +1,4 @@
-"""Worker processes: they leave Ctrl-C to who began them, and end with it."""
+"""Worker processes that leave Ctrl-C to the process that began them, and end with it."""
 
 import contextlib
 import multiprocessing

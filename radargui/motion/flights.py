@@ -1,4 +1,4 @@
-"""A drop as a chain of free flights: where the body is, by few unknowns, with exact derivatives (method 5, Flights)."""
+"""Describe a drop as a chain of free flights with few unknowns and exact derivatives."""
 
 from __future__ import annotations
 

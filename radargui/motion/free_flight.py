@@ -1,4 +1,4 @@
-"""Free flight with air drag, dv/dt = -g e_z - k (|v| + v1) v: position and velocity from the apex (method 5, Flights).
+"""Compute a free flight with drag, dv/dt = -g e_z - k (|v| + v1) v, from its apex.
 
 A sphere's drag coefficient falls with the Reynolds number as c (1 + Re1 / Re): a quadratic part, and a linear one that
 equals it at the speed v1.

@@ -1,7 +1,4 @@
-"""Impacts: instants at which a height turns from falling to rising at once; and sharp minima, some of them impacts.
-
-Method 5, Impacts.
-"""
+"""Find impacts, where a height turns from falling to rising at once, and other sharp minima."""
 
 from __future__ import annotations
 

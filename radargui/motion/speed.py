@@ -1,4 +1,4 @@
-"""Speed along a track, for the eye: slopes of short parabolas that never reach across an impact or a gap."""
+"""Compute the speed along a track for display: slopes of short parabolas that cross no impact and no gap."""
 
 from collections.abc import Sequence
 from itertools import pairwise

@@ -1,1 +1,1 @@
-"""Tables, figures, PDF and HTML of a session."""
+"""Write tables, figures, PDF and HTML of sessions."""

@@ -1,4 +1,4 @@
-"""What a page is drawn on: the canvas, and panels with axes, curves and names on it."""
+"""Draw on a page: the canvas, and panels with axes, curves and names."""
 
 import io
 import math

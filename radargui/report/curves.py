@@ -1,4 +1,4 @@
-"""What the figures of one run draw: the span with the motion, decimated, broken where samples or the path were lost."""
+"""Prepare the curves of a run's figures: the moving part, decimated, broken at gaps and lost paths."""
 
 from __future__ import annotations
 

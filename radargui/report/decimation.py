@@ -1,4 +1,4 @@
-"""Curves decimated to what paper shows: the lowest and the highest point of each column."""
+"""Decimate curves to what paper shows: the lowest and the highest point of each column."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The report as chapters made of blocks; PDF and HTML are drawn from the same."""
+"""The report as chapters of blocks, from which PDF and HTML are both drawn."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a report says: the runs of its sessions and what was found in them; what drawings of a series share."""
+"""Collect what a report says: runs, what was found in them, and what drawings of a series share."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""The first pages of a report, of one session or several: what was found, the runs, the comparison, how it was done."""
+"""Write the first pages of a report: findings, runs, comparison, methods."""
 
 from collections.abc import Iterator, Mapping
 from functools import partial

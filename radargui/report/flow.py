@@ -1,4 +1,4 @@
-"""Text, tables and figures placed below each other on pages of paper."""
+"""Place text, tables and figures below each other on pages of paper."""
 
 from typing import Any
 

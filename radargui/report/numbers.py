@@ -1,4 +1,4 @@
-"""The report for programs: JSON (report.schema.json says what each key is), CSV, LaTeX tables, BibTeX."""
+"""Write the report for programs: JSON (report.schema.json documents each key), CSV, LaTeX tables, BibTeX."""
 
 from collections.abc import Iterator
 from dataclasses import asdict, fields

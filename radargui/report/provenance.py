@@ -1,4 +1,4 @@
-"""Where a session's numbers come from: programs, settings, calibration, files, and what happened to them."""
+"""Collect where a session's numbers come from: programs, settings, calibration, files and their changes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

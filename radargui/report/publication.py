@@ -1,4 +1,4 @@
-"""What a paper takes: the methods paragraph in plain words, tables for LaTeX (booktabs), the BibTeX entry."""
+"""Write what a paper takes over: the methods paragraph, LaTeX tables (booktabs) and the BibTeX entry."""
 
 import re
 from collections import Counter

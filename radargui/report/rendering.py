@@ -1,4 +1,4 @@
-"""A report as PDF with bookmarks, and as one HTML file that needs nothing else; written chapter by chapter."""
+"""Render a report chapter by chapter, as PDF with bookmarks and as one HTML file that needs nothing else."""
 
 import base64
 import hashlib

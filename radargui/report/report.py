@@ -1,4 +1,4 @@
-"""What is written of sessions: PDF, HTML, CSV, JSON, LaTeX and BibTeX of one or a series, or figures alone."""
+"""Write the files of a report: PDF, HTML, CSV, JSON, LaTeX and BibTeX of one session or a series, or figures."""
 
 import multiprocessing
 import re

@@ -1,4 +1,4 @@
-"""What a report knows of one run, without its samples: from its result, or only from what is stored in few numbers."""
+"""Collect what a report says of one run, from its result or from its few stored figures, without samples."""
 
 import logging
 import os

@@ -1,4 +1,4 @@
-"""Figures of a run: IQ, the correction at work, phase and path length, the fall; on one page, alone, or in detail."""
+"""Draw the figures of a run: IQ, the correction, phase and path length, the fall."""
 
 import math
 from collections.abc import Callable, Sequence

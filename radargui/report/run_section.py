@@ -1,4 +1,4 @@
-"""What a report says of one run, in words and tables; then figures."""
+"""Write what a report says of one run: words, tables, then figures."""
 
 from collections.abc import Iterator
 from dataclasses import replace

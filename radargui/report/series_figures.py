@@ -1,4 +1,4 @@
-"""Figures of a series: e against the impact speed and what else it may depend on, its distribution, all falls."""
+"""Draw the figures of a series: e against the impact speed and other variables, its distribution, all falls."""
 
 from collections.abc import Sequence
 

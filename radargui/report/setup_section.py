@@ -1,4 +1,4 @@
-"""What the report says of a setup: antennas, sphere, acquisition, calibration."""
+"""Write what the report says of a setup: antennas, sphere, acquisition, calibration."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Paper: places in millimetres for title and text; colours, fonts and prefixes of units."""
+"""The paper: places of title and text in millimetres, colours, fonts and prefixes of units."""
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager

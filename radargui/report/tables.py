@@ -1,4 +1,4 @@
-"""The tables of one run for other programs: track, motion, bounces, result.json; JSON that every reader takes."""
+"""Write the tables of one run for other programs: track, motion, bounces, result.json."""
 
 import csv
 import io

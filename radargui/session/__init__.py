@@ -1,1 +1,1 @@
-"""Sessions: what is kept and found again."""
+"""Sessions: folders of runs with their record, found again later."""

@@ -1,4 +1,7 @@
-"""What a bug report needs: versions, driver, OpenGL, paths; `radargui info` prints it, the window copies it."""
+"""Collect what a bug report needs: versions, driver, OpenGL, paths.
+
+`radargui info` prints it, the window copies it.
+"""
 
 import os
 import platform

@@ -1,4 +1,4 @@
-"""The catalogue: every session below a data folder, found again by what is known of it."""
+"""Find every session below a data folder by what is known of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a system ends a program (logout, shutdown, a closed terminal): whoever records closes the run first."""
+"""Close the run that is being recorded when the system ends the program (logout, shutdown, closed terminal)."""
 
 import os
 import signal

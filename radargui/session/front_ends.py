@@ -1,4 +1,4 @@
-"""What the earlier runs of a session know about the front ends: the prior of the next."""
+"""Collect what earlier runs of a session say of the front ends: the prior of the next run."""
 
 from itertools import islice
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What the other runs of a session say about antennas, release and wavelength: the prior of a run."""
+"""Collect what other runs of a session say of antennas, release and wavelength: the prior of a run."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What the user chose as I1, Q1, ... before, remembered for each pattern of channel names."""
+"""Remember which channels the user chose as I1, Q1, ..., for each pattern of channel names."""
 
 import json
 import logging

@@ -1,4 +1,4 @@
-"""Recordings of other programs come in as a session, and its runs go out in formats that others open."""
+"""Import recordings of other programs as a session, and export its runs in formats that others open."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,1 +1,1 @@
-"""Where samples come from: NI device, simulated scene, replay; one contract."""
+"""Sources of samples: NI device, simulated scene and replay, all with one contract."""

@@ -1,4 +1,4 @@
-"""The one place that makes a source of a kind."""
+"""Make a source of a kind; this is the only place that does."""
 
 from pathlib import Path
 from typing import TypeAlias

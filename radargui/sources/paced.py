@@ -1,4 +1,4 @@
-"""Samples that are there already or made when asked for: replay, and what it shares with the simulation."""
+"""Sources whose samples exist already or are made on demand: replay, and what it shares with simulation."""
 
 import threading
 from abc import ABC, abstractmethod

@@ -1,4 +1,4 @@
-"""A source that starts its device again after a failure; what was lost meanwhile is a gap."""
+"""A source that restarts its device after a failure; the samples lost meanwhile are a gap."""
 
 import logging
 import re

@@ -1,1 +1,1 @@
-"""Batch: many stored runs processed again, on all cores of this computer or on a cluster."""
+"""Process many stored runs again, on all cores of this computer or on a cluster."""

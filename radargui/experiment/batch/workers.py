@@ -1,4 +1,4 @@
-"""Where the tasks of a batch are done: on the cores of this computer, or on a Dask cluster that sees the same files."""
+"""Run the tasks of a batch on the cores of this computer, or on a Dask cluster that sees the same files."""
 
 import multiprocessing
 import os

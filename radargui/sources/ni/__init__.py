@@ -1,1 +1,4 @@
-"""The NI device: local NI-DAQmx driver or remote NI gRPC device server; nidaqmx is loaded when first needed."""
+"""The NI device, by a local NI-DAQmx driver or a remote NI gRPC device server.
+
+The package nidaqmx is loaded when it is first needed.
+"""

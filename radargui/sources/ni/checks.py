@@ -1,4 +1,4 @@
-"""The settings of a setup, the start on an edge among them, checked against a device before anything starts."""
+"""Check the settings of a setup, also a start on an edge, against a device before anything starts."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Which NI devices are there and what they can do, as the driver says."""
+"""Ask the driver which NI devices there are and what they can do."""
 
 from contextlib import closing
 from dataclasses import dataclass

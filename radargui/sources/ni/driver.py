@@ -1,4 +1,4 @@
-"""The way to NI-DAQmx: its package, the local driver or a remote device server; the words when it fails (resources)."""
+"""Load NI-DAQmx, as the local driver or through a remote device server, and explain why it cannot be loaded."""
 
 import socket
 import ssl

@@ -1,4 +1,4 @@
-"""Errors of NI-DAQmx and of the way to it: what happened, likely why, and what to do."""
+"""Explain errors of NI-DAQmx: what happened, the likely reasons, and what to do."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,4 +1,4 @@
-"""The NI device as a source of samples, and a setup tried on it without sampling."""
+"""The NI device as a source of samples, and a trial of a setup on it without sampling."""
 
 import logging
 import threading

@@ -1,4 +1,4 @@
-"""The analogue input task of NI-DAQmx: configured, read in codes or volts, always closed."""
+"""The analogue input task of NI-DAQmx: it is configured, read in codes or volts, and always closed."""
 
 import logging
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The fall of a sphere onto a plane: where the plane lies, the flight, the bounces, the stop."""
+"""Simulate the fall of a sphere onto a plane: the plane, the flight, the bounces and the stop."""
 
 import math
 from collections.abc import Callable

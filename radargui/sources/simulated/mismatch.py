@@ -1,4 +1,4 @@
-"""Mismatch: mixers and converter, constant for a session, and what moves with the tracer."""
+"""Simulate the mismatch: mixers and converter, constant for a session, and what changes with the tracer."""
 
 from dataclasses import dataclass
 

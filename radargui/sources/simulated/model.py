@@ -1,4 +1,4 @@
-"""The simulated sources: what a radar would give while a sphere moves, and the operator of the wiring check."""
+"""The simulated sources: a radar while a sphere moves, and the operator of the wiring check."""
 
 from abc import abstractmethod
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What time adds to a channel: white and 1/f noise, drift, mains pick-up; the same however a run is read."""
+"""Simulate what time adds to a channel: white and 1/f noise, drift and hum, the same however a run is read."""
 
 import numpy as np
 

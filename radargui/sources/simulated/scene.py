@@ -1,4 +1,7 @@
-"""The scene: rest, motion (circle and pendulum are here), rest; where wanted brought back and begun again."""
+"""Simulate a scene: a rest, a motion, a rest; on demand the tracer is carried back and begins again.
+
+Circle and pendulum are here.
+"""
 
 from abc import ABC, abstractmethod
 from typing import TypeAlias

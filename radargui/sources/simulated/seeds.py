@@ -1,4 +1,4 @@
-"""Seeds: one independent stream of random numbers for each part of the simulation."""
+"""Give each part of the simulation an independent stream of random numbers."""
 
 from enum import IntEnum
 

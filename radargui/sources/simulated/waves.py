@@ -1,4 +1,4 @@
-"""Spherical waves from the transmitter to the tracer and on to a receiver, and their images in floor and walls."""
+"""Simulate spherical waves from transmitter to tracer to receiver, and their images in floor and walls."""
 
 from __future__ import annotations
 

@@ -27,15 +27,15 @@ EACH = 4
 class AmplitudeSlopes:
     """Slopes of G_ab over G_00, shape (n_receivers, 1 + n_mirrors, 1 + n_mirrors, n_bins).
 
-    G_ab is what a receiver gets over the ways a and b against what it gets straight at rest, phases of paths and all
-    reflections left out: range factor times F_ab / F_rest.
+    G_ab is the wave over the ways a and b divided by the direct wave at rest, without the phases of paths and without
+    reflections: range factor times F_ab / F_rest.
 
     Attributes
     ----------
     by_unknown
-        Of each shared unknown by its number, in prior deviations.
+        Slopes by shared unknowns, by number, in prior deviations.
     by_place, by_rest
-        Of x, y, z of the place, and of that at rest, 1/m.
+        Slopes by x, y, z of the place, and of the place at rest, 1/m.
     """
 
     by_unknown: dict[int, ComplexArray]

@@ -83,16 +83,16 @@ def calibrate(
     made_at: str = "",
     operator: str = "",
 ) -> Calibrated:
-    """Find the antennas from what the tracer did.
+    """Find the antennas from recordings of motions that are known but for a few unknowns.
 
     Parameters
     ----------
     recordings
         At least one.
     setup
-        Where the antennas are said to be, with its uncertainties.
+        Stated places of the antennas, with their uncertainties.
     groups
-        What is free (`unknowns.GROUPS`); what is not stays where it is, and its uncertainty counts.
+        The groups that are free (`unknowns.GROUPS`); the others stay where they are, and their uncertainty counts.
     progress
         Called with the share done; what it raises ends the work.
     workers
@@ -104,7 +104,7 @@ def calibrate(
     ------
     ProcessingError
         Recordings do not fit what is known of them: swapped receivers, a mirror image, no overlap. Of many falls some
-        may be unfit: these are left out, which the calibration's notes say.
+        may not fit; these are left out, and the calibration's notes say so.
     """
     shares, given, unfit = Shares(progress, len(recordings)), list(recordings), list[UnfitFallError]()
     # more processes than recordings would find nothing to do
@@ -164,7 +164,7 @@ def _calibrated(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequ
 def _sharpened(
     rough: Fit, by_paths: Sequence[PathLikelihood], prepared: Sequence[Prepared]
 ) -> tuple[list[Likelihood], list[FloatArray]]:
-    """Return the likelihoods by samples where there is a rest, else by paths of honest weight, and starts."""
+    """Return likelihoods by samples of recordings with a rest, by paths of the others, and initial values."""
     values = rough.world.values(rough.z)
     better = setup_with(rough.world.setup, rough.world.unknowns, values)
     out, starts = list[Likelihood](), list[FloatArray]()
@@ -241,9 +241,9 @@ def _calibration(
 
 
 def most_birge(found: Fit) -> float:
-    """Return the largest Birge ratio that is no contradiction.
+    """Return the largest Birge ratio that chance allows.
 
-    Of nu differences whose deviations are what the fit takes for granted, B^2 nu / least^2 follows chi^2 of nu.
+    For nu differences with the assumed deviations, B^2 nu / least^2 follows chi^2 with nu degrees of freedom.
     """
     differences = found.contradiction()[1]
     by_chance = np.sqrt(2.0 * gammainccinv(0.5 * differences, CHANCE) / differences) if differences > FEW else 1.0
@@ -281,7 +281,7 @@ DISAGREEING = 1.5
 
 @dataclass(frozen=True)
 class Beginning:
-    """What the samples began with.
+    """The initial values of the fit by samples.
 
     Attributes
     ----------
@@ -300,10 +300,10 @@ class Beginning:
 
 
 def begun_again(beginning: Beginning, settled: Settled, n_bare: int, normal: FloatArray) -> Settled:
-    """Return the better of a fit and those that begin with its antennas and walls, and nothing else of it.
+    """Return the better of a fit and of fits that begin anew with its antennas and walls only.
 
-    Paths were up to 2 mm, samples tenths of the signal off while a wall was missing: a fall that had gone 5 mm from its
-    place for that stayed there when the wall was found, its floor turned round, 300 in ln E behind.
+    While a wall is missing, paths may be off by 2 mm and samples by tenths of the signal. In one room a fall had moved
+    5 mm for that and stayed there after the wall was found, with its floor turned round, 300 in ln E behind.
 
     Parameters
     ----------

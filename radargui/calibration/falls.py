@@ -32,7 +32,7 @@ class Falls:
     Attributes
     ----------
     place
-        Name of the place where it hangs (`place_unknowns`).
+        Name of the place where the sphere hangs (`place_unknowns`).
     onset_s, impact_s
         First guesses; impacts end all flights but the last.
     after_m_s
@@ -80,12 +80,12 @@ class Falls:
     def at(self, time_s: FloatArray, shared: Mapping[str, float], own: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return place, velocity and acceleration at times, shape (3, 3, n), and what the impacts are off the floor.
 
-        The latter in standard deviations, shape (n_impacts,).
+        The distances from the floor are in standard deviations, shape (n_impacts,).
 
         Raises
         ------
         SolveError
-            The unknowns are those of no fall.
+            The unknowns describe no fall.
         """
         flights, frame = self._flights(shared, own)
         # after its last flight it counts as at rest: what it does there is not asked, and must not be far away

@@ -38,11 +38,11 @@ class Fit:
     z, own
         The shared unknowns in prior deviations, and those of each recording.
     locals_
-        Each recording there.
+        Each recording at this state.
     held
-        Shared unknowns that did not take part, shape (n,).
+        Shared unknowns that were held, shape (n,).
     least
-        Of the Birge ratio.
+        Least Birge ratio.
     """
 
     world: World
@@ -54,7 +54,7 @@ class Fit:
 
     @property
     def cost(self) -> float:
-        """Half the squares of everything, priors included."""
+        """Half the sum of all squares, priors included."""
         return sum(one.cost for one in self.locals_) + 0.5 * float(self.z @ self.z)
 
     def information(self, but: int | None = None) -> tuple[FloatArray, FloatArray]:
@@ -69,15 +69,16 @@ class Fit:
         return out
 
     def birge(self) -> float:
-        """Return by how much the recordings differ beyond what each says of itself, a factor on u, at least `least`."""
+        """Return the Birge ratio: by which factor the recordings differ more than their u allows, at least `least`."""
         square, expected = self.contradiction()
         return max(self.least, float(np.sqrt(square / expected)) if expected > FEW else self.least)
 
     def contradiction(self) -> tuple[float, float]:
-        """Return by how much the recordings differ, a square in deviations, and how many differences there are.
+        """Return chi-square of the recordings' differences, and their number.
 
         Each pulls the common values by its slope s_k, of covariance I_k: sum s_k^T (I_k + 1)^-1 s_k over its
-        expectation (Birge 1932, for vectors; 1 is the prior). What walls do to maps is in no recording's own u.
+        expectation (Birge 1932, for vectors; 1 is the prior). Errors that walls leave in maps are in no recording's own
+        u.
         """
         one, square, expected = np.eye(self.z.size), 0.0, 0.0
         for local in self.locals_:
@@ -93,9 +94,8 @@ class Fit:
     def covariance(self) -> FloatArray:
         """Return the covariance of the free unknowns in prior deviations; held ones count with theirs, shape (n, n).
 
-        What the data give is widened by the Birge ratio, but never beyond the prior's own 1.
-        What is held at a value with a prior deviation of one shifts the others by -H_ff^-1 H_fh (Schmidt's consider
-        parameters).
+        The information of the data is widened by the Birge ratio; no value becomes less certain than by its prior. A
+        held value with a prior deviation of one shifts the others by -H_ff^-1 H_fh (Schmidt's consider parameters).
         """
         # wider data: I / B^2 + 1
         normal = self.information()[0] / self.birge() ** 2 + np.eye(self.z.size)
@@ -109,7 +109,7 @@ class Fit:
 def unfitted(
     world: World, likelihoods: Sequence[Likelihood], held: BoolArray | None = None, z: FloatArray | None = None
 ) -> Fit:
-    """Return what a fit begins with: shared unknowns where the setup has them, or at z, the others at first guesses.
+    """Return the initial values of a fit: shared unknowns as in the setup, or z; the others at first guesses.
 
     `held` ones, shape (n,), stay where they are.
     """
@@ -130,7 +130,7 @@ def fit(
     likelihoods
         One a recording.
     own
-        The recordings' own to begin with; those of `start` where left out.
+        Initial values of the recordings' own unknowns; those of `start` if left out.
     steps
         At most.
 
@@ -175,7 +175,7 @@ def _begin(z: FloatArray, own: Sequence[FloatArray]) -> list[float]:
 
 
 def _locals() -> list[Local]:
-    """Return all that is known there, which takes longer."""
+    """Return the normal equations at a state, which takes longer than the costs."""
     return [one.local() for one in _KEPT.begun]
 
 
@@ -209,7 +209,7 @@ class _Team:
 def _step(now: Fit, team: _Team, damping: float) -> Fit | None:
     """Return the state after a Gauss-Newton step: each recording's own eliminated, the shared solved, and back.
 
-    None where it costs more: then its slopes are not asked for.
+    None where the cost is higher: then its slopes are not computed.
     """
     reduced = [one.reduced(damping) for one in now.locals_]
     normal = sum(one[0] for one in reduced) + np.eye(now.z.size)

@@ -29,14 +29,14 @@ of a turntable's zero."""
 
 
 class _Path(Section):
-    """What all kinds have in common.
+    """The keys that all kinds of known motions share.
 
     Attributes
     ----------
     u_position_m
         Standard uncertainty of the trajectory's place as a whole, each coordinate.
     clock
-        free: its time 0 is anywhere in the recording, and a second may last longer; shared: it is the recording's.
+        free: time 0 is anywhere in the recording, and the clock's scale is unknown; shared: the recording's own clock.
     u_clock_scale
         Standard uncertainty of the duration of a second, relative.
     """
@@ -54,9 +54,9 @@ class Stage(_Path):
     from_m, to_m
         Centre of the sphere at both ends.
     speed_m_s, ramp_s
-        Between the ends, and how long it speeds up and slows down, evenly; of each step where there are steps.
+        Speed between the ends, and duration of the even acceleration and deceleration; with steps, of each step.
     steps, dwell_s
-        Into how many steps, and how long it rests after each.
+        Number of steps, and rest after each.
     """
 
     kind: Literal["stage"]
@@ -90,9 +90,9 @@ class Turntable(_Path):
     Attributes
     ----------
     centre_m, radius_m, normal
-        Of the circle; it turns anticlockwise seen from where the normal points to.
+        Centre, radius and normal of the circle; seen from the tip of the normal it turns anticlockwise.
     rate_deg_s, turns, ramp_s
-        How fast and how far, and how long it speeds up and slows down, evenly.
+        Rate, number of turns, and duration of the even acceleration and deceleration.
     encoder
         CSV file `time_s,angle_deg` instead of rate and turns.
     zero_deg
@@ -150,7 +150,7 @@ class PendulumPath(_Path):
     pivot_m, length_m, amplitude_deg, azimuth_deg
         Where it hangs, its length to the sphere's centre, and where it starts.
     swings
-        Until it is caught.
+        Number of swings until it is caught.
     g_m_s2
         Gravity of the place.
     """
@@ -185,7 +185,7 @@ class PendulumPath(_Path):
 
 
 class Table(_Path):
-    """Places at times from a CSV file `time_s,x_m,y_m,z_m`; before the first and after the last it rests there."""
+    """Places at times from a CSV file `time_s,x_m,y_m,z_m`; before the first and after the last the sphere rests."""
 
     kind: Literal["table"]
     file: str
@@ -210,17 +210,17 @@ class Trajectory:
     Attributes
     ----------
     path
-        What describes it.
+        The entry of the file that describes it.
     words
         For people.
     place
         Positions (3, n) at times (n,) of its own; a turntable's also by the angle of its zero.
     end_s, begin_s
-        In between it may move.
+        Times between which the sphere may move.
     zero_deg, has_zero
-        Where a turntable's zero is, None if not known; whether there is one.
+        Angle of a turntable's zero, None if unknown; whether the motion has a zero at all.
     folder
-        Where the files lie that it names.
+        Folder of the files that it names.
     """
 
     path: _Path
@@ -239,7 +239,7 @@ class Trajectory:
 
 @dataclass(frozen=True)
 class KnownMotion:
-    """A trajectory in a recording: its clock and what is uncertain of its place.
+    """A trajectory in a recording, with its clock and the uncertainty of its place.
 
     Attributes
     ----------

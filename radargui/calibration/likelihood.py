@@ -39,9 +39,9 @@ class MotionModel(Protocol):
         """Return at which times it is known, shape (n,)."""
 
     def at(self, time_s: FloatArray, shared: Mapping[str, float], own: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return place, velocity, acceleration at times, shape (3, 3, n), and what else it should fulfil.
+        """Return place, velocity, acceleration at times, shape (3, 3, n), and its constraints.
 
-        The latter as what it is off, in standard deviations, shape (n_ties,).
+        The constraints are given as deviations from them, in standard deviations, shape (n_ties,).
         """
 
     def slopes(self, time_s: FloatArray, shared: Mapping[str, float], own: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -50,14 +50,16 @@ class MotionModel(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """The shared unknowns, and the setup they belong to; one is the same as itself only (`_antennas` remembers it).
+    """The shared unknowns and the setup they belong to.
+
+    Two are equal only if they are the same object (`_antennas` caches by it).
 
     Attributes
     ----------
     setup
         As it was.
     unknowns
-        Antennas first or not, in the order of all vectors.
+        The unknowns, in the order of all vectors.
     """
 
     setup: Setup
@@ -103,13 +105,13 @@ class Local:
     Attributes
     ----------
     cost
-        Half the robust squares, priors of what is its own included.
+        Half the robust squares, with the priors of its own unknowns.
     normal, slope
-        Of the shared unknowns, own ones still held, shapes (n, n) and (n,).
+        Normal matrix and slope of the shared unknowns with its own held, shapes (n, n) and (n,).
     coupling, inner, inner_slope
         B, C and the slope of its own, shapes (m, n), (m, m), (m,).
     residual_m
-        Path measured less path fitted, shape (n_receivers, n); NaN where it does not count.
+        Measured path less fitted path, shape (n_receivers, n); NaN where it does not count.
     misfit
         Median square of the residuals in standard deviations over what Gaussian ones have, shape (n_receivers,).
     """
@@ -138,14 +140,14 @@ def own_values(motion: MotionModel, own: FloatArray) -> FloatArray:
 
 
 class Likelihood(Protocol):
-    """One recording; what only samples have (maps, mirrors, a noise scale) is nothing where it is not overridden."""
+    """The likelihood of one recording. Methods about maps, mirrors and noise scales do nothing unless overridden."""
 
     @property
     def start(self) -> FloatArray:
         """First guess of its own unknowns, in prior deviations."""
 
     def begun(self, world: World, z: FloatArray, own: FloatArray) -> Begun:
-        """Return its cost at a state, and the way to the rest."""
+        """Return its cost at a state, and the function that computes the rest."""
 
     def at(self, world: World, z: FloatArray, own: FloatArray) -> Local:
         """Return it at a state."""
@@ -160,17 +162,17 @@ class Likelihood(Protocol):
         return self
 
     def with_mirrors(self, _planes: Sequence[MirrorPlane], own: FloatArray) -> tuple[Likelihood, FloatArray]:
-        """Return it with more mirrors, these at nothing, and its own unknowns."""
+        """Return it with more mirrors, which reflect nothing yet, and its own unknowns."""
         return self, own
 
     def log_widths(self) -> float:
-        """Return what of the log evidence is not cost or determinant."""
+        """Return the part of the log evidence that is neither cost nor determinant."""
         return 0.0
 
 
 @dataclass(frozen=True)
 class Begun:
-    """A recording at a state that may be none to stay at: its cost, and how the rest, which takes longer, is made."""
+    """A recording at a trial state: its cost, and a function that computes the rest, which takes longer."""
 
     cost: float
     local: Callable[[], Local]
@@ -178,7 +180,7 @@ class Begun:
 
 @dataclass(frozen=True)
 class Measured:
-    """The paths of a recording as an estimate gave them.
+    """The measured paths of a recording.
 
     Attributes
     ----------
@@ -217,8 +219,8 @@ def motion_slopes(
 class PathLikelihood(Likelihood):
     """A recording by its path lengths: a constant each, and slow errors at one and two cycles a fringe.
 
-    L measured = L(p(t)) + c + sum over m = 1, 2 of s_m sin(m K L) + c_m cos(m K L): bias and quadrature error that a
-    correction left. What the estimate's error has in common from sample to sample beyond that, `u_m` must hold.
+    L measured = L(p(t)) + c + sum over m = 1, 2 of s_m sin(m K L) + c_m cos(m K L): these are bias and quadrature error
+    that a correction left. Other errors that neighbouring samples share must be in `u_m`.
 
     Attributes
     ----------
@@ -229,7 +231,7 @@ class PathLikelihood(Likelihood):
     slow_m
         Prior deviation of the slow errors.
     loose
-        How much wider everything but the priors is taken: far from the solution least squares must be patient.
+        Factor on all deviations but the priors', for a start far from the solution.
     """
 
     measured: Measured

@@ -59,7 +59,7 @@ U_FLOOR_M, U_FAR_FLOOR_M = 0.03, 0.15
 
 @dataclass(frozen=True)
 class Prepared:
-    """A recording, its paths and its motion as first guessed."""
+    """A recording with its paths and a first guess of its motion."""
 
     signals: ScaledSignals
     measured: Measured
@@ -74,10 +74,10 @@ def _conditioned(recording: Recording, setup: Setup) -> Conditioned:
 
 
 def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
-    """Measure the paths of a fall, each receiver by itself: of a wrong geometry they know next to nothing.
+    """Measure the paths of a fall, each receiver by itself, so that a wrong geometry hardly matters.
 
-    The joint estimate would bend them: flights that obey gravity, and image theory, fit no wrong antennas, and walls
-    that are not there make up for it (10 mm of path at 3 degrees).
+    The joint estimate would bend them: free flights and image theory do not fit wrong antennas, and it would invent
+    walls instead (10 mm of path at 3 degrees).
 
     Parameters
     ----------
@@ -121,7 +121,8 @@ def impacts_of_most(
 ) -> FloatArray:
     """Return the impacts that two receivers' paths show by themselves, shape (n_impacts,).
 
-    In a height, the fringe that one receiver loses for some milliseconds as the sphere hits hides what all others show.
+    A height would not do: a fringe that one receiver loses for some milliseconds at the impact hides what the others
+    show.
 
     Parameters
     ----------
@@ -175,8 +176,8 @@ def _flights(estimate: MotionEstimate, gravity_m_s2: float) -> tuple[FloatArray,
 def prepare_known(recording: Recording, setup: Setup, trajectory: Trajectory) -> Prepared:
     """Find a known motion in a recording, and measure the paths against it.
 
-    The phase that the motion should have is taken off the samples: what is left turns slowly, so that no fringe is
-    lost where a circle alone would lose some.
+    The phase that the motion should have is subtracted. The rest turns slowly, so that no fringe is lost where a circle
+    alone would lose some.
 
     Parameters
     ----------
@@ -188,7 +189,7 @@ def prepare_known(recording: Recording, setup: Setup, trajectory: Trajectory) ->
     Raises
     ------
     ProcessingError
-        Nothing moves, or a shared clock under which both do not overlap.
+        Nothing moves, or recording and trajectory share a clock and do not overlap.
     """
     signals = scaled_signals(_conditioned(recording, setup))
     time, pairs = _pooled(signals)
@@ -229,9 +230,9 @@ def prepare_known(recording: Recording, setup: Setup, trajectory: Trajectory) ->
 def against(foretold_rad: FloatArray, pair: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the phase of I and Q, (2, n), against one that is nearly right, (n,): means over a fringe, and values.
 
-    What is left once the foretold phase is taken off turns slowly. What floor and walls move the circle's centre by
-    turns against that, once a fringe, and where a lobe makes the circle small it is the larger of both. Turns are
-    therefore counted on means over whole fringes, in which it cancels; the rest is measured against these.
+    After the predicted phase is subtracted, the rest turns slowly. The wave over floor and walls turns against it, once
+    a fringe, and may be the larger one where a lobe makes the circle small. So turns are counted on means over whole
+    fringes, in which that wave cancels; the rest is measured against these.
     """
     even = known = foretold_rad
     for _ in range(3):
@@ -248,7 +249,7 @@ def against(foretold_rad: FloatArray, pair: FloatArray) -> tuple[FloatArray, Flo
 def measured_again(ready: Prepared, setup: Setup, values: dict[str, float], own: FloatArray) -> Prepared:
     """Return a known motion with its paths measured against those of a fit, as means over whole fringes.
 
-    The nearer the foretold paths, the less such means smear, and they are free of what bends a fringe.
+    The better the predicted paths, the less such means smear; they are free of what bends a fringe.
 
     Parameters
     ----------
@@ -291,7 +292,7 @@ def refuse_apart(name: str, first_s: float, last_s: float, trajectory: Trajector
     Raises
     ------
     ProcessingError
-        They do not.
+        They do not overlap.
     """
     if trajectory.end_s <= first_s or trajectory.begin_s >= last_s:
         raise ProcessingError(
@@ -311,14 +312,14 @@ def _circle(phase_rad: FloatArray, pair: FloatArray) -> tuple[FloatArray, float]
 def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own: FloatArray) -> Start | None:
     """Return the joint problem of the samples around a motion that is nearly known; None where it begins in motion.
 
-    With a floor that reflects and maps; walls are left to the maps.
+    The problem has a floor that reflects, and maps; walls are described by the maps.
 
     Parameters
     ----------
     ready
         The recording.
     setup
-        Antennas as nearly known.
+        The setup with the antennas found so far.
     values, own
         Shared unknowns by name, and the motion's own (`likelihood.MotionModel`).
     """
@@ -366,7 +367,7 @@ def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own:
 
 
 def _constants(circle: FloatArray) -> ReceiverConstants:
-    """Return what coefficients of 1, cos and sin of the phase, shape (3, 2) for I and Q, say of a receiver.
+    """Return a receiver's constants from the coefficients of 1, cos and sin of the phase, shape (3, 2) for I and Q.
 
     I = A cos(phi + phi_0), Q = g A sin(phi + phi_0 + eps).
     """

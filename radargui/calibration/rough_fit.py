@@ -51,7 +51,7 @@ class UnfitFallError(ProcessingError):
     Attributes
     ----------
     number
-        Which of them.
+        Its number.
     """
 
     number = 0
@@ -73,11 +73,11 @@ class KnownRecording:
     recording
         Samples.
     name
-        For people, each its own.
+        Unique name for people.
     checksum
         SHA-256 of the file.
     trajectory
-        None: it is a fall.
+        The known motion; None for a fall.
     release_m
         Where the sphere hung before a fall, as stated.
     """
@@ -99,7 +99,7 @@ class KnownRecording:
 
 @dataclass(frozen=True)
 class Rough:
-    """What paths say.
+    """The result of the fit by paths.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ class Rough:
     by_paths, prepared
         Of each recording.
     slips
-        Lost fringes, put right in `by_paths`.
+        Lost fringes, corrected in `by_paths`.
     """
 
     found: Fit
@@ -118,14 +118,14 @@ class Rough:
 
 
 def rough_fit(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequence[str]) -> Rough:
-    """Fit the paths of recordings, and put lost fringes right; parameters as for `calibrate`.
+    """Fit the paths of recordings and correct lost fringes; parameters as for `calibrate`.
 
     Raises
     ------
     ProcessingError
         Swapped receivers, a mirror image, or another motion than stated.
     UnfitFallError
-        A fall is none, or one unlike the others.
+        A recording is no fall, or does not fit the others.
     """
     polarised = "polarization" in groups
     setup = with_polarisations(setup) if polarised else setup
@@ -198,7 +198,7 @@ def _world(
 
 
 def _refuse_misfit(rough: Fit, recordings: Sequence[KnownRecording]) -> None:
-    """Say why paths do not fit what is known; nothing where they do.
+    """Raise the reason why paths do not fit what is known, if they do not.
 
     Raises
     ------
@@ -247,7 +247,7 @@ def _refuse_misfit(rough: Fit, recordings: Sequence[KnownRecording]) -> None:
 
 
 def refuse_above(most_m: float, found: Fit, recordings: Sequence[KnownRecording]) -> None:
-    """Say which recording is no motion as stated; nothing where all are."""
+    """Raise the error of a recording whose motion is not the stated one, if there is one."""
     rms = [float(np.nanmax(rms_m(one.residual_m))) for one in found.locals_]
     number = int(np.argmax(rms))
     if rms[number] < most_m:

@@ -40,7 +40,7 @@ class Settled:
 
 
 def settled_at_last(settled: Settled) -> Settled:
-    """Return the fit with deviations re-estimated until that gains nothing: they follow one another slowly.
+    """Return the fit with deviations re-estimated until the evidence grows no more.
 
     Raises
     ------
@@ -86,10 +86,10 @@ def settling(
 
 
 def approach(start: Fit, likelihoods: Sequence[Likelihood], own: Sequence[FloatArray]) -> Settled:
-    """Fit from paths that are tenths of a millimetre off, where samples are so many deviations that nothing is linear.
+    """Fit samples from a start that is tenths of a millimetre off, where the problem is far from linear.
 
-    The noise is first taken as large as the misfit is, so that priors hold what is hardly determined, and follows it
-    down. Parameters and errors as for `settling`.
+    The noise is first set as large as the misfit, so that priors hold what is hardly determined, and is reduced with
+    it. Parameters and errors as for `settling`.
     """
     locals_: Sequence[Local] = [one.at(start.world, start.z, z) for one, z in zip(likelihoods, own, strict=True)]
     found, least, widths = start, 1.0, np.inf

@@ -23,7 +23,7 @@ LOOK_S = 0.1
 
 
 class Shares:
-    """Progress of the parts: an estimate a recording, and rounds of the fits, of which nobody knows how many.
+    """Progress of a calibration: one estimate for each recording, then an unknown number of rounds of the fits.
 
     Parameters
     ----------
@@ -37,31 +37,31 @@ class Shares:
         self._report, self._count, self._done, self._rounds = report, count, 0, 0
 
     def one_done(self) -> None:
-        """A recording was estimated."""
+        """Note that a recording was estimated."""
         self._done += 1
         self.look()
 
     def round_done(self) -> None:
-        """A step of a fit was made."""
+        """Note that a step of a fit was made."""
         self._rounds += 1
         self.look()
 
     def look(self) -> None:
-        """Say how far it is; what that raises ends the work."""
+        """Report the share done; an exception from there ends the work."""
         # begun again without a recording more are done than there are; rounds never reach their half: none is the last
         estimates, rounds = min(self._done / self._count, 1.0), self._rounds / (self._rounds + _HALF_FULL_ROUNDS)
         self._report(0.5 * estimates + 0.5 * rounds)
 
 
 class Crew:
-    """Processes with a memory of their own: what each was given it still has at the next call. None: this one.
+    """Processes that keep what they were given from call to call; without any, this process does the work.
 
     Parameters
     ----------
     count
         How many; one is this process itself.
     shares
-        Progress of what they do; looked at while one waits.
+        Their progress, reported while one waits.
     """
 
     def __init__(self, count: int, shares: Shares | None = None) -> None:
@@ -107,7 +107,7 @@ class Crew:
             ) from error
 
     def close(self) -> None:
-        """End the processes; who cancels does not wait for an estimate of a minute."""
+        """End the processes at once, also in the middle of an estimate."""
         ids = {one.result() for one in self._ids if one.exception() is None}
         # by number: this program may have other processes, which nobody cancelled
         for process in active_children():
@@ -127,7 +127,7 @@ def crew() -> Crew:
 
 @contextmanager
 def working(count: int, shares: Shares | None = None) -> Iterator[Crew]:
-    """Let `crew` be so many processes with their progress, and end them after."""
+    """Start so many processes for `crew`, and end them afterwards."""
     here = Crew(count, shares)
     token = _CREW.set(here)
     try:

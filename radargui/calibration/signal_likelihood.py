@@ -35,7 +35,7 @@ from radargui.model.errors import SolveError
 
 @dataclass(frozen=True)
 class ReceiverRows:
-    """What a receiver's channels change with.
+    """The derivatives of a receiver's channels.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class ReceiverRows:
     rows
         Slopes in prior deviations, shape (2, n_bins, n).
     along
-        Of the phase, shape (2, n_bins).
+        Derivatives by the phase, shape (2, n_bins).
     """
 
     index: IntArray
@@ -84,15 +84,15 @@ class SampledState:
 
 @dataclass(frozen=True)
 class SignalLikelihood(Likelihood):
-    """A recording by its binned samples: the joint estimate's own equations with the known motion put in.
+    """The likelihood of a recording by its bins: the equations of the joint estimate with the known motion inserted.
 
-    Its own unknowns are those of the motion and all mismatch (theta of the joint estimate, method 4), these in their
-    prior deviations from `theta`.
+    Its own unknowns are those of the motion and all mismatch (theta of the joint estimate, in prior deviations from
+    `theta`).
 
     Attributes
     ----------
     problem
-        Of the joint estimate (`preparing.sample_problem`); its spline and the equation of flight take no part.
+        Problem of the joint estimate (`preparing.sample_problem`); its spline and its equation of flight are not used.
     theta
         Where the mismatch starts.
     motion
@@ -206,7 +206,7 @@ class SignalLikelihood(Likelihood):
         return ReceiverRows(np.concatenate(places), np.concatenate(columns, axis=2), along)
 
     def begun(self, world: World, z: FloatArray, own: FloatArray) -> Begun:
-        """Return its cost at a state, and the way to the rest, which takes three times as long."""
+        """Return its cost at a state, and the function that computes the rest, which takes three times as long."""
         at = self.sampled(world, z, own)
         cost = cost_of(at.loss, at.ties[0], self._pull(own))
         return Begun(cost, lambda: self.local(at, self.rows(world, z, at), z.size, own))
@@ -244,7 +244,7 @@ class SignalLikelihood(Likelihood):
         Raises
         ------
         SolveError
-            The state is no minimum of anything: nothing can be re-estimated there.
+            The state is no minimum, so that nothing can be re-estimated.
         """
         old, theta = self.problem.prior, self.theta_at(own)
         try:
@@ -261,7 +261,7 @@ class SignalLikelihood(Likelihood):
     def scaled(self, misfit: FloatArray, least: float) -> SignalLikelihood:
         """Return it with the noise of each receiver as its misfit says, shape (n_receivers,).
 
-        Never below the white noise, nor below a share of what it was.
+        It is never below the white noise, nor below a share of its former value.
         """
         scale = self.problem.noise_scale * np.maximum(np.sqrt(np.maximum(misfit, 1e-3)), least)
         return replace(self, problem=replace(self.problem, noise_scale=np.maximum(scale, 1.0)))
@@ -274,7 +274,7 @@ class SignalLikelihood(Likelihood):
         return replace(self, problem=problem, theta=theta), state
 
     def with_mirrors(self, planes: Sequence[MirrorPlane], own: FloatArray) -> tuple[SignalLikelihood, FloatArray]:
-        """Return it with more mirrors, these at nothing, and its own unknowns."""
+        """Return it with more mirrors, which reflect nothing yet, and its own unknowns."""
         every = (*self.problem.inputs.planes, *planes)
         return self.with_problem(*mirrors_changed(self.problem, self.theta_at(own), every), own)
 
@@ -283,5 +283,5 @@ class SignalLikelihood(Likelihood):
         return self.with_problem(replace(self.problem, prior=prior), self.theta_at(own), own)
 
     def log_widths(self) -> float:
-        """Return what of the log evidence is not cost or determinant: the noise scale (`minimise.log_evidence`)."""
+        """Return the noise scales' part of the log evidence (`minimise.log_evidence`)."""
         return 2.0 * int(self.problem.use.sum()) * float(np.log(self.problem.noise_scale).sum())

@@ -39,9 +39,9 @@ class Unknown:
     value, u
         Prior mean and deviation, in the unit of the name.
     group
-        What `--free` calls it; empty: always unknown.
+        Its group as `--free` names it; empty: always unknown.
     key
-        As `model.setup.moved` has it; empty where it is no value of the setup.
+        Its key for `model.setup.moved`; empty if it is no value of the setup.
     """
 
     name: str
@@ -82,12 +82,12 @@ def antenna_unknowns(setup: Setup, *, place: bool = False, polarised: bool = Fal
 
 
 def with_polarisations(setup: Setup) -> Setup:
-    """Return the setup with each receiver's polarisation said, for then it stays while the antennas move.
+    """Return the setup with each receiver's polarisation stated, so that it stays while the antennas move.
 
     Raises
     ------
     UsageError
-        The setup gives none of the transmitter: the sphere counts as a point.
+        The setup states no polarisation of the transmitter: the sphere counts as a point.
     """
     if setup.transmitter.polarization_deg is None:
         raise UsageError(
@@ -106,7 +106,7 @@ def place_unknowns(setup: Setup, place_m: Sequence[float], name: str) -> list[Un
 
 
 def fall_unknowns(setup: Setup) -> list[Unknown]:
-    """Return gravity in air and its direction, the drag, and the floor: what all falls share."""
+    """Return the unknowns that all falls share: gravity in air and its direction, the drag, and the floor."""
     g, u_g = site_gravity(setup)
     floor = setup.floor
     drag = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3, setup.air.gas)
@@ -126,7 +126,7 @@ def fall_unknowns(setup: Setup) -> list[Unknown]:
 
 
 def site_gravity(setup: Setup) -> tuple[float, float]:
-    """Return the acceleration of the falling sphere that the site says, buoyancy counted, and its uncertainty."""
+    """Return the acceleration of the falling sphere at the site, with buoyancy, and its uncertainty."""
     g, u = g_and_u_of_site(setup.site)
     # a site that calls its g exact: the unknown stays one, with a prior that hardly lets it move
     return g * share_in_air(setup.tracer.density_kg_m3, setup.air.gas), max(u, 1e-6)
@@ -137,12 +137,12 @@ def _given(u: float | None, group: str) -> float:
 
 
 def chosen_groups(text: str | None) -> tuple[str, ...]:
-    """Return what `--free` names.
+    """Return the groups that `--free` names.
 
     Raises
     ------
     UsageError
-        A name that is none.
+        A name is unknown.
     """
     names = USUAL if text is None else tuple(part.strip() for part in text.split(","))
     wrong = [name for name in names if name not in GROUPS]

@@ -57,9 +57,9 @@ def rms_m(residual_m: FloatArray) -> FloatArray:
 
 
 def are_far(z: FloatArray, u: FloatArray) -> BoolArray:
-    """Return which values are farther from the setup than its u and theirs allow, both in prior deviations.
+    """Return which values differ from the setup by more than its u and theirs allow, both in prior deviations.
 
-    What the recordings tell worse than the setup does may be off by its own u as well.
+    A value that the recordings determine less well than the setup may also be off by its own u.
     """
     return np.asarray(np.abs(z) > FAR * np.hypot(1.0, u))
 
@@ -67,18 +67,17 @@ def are_far(z: FloatArray, u: FloatArray) -> BoolArray:
 def fit_paths(
     start: Fit, recordings: Sequence[PathLikelihood], looseness: Sequence[float] = LOOSE, steps: int = MOST_STEPS
 ) -> Fit:
-    """Fit paths, first loosely: far from the solution ties and outliers would lead astray."""
+    """Fit paths, first with wide deviations, because constraints and outliers mislead far from the solution."""
     for loose in looseness:
         start = fit(start, [replace(one, loose=loose) for one in recordings], steps=steps)
     return start
 
 
 def leaned(found: Fit, numbers: Sequence[int]) -> tuple[str, ...]:
-    """Return a sentence on those of some values that are worse known than by the setup, for what is held lends its u.
+    """Return a sentence on values that are known less well than by the setup, because held values add their u.
 
-    The release of a drop moves by 14 mm a degree by which gravity leans, which is held at 0 +- 0.3 degrees. It moves
-    with the antennas: put back alone to where the setup has it, it took the 3D error of twelve drops from 0.004 to
-    0.14 mm.
+    The release of a drop moves by 14 mm for each degree by which gravity leans, which is held at 0 +- 0.3 degrees. It
+    must move with the antennas: putting it back alone raised the 3D error of twelve drops from 0.004 to 0.14 mm.
     """
     unknowns, variance = found.world.unknowns, np.diag(found.covariance())
     worse = [unknowns[n].name for n in numbers if variance[n] > 1.0]
@@ -90,9 +89,10 @@ def leaned(found: Fit, numbers: Sequence[int]) -> tuple[str, ...]:
 
 
 def untold(found: Fit) -> tuple[tuple[str, ...], float]:
-    """Return combinations that the data cannot tell, in words, and the condition number of what they tell.
+    """Return combinations that the data do not determine, in words, and the condition number of the others.
 
-    The eigenvectors of the posterior covariance in prior deviations: eigenvalue 1 is what the setup said before.
+    They are eigenvectors of the posterior covariance in prior deviations; an eigenvalue of 1 means that nothing was
+    learnt.
     """
     free = ~found.held
     asked = [n for n, one in enumerate(found.world.unknowns) if free[n] and one.group]
@@ -127,7 +127,7 @@ def _in_words(vector: FloatArray, unknowns: Sequence[Unknown]) -> str:
 
 
 def _spoken(name: str) -> str:
-    """Name a place from which drops fell; keys of the setup stay, for who reads looks for them there."""
+    """Name a place from which drops fell; keys of the setup are left as they are."""
     kind, _, rest = name.partition(".")
     return f"release place {rest.replace('.', ', ')}" if kind == "place" else name
 
@@ -140,7 +140,7 @@ def left_out(found: Fit, likelihoods: Sequence[Likelihood]) -> list[FloatArray]:
     """Return what each recording leaves with the values that the others alone give, rms by receiver.
 
     One Gauss-Newton step from the fit of all: (I - I_k + 1) dz = s_k, I_k and s_k the recording's information and
-    slope. NaN where there is no other recording, or none that tells.
+    slope. NaN without another recording, or if the others determine nothing.
     """
     if len(likelihoods) < 2:
         return [np.full(len(one.residual_m), np.nan) for one in found.locals_]

@@ -9,7 +9,7 @@ from radargui.model.recording import Digitisation
 
 
 class Averager:
-    """Means of consecutive blocks of `size` samples, of each channel, whatever the pieces are that samples come in.
+    """Averages blocks of `size` consecutive samples of each channel, however the samples are divided when they arrive.
 
     Codes are averaged before they are scaled. That is exact where the scaling is a line; the curvature of a device's
     scaling is parts in a million and does not show in a live picture.

@@ -19,25 +19,25 @@ from radargui.model.setup import Setup
 
 @dataclass(frozen=True, slots=True)
 class BandSettings:
-    """At which rate a motion is held. Chosen by hand where no figure stands; decision 26 has what was tried.
+    """The rate at which a motion is kept. Chosen by hand where no figure stands; decision 26 says what was tried.
 
     Attributes
     ----------
     least_hz
-        What carries the 2 kHz in which the noise bound is stated (method 7): a sphere that bounces at 2 m/s has 130 Hz
-        at 10 GHz, but its turn at an impact is sharp.
+        Least rate. It holds 2 kHz: a sphere that bounces at 2 m/s has a Doppler frequency of 130 Hz at 10 GHz, but its
+        turn at an impact is sharp.
     per_fringe
-        Samples in a fringe at the least: a mean over 1/32 fringe keeps 0.998 of a wave, in I and in Q alike, so that
-        its phase is kept. With 16 and 2 kHz published rejects 2 of 30 scenes that it corrects now.
+        Least number of samples in a fringe. A mean over 1/32 fringe keeps 0.998 of a wave, in I and Q alike, so that
+        the phase stays. With 16 and 2 kHz published rejects 2 of 30 scenes that it corrects now.
     looked_hz, sure
-        Rate at which the fastest line is looked for, and the share of it below which a line is what it seems: one that
-        is folded back to there is at the rate itself, 240 m/s of path at 10 GHz.
+        Rate at which the fastest line is sought, and the share of it below which a line is taken as it is: a line that
+        is aliased to there has the frequency of the rate itself, 240 m/s of path at 10 GHz.
     pooled_hz
         Rate at which a faster one is looked for: path speeds to 450 m/s at 10 GHz.
     frame_s
         Length of the spectra: as long as the shortest of `DopplerSettings`.
     strong
-        Power of a line over the median of its spectrum. White noise has it once in some 10^8 frequencies.
+        Least power of a line over the median of its spectrum. White noise reaches it once in some 10^8 frequencies.
     """
 
     least_hz: float = 4000.0
@@ -75,7 +75,7 @@ class BandSignals:
     size
         Samples of the recording in one mean; 1 where all are kept. What is left over at the end is in none.
     highest_hz
-        Of the fastest line; infinite where none was looked for.
+        Frequency of the fastest line; infinite where none was sought.
     """
 
     volts: FloatArray
@@ -94,9 +94,8 @@ class BandSignals:
 def band_signals(recording: Recording, samples: slice, first_index: int, setup: Setup) -> BandSignals:
     """Return the volts of a stretch as means short enough for its fastest motion.
 
-    White noise stays white in means, so that nothing after them needs to know of it. One or two receivers keep all
-    samples: with no position to help, each is judged by whatever its spectrum shows. Without a correction they are all
-    kept too: what was recorded is what is asked for.
+    White noise stays white in means. All samples of one or two receivers are kept, because they are judged by their
+    spectra alone; and all samples are kept where no correction is wanted.
 
     Parameters
     ----------

@@ -24,10 +24,11 @@ _BY_CHANNEL, _BY_RECEIVER = ("volts", "at_one_time_v", "usable", "noise_v", "del
 
 @dataclass(frozen=True, slots=True)
 class Conditioned:
-    """What every correction and every estimate starts from; nobody after it measures any of this again.
+    """The signals and measurements that every correction and estimate starts from.
 
-    The wiring's sign is applied already (`with_phase_sign`): for everything that follows a longer path turns the phase
-    forward.
+    Later steps do not measure them again.
+
+    The sign of the wiring is already applied (`with_phase_sign`): from here on a longer path turns the phase forward.
 
     Attributes
     ----------
@@ -48,17 +49,17 @@ class Conditioned:
     segment
         Of these samples the motion and the rest before it: until `segment.rest_last` the tracer rests for sure.
     onset_s
-        Last time at which the tracer still looks at rest; -inf where the stretch begins in motion.
+        Last time at which the tracer still appears to rest; -inf if the stretch begins in motion.
     rest_end_s
         Until here the tracer rests for sure; the first sample's time where the stretch begins in motion.
     doppler
         Lines of each receiver's frames: in the motion, of one or two receivers in all samples; samples count from the
         first of these.
     echoes
-        Each receiver's echo as far as it can be followed by itself; None where it cannot, and of three receivers, whose
-        position tells more.
+        Each receiver's echo as far as it can be followed by itself; None where it cannot, and with three receivers,
+        whose position determines more.
     faults
-        Why a receiver is none, one a receiver; None where nothing speaks against it.
+        Why a receiver cannot be used, one value a receiver; None where nothing speaks against it.
     delay_s
         Delay of each channel against channel 0 (multiplexer skew), shape (2 n_receivers,).
     sample_rate_hz
@@ -97,7 +98,7 @@ class Conditioned:
         return replace(self, **some)
 
     def without(self, number: int, begin_s: float, end_s: float) -> Conditioned:
-        """Return the same with what a receiver, numbered from 0, shows between two times called unusable."""
+        """Return the same with samples of a receiver, numbered from 0, between two times marked unusable."""
         usable = self.usable.copy()
         usable[2 * number : 2 * number + 2, slice(*np.searchsorted(self.time_s, [begin_s, end_s]))] = False
         return replace(self, usable=usable)

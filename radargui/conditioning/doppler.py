@@ -25,9 +25,9 @@ class DopplerSettings:
     lengths_s
         Lengths of frames that are tried.
     frames
-        That the record should hold: a check needs several.
+        Number of frames that the record should hold: a check needs several.
     about
-        Share of the most steady lines that any length shows.
+        Share of the greatest number of steady lines (of any length) that a length must reach.
     few
         Share of steady lines below which the clear ones are compared.
     fewer
@@ -35,9 +35,10 @@ class DopplerSettings:
     strong
         Power of a line over white noise: 15 dB, false once in some 10^12 frequencies.
     alone
-        Share of what is above the noise that a clear line holds within three bins (a chirp is broader than a tone).
+        Least share of the power above the noise that a clear line holds within three bins (a chirp is broader than a
+        tone).
     lowest_bin
-        Below lie the trend's leak and slow mismatch.
+        Lowest bin that counts: below it are remains of the trend and slow mismatch.
     """
 
     lengths_s: tuple[float, ...] = (0.0125, 0.025, 0.05, 0.1, 0.2, 0.5)
@@ -86,9 +87,9 @@ class Doppler:
     power
         Of that line, at +f and -f together, over the white noise of one such bin, shape (n_frames,).
     share
-        Of what is above the noise that the line holds, shape (n_frames,).
+        Share of the power above the noise that the line holds, shape (n_frames,).
     clear, mixed
-        Whether it stands out of the noise and is alone; or is not alone. Shape (n_frames,).
+        Whether the line exceeds the noise and is the only one; whether it exceeds it and is not. Shape (n_frames,).
     i, q
         Spectra of I and of Q at the line, shape (n_frames,).
     moments
@@ -165,8 +166,8 @@ def measure_dopplers(
 ) -> tuple[Doppler, ...]:
     """Find the strongest line of I + jQ in overlapping frames, of each receiver.
 
-    The powers at +f and -f are added, so that neither gain nor quadrature error matters; a straight line is taken off
-    each frame, so that no offset is a signal.
+    The powers at +f and -f are added, so that gain and quadrature error do not matter; a straight line is subtracted
+    from each frame, so that an offset does not count.
 
     Parameters
     ----------

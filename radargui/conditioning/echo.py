@@ -26,40 +26,45 @@ class EchoSettings:
     Attributes
     ----------
     most_drift
-        Of the offset since it was last seen, in amplitudes, up to which a phase is believed.
+        Largest drift of the offset since it was last measured, in amplitudes, with which a phase is accepted.
     most_wander
-        Of the offset within 0.3 s, root mean square in amplitudes.
+        Largest root-mean-square change of the offset within 0.3 s, in amplitudes, with which a phase is accepted.
     least_known
         Share of the clear frames whose offset must be known: with less the target is too slow for spectra.
     slow, most_slow
-        What is slower than this share of the lowest Doppler frequency near by is taken off where its power is more than
-        that share of all: a quarter of the amplitude.
+        Frequencies below `slow` times the lowest Doppler frequency near by are taken off where their power exceeds
+        `most_slow` of the whole (a quarter of the amplitude).
     band, added_hz
-        Corner of the low-pass: times the highest Doppler frequency near by, and added for changes of speed.
+        The low-pass has its corner at `band` times the highest Doppler frequency near by, plus `added_hz` for changes
+        of speed.
     envelope_s
-        Over which the strength of the echo is averaged, and at least two periods of a slow one.
+        Time over which the strength of the echo is averaged; two periods of a slow echo at least.
     over_noise
         Least power over the noise in the band: at 7 dB the phase of a 1 kHz band clicks once a second (Rice 1963).
     held
-        Share of usable samples within a period of the band's corner.
+        Least share of usable samples within a period of the low-pass's corner.
     deepest
-        An envelope that sinks below this share of its mean lets the phase slip: noise, or a second echo of two thirds.
+        Where the envelope sinks below this share of its mean the phase may slip, by noise or by a second echo of two
+        thirds.
     most_image
-        Power of a line's image over the line: those of a tone are alike, of an echo the front end leaves a hundredth.
+        Largest power of a line's image over that of the line: a tone has an image as strong as itself, an echo behind a
+        usual mixer one of a hundredth.
     weak, weak_throughout, weak_elsewhere
-        Shares of the high amplitudes (one in ten is higher) below which it is another thing that is left where the echo
-        has gone, a hum or a second target: at any time; from the beginning to the end of a stretch; and throughout one
-        at another frequency.
+        Shares of the high amplitudes (one in ten is higher). What is weaker is not the echo, but a hum or a second
+        target that shows where the echo has gone: at any time below `weak`; throughout a stretch below
+        `weak_throughout`; throughout a stretch at another frequency below `weak_elsewhere`.
     elsewhere
-        Share by which a frequency is another one.
+        Relative difference from which on two frequencies count as different.
     same_strength, joined_s
-        Factor between the strengths before and after an interruption, and its length, up to which it is the same echo.
+        After an interruption the echo is the same one if its strength has changed by no more than this factor and the
+        interruption was no longer than `joined_s`.
     offset_bins
         Doppler frequency in bins from which the mean under a Hann window holds less than 1 % of the echo.
     knots_s
-        Distance of the offset's knots, and the time over which it is smooth: drifts are slower than 1 Hz.
+        Distance of the knots of the offset's curve: drifts are slower than 1 Hz.
     most_scatter
-        Of the frames about the offset, in amplitudes; with more it is made more supple, down to one knot a frame.
+        Largest scatter of the frames about the offset's curve, in amplitudes. With more the curve gets more knots, up
+        to one a frame.
     """
 
     most_drift: float = 0.3
@@ -98,7 +103,7 @@ _SHARES = 8
 
 @dataclass(frozen=True, slots=True)
 class Echo:
-    """What turns with the target in one receiver, found without any model of the scene.
+    """The signal of one receiver that turns with the target, found without a model of the scene.
 
     Attributes
     ----------
@@ -111,7 +116,8 @@ class Echo:
     phase_rad
         Unwrapped, shape (n_samples,).
     leads
-        Where it stands out of noise and is an echo: no tone, no offset, not two echoes alike, shape (n_samples,).
+        True where the signal exceeds the noise and is one echo, not a tone, an offset or two echoes of equal strength,
+        shape (n_samples,).
     front_end
         Gain ratio and quadrature error.
     """
@@ -190,8 +196,8 @@ def follow_echo(pair_v: FloatArray, usable: BoolArray, noise_v: FloatArray, dopp
 def _of_one_target(leads: BoolArray, amplitude: FloatArray, phase: FloatArray, usual: float, near: int) -> BoolArray:
     """Return where the echo leads without the weak stretches that nothing joins to a strong one, shape (n_samples,).
 
-    A target that fades is followed all the way down and up again; what is weak from its beginning to its end is what
-    shows while the target rests or has gone: another one, and the more likely so at another frequency.
+    A target that fades is followed down and up again. A stretch that is weak from its beginning to its end shows
+    another target, which is seen while the first one rests or has gone.
     """
     runs = runs_of(leads)
     first, last = runs[:, 0], runs[:, 1] - 1
@@ -239,7 +245,7 @@ def _without_slow(
 ) -> tuple[ComplexArray, BoolArray, ComplexArray]:
     """Return the wave without what is slower than the target, where that is strong; the empty frames; what was slower.
 
-    A hum that swells, or a second slow target, is beside the line; so is the target itself where it turns round.
+    A swelling hum or a second, slow target lies beside the line, and so does the target itself where it turns round.
     """
     nothing = np.zeros(doppler.centre.size, dtype=np.bool_)
     # turns round of the target itself reach into the upper half of what is taken off
@@ -274,7 +280,7 @@ def _low_passed(wave: ComplexArray, rate_hz: float, corner_hz: FloatArray) -> Co
 def _images(doppler: Doppler, front_end: FrontEnd, wave: ComplexArray) -> BoolArray:
     """Return in which frames a line stands on both sides at once, so that a tone or a hum leads, shape (n_frames,).
 
-    A target that turns round has it on one side after the other.
+    The line of a target that turns round is on one side first and on the other side afterwards.
     """
     x, y = point_of(doppler.i, doppler.q, front_end.gain_ratio, front_end.quadrature_error_rad)
     sides = np.abs(np.stack([x + 1j * y, x - 1j * y])) ** 2
@@ -293,8 +299,8 @@ def _images(doppler: Doppler, front_end: FrontEnd, wave: ComplexArray) -> BoolAr
 def offset_curve(wave: ComplexArray, doppler: Doppler) -> tuple[ComplexArray, FloatArray]:
     """Return the offset at each sample and how far it may have drifted since it was last seen, shapes (n_samples,).
 
-    Means of frames under a Hann window, joined by the curve of least curvature through knots: an echo that turns fast
-    has no mean, and what a second reflection adds at twice its frequency has none either.
+    Frames are averaged under a Hann window and joined by the smoothest curve through knots. An echo that turns fast has
+    no mean, and neither has a second reflection at twice its frequency.
 
     Parameters
     ----------

@@ -26,14 +26,16 @@ LARGEST_MISFIT_RAD = 0.4
 
 @dataclass(frozen=True, slots=True)
 class VerticalMotion:
-    """What phases say of a motion along the vertical, one value a receiver and window, each a sample later.
+    """The motion along the vertical that phases show, a value for each receiver and window.
+
+    Windows are one sample apart.
 
     Attributes
     ----------
     speed_m_s, times_g
-        Downwards, in the middle of the window: speed, and acceleration over g.
+        Downward speed, and downward acceleration divided by g, in the middle of the window.
     fits
-        Whether the phase turns evenly: along a parabola.
+        Whether the phase follows a parabola, as it does under a constant acceleration.
     """
 
     speed_m_s: FloatArray
@@ -42,7 +44,7 @@ class VerticalMotion:
 
 
 def window_of(rate_hz: float, gravity_m_s2: float, half_m: float = WINDOW_M) -> int:
-    """Return the samples of a window, in half of which a fall from rest goes some way."""
+    """Return the number of samples of a window; in half of it a fall from rest covers a given distance."""
     return max(6, round(2.0 * fall_time_s(half_m, gravity_m_s2) * rate_hz))
 
 
@@ -52,9 +54,9 @@ def least_speed_m_s(gravity_m_s2: float) -> float:
 
 
 def turning_phases(volts: FloatArray, rate_hz: float) -> FloatArray:
-    """Return angles that turn as the phases do while all move one way, whatever the offsets, (n_receivers, n - 2).
+    """Return angles (n_receivers, n - 2) that turn as the phases do while the motion goes one way.
 
-    Voltages I1, Q1, I2, ..., shape (2 n_receivers, n).
+    Offsets do not matter. The voltages are I1, Q1, I2, ..., shape (2 n_receivers, n).
     """
     # the derivative has no offset: no ellipse is needed to tell how it turns
     slope = (volts[:, 2:] - volts[:, :-2]) * (0.5 * rate_hz)
@@ -75,7 +77,7 @@ def vertical_motion(
     window
         How many of them a parabola goes through.
     rad_per_m
-        By how much each grows for a metre of fall, shape (n_receivers, 1).
+        Change of each phase for a metre of fall, shape (n_receivers, 1).
     gravity_m_s2
         Of the place, in which the acceleration is told.
     """

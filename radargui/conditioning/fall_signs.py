@@ -49,7 +49,8 @@ class FallSigns:
     backwards
         Which receivers' phases turn as if the sphere fell upwards, one a receiver.
     times_g
-        What all are accelerated with, over g, where nothing falls with that; None where they fall, or say nothing.
+        The acceleration that all receivers show, divided by g, if it is not that of a fall; None if it is, or if they
+        show none.
     """
 
     backwards: tuple[bool, ...]
@@ -57,11 +58,11 @@ class FallSigns:
 
 
 class FallRule:
-    """Judges which receivers' phases turn the wrong way in a fall that all show.
+    """Decides which receivers' phases turn the wrong way in a fall that all of them show.
 
     The second derivative of each phase over that of the path of a falling sphere, -g dL/dz, is one in any flight, up or
-    down, whatever the mismatch: where it is minus one, Q leads where it should follow. A motion in which all turn as
-    they should for a moment contradicts nothing.
+    down, whatever the mismatch. Where it is minus one, Q leads where it should follow. If all phases turn as they
+    should for a moment, nothing is said.
 
     Parameters
     ----------
@@ -77,11 +78,11 @@ class FallRule:
     window
         Samples of a parabola.
     rad_per_m
-        By how much each phase grows for a metre of fall, shape (n_receivers, 1).
+        Change of each phase for a metre of fall, shape (n_receivers, 1).
     gravity_m_s2
         Of the setup's site.
     is_decisive
-        Whether the receivers stand so that their phases tell a fall; there is nothing to ask for otherwise.
+        Whether the receivers stand so that their phases show a fall clearly enough to be judged.
     """
 
     def __init__(self, setup: Setup, rate_hz: float, half_m: float = WINDOW_M, least_m: float = LEAST_M) -> None:

@@ -23,12 +23,13 @@ class OpenSettings:
     Attributes
     ----------
     block_s, least_blocks
-        Deviations are those of blocks of this length; so many in turn. What is open for less the joint estimate finds.
+        Deviations are taken over blocks of this length; a channel is open if at least so many blocks in turn are still.
+        Shorter openings are found by the estimates.
     still, still_sigmas
-        Largest deviation of a channel that stands, in its amplitudes and in its noise.
+        Largest deviation of a channel that stands still: in units of its amplitude, and of its noise.
     round
-        Least deviation of the other one, in its amplitudes: through 140 degrees around its zero a sine has 0.6, and the
-        cosine 0.2 at the same time.
+        Least deviation of the other channel of the receiver, in units of its amplitude: over 140 degrees around its
+        zero a sine has 0.6, and the cosine 0.2 at the same time.
     """
 
     block_s: float = 0.0125
@@ -83,8 +84,8 @@ def open_channels(volts: FloatArray, noise_v: FloatArray, sample_rate_hz: float,
 def plateaus(volts: RawArray, moving: slice) -> BoolArray:
     """Return where a channel lies at its highest or lowest value, if it does so for longer than a wave's crest.
 
-    More than a share of the motion, or many times as often as at the value next to it: the two last codes of a sine
-    stand as 2.4 to 1.
+    It does if it lies there for more than a share of the motion, or many times as often as at the neighbouring value:
+    the two last codes of an unclipped sine occur in the ratio 2.4 to 1.
     """
     out = np.zeros(volts.shape, dtype=np.bool_)
     for row, channel in zip(out, volts, strict=True):

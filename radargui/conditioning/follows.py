@@ -22,10 +22,10 @@ class FollowSettings:
     most_missed, least_missed
         Share of the frames that may be missed (at an impact two speeds share a frame), and how many at any rate.
     still_bins
-        Bins that a phase may turn by where no line is seen.
+        Largest frequency of the phase, in bins, where the spectrum shows no line.
     arc_line, arc_rad
-        A frame is not missed whose line has less than this share of the strongest one's power while its phase stays on
-        an arc: to and fro by 0.1 mm has a hundredth, by 0.3 mm a tenth.
+        A frame is not counted as missed if its line has less than `arc_line` of the strongest line's power and its
+        phase stays within `arc_rad`: motion to and fro by 0.1 mm has a hundredth of the power, by 0.3 mm a tenth.
     covered
         Share of a frame's samples that must be valid for it to count.
     """
@@ -70,8 +70,8 @@ def missed_frames(
     settings
         What counts as missed.
     is_whole
-        Whether the path goes all around its circle, and on it: what turns round in a frame, as a sphere does that
-        bounces low, then only has to show the line that the signal shows.
+        Whether corrected I and Q lie on the circle and all around it. A path that turns round within a frame, as that
+        of a sphere that bounces low, then only has to show the same line as the signal.
     """
     part = max(1, doppler.size // (2 * _PARTS))
     inside = (doppler.centre >= _PARTS * part // 2) & (doppler.centre + _PARTS * part // 2 <= phase_rad.size)

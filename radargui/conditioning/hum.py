@@ -17,14 +17,14 @@ HARMONICS = 5
 
 @dataclass(frozen=True, slots=True)
 class HumSettings:
-    """How the pick-up is sought.
+    """How the hum is searched.
 
     Attributes
     ----------
     pooled_hz
-        Rate of the means it is fitted to: eight samples in a period of the fifth harmonic.
+        Rate of the means that the hum is fitted to: eight of them in a period of the fifth harmonic.
     least_rest_s
-        Five periods of 50 Hz: less does not tell a hum from a drift.
+        Least rest, five periods of 50 Hz: a shorter one does not distinguish a hum from a drift.
     search_hz
         Largest distance from the nominal frequency; chosen by hand, wide enough for a generator.
     frequency_sd_hz
@@ -34,7 +34,8 @@ class HumSettings:
         Drop of chi-square that a harmonic must bring beyond two a channel; chosen by hand: of 1000 rests of pure noise
         none brought it.
     beside_hz, stands_out
-        A line must bring this many times what lines beside it bring: 1/f noise is no hum.
+        A harmonic must lower chi-square by so many times what lines `beside_hz` beside it do, since 1/f noise lowers it
+        everywhere.
     """
 
     pooled_hz: float = 2000.0
@@ -168,7 +169,7 @@ def find_hum(volts: FloatArray, sample_rate_hz: float, rests: Sequence[slice], n
 def without_mains(volts: FloatArray, sample_rate_hz: float, frequency_hz: float, *, line: bool = True) -> FloatArray:
     """Return the voltages less a straight line and the least-squares sinusoids at the mains and its harmonics.
 
-    For telling a hum from a motion where no rest is known yet: it takes a motion at that Doppler frequency off as well.
+    This distinguishes a hum from a motion before a rest is known. It also removes a motion at that Doppler frequency.
 
     Parameters
     ----------
@@ -266,7 +267,7 @@ class _Rests:
     def shown(self, nominal_hz: float, around_hz: FloatArray) -> FloatArray:
         """Return about what a line at each distance from a frequency takes off the misfit, shape (n,).
 
-        Brought down to zero frequency, sums over a period hold all that is near it.
+        The rests are shifted to zero frequency, where sums over a period hold all that is near that frequency.
         """
         amplitude, count = np.zeros((around_hz.size, self._variance.size), dtype=np.complex128), 0
         for time_s, means in self.rests:

@@ -20,24 +20,25 @@ class InterferenceSettings:
     Attributes
     ----------
     frame_s
-        Length of the pieces whose spectra are compared: narrow enough for a tone, short enough to see a target pass.
+        Length of the pieces whose spectra are compared: long enough to resolve a tone, short enough to see a target
+        pass.
     frames, least_frames
-        Shorter recordings are cut into so many pieces, as long as they are not shorter than 0.1 s; fewer than the
-        second number do not tell a line from a target that goes straight on.
+        Shorter recordings are cut into `frames` pieces of at least 0.1 s. Fewer than `least_frames` do not distinguish
+        a line from a target of constant speed.
     least_image
         Least ratio of the powers at -f and +f, in both directions, of the median piece: a mixer of gain 1.6 with 35
         degrees of quadrature error makes an image of 0.16.
     least_share
-        Share of the pieces that must show it.
+        Least share of the pieces that must show the line.
     least_coherence
         A source of its own keeps its phase from piece to piece; a plate that goes to and fro within each of them, and
         so has its line on both sides, does not. Of 30 hums and tones of `bench robust` none had less than 0.8, a plate
         0.55.
     mains_coherence
-        The same of a line at the mains' own frequency, where nothing else is asked: a target at that very speed
-        throughout is refused with it. Hums added to the real recordings had 0.98 and more (`bench altered`).
+        The same for a line at the mains' own frequency, for which this is the only criterion: a target of just that
+        speed throughout is refused with it. Hums added to the real recordings had 0.98 and more (`bench altered`).
     mains_steady
-        Least power of its weak pieces over that of the median one.
+        Least power of the weak pieces of a mains line, divided by that of its median piece.
     stands_out
         Power over the median of its neighbourhood, and over white noise.
     neighbourhood_hz
@@ -75,13 +76,13 @@ def without_interference(
 ) -> tuple[FloatArray, tuple[float, ...], slice]:
     """Return the voltages less the interference of each receiver, the lines' frequencies in Hz, and where it is sure.
 
-    Half a window does not tell a line's amplitude, and what that leaves, the next line's window spreads further: sure
-    are all samples but a window at both ends (a quarter of short ones).
+    Near the ends of the record half a window does not determine a line's amplitude. So the result is sure in all
+    samples but a window at both ends (a quarter of a short record).
 
-    A moving target turns I + jQ one way: its image at -f is what the mixer's gain and quadrature errors make. Mains
-    and other tones that reach the channels directly have any phase between I and Q, in every piece of the record, also
-    while nothing moves. Each is taken off by a window of 0.4 s around the demodulated channel, so that a target is
-    touched only while its Doppler frequency passes within a few hertz.
+    A moving target turns I + jQ one way: its image at -f is what the mixer's gain and quadrature errors make. Mains and
+    other tones that reach the channels directly have any phase between I and Q, in every piece of the record, also
+    while nothing moves. Each line is removed within a window of 0.4 s around the demodulated channel, so that a target
+    is affected only while its Doppler frequency is within a few hertz of the line.
 
     Parameters
     ----------

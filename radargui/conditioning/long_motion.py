@@ -51,8 +51,8 @@ class LongMotion:
 def find_long_motion(pieces: Iterable[FloatArray], sample_rate_hz: float, most_samples: int) -> LongMotion | None:
     """Find the longest motion with rest before it, else the longest.
 
-    As `find_motion`, with the noise of each piece for itself and the quiet level of the whole. A hum of the mains
-    stays within the quiet level as long as it lasts throughout.
+    Motion is found as in `find_motion`, with the noise of each piece and the quiet level of the whole. A hum that lasts
+    throughout is part of the quiet level.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def find_long_motion(pieces: Iterable[FloatArray], sample_rate_hz: float, most_s
     sample_rate_hz
         Rate of each channel.
     most_samples
-        What is returned is not longer.
+        Greatest number of samples that is returned.
 
     Returns
     -------
@@ -114,7 +114,7 @@ def _levels(pieces: Iterable[FloatArray], sample_rate_hz: float) -> tuple[FloatA
 
 
 def _regular(pieces: Iterable[FloatArray], length: int) -> Iterator[FloatArray]:
-    """Yield the same voltages in pieces of one length, the last one shorter: what is found rests on nothing else."""
+    """Yield the same voltages in pieces of one length, the last one shorter: the input's pieces do not matter."""
     left: list[FloatArray] = []
     held_back = 0
     for piece in pieces:

@@ -21,27 +21,30 @@ class OnsetSettings:
     block_s
         Length of the means that are compared: the noise of a 5 ms mean is what a creeping tracer must exceed.
     window, ahead
-        Blocks that foretell, and blocks between them and the one that is foretold: a slow start must not be
-        taken into its own forecast.
+        Number of blocks that a prediction is made from, and of blocks between these and the predicted one: a slow start
+        must not be part of its own prediction.
     fewest
         Blocks of rest needed: 50 ms.
     long_enough
-        From so many blocks on a parabola is foretold, before that a line: a short rest does not tell a curvature.
+        From so many blocks on the prediction is a parabola, before that a line: a short rest does not determine a
+        curvature.
     threshold
-        In standard deviations, root mean square over the channels, in two blocks in turn.
+        Difference from the prediction that ends the rest, if two blocks in turn exceed it: in standard deviations, root
+        mean square over the channels.
     most_wander
-        Largest deviation that a rest may have, as a share of what the channels do altogether.
+        Largest standard deviation within a rest, as a share of that of the whole record.
     widths, sigmas
-        Blocks that are averaged when a creeping tracer is sought, one after the other, and by how many deviations it
-        is seen to have crept: in blocks, in longer means.
+        Numbers of blocks that are averaged, one after another, to find a creeping tracer; and the standard deviations
+        by which it must have crept, for single blocks and for longer means.
     crept, moved, swept
-        How far I and Q go from where they began, in radii of their circle: seen to have crept, moved (0.3 mm of path),
-        and so far as no drift takes them.
+        Distances of I and Q from where they began, in radii of their circle: at which a creep is seen, at which the
+        tracer has moved (0.3 mm of path), and which no drift reaches.
     even
-        Share of the way that a drift has gone at half of the time: an even one a half, one that grows with the square
-        of the time a quarter. A body that rested before it set off gently has gone less.
+        Largest share of the way that a tracer may have gone at half of the time. An even drift has gone a half, one
+        that grows with the square of time a quarter; a body that rested before it set off gently less.
     short_s, under_way, drift_hz
-        A rest this short in which I and Q go so far, in radii (0.05 mm of path), and by more than this drift, is none.
+        A quiet part is no rest if it is shorter than `short_s`, and I and Q move in it by more than `under_way` radii
+        (0.05 mm of path) and faster than `drift_hz` radii a second.
     """
 
     block_s: float = 0.005
@@ -67,19 +70,18 @@ SETTINGS = OnsetSettings()
 
 @dataclass(frozen=True, slots=True)
 class RestSettings:
-    """What of the quiet part counts as rest. Chosen by hand.
+    """Which part of the quiet samples counts as rest. Chosen by hand.
 
     Attributes
     ----------
     before_onset_s
-        Kept free before the onset, which a slow beginning lets be seen late.
+        Time left out before the onset, because a slow beginning is seen late.
     least_s
-        Rest that is left at the least where there is an onset at all; kept free before the motion while the onset is
-        not known yet.
+        Least rest where there is an onset. As long as the onset is not known, this time is left out before the motion.
     hum_margin_s
-        Kept free between the rest that a hum is measured on and the onset.
+        Time left out between the rest on which a hum is measured and the onset.
     after_motion_s
-        Kept free after the motion: the last small bounces, some 20 ms apart, look like a hum.
+        Time left out after the motion, because the last small bounces, some 20 ms apart, look like a hum.
     """
 
     before_onset_s: float = 0.03
@@ -96,7 +98,7 @@ SEEN_ON_S = 0.025
 def rest_before(volts: FloatArray, time_s: FloatArray, motion: Motion) -> tuple[float, float]:
     """Return when the tracer leaves its rest (-inf: it begins in motion), and until when it rests for sure.
 
-    Means over 5 ms do not see every motion: an onset long after the voltages are seen to shake is none.
+    Means over 5 ms do not show every motion. An onset long after the voltages began to shake is not used.
     """
     begin, seen = float(time_s[0]), float(time_s[motion.first])
     if motion.first == 0:
@@ -125,8 +127,8 @@ def rest_before(volts: FloatArray, time_s: FloatArray, motion: Motion) -> tuple[
 def find_onset(time_s: FloatArray, value: FloatArray, spread: FloatArray | None = None) -> float | None:
     """Return the time of the last block that still looks like the rest, None where none departs from it.
 
-    Means over 5 ms are compared with what the 0.3 s that end 15 ms before them foretell: a parabola, so that offsets
-    may drift (a straight line while the rest is short). The tracer moves where two blocks in turn differ by
+    Means over 5 ms are compared with a prediction from the 0.3 s that end 15 ms before them: a parabola, so that
+    offsets may drift (a straight line while the rest is short). The tracer moves where two blocks in turn differ by
     more than 6 standard deviations in the root mean square over the channels. A rest that is looked at as a whole would
     take the slow beginning of a pendulum for drift.
 
@@ -168,12 +170,12 @@ def find_onset(time_s: FloatArray, value: FloatArray, spread: FloatArray | None 
 
 
 def creeps_since(time_s: FloatArray, value: FloatArray, onset_s: float) -> float | None:
-    """Return when the tracer set off so gently that forecasts followed it; None where it rested until the onset.
+    """Return when the tracer set off so gently that predictions followed it; None where it rested until the onset.
 
     A motor that speeds up by 0.1 m/s^2 turns I and Q along a parabola at first, as a drift does: windows that move with
-    it foretell it, and at 30 dB it had gone 40 mm before a block differed. Here each 5 ms mean is held against the
-    first 50 ms. Two receivers have to have moved; d grows as (t - t_0)^2, so that from where it is seen (at t_1) and
-    where it is four times as far (t_2) follows t_0 = 2 t_1 - t_2.
+    it predict it, and at 30 dB a tracer had gone 40 mm before a block differed. Here each 5 ms mean is compared with
+    the first 50 ms. Two receivers must have moved. Their distance d grows as (t - t_0)^2: if it reaches some value at
+    t_1 and four times that value at t_2, then t_0 = 2 t_1 - t_2.
 
     Parameters
     ----------
@@ -249,7 +251,7 @@ def is_under_way(time_s: FloatArray, value: FloatArray, rest_end_s: float) -> bo
 def _means(time_s: FloatArray, value: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
     """Return the first sample and the number of each 5 ms block, shapes (n_blocks,), and means (n_channels, n_blocks).
 
-    By time, not by number: samples that were lost leave a block shorter, or out.
+    Blocks are counted by time, so that lost samples make a block shorter or leave it out.
     """
     label = ((time_s - time_s[0]) / SETTINGS.block_s).astype(np.intp)
     first = np.flatnonzero(np.diff(label, prepend=-1))
@@ -270,7 +272,7 @@ class _Foresight:
 
 
 class _Growing:
-    """Those through the first blocks of a record, one more each, as rows padded with zeros."""
+    """Polynomials through the first blocks of a record, each through one block more, as rows padded with zeros."""
 
     def __init__(self) -> None:
         counts = range(SETTINGS.fewest, SETTINGS.window)

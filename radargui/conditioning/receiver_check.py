@@ -16,7 +16,7 @@ from radargui.model.finding import Finding, refuse
 
 @dataclass(frozen=True, slots=True)
 class PairSettings:
-    """What I and Q of a receiver are allowed.
+    """Limits for I and Q of one receiver.
 
     Chosen by hand where no figure stands; `bench robust` and `bench real` are the test (decision 20).
 
@@ -25,7 +25,7 @@ class PairSettings:
     least_frames
         Clear frames without which nothing is said.
     least_clear
-        Share of clear frames below which nothing is said: single ones may be what slow noise and the floor show.
+        Share of clear frames below which nothing is said: single clear frames may come from slow noise and the floor.
     least_bins
         Least Doppler frequency of a frame that counts, in bins of its spectrum.
     least_line
@@ -36,30 +36,31 @@ class PairSettings:
     least_sine
         Of the phase between I and Q: 0.6 is an error of 53 degrees, beyond what a mixer has (35 in cheap ones).
     frames_for_odd, most_odd
-        With so many clear frames, the share of them in which gain or phase may be elsewhere: at a turn round two
-        speeds are in one frame.
+        From so many clear frames on, the largest share of them in which gain or phase may be another: where the target
+        turns round a frame holds two speeds.
     longest_s
-        Longer frames belong to a motion so slow that what the floor reflects turns in the same bin: they are no judge.
+        Longest frames that count: in a slower motion the wave over the floor falls into the same bin.
     odd_gain
-        A gain so many times off the typical one is elsewhere.
+        A gain that differs from the typical one by this factor counts as another.
     odd_deg
-        Likewise a phase.
+        A phase that differs from the typical one by so many degrees counts as another.
     most_mixed
         Share of strong frames with more than one frequency.
     most_clipped
         Share of clipped samples in the motion.
     same
-        Two channels are one where they differ by less than this share of what they show.
+        Two channels are the same voltage if they differ by less than this share of their signal.
     sure_deg, doubtful_deg
         Of two receivers with one cable, the one whose I and Q are a quarter of a turn apart within the first has its
         own, where the other misses it by more than the second: more than mixers do.
     least_noise
-        Share of the variance below which noise tells nothing.
+        Noise below this share of the variance is not compared.
     most_white, least_seen
         White share of what moves I and Q above which it is noise that comes and goes, where fewer frames than the
         second show a line: an echo 10 dB below the noise of a sample still stands 15 dB out of a frame.
     nothing
-        What I and Q show beyond their white noise, over it, below which a receiver shows nothing, unless frames do.
+        Signal beyond the white noise, divided by it, below which a receiver counts as silent, unless its frames show a
+        line.
     near
         Mean square difference, as a share of the variance, below which I and Q of two receivers agree.
     shared_noise

@@ -18,25 +18,27 @@ class MotionSettings:
     Attributes
     ----------
     threshold
-        Motion shakes the block means this many times harder than the quiet part does (in variance).
+        Least ratio of the variance of block means to that of the quiet part, in a motion.
     not_quiet
-        A lowest activity above this share of the highest is motion throughout, not a quiet part.
+        If the lowest activity exceeds this share of the highest, everything is motion and there is no quiet part.
     least_motion_s
-        A shorter stir is a spike.
+        A motion lasts at least so long; what is shorter is a spike.
     slow_block_s
         Averaging for a motion too slow to be seen within 20 ms; eight such blocks make a window.
     circle_block_s
         Means in which a slow circle is sought, longer than those of which the hum is taken off, against noise.
     two_turns_rad, one_turn_rad
-        A circle counts with three quarters of a turn in two receivers, or so much in one and half a turn in all.
+        Turns with which a circle counts: three quarters of a turn in two receivers, or so much in one and half a turn
+        in all.
     sure_turn_rad
-        Twice round is sure.
+        A receiver that turns this far is enough by itself.
     spread, spread_if_sure
-        Largest standard deviation of the radius, in radii, of such circles: a drift makes bends and lines.
+        Largest standard deviation of the radius of such circles, in radii: a drift makes bends and lines.
     least_radius
-        In standard deviations of a block mean.
+        Least radius, in standard deviations of a block mean.
     hum_purity
-        A line at the mains frequency that turns less than this one way is a hum, else a motion at that Doppler.
+        A line at the mains frequency is a hum if it turns one way by less than this share, else a motion at that
+        Doppler frequency.
     """
 
     threshold: float = 8.0
@@ -62,7 +64,7 @@ class Motion:
     first, last
         Samples first:last.
     window_s
-        Span within which the voltages were seen to shake: the motion may begin half of it after `first`.
+        Length of the window in which the voltages were seen to move: the motion may begin half a window after `first`.
     """
 
     first: int

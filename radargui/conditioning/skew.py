@@ -30,8 +30,8 @@ def remove_skew(volts: FloatArray, sample_rate_hz: float, delay_s: FloatArray, *
     delay_s
         Delay of each channel against channel 0, shape (n_channels,).
     slow
-        Whether a wave has 32 samples at the least: a polynomial of sixth degree through seven of them is then within
-        3e-8 of it, and three times as fast.
+        Whether a wave has 32 samples at least. A polynomial of sixth degree through seven of them is then within 3e-8
+        of the wave, and three times as fast.
 
     Returns
     -------

@@ -13,7 +13,7 @@ from radargui.model.front_end import FrontEnd
 
 @dataclass(frozen=True, slots=True)
 class FrontEndSettings:
-    """Which frames tell a front end, and how well.
+    """Which frames determine a front end, and how well.
 
     Attributes
     ----------
@@ -22,12 +22,13 @@ class FrontEndSettings:
     least_bins
         Doppler frequency in bins from which I and Q of a line hold less than 1 % of its own image (Hann window).
     least_power
-        Of a frame over that of the strong ones (one in ten is stronger): weaker lines may be a hum's.
+        Least power of a frame, divided by that of the strong ones (one in ten is stronger): weaker lines may belong to
+        a hum.
     least_u
         Standard uncertainties of ln gain and quadrature error (rad) at the least: runs of one receiver differ by this
         (`bench real`, toy cars: 0.762 +- 0.004, 25.3 +- 0.4 deg).
     groups
-        Of successive frames, whose means tell how far slow disturbances move the front end.
+        Number of groups of successive frames; their means show how far slow disturbances move the front end.
     huber
         Standard deviations beyond which a frame counts less (Huber 1964).
     most_gain, most_angle_deg

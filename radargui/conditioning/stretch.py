@@ -21,14 +21,14 @@ from radargui.model.setup import Setup
 
 @dataclass(frozen=True, slots=True)
 class NoMotion:
-    """Nothing to correct in a recording, and why."""
+    """The answer for a recording that shows no motion, with the reason."""
 
     finding: Finding
 
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """Samples between two gaps with their motion.
+    """The samples between two gaps, and the motion in them.
 
     Attributes
     ----------
@@ -39,13 +39,13 @@ class Stretch:
     noise_v
         White noise of a mean of each channel.
     motion
-        Seen without the hum and the tones.
+        Found after hum and tones were removed.
     hum
         Pick-up of the mains, measured at rest and taken off.
     tones_hz
-        Lines that stand throughout, taken off.
+        Frequencies of lines that last throughout; they are removed.
     toned
-        Which receivers they alone move.
+        Receivers that show nothing but these lines.
     """
 
     samples: slice

@@ -16,21 +16,22 @@ from radargui.model.errors import ProcessingError
 
 @dataclass(frozen=True, slots=True)
 class TurnSettings:
-    """When samples are said to lie around one ellipse. Chosen by hand; figures are of laboratory records.
+    """When samples count as lying all around one ellipse. Chosen by hand; figures are of laboratory records.
 
     Attributes
     ----------
     parts
-        Of a turn, each of which has to be seen: a conic fits every arc.
+        Number of parts of a turn. Each must be seen, for a conic fits every arc.
     least_in_part
-        Samples without which a part was not seen: single ones are noise.
+        Least number of samples for a part to count as seen: single ones are noise.
     even
-        Samples of a part that the ellipse is fitted to: a sphere that lies for seconds must not lead it.
+        Largest number of samples of a part that the ellipse is fitted to: a sphere that lies for seconds must not
+        dominate the fit.
     most_off
         Root mean square of |z| - 1 beyond noise, each part counted alike: sound receivers over a floor have up to 0.17,
         I and Q of different receivers, motions or tones 0.24 and more.
     most_noise
-        In amplitudes; in more the circle has no hole.
+        Largest noise, in amplitudes: with more the circle has no hole.
     gain, most_quadrature_deg
         Of the ellipse, either way: mixers here have up to 20 degrees, cables swapped before a short way 25.
     """
@@ -49,14 +50,14 @@ SETTINGS = TurnSettings()
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """What samples make of an ellipse.
+    """How samples lie on an ellipse.
 
     Attributes
     ----------
     is_whole
         Whether they lie on the ellipse of one echo behind a usual mixer, and all around it.
     is_arc
-        Whether they lie on part of an ellipse: what that is like nobody knows.
+        Whether they lie on a part of an ellipse only, so that its shape is unknown.
     """
 
     is_whole: bool
@@ -64,7 +65,7 @@ class Turn:
 
 
 def turn_around_ellipse(pair_v: FloatArray, noise_v: FloatArray) -> Turn:
-    """Return what I and Q make of one ellipse.
+    """Return how I and Q lie on one ellipse.
 
     Parameters
     ----------

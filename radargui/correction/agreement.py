@@ -16,16 +16,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class AgreementSettings:
-    """When a path agrees with the echo. Chosen by hand; `bench robust` is the test (decision 20).
+    """When a path counts as agreeing with the echo. Chosen by hand; `bench robust` is the test (decision 20).
 
     Attributes
     ----------
     block_s, blocks
-        Both are compared over so long, and over so many of them: a target of 5 Hz turns by a third of a radian in the
-        first and by three turns in the last, so that no path may stand still beside it.
+        Path and echo are compared within blocks of `block_s` and over these numbers of blocks. A target of 5 Hz turns
+        by a third of a radian in the shortest span and by three turns in the longest, so that a path that stands still
+        is noticed.
     most_rad, share
-        By so much, and by so much of what was turned, their difference may change within a block and to the next one:
-        0.2 wavelengths, what an offset of two thirds of the amplitude bends a path by.
+        Largest change of their difference within a block and to the next one: an absolute part (0.2 wavelengths, by
+        which an offset of two thirds of the amplitude bends a path) and a share of the phase turned.
     """
 
     block_s: float = 0.01
@@ -38,7 +39,7 @@ AGREEMENT = AgreementSettings()
 
 
 def strays(phase_rad: FloatArray, valid: BoolArray, echo: Echo, sample_rate_hz: float) -> BoolArray:
-    """Return where a phase turns otherwise than the echo that leads there, shape (n_samples,).
+    """Return where a phase turns differently from an echo that is trusted there, shape (n_samples,).
 
     Parameters
     ----------
@@ -84,9 +85,11 @@ def strays(phase_rad: FloatArray, valid: BoolArray, echo: Echo, sample_rate_hz: 
 
 
 def lasting(stray: BoolArray, phase_rad: FloatArray, valid: BoolArray, echo: Echo) -> BoolArray:
-    """Return what of `strays` lasts: where the phase comes back to the echo, a low-pass has rounded an impact.
+    """Return the differences of `strays` that last.
 
-    A fringe that was lost never comes back. Parameters as in `strays`.
+    Where the phase returns to the echo, the low-pass has only rounded an impact.
+
+    A lost fringe never comes back. Parameters as in `strays`.
     """
     out, known = stray.copy(), np.flatnonzero(valid & echo.leads & ~stray)
     away = phase_rad - echo.phase_rad

@@ -18,10 +18,10 @@ def turning_points(x: FloatArray) -> tuple[IntArray, BoolArray]:
 
 
 def prominent(x: FloatArray, place: IntArray, least: FloatArray | float) -> IntArray:
-    """Return which extremes stand out of both sides by their share, in order: those of a prominence above it.
+    """Return which extremes have a prominence above their limit, in order.
 
-    Neighbours that part by less are a wiggle: the smallest ones are taken out, until no two are left that part by less.
-    Towards an end of the curve an extreme must stand out of what lies before the end.
+    Two neighbouring extremes that differ by less are a wiggle. The smallest wiggles are removed first, until none is
+    left. Towards an end of the curve an extreme must exceed what lies before the end.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def prominent(x: FloatArray, place: IntArray, least: FloatArray | float) -> IntA
     place
         All its turning points, shape (m,).
     least
-        How far each must stand out, shape (m,) or one for all.
+        Least prominence of each, shape (m,) or one for all.
 
     Returns
     -------
@@ -60,7 +60,7 @@ def prominent(x: FloatArray, place: IntArray, least: FloatArray | float) -> IntA
 
 
 def _prominence(value: list[float], at: int) -> float:
-    """Return how far an extreme stands out of both sides, each up to what exceeds it or to the end."""
+    """Return the prominence of an extreme; each side reaches to what exceeds it, or to the end."""
     sign = 1.0 if value[at] >= value[at - 1] else -1.0
     own, out = sign * value[at], float("inf")
     for side in (range(at - 1, -1, -1), range(at + 1, len(value))):

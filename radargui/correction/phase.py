@@ -16,14 +16,14 @@ from radargui.model.arrays import BoolArray, FloatArray, IntArray, runs_of
 
 
 def wrapped_phase(i: FloatArray, q: FloatArray) -> FloatArray:
-    """Return arctan(Q / I) over the four quadrants, in rad, shape as I and Q (Rech & Huang 2019, eq. 1)."""
+    """Return arctan(Q / I) in all four quadrants, in rad, of the shape of I and Q (Rech & Huang 2019, eq. 1)."""
     return np.arctan2(q, i)
 
 
 def unwrap(phase_rad: FloatArray) -> FloatArray:
     """Add multiples of 2 pi wherever phases, shape (n_receivers, n_samples), step by more than half a turn.
 
-    A larger step between neighbours is a wrap, not motion. NaN are passed over.
+    A larger step between neighbours counts as a wrap, not as motion. NaN are passed over.
     """
     out = phase_rad.copy()
     for row in out:
@@ -52,16 +52,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PieceSettings:
-    """When a hole is bridged. Chosen by hand.
+    """When the phase is carried over a hole. Chosen by hand.
 
     Attributes
     ----------
     slope_s
-        Before and after the hole, over which the speed is taken.
+        Time before and after the hole from which the speed is taken.
     longest_s
         A longer hole is never bridged.
     least_samples
-        A shorter run tells no speed.
+        Least number of samples that determine a speed.
     most_u_rad
         Largest standard uncertainty of the phase carried over: twice it is a quarter of a wavelength of path.
     """
@@ -93,8 +93,8 @@ def join_pieces(
     sample_rate_hz
         Rate of the samples.
     echoes
-        Of the receivers, where they are known: the phase is carried over a hole where its echo goes on, and over none
-        else, for a slip is what makes a hole there.
+        Echoes of the receivers, where they are known. The phase is carried over a hole only where the echo goes on,
+        because otherwise the hole is a slip of the phase.
     """
     out = phase_rad.copy()
     begins = np.zeros(phase_rad.shape[1], dtype=np.intp)
@@ -120,7 +120,7 @@ def join_pieces(
 
 
 def _carried(phase: FloatArray, before: tuple[int, int], after: tuple[int, int], rate_hz: float) -> float:
-    """Return by how much the phase turns over a hole, NaN where the motion does not tell."""
+    """Return by how much the phase turns over a hole; NaN where the motion does not determine it."""
     hole = after[0] - before[1] + 1
     if hole > SETTINGS.longest_s * rate_hz:
         return np.nan

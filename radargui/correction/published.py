@@ -29,7 +29,7 @@ PART_OF_PERIOD = 0.2
 
 @dataclass(frozen=True, slots=True)
 class ChannelSteps:
-    """What the procedure found on its way in one channel (I or Q).
+    """The intermediate results of the procedure in one channel (I or Q).
 
     Attributes
     ----------
@@ -40,7 +40,8 @@ class ChannelSteps:
     upper, lower
         Splines through peaks and valleys, volts, one value a sample of the segment.
     bias
-        Mean of both, held before the first and after the last extreme, volts, one value a sample of the record.
+        Mean of both splines, constant before the first and after the last extreme, volts, one value a sample of the
+        record.
     zero_crossings
         Sample indices at which the channel less its bias changes sign.
     scale
@@ -86,9 +87,10 @@ def correct_published(
     segment
         The segment with motion.
     highest_hz
-        Fastest Doppler frequency, where it is known: smoothing and turns are looked at within a part of its period.
+        Highest Doppler frequency, where it is known: smoothing and the search for turns use a part of its period.
     blurred
-        Samples beside a turn that belong to it: where each is a mean of several a turn falls between them.
+        Number of samples beside a turn that belong to it: where a sample is a mean of several, a turn falls between
+        samples.
 
     Returns
     -------
@@ -152,7 +154,7 @@ def motion_turns(smoothed_v: FloatArray, sample_rate_hz: float, segment: Segment
     segment
         The segment with motion.
     turn_s
-        Before and after an instant that is looked at.
+        Time before and after an instant within which it is judged.
 
     Returns
     -------

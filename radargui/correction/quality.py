@@ -16,7 +16,7 @@ from radargui.model.weighed_sums import savitzky_golay
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What makes a receiver usable or rejected, the same for every correction (decision 19). Chosen by hand.
+    """Limits of a usable and of a rejected receiver, the same for every correction (decision 19). Chosen by hand.
 
     Attributes
     ----------
@@ -24,20 +24,20 @@ class Limits:
         Noise of I and of Q where the fringes are counted (a sample, or a bin of the estimates), in amplitudes: 0.22 is
         10 dB; at 0.5 (3 dB) a step of the phase between neighbours is often lost.
     good_circularity, most_circularity
-        Root mean square of |z| - 1 beyond what noise makes: the phase is wrong by about as many radians. At a third of
-        a radian the fringes are no longer counted for sure.
+        Root mean square of |z| - 1 beyond what noise makes; the phase is wrong by about as many radians. At a third of
+        a radian the count of fringes is not sure any more.
     good_misfit, most_misfit
         Mean squared residual of an estimate in units of its noise: above 2 more than noise is left, above 10 the model
-        is another one than the scene's.
+        does not describe the scene.
     most_misfit_circularity
-        A large misfit with corrected signals as round as this is a small mismatch under little noise: usable.
+        Circularity up to which a receiver of large misfit is still usable: there a small mismatch meets little noise.
     least_valid
         Share of valid samples of a good receiver.
     least_fringes
-        Below, the mismatch cannot be told from the motion.
+        Least number of fringes: with fewer, mismatch and motion cannot be told apart.
     most_gain, most_quadrature_deg
         Gain ratio, or its inverse, and quadrature error of the worst mixer: cheap ones are within 1.6 and 35 degrees.
-        An estimate that leaves this is none: two circles, or a motion of its own, were taken for a front end.
+        An estimate beyond this has taken two circles, or a motion, for a front end.
     """
 
     good_noise: float = 0.2236
@@ -66,8 +66,8 @@ LEAST_TURNS = 8.0
 def circularity(iq: FloatArray, phase_rad: FloatArray | None = None) -> float:
     """Return the root mean square of |z| - 1, or with phases that of |z| over its mean in each fringe, less one.
 
-    What changes from fringe to fringe is the echo's strength, which no phase suffers from; what changes within one is
-    mismatch. Less than two fringes are taken as one.
+    Changes of the radius from fringe to fringe are changes of the echo's strength, which do not affect the phase;
+    changes within a fringe are mismatch. Less than two fringes count as one.
 
     Parameters
     ----------
@@ -99,8 +99,9 @@ def _usual_radius(radius: FloatArray, phase_rad: FloatArray) -> FloatArray | flo
 def image_rejection_db(iq: FloatArray, phase_rad: FloatArray) -> float | None:
     """Return how far the image at -f_doppler lies below the line at +f_doppler, 20 log10(|line| / |image|).
 
-    The longest stretch in which the phase turns one way is turned back, and on, by its own phase smoothed over two
-    fringes: the mean of the one is the line, of the other the image, whatever way the Doppler frequency changes.
+    The longest stretch in which the phase turns one way is multiplied by exp(-j phase) and by exp(+j phase), with the
+    phase smoothed over two fringes. The mean of the first is the line, that of the second the image, however the
+    Doppler frequency changes.
 
     Parameters
     ----------
@@ -171,9 +172,9 @@ def assess(
     fraction_clipped
         Share of samples at the end of the range.
     chi_square
-        Misfit, of corrections that model the samples.
+        Misfit of a correction that models the samples.
     rescaled
-        Whether the correction has scaled each piece by its own extreme: then a changing radius is its mismatch too.
+        Whether the correction has scaled each piece by its own extreme; then a changing radius is mismatch, too.
     front_end
         gain_ratio, quadrature_error_deg, u_gain_ratio, u_quadrature_error_deg, where the correction knows them.
     """

@@ -39,8 +39,8 @@ def locate_exact(
     release_position_m
         Place at rest, shape (3,): fixes the constant of L, of which only changes are observable.
     start_m
-        First guess, shape (3, n_samples); the plane-wave solution where left out. Of two places with these path
-        lengths it decides.
+        First guess, shape (3, n_samples); the plane-wave solution if left out. Of two places with the same path lengths
+        the nearer one is taken.
 
     Returns
     -------

@@ -25,7 +25,7 @@ POINTS = 21
 
 
 def scattering_delay_m(position_m: FloatArray, setup: Setup) -> FloatArray:
-    """Return arg(f(p) / f(release)) / K: what the measured change of a direct path exceeds the true one by.
+    """Return arg(f(p) / f(release)) / K, by which the measured change of a direct path exceeds the true one.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def scattering_delay_m(position_m: FloatArray, setup: Setup) -> FloatArray:
 def supposed_delays_m(position_m: FloatArray, setup: Setup) -> FloatArray:
     """Return `scattering_delay_m` for the polarisations that are supposed where a setup does not tell them.
 
-    The field is linear in the transmitted one: two directions of it stand for all.
+    The scattered field is linear in the transmitted one, so two directions of that give all others.
 
     Parameters
     ----------
@@ -93,8 +93,8 @@ def supposed_delays_m(position_m: FloatArray, setup: Setup) -> FloatArray:
 class SphereDelay:
     """`scattering_delay_m` looked up.
 
-    The Mie sums cost some hundred array operations for any number of places, too many for each block of a live track:
-    they are made once on a cube round the centre. Outside it its faces' values hold.
+    The Mie sums cost some hundred array operations, too many for each block of a live track. They are computed once on
+    a cube around the centre; outside it the values of its faces hold.
 
     Parameters
     ----------
@@ -127,9 +127,10 @@ class SphereDelay:
 
 
 class PathDelay:
-    """By how much the change of a path as its phase tells it exceeds the true one.
+    """The excess of the change of a path, as its phase shows it, over the true one.
 
-    What the sphere scatters, where the setup gives the polarisation, and what the walls of its container delay.
+    It is the phase that the sphere scatters with, where the setup states the polarisation, and the delay by container
+    walls.
 
     Parameters
     ----------
@@ -159,5 +160,5 @@ def path_delay(setup: Setup) -> PathDelay | None:
 
 
 def is_delayed(setup: Setup) -> bool:
-    """Return whether phases tell more than paths."""
+    """Return whether anything adds to the phase of a path."""
     return setup.transmitter.polarization_deg is not None or setup.container.walls is not None

@@ -51,7 +51,7 @@ class Doubts:
         self.begin()
 
     def begin(self) -> None:
-        """Forget the motion before: another one begins."""
+        """Forget the preceding motion, because another one begins."""
         self._compared = 0
         self._n_heard, self._noise_square = 0, np.zeros(self._n)
         self._forget_ends()
@@ -104,7 +104,7 @@ class Doubts:
         return ""
 
     def _faint(self, radius: FloatArray) -> str:
-        """Return which receiver's fringes are lost in noise, so far in this motion."""
+        """Return which receivers have too much noise for their fringes to be counted, so far in this motion."""
         count = radius.shape[1]
         if count >= LEAST_SAMPLES and self._n_heard < MOST_COLUMNS:
             self._n_heard += count
@@ -117,7 +117,7 @@ class Doubts:
 
 
 class FallWatch:
-    """Tells from a track that is followed which receivers fall upwards.
+    """Watches the paths of a track while it is followed, for receivers that show a fall upwards.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ class FallWatch:
         self.begin()
 
     def begin(self) -> None:
-        """Forget the motion before: another one begins. Receivers that fell downwards once are not asked again."""
+        """Begin another motion. Receivers that fell downwards once are not tested again."""
         self._held = np.empty((0, 0))
 
     def push(self, change_m: FloatArray) -> tuple[int, ...]:

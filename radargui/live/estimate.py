@@ -25,10 +25,10 @@ class LiveEstimate:
     moving
         Whether the tracer moves now.
     began_anew
-        Whether the track was lost, or samples while the tracer may have moved: positions since then count from the
-        rest after that as if it were the release, until the tracer is known to hang there.
+        Whether the track was lost, or samples were lost while the tracer may have moved. Later positions count from the
+        following rest as if it were the release, until the tracer is known to hang there.
     doubt
-        Why the place is not known, in a few words, while it is not; empty where a new rest was found, or there is
+        Why the place is unknown, in a few words; empty where it is known, where a new rest was found, or where there is
         nothing to say.
     """
 
@@ -42,6 +42,6 @@ class LiveEstimate:
     doubt: str = ""
 
     def without_place(self) -> "LiveEstimate":
-        """Return the same where nobody knows the place."""
+        """Return the same estimate with the place unknown."""
         change, position = np.full(self.change_m.shape, np.nan), np.full(self.position_m.shape, np.nan)
         return replace(self, change_m=change, position_m=position)

@@ -26,7 +26,7 @@ LEAST_M = 9.93e-3
 
 
 class FallTest:
-    """Looks for a stretch in which the phases of the receivers turn with the acceleration of a free fall.
+    """Searches an interval in which the phases of the receivers turn with the acceleration of a free fall.
 
     The derivative of z = I + jQ is j phase' A exp(j phase), whatever the offset: its argument turns as the phase
     does while the tracer moves one way. In windows of 30 ms on Earth a parabola is fitted to it; in a free fall, or in

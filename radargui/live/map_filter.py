@@ -136,9 +136,9 @@ class MapFilter:
         I = b_I(L) + A(L) cos(phase),  Q = b_Q(L) + g A(L) sin(phase + eps),
 
     with b_I, b_Q and log A smooth functions of the change of path length L. What is observed is that the corrected
-    signal lies on the unit circle, r = |z| / A - 1 = 0 (its mean is sigma^2 / 2 under noise), once in each sixteenth
-    of a fringe: standstill teaches nothing. Because the coordinate is the path length, a fringe that was learned on
-    the way down is known on the way up, and what a run has taught holds for the next one of a session.
+    signal lies on the unit circle, r = |z| / A - 1 = 0 (its mean is sigma^2 / 2 under noise), once in each sixteenth of
+    a fringe, so that a tracer at rest changes nothing. Because the coordinate is the path length, a fringe that was
+    learned on the way down is known on the way up, and the map of one run serves the next run of a session.
 
     Parameters
     ----------
@@ -188,11 +188,11 @@ class MapFilter:
 
     @property
     def misfit(self) -> float:
-        """Root mean square by which the last fringes left the circle that the map foretold, in amplitudes."""
+        """Root mean square distance of the last fringes from the circle that the map predicted, in amplitudes."""
         return float(np.sqrt(self._misfit_square))
 
     def rest(self, pair_v: FloatArray | None, noise_v: float | None) -> None:
-        """Tell that the tracer rests, and where L is zero from now on: a new run.
+        """Begin a new run: the tracer rests, and L is counted from here.
 
         Parameters
         ----------
@@ -211,8 +211,8 @@ class MapFilter:
     def start(self, pair_v: FloatArray) -> bool:
         """Try to begin with the motion so far; True once the constants are found.
 
-        An ellipse through 1.5 fringes or more is where the model is linearised first; the filter then goes over them
-        again from its prior, each time linearised anew.
+        The model is first linearised at an ellipse through 1.5 fringes or more. The filter then goes over them again
+        from its prior, linearised anew each time.
 
         Parameters
         ----------

@@ -62,11 +62,11 @@ class LiveMemory:
         return bool(self._filters) and all(follower.started for follower in self._filters)
 
     def forget(self) -> None:
-        """Forget all: what was learned leads astray."""
+        """Forget all that was learned, because it is wrong."""
         self._filters = []
 
     def filters(self, setup: Setup) -> list[MapFilter]:
-        """Return the filters for a setup; new ones where those of before belong to another radar."""
+        """Return the filters for a setup; they are new if those kept belong to another radar."""
         if len(self._filters) != setup.n_receivers or setup.radar != self._radar:
             rad_per_m = 2.0 * np.pi / setup.radar.wavelength_m
             self._filters = [MapFilter(rad_per_m) for _ in range(setup.n_receivers)]
@@ -84,11 +84,11 @@ class _Mode(Enum):
 class LiveProcessor:
     """The causal way from raw samples to positions.
 
-    Samples are averaged to about 4 kHz, the multiplexer skew is interpolated away, and the hum learned at rest is
-    taken off. Each receiver is corrected by a `MapFilter`: with what earlier runs taught at once, otherwise as soon as
-    1.5 fringes have passed. The tracer is at its release when the first samples come, when `at_release` says so, and
-    when it has come to rest within 12 mm of it. Where the setup gives the polarisation, what the phase of a metal
-    sphere's scattering adds to the direct path is taken off.
+    Samples are averaged to about 4 kHz, the multiplexer skew is interpolated away, and the hum learned at rest is taken
+    off. Each receiver is corrected by a `MapFilter`: at once if earlier runs have taught it, otherwise as soon as 1.5
+    fringes have passed. The tracer is at its release when the first samples come, when `at_release` says so, and when
+    it has come to rest within 12 mm of it. Where the setup states the polarisation, the phase that the sphere scatters
+    with is subtracted from the path.
 
     Parameters
     ----------
@@ -97,7 +97,8 @@ class LiveProcessor:
     digitisation
         How the samples to be pushed were taken.
     memory
-        What earlier runs of the session taught; it learns from these as well. None: begin from nothing.
+        The filters that earlier runs of the session have taught; they go on learning. None: begin without any
+        knowledge.
     """
 
     def __init__(self, setup: Setup, digitisation: Digitisation, memory: LiveMemory | None = None) -> None:
@@ -132,9 +133,9 @@ class LiveProcessor:
     def at_release(self) -> None:
         """Begin at the release: the tracer hangs at its release and rests, as it does when a hand has put it back.
 
-        One that has been followed down to where it now lies, its lowest place, is on the floor: the hand has not come
-        yet, and it is followed on. One that was followed to another place counts from here as if it were the release,
-        and that is said: it may hang there for a moment only.
+        A tracer that was followed down to its lowest place, where it now lies, is on the floor: the hand has not come
+        yet, and the tracer is followed further. If it was followed to another place, positions count from here as if it
+        were the release, and the estimate says so.
         """
         follows = self._mode is _Mode.FOLLOWING
         if follows and self._lies_on_floor():
@@ -146,7 +147,7 @@ class LiveProcessor:
             self._begin_at_release()
 
     def fallen(self) -> None:
-        """Tell that a drop has ended: a track that was lost in it lies somewhere, until a hand has moved it."""
+        """Note that a drop has ended: a tracer that was lost in it lies somewhere until a hand has moved it."""
         self._release.fallen()
 
     def _begin_at_release(self) -> None:
@@ -217,7 +218,7 @@ class LiveProcessor:
 
     @property
     def _doubt_at_rest(self) -> str:
-        """Why nobody knows that nothing moves: who would not see a fall does not."""
+        """Return why rest cannot be told from motion: a fall would not be seen in these signals."""
         return f"a motion would be lost in {self._trigger.disturbance}" if self._trigger.objection else ""
 
     def _lose(self, why: str, *, seen: bool = True) -> None:
@@ -254,7 +255,7 @@ class LiveProcessor:
         )
 
     def _starting(self, new: Means, *, fast: bool) -> LiveEstimate:
-        """Wait for 1.5 fringes of every receiver; then give all that was waited for at once."""
+        """Wait for 1.5 fringes of every receiver, then return the estimates of all waiting samples at once."""
         pending = self._pending = self._pending.joined(new)
         # a slow one is thinned, a fast one is looked for where it is
         step = max(1, -(-pending.count // START_COLUMNS))

@@ -21,32 +21,32 @@ class Release:
         self._lies = self._left = self._fell = False
 
     def lose(self, *, seen: bool) -> None:
-        """Tell that the place is not known any more.
+        """Note that the place is not known any more.
 
         Parameters
         ----------
         seen
-            False where a whole drop may have gone by unseen, for the signals were no circles.
+            False if a whole drop may have passed unseen, because the signals were no circles.
         """
         self.began_anew = self._left = True
         if not seen and not self._fell:
             self._lies, self._left = True, False
 
     def goes(self, away_m: float) -> None:
-        """Tell how far from the release the track is."""
+        """Note how far from the release the track is."""
         self._left |= away_m > FALLEN_M
 
     def fallen(self) -> None:
-        """Tell that a drop has ended: a track that was lost in it lies somewhere, until a hand has moved it."""
+        """Note that a drop has ended: a tracer that was lost in it lies somewhere until a hand has moved it."""
         self._lies, self._left, self._fell = self.began_anew, False, True
 
     def hang_up(self, *, strayed: bool) -> bool:
-        """Tell that a hand has moved it; return whether the track may begin at the release.
+        """Note that a hand has moved the tracer; return whether the track may begin at the release.
 
         Parameters
         ----------
         strayed
-            Whether it was followed to another place: the track begins there, and says so.
+            Whether the tracer was followed to another place: then the track begins there, and the estimate says so.
         """
         if self._lies and not self._left:
             return False

@@ -51,20 +51,20 @@ class Quiet:
     window
         Block means in a window of the activity.
     start
-        Activity over the quiet level, a variance, that a motion is told by.
+        Ratio of the activity (a variance) to the quiet level from which on there is a motion.
 
     Attributes
     ----------
     hum_level
-        Activity that the hum which is taken off makes; 0 where none is.
+        Activity of the hum that is removed; 0 without one.
     long_quiet
-        Quiet level of the long means, no less than what a hum asks for; None where the echo is strong enough for the
-        short ones.
+        Quiet level of the long means, not below what a hum requires; None where the echo is strong enough for the short
+        means.
     seen
-        How many times harder than it is asked for a fall shakes the voltages, as these tell it at rest: they are the
-        echo, and an offset. Where they are zero, as the last motion told it. None before the first look.
+        Factor by which a fall would exceed the threshold, estimated from the voltages at rest, which are the echo and
+        an offset. Where they are zero it is taken from the last motion; None before the first look.
     is_weak
-        Whether a fall may not be seen.
+        Whether a fall might not be seen.
     """
 
     def __init__(self, rate_hz: float, window: int, start: float) -> None:
@@ -72,7 +72,7 @@ class Quiet:
         self.forget()
 
     def forget(self) -> None:
-        """Begin anew: what was quiet is so no more."""
+        """Begin anew: the quiet level does not hold any more."""
         self._hum: Hum | None = None
         self._hum_first = self._hum_due = 0
         self.hum_level = 0.0
@@ -83,7 +83,7 @@ class Quiet:
         self._begin()
 
     def moves(self, level: FloatArray) -> None:
-        """Tell that it moves, with this activity: the rest that is learned from comes after that."""
+        """Note that the tracer moves, with this activity: the next rest is learned from what follows."""
         if self._past:
             self._motion.clear()
         self._motion.extend(level)
@@ -115,7 +115,7 @@ class Quiet:
         Returns
         -------
         FloatArray or None
-            The activity in that second, shape (n,), where another hum is taken off now than was before; else None.
+            The activity in that second, shape (n,), if the hum that is removed has changed; else None.
         """
         self._unseen = 0
         past = np.concatenate(list(self._past), axis=1)[:, -round(PAST_S * self._rate_hz) :]
@@ -188,7 +188,7 @@ class Quiet:
         return max(self._start * quiet, HUM_BEGINS * self.hum_level)
 
     def least_to_go_on(self, quiet: float) -> float:
-        """Return the activity below which it is quiet again: half of the threshold, else it would flicker."""
+        """Return the activity below which it is quiet again: half of the threshold, to avoid flicker."""
         return max(0.25 * self._start * quiet, HUM_ENDS * self.hum_level)
 
     @property

@@ -80,7 +80,7 @@ class LiveSamples:
         self._n_unknown = 0
 
     def jump(self, first_index: int | None) -> int:
-        """Tell where the next samples begin; return how many before them are missing."""
+        """Note where the next samples begin; return how many before them are missing."""
         lost = 0 if first_index is None else first_index - self._next_index - self._averager.waiting
         if first_index is None or lost == 0:
             return 0
@@ -108,8 +108,8 @@ class LiveSamples:
     def push(self, samples: RawArray) -> Means:
         """Take the next samples, shape (n_channels, n), and return the means that are complete now.
 
-        The multiplexer takes channel k later by k times the skew: its value at the time of channel 0 lies between two
-        means, on a line.
+        The multiplexer samples channel k later by k times the skew. Its value at the time of channel 0 is interpolated
+        linearly between two means.
         """
         means = with_phase_sign(self._averager.push(samples), self._sign)
         size, count = self._averager.size, means.shape[1]

@@ -35,7 +35,7 @@ LATE_S = BLOCK_S * TOGETHER + WINDOW_S + CONFIRM_S
 
 
 class SlowMotion:
-    """Causal detector of motion that the trigger of a drop does not see: with 24 dB at 2 kS/s all below 0.3 m/s.
+    """Causal detector of motion that the trigger of a drop does not see (below 0.3 m/s with 24 dB at 2 kS/s).
 
     Activity is the variance of means within 0.4 s, in units of one sample's noise, mean over channels; motion starts
     where that of the short or of the long means exceeds `threshold` squared times its quiet level, which is no less
@@ -72,7 +72,7 @@ class SlowMotion:
         self.clear()
 
     def clear(self) -> None:
-        """Begin anew, at rest: samples before the next ones are missing, or belong to another rest."""
+        """Begin anew, at rest, because samples are missing or belong to another rest."""
         self._left: FloatArray | None = None
         self._means: deque[FloatArray] = deque(maxlen=self._window + TOGETHER - 1)
         self._noises: deque[FloatArray] = deque(maxlen=self._window)

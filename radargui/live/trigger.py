@@ -47,12 +47,13 @@ class TriggerState:
 
 
 class MotionTrigger:
-    """Causal detector of motion: the activity of the voltages against their quiet level.
+    """Causal detector of motion, by the activity of the voltages compared with their quiet level.
 
     Activity is the variance of 0.5 ms block means within 20 ms, pooled over channels in units of their white noise.
     Motion starts where it exceeds `threshold` squared times its quiet level (robust to drift, which is in that level),
-    and ends where it has fallen below half of the threshold. A hum of the mains is taken off: in the quiet level it
-    would hide a fall. Where the voltages at rest show a weak echo, means of 2 ms are looked at as well (see `Quiet`).
+    and ends where it has fallen below half of the threshold. The hum of the mains is removed, because it would raise
+    the quiet level and hide a fall. If the voltages at rest show a weak echo, means of 2 ms are used as well (see
+    `Quiet`).
 
     Parameters
     ----------
@@ -116,7 +117,7 @@ class MotionTrigger:
 
     @property
     def objection(self) -> str:
-        """Why a fall may not be seen, in a few words; empty where it would be, or nobody knows yet."""
+        """Why a fall might not be seen, in a few words; empty if it would be seen, or if that is not known yet."""
         seen = self._rest.seen
         if not self._rest.is_weak or seen is None:
             return ""
@@ -129,13 +130,13 @@ class MotionTrigger:
 
     @property
     def disturbance(self) -> str:
-        """What the voltages show at rest beside an echo: noise, or what is louder than that."""
+        """What the voltages show at rest besides an echo: noise, or something louder."""
         if self._rest.hum_level:
             return "a hum of the mains"
         return "noise" if self._quiet < HUMS else "a hum or a vibration"
 
     def relearn(self) -> None:
-        """Take what is now for quiet: it has been restless for so long that this must be the new quiet level."""
+        """Take the present activity for the quiet level, because it has lasted too long to be a motion."""
         self._levels.clear()
         self._ordered.clear()
         self._quiet = 1.0

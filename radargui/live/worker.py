@@ -48,7 +48,7 @@ class LiveWorker:
     longest_lag
         When more samples than this wait, all but the newest quarter of them are skipped.
     together
-        So many at least are estimated at once: most of what a block takes does not depend on its length.
+        Least number of samples that are estimated at once: the time for a block hardly depends on its length.
     """
 
     def __init__(
@@ -72,15 +72,15 @@ class LiveWorker:
         return self._ring.latest - self._next
 
     def wake(self) -> None:
-        """Tell that the ring has new samples; never waits."""
+        """Note that the ring has new samples; this never waits."""
         self._new.set()
 
     def at_release(self, index: int) -> None:
-        """Tell that the tracer hangs at its release and rests at absolute sample index `index`; from any thread."""
+        """Note that the tracer hangs at its release and rests at absolute sample index `index`; from any thread."""
         self._release_at = index
 
     def fallen(self, index: int) -> None:
-        """Tell that a drop had ended at absolute sample index `index`; from any thread."""
+        """Note that a drop had ended at absolute sample index `index`; from any thread."""
         self._fallen_at = index
 
     def finish(self) -> None:

@@ -14,7 +14,7 @@ THIRD_DIFFERENCE_GAIN = 20.0
 
 @dataclass(frozen=True, slots=True)
 class ImpactLimits:
-    """What makes an impact; the same for tracks, binned places and the breaks of the joint estimate.
+    """What counts as an impact, the same for tracks, binned places and the breaks of the joint estimate.
 
     Attributes
     ----------
@@ -22,36 +22,39 @@ class ImpactLimits:
         Least jump of the velocity: in 10 ms gravity itself changes it by 0.1 m/s, so that a turn-round without a jump
         stays below.
     sigmas
-        The jump in its standard uncertainties: a record offers some thousand instants, and waves of a mismatch have
+        Least jump in its standard uncertainties: a record has some thousand instants, and waves of a mismatch have
         heavier tails than noise. Chosen by hand.
     waves
-        The jump in standard deviations of the jumps that waves of a mismatch make all along the track. Chosen by hand.
+        Least jump in standard deviations of the jumps that waves of a mismatch make all along the track. Chosen by
+        hand.
     least_speed_m_s
-        Falls before and rises after with more than this: a stop in grains does not rise. Chosen by hand.
+        Least speed of falling before and of rising after: after a stop in grains nothing rises. Chosen by hand.
     side_s
         Length of the one-sided parabolas whose slopes are compared: shorter ones are noisy, longer ones reach into the
         next flight of a sphere that nearly rests.
     meeting_side_s
         Length of the parabolas whose meeting gives the instant.
     clear_s
-        Left out on both sides of the instant where slopes are compared: it is known to a fraction of a millisecond.
+        Time left out on both sides of the instant where slopes are compared, for the instant is known to a fraction of
+        a millisecond.
     shift_s
-        Besides the minimum itself, instants so far from it are tried: noise moves the minimum.
+        Instants so far from the minimum are tried as well, because noise moves the minimum.
     apart_s
-        Two impacts are farther apart than the window of one.
+        Least time between two impacts.
     margin
-        Two impacts are farther apart than this share of what gravity allows. Half: the speeds are rough.
+        Least time between two impacts as a share of what gravity allows: a half, because the speeds are rough.
     track_step_s
-        A track is averaged over this before.
+        Length of the means that a track is reduced to first.
     least_points
         Points of a one-sided parabola, which has three coefficients.
     turn_s, smooth_s
         A sharp minimum rises within `turn_s` on both sides, smoothed over `smooth_s`.
     least_dip_m, dip_sigmas
-        By more than this: 0.15 mm in 8 ms is a curvature of half of gravity.
+        Least depth of a sharp minimum, and its least depth in u: 0.15 mm in 8 ms is a curvature of half of gravity.
     least_stop_m_s, stopped_share, apart_from_impact_s
-        A fall ends without a rebound where its speed, at least the first, falls to this share of itself at once, so
-        far from every impact. Chosen by hand: a fall of 5 mm, and what noise leaves of a slope over 10 ms.
+        A fall ends without a rebound where its speed, `least_stop_m_s` or more, drops to `stopped_share` of itself at
+        once, farther than `apart_from_impact_s` from every impact. Chosen by hand: a fall of 5 mm, and what noise
+        leaves of a slope over 10 ms.
     """
 
     least_jump_m_s: float = 0.12
@@ -121,7 +124,7 @@ def find_stops(
 ) -> FloatArray:
     """Return where a fall ends at once without a rebound, shape (n_stops,).
 
-    There is no minimum then, only a kink. Parameters as in `find_impacts`; `impact_s` are those found.
+    The height has no minimum there, only a kink. Parameters as in `find_impacts`; `impact_s` are those found.
     """
     limits, height = IMPACT_LIMITS, _Height(time_s, height_m, u_height_m, gravity_m_s2)
     if time_s.size < 2 * limits.least_points:
@@ -204,8 +207,8 @@ def find_turns(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray)
 def _possible(at_s: FloatArray, before_m_s: FloatArray, after_m_s: FloatArray, gravity_m_s2: float) -> list[int]:
     """Return which impacts can follow each other, the hardest first, in order.
 
-    A sphere that leaves the floor at v comes back after 2 v / g, and one that arrives at v has fallen for v / g: an
-    impact much nearer to a harder one is a flaw of the track.
+    A sphere that leaves the floor at v comes back after 2 v / g, and one that arrives at v has fallen for v / g. An
+    impact much closer to a harder one is an error of the track.
     """
     limits = IMPACT_LIMITS
     kept: list[int] = []
@@ -271,8 +274,8 @@ class _Height:
     def meetings(self, at_s: FloatArray, after_m_s: FloatArray) -> FloatArray:
         """Return where the parabolas before and after each instant meet, near it.
 
-        They end before the neighbours, and before a body under gravity is back: after the last impact found smaller
-        ones may follow.
+        The parabolas end before the neighbouring impacts, and before a body under gravity is back, because smaller
+        impacts may follow the last one found.
         """
         limits, edge = IMPACT_LIMITS, np.concatenate([self.time_s[:1], at_s, self.time_s[-1:]])
         back = np.minimum(limits.meeting_side_s, 0.9 * (at_s - edge[:-2]))

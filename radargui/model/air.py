@@ -19,7 +19,7 @@ _SUTHERLAND, _SUTHERLAND_K = 1.458e-6, 110.4  # kg/(m s K^1/2), K: U.S. Standard
 
 
 class Gas(NamedTuple):
-    """What a sphere falls through.
+    """The gas that a sphere falls through.
 
     Attributes
     ----------
@@ -67,12 +67,12 @@ class Air(Section):
 
     @property
     def is_known(self) -> bool:
-        """Whether the setup says it."""
+        """Whether the setup states the air."""
         return self.temperature_c is not None
 
     @property
     def assumed(self) -> dict[str, float]:
-        """Uncertainties that are taken because the setup gives none, by name; none where it says nothing of the air."""
+        """Uncertainties that are assumed because the setup states none, by name; empty without `[air]`."""
         return {name: u for name, u in ASSUMED_AIR.items() if self.is_known and getattr(self, name) is None}
 
     @property
@@ -91,7 +91,7 @@ class Air(Section):
 
     @property
     def gas(self) -> Gas:
-        """Density and viscosity; the usual ones where the setup says nothing of the air."""
+        """Density and viscosity; usual values where the setup does not state the air."""
         if not self.is_known:
             return USUAL_AIR
         density, kelvin = _density(*self._state), self._state[0] + 273.15

@@ -48,7 +48,7 @@ def held_beyond(inner: FloatArray, first: int, n: int) -> FloatArray:
 def order_statistics(values: FloatArray, *shares: float) -> FloatArray:
     """Return those of the last axis (..., n) that shares of the others lie below, shape (..., n_shares).
 
-    numpy's quantiles interpolate between two, and for some thousand values take most of their time for that.
+    numpy's quantiles interpolate between two values, which takes most of their time for some thousand values.
     """
     place = [round(share * (values.shape[-1] - 1)) for share in shares]
     return np.asarray(np.partition(values, place, axis=-1)[..., place])
@@ -57,7 +57,7 @@ def order_statistics(values: FloatArray, *shares: float) -> FloatArray:
 def median(values: FloatArray | IntArray, axis: int | None = None) -> FloatArray:
     """Return the median along an axis, of all values without one; NaN where any is, and of none.
 
-    numpy's loads its masked arrays for one question, and takes twice as long for some hundred values.
+    numpy's median loads masked arrays and takes twice as long for some hundred values.
     """
     rows = np.ravel(values) if axis is None else np.moveaxis(values, axis, -1)
     last = rows.shape[-1] - 1
@@ -72,7 +72,7 @@ def median(values: FloatArray | IntArray, axis: int | None = None) -> FloatArray
 def robust_sd(values: FloatArray) -> float:
     """Return the standard deviation of noise of mean zero by the median of its size, NaN of no values.
 
-    1 / 0.6745: the median of |x| of normal noise of deviation one. What stands out of it does not move the median.
+    0.6745 is the median of |x| of normal noise of deviation one. Outliers do not move the median.
     """
     return _MEDIAN_TO_SD * float(median(np.abs(values)))
 

@@ -55,16 +55,17 @@ class UncertainInput:
     Attributes
     ----------
     key
-        Dotted, lists counted from 1: receiver[2].tilt_deg, tracer.release_position_m[3]. `floor.tilt_deg` and
-        `daq.clock_ppm` are no keys of the setup but what those uncertainties belong to.
+        Dotted key, lists counted from 1: receiver[2].tilt_deg, tracer.release_position_m[3]. `floor.tilt_deg` and
+        `daq.clock_ppm` are no keys of the setup; they name what `floor.u_tilt_deg` and `daq.u_clock_ppm` belong to.
     u_key
         Key that gives the uncertainty.
     u
         Standard uncertainty, in the unit that `u_key` ends with.
     assumed
-        Whether the setup does not give it.
+        Whether the uncertainty is assumed, because the setup does not state it.
     together
-        Of a calibration's covariance: keys that move together and by how much each, else empty.
+        For a direction of a calibration's covariance, the keys that move together and by how much each moves; else
+        empty.
     """
 
     key: str
@@ -83,7 +84,7 @@ class UncertainInput:
 def release_parts_m(tracer: Tracer) -> tuple[float, float]:
     """Return the uncertainty of a release that the drops of a session share, and that of each drop about it.
 
-    A scatter that is not stated is a part of what is stated of the release: that is what a drop by itself has.
+    A scatter that is not stated is a part of the stated uncertainty, which is that of a single drop.
     """
     u = u_release_m(tracer)
     scatter = tracer.u_release_scatter_m
@@ -99,16 +100,16 @@ def u_release_m(tracer: Tracer) -> float:
 
 
 def usual_u(one: UncertainInput) -> float:
-    """Return what a laboratory is assumed to know an input to, whatever the setup says; 0 where nothing is assumed."""
+    """Return the uncertainty to which a laboratory usually knows an input; 0 if there is no usual one."""
     return ASSUMED.get(one.u_key.split(".")[-1], 0.0)
 
 
 def uncertain_inputs(setup: Setup) -> tuple[UncertainInput, ...]:
     """Return every value of the setup that results depend on, with the uncertainty given or assumed.
 
-    Values that a calibration found are uncertain together: instead of each by itself there are the directions d of
-    their covariance, C = sum of d d^T, so that squares of changes add up as before (JCGM 102, 6.2.1.3). Polarisations
-    are among them where the transmitter's is given: else the sphere counts as a point.
+    Values that a calibration found are uncertain together. They are replaced by the directions d of their covariance, C
+    = sum of d d^T, so that squares of changes add up as for single values (JCGM 102, 6.2.1.3). Polarisations are
+    included if the transmitter's is stated; else the sphere counts as a point.
     """
     polarized = setup.transmitter.polarization_deg is not None
     out: list[UncertainInput] = []
@@ -168,7 +169,7 @@ def u_phase_centre_m(antenna: Transmitter | Receiver) -> float:
 def _of_calibration(setup: Setup) -> tuple[tuple[str, ...], list[UncertainInput]]:
     """Return the keys whose covariance a calibration gives, and its directions.
 
-    Not of a value edited since; nor of polarisations, which estimates have as unknowns: those keep their own u_.
+    Values that were edited since keep their own u_, and so do polarisations, which are unknowns of the estimates.
     """
     content = setup.calibration.content
     # what moves by paths and by the sphere is told apart in the budget

@@ -14,9 +14,10 @@ _LIBRARIES = ("numpy", "scipy.linalg")
 
 
 class _Limit:
-    """How many blocks of this process want one thread: the number belongs to the process, not to who asks for it.
+    """Counts the blocks of this process that want one thread, because the number of threads belongs to the process.
 
-    The first block to begin sets it, the last to end gives back what the first has found, in whatever order they end.
+    The first block that begins sets one thread; the last that ends restores the former number, in whatever order they
+    end.
     """
 
     def __init__(self) -> None:
@@ -48,8 +49,8 @@ class _Limit:
 def _in_a_thread(work: Callable[[], None]) -> None:
     """Do something in a thread that ends with it.
 
-    From 3.8 on threadpoolctl ignores all threads but the one that set a number, as long as that one lives; the last
-    block need not end in the thread in which the first began.
+    From version 3.8 on threadpoolctl only obeys the thread that set a number, as long as that thread lives. The last
+    block may end in another thread than the one in which the first began.
     """
     thread = threading.Thread(target=work, name="radargui-blas-limit")
     thread.start()

@@ -34,13 +34,13 @@ def setup_key(name: str) -> str:
 
 
 def value_at(setup: Setup, name: str) -> float | None:
-    """Return what a setup says at a key of a calibration; None where it says nothing there."""
+    """Return a setup's value at a key of a calibration; None if it has none."""
     value = dict(flattened(setup.model_dump(by_alias=True), every=True)).get(setup_key(name))
     return float(value) if isinstance(value, (int, float)) else None
 
 
 def agreeing(setup: Setup) -> list[int]:
-    """Return which values of its calibration the setup has still; none where it has no calibration."""
+    """Return which values of its calibration the setup still has; none without a calibration."""
     content = setup.calibration.content
     return [] if content is None else [n for n in range(len(content.names)) if _agrees(setup, content, n)]
 
@@ -85,7 +85,7 @@ def calibration_words(setup: Setup) -> str:
 
 
 def too_old(setup: Setup, now: datetime) -> str:
-    """Return a line on a calibration older than the setup allows, or whose date nobody can read; else nothing.
+    """Return a line if the calibration is older than the setup allows or its date cannot be read; else nothing.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def calibrated(setup: Setup, calibration: Calibration, file: Path) -> Setup:
 
 
 def _rounded(value: float, u: float) -> float:
-    """Return a value to a hundredth of its u: more digits say nothing, fewer would not agree with the calibration."""
+    """Return a value rounded to a hundredth of its u: fewer digits would not agree with the calibration any more."""
     return round(value, 2 - math.floor(math.log10(u))) if u > 0.0 else value
 
 

@@ -23,7 +23,7 @@ LEAST_EIGENVALUE = -1e-6
 
 
 class CalibrationContent(Section):
-    """What results depend on: values and their covariance, and where they come from.
+    """The part of a calibration that results depend on: values, their covariance and their origin.
 
     Attributes
     ----------

@@ -26,13 +26,13 @@ class ChannelQuality:
     fraction_valid
         Share of valid samples in the motion segment.
     fraction_clipped
-        Share of samples at the end of the range, or that are left out: an open contact, what no motion explains.
+        Share of samples that are clipped or left out (an open contact, milliseconds that no motion explains).
     gain_ratio
         Amplitude of Q over amplitude of I.
     quadrature_error_deg
         Departure of Q from 90 degrees after I.
     finding
-        Why it is not good: it refuses the receiver, or warns of one that is usable.
+        Why the receiver is not good; the finding refuses it, or warns of a usable one.
     u_gain_ratio, u_quadrature_error_deg
         Standard uncertainties of gain ratio and quadrature error.
     prior_runs

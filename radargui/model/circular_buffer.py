@@ -65,7 +65,7 @@ class CircularBuffer:
     def pick(self, index: IntArray) -> tuple[IntArray, NDArray[Any]]:
         """Return what is held at ascending absolute indices: those indices, shape (n,), and a copy, shape (n_rows, n).
 
-        Cheaper than `copy` where few of many columns are wanted.
+        This is cheaper than `copy` if few of many columns are wanted.
         """
         out = self._data[:, index % self.length]
         safe = index >= self.first

@@ -41,7 +41,7 @@ class Lane(Generic[_Have, _Summary]):
     Parameters
     ----------
     work
-        What is begun with the arguments of each piece.
+        Function that begins a piece of work, called with its arguments.
     """
 
     def __init__(self, work: Work[_Have, _Summary]) -> None:
@@ -55,11 +55,11 @@ class Lane(Generic[_Have, _Summary]):
         self._running[number] = self._work(*args)
 
     def ask(self, numbers: Sequence[int]) -> None:
-        """Let these pieces go one step further; `answer` has to follow."""
+        """Start one more step of these pieces; `answer` must follow."""
         self._asked = numbers
 
     def answer(self) -> Iterator[tuple[int, _Summary]]:
-        """Yield what those that were asked tell after the step; those that have come to their end are left out."""
+        """Yield the reports of the pieces after the step; pieces that have ended are left out."""
         for number in self._asked:
             for have, summary in self._running[number]:
                 self._have[number] = have
@@ -67,7 +67,7 @@ class Lane(Generic[_Have, _Summary]):
                 break
 
     def result(self, number: int) -> _Have:
-        """Return what a piece had after its last step."""
+        """Return the state of a piece after its last step."""
         return self._have[number]
 
     def clear(self) -> None:
@@ -138,7 +138,7 @@ class _LaneApart(Lane[_Have, _Summary]):
 
 
 def _serve(connection: Connection, work: Work[Any, Any]) -> None:
-    """Do what a lane is told until its other end is closed; in the process."""
+    """Serve a lane in its process until the other end is closed."""
     begin_worker()
     lane = Lane(work)
     with contextlib.suppress(EOFError, OSError):
@@ -166,12 +166,12 @@ def _answered(lane: Lane[Any, Any], kind: str, value: Any) -> tuple[str, Any]:
 
 
 class Cores:
-    """Lanes on other cores, made when they are first wanted; not before, since each takes a second to begin.
+    """Lanes on other cores, made when they are first wanted, because each takes a second to begin.
 
     Parameters
     ----------
     count
-        Of lanes; below two there are none, and all is done here.
+        Number of lanes; below two all work is done here.
     """
 
     def __init__(self, count: int) -> None:
@@ -209,7 +209,7 @@ class Cores:
         return [lane.pid for lane in self._lanes]
 
     def give_up(self) -> None:
-        """Do all here from now on: no process could be begun, or one has ended."""
+        """Do all work here from now on, because a process could not be started or has ended."""
         _log.warning("Alternatives are computed one after the other: another process failed", exc_info=True)
         self.count = 0
         self.close()
@@ -234,7 +234,7 @@ def cores() -> Cores:
 def on_cores(count: int | None = None) -> Generator[Cores]:
     """Let alternatives be computed side by side within this block.
 
-    For one run at a time: a batch keeps all cores busy with runs.
+    This is for one run at a time; a batch keeps all cores busy with runs.
 
     Parameters
     ----------

@@ -21,13 +21,13 @@ class RunOrigin:
         Measured by a device (here or elsewhere), simulated, or played again from a file; unknown where the run file
         cannot be read.
     samples
-        Checksums of the channels and their length; empty where they are not known. The same: the same samples.
+        Checksums of the channels and their length; empty where unknown. Equal checksums mean equal samples.
     file, first_sample
-        Of a replay: the file, and the sample of it that the run begins with; empty and None for others.
+        For a replay, the file and the sample at which the run begins; empty and None for others.
     of_simulated
-        Of a replay: whether what is played again was simulated.
+        For a replay, whether the replayed run was simulated.
     source
-        Of a measurement what it came from, as people call it: `NI Dev1`, a plug-in; empty where that is not known.
+        For a measurement, the name of its source for people (`NI Dev1`, a plug-in); empty where unknown.
     """
 
     kind: RunKind = "measured"
@@ -39,14 +39,14 @@ class RunOrigin:
 
     @property
     def mark(self) -> str:
-        """What is said of a run that is no measurement; empty of one that is."""
+        """The mark of a run that is no measurement (simulated, replayed); empty for a measurement."""
         if self.kind == "replay" and self.of_simulated:
             return "replay of simulated"
         return "" if self.kind in ("measured", "unknown") else self.kind
 
     @property
     def badge(self) -> str:
-        """What stands beside everything that is shown of it: SIMULATED, NI Dev1; empty where nothing is known."""
+        """The badge beside all that is shown of a run: SIMULATED, NI Dev1; empty where its origin is unknown."""
         return self.mark.upper() or self.source
 
     def is_same_drop(self, other: RunOrigin) -> bool:
@@ -68,11 +68,11 @@ class Drop:
     origin
         Where its samples come from.
     e, u_e, u_e_combined, g_m_s2, u_g_m_s2, u_g_combined_m_s2, drop_height_m, impact_speed_m_s
-        Of the first bounce and the first fall; None where not known or not valid.
+        Values of the first bounce and the first fall; None where unknown or not valid.
     from_rest
-        Whether the rest before the fall was recorded: only then is the first bounce seen the first.
+        Whether the rest before the fall was recorded; only then the first bounce found is the first one.
     preliminary
-        Whether the correction asked for is still to come: what stands there meanwhile says less of its own errors.
+        Whether the wanted correction is still being computed; the present values have less reliable uncertainties.
     """
 
     name: str

@@ -61,7 +61,7 @@ class FileError(RadarGuiError):
 
 
 class FileLostError(FileError):
-    """A file that is being written was deleted, replaced or cut by somebody else: what was in it is gone."""
+    """A file that is being written was deleted, replaced or truncated by somebody else; its content is lost."""
 
 
 class SessionError(RadarGuiError):
@@ -120,7 +120,7 @@ def worded(kind: type[_Error], name: str, /, **facts: object) -> _Error:
 
 
 def fault_of(error: BaseException, what: str) -> FaultError:
-    """Return an exception that nobody foresaw as what the operator and the log read: its type and its place.
+    """Return an unexpected exception as an error for operator and log, with its type and place.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ def attempt(step: Callable[[], object], what: str) -> RadarGuiError | None:
 
 
 class CancelledError(Exception):
-    """Somebody wants no more of some work; raised by the function it tells its progress to.
+    """The work was cancelled; raised by the function to which it reports its progress.
 
-    No fault, hence outside the tree: nothing that shows errors to the operator may take it for one.
+    It is no error and stands outside the tree, so that it is never shown to the operator as one.
     """

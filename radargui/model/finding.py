@@ -1,6 +1,6 @@
-"""What is said of a run, as data: a code, how grave it is, the receiver it is about, the facts that its words need.
+"""Findings: what is said of a run, as data with a code, a severity, perhaps a receiver, and facts.
 
-The words stand in `resources/findings.toml` and are made where people read them: nothing in the chain reads a sentence.
+The words stand in `resources/findings.toml` and are made where people read them. Nothing in the chain reads a sentence.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def refuse(code: str, /, **facts: object) -> Finding:
 
 
 def as_stored(text: str, severity: Severity = "warn") -> Finding:
-    """Return the finding of which the sentence alone is known."""
+    """Return a finding of which only the sentence is known."""
     return Finding(STORED, severity, None, {"text": text})
 
 
@@ -87,7 +87,7 @@ def finding_in(document: Any) -> Finding:
     Raises
     ------
     KeyError, TypeError, ValueError
-        It holds none.
+        The document holds no finding.
     """
     code, severity, receiver, facts = (document[key] for key in ("code", "severity", "receiver", "facts"))
     if not isinstance(code, str) or severity not in get_args(Severity) or not isinstance(receiver, int | None):
@@ -96,7 +96,7 @@ def finding_in(document: Any) -> Finding:
 
 
 def texts(findings: Iterable[Finding]) -> tuple[str, ...]:
-    """Return findings in words; what is said of several receivers alike is said once."""
+    """Return findings in words; a sentence that holds for several receivers is given once."""
     said: dict[object, tuple[Finding, list[int]]] = {}
     for place, one in enumerate(findings):
         alike = (one.severity, one.text) if one.is_of_receiver else place
@@ -113,7 +113,7 @@ def _of_receivers(finding: Finding, receivers: Sequence[int]) -> str:
 def error_of(
     kind: type[_Error], code: str, /, *, reasons: Sequence[str] = (), remedy: str = "", **facts: object
 ) -> _Error:
-    """Return the error of a step that cannot be made; why is a finding (`ProcessingError.finding`)."""
+    """Return the error of a step that cannot be done; its reason is a finding (`ProcessingError.finding`)."""
     finding = refuse(code, **facts)
     error = kind(sentence(finding.text), reasons=reasons, remedy=remedy)
     error.finding = finding
@@ -121,7 +121,7 @@ def error_of(
 
 
 def why_of(error: ProcessingError) -> Finding:
-    """Return why a step could not be made; of an error that says so in words alone these."""
+    """Return the finding that says why a step could not be done, made of the words where the error has none."""
     return error.finding or as_stored(error.message.rstrip("."), "refuse")
 
 

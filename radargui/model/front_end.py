@@ -53,9 +53,9 @@ class FrontEnd:
         return self._turned(along, across, first.gain_ratio)
 
     def with_change_since(self, before: FrontEnd, u_log_gain: float) -> FrontEnd:
-        """Return the same, uncertain also by five times what it has changed by, and by another share of the gain ratio.
+        """Return the same constants with u widened by five times their change, and by a share of the gain ratio.
 
-        Rounds of which each changes a fifth less than the one before would still change it by four times that.
+        If each round changes a fifth less than the one before, later rounds change it by four times the last change.
         """
         gain, angle = self.gain_ratio - before.gain_ratio, self.quadrature_error_deg - before.quadrature_error_deg
         u_gain_ratio = np.linalg.norm([self.u_gain_ratio, 5.0 * gain, self.gain_ratio * u_log_gain])
@@ -63,7 +63,7 @@ class FrontEnd:
         return replace(self, u_gain_ratio=float(u_gain_ratio), u_quadrature_error_deg=float(u_angle))
 
     def less(self, first: FrontEnd) -> FrontEnd:
-        """Return what is left of these constants where others are taken off first: the inverse of `after`."""
+        """Return the constants that remain after others are taken off: the inverse of `after`."""
         e0, e = first.quadrature_error_rad, self.quadrature_error_rad
         # Q of the first is taken off before: what is left is a shear and a stretch of the same kind
         share = self.gain_ratio / first.gain_ratio
@@ -88,7 +88,7 @@ class FrontEndPrior:
     front_ends
         One a receiver.
     used
-        Whether the run was estimated with it: not where it contradicts it, nor where it knows as much by itself.
+        Whether the run was estimated with it. It is not used if the run contradicts it or knows as much by itself.
     """
 
     runs: tuple[str, ...]
@@ -104,8 +104,8 @@ def run_names(runs: tuple[str, ...]) -> str:
 def with_phase_sign(volts: FloatArray, phase_sign: int) -> FloatArray:
     """Return I1, Q1, I2, ... with Q negated where the wiring inverts it, a new array then.
 
-    Whatever measures starts from what this returns: a longer path turns every phase forward there. It is its own
-    inverse.
+    In the returned signals a longer path turns every phase forward; all measurements start from them. The function is
+    its own inverse.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def noise_across(
 ) -> FloatArray:
     """Return the standard deviation of Y of `point_of` where I and Q have noise of their own, shape as theirs.
 
-    That of X is the noise of I. Parameters as in `point_of`.
+    The noise of X is that of I. Parameters as in `point_of`.
     """
     # Y is made of Q and of a share of X: their noises add in squares
     own, shared = noise_q / gain_ratio, noise_i * np.sin(quadrature_error_rad)
@@ -188,7 +188,7 @@ def slopes_of_point(
 ) -> tuple[float, float, FloatArray, FloatArray]:
     """Return the derivatives of Y of `point_of` by the offsets of I and of Q, by ln g and by eps.
 
-    Of X there is that by the offset of I alone, -1.
+    X depends on the offset of I only, with the derivative -1.
 
     Parameters
     ----------

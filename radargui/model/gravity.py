@@ -51,7 +51,7 @@ def normal_gravity_m_s2(latitude_deg: float, height_m: float) -> float:
 def gravity_of_site(site: Site) -> tuple[float, float, bool] | None:
     """Return g of a place, its u, and whether the setup states it (else normal gravity); None where it is not stated.
 
-    A g that is stated without its u counts as if it were normal gravity's.
+    A g that is stated without u gets the u of normal gravity.
     """
     if site.g_m_s2 is not None:
         return site.g_m_s2, U_NORMAL_GRAVITY_M_S2 if site.u_g_m_s2 is None else site.u_g_m_s2, True
@@ -63,7 +63,7 @@ def gravity_of_site(site: Site) -> tuple[float, float, bool] | None:
 def expected_gravity_m_s2(site: Site) -> float:
     """Return the g that rules expect at a site: what the setup says of it, else the nominal one.
 
-    Rules ask whether something falls, when it lands, how fast it is after some way: the air does not matter to them.
+    It is used where a rule asks whether something falls, when it lands or how fast it is; air does not matter there.
     """
     return g_and_u_of_site(site)[0]
 

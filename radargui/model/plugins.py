@@ -11,12 +11,12 @@ Kind = Literal["sources", "corrections", "figures", "laws"]
 
 @cache
 def plugins(kind: Kind) -> dict[str, EntryPoint]:
-    """Return what is installed of a kind, by name: the entry points of the group `radargui.KIND`."""
+    """Return the installed plug-ins of a kind by name: the entry points of the group `radargui.KIND`."""
     return {point.name: point for point in entry_points(group=f"radargui.{kind}")}
 
 
 def load_plugin(kind: Kind, name: str) -> Any:
-    """Return what an entry point names; what it must be is said where it is used, and in docs/plugins.md.
+    """Return the object that an entry point names; docs/plugins.md says what it must be.
 
     Raises
     ------

@@ -17,9 +17,9 @@ _STEP = 1e-3
 
 
 def pooled_calibration(runs: Sequence[RunLikelihood], setup: Setup, origin: Origin) -> Calibration | None:
-    """Return the antennas as runs say them together; None where none of them says something of this setup's.
+    """Return the antennas as runs determine them together; None if none of them says anything of this setup's antennas.
 
-    The release stays as it is stated: that of the next drop is another one.
+    The release stays as stated, because that of the next drop is another one.
 
     Parameters
     ----------

@@ -122,7 +122,7 @@ SkewFrom = Literal["file", "setup", "assumed 0"]
 
 @dataclass(frozen=True, slots=True)
 class Digitisation:
-    """What is needed to read raw samples as volts at known times.
+    """How raw samples become volts at known times.
 
     Attributes
     ----------
@@ -184,7 +184,7 @@ class Digitisation:
 
 @dataclass(frozen=True, slots=True)
 class ChannelSkew:
-    """The multiplexer's delay that is taken for true, and who tells it.
+    """The multiplexer's delay that is used, and its origin.
 
     Attributes
     ----------
@@ -246,7 +246,7 @@ class Excerpt:
     of_samples
         Stored samples of each channel of the whole recording.
     reason
-        Why not the whole is used, for people.
+        Why only a part is used, for people.
     """
 
     first_stored: int

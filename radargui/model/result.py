@@ -35,11 +35,11 @@ class Bounce:
     method
         How the speeds were found.
     valid
-        False where the signal cannot support the coefficient.
+        False if the signal does not support the coefficient.
     e_flight_time
-        From the time until the next impact, g T / (2 v_before); NaN without a next impact.
+        e from the time T until the next impact, g T / (2 v_before); NaN without a next impact.
     e_height
-        From the height of the apex that follows, sqrt(2 g h) / v_before; NaN without a next impact.
+        e from the height h of the following apex, sqrt(2 g h) / v_before; NaN without a next impact.
     u_e_combined
         Standard uncertainty of e with what antennas, floor and sphere leave open; NaN where it was not carried.
     x_m, y_m, z_m, u_position_m
@@ -56,8 +56,8 @@ class Bounce:
     mu, u_mu
         Apparent friction |dv_t| / dv_n: the least that the coefficient of sliding friction can be.
 
-    All velocities are of the centre: e_t is not the restitution of the point that touches, which spin would need. What
-    was not carried is NaN.
+    All velocities are of the centre: e_t is not the restitution of the point of contact, which spin would need. Values
+    that were not computed are NaN.
     """
 
     time_s: float
@@ -93,7 +93,7 @@ class Bounce:
 
 @dataclass(frozen=True, slots=True)
 class FreeFall:
-    """The first fall checked against the parabola.
+    """The first fall, compared with a parabola.
 
     Attributes
     ----------
@@ -132,9 +132,9 @@ class VelocitiesAtImpacts:
     before_m_s, after_m_s
         Shape (n_impacts, 3).
     covariance
-        Of (before x, y, z, after x, y, z) with the setup held, shape (n_impacts, 6, 6).
+        Covariance of (before x, y, z, after x, y, z) with the setup held, shape (n_impacts, 6, 6).
     slope_variance
-        Of the floor's normal, x / z and y / z, where it was found from the impacts.
+        Variance of the floor's slope, x / z and y / z of its normal, where the impacts determined it.
     """
 
     time_s: FloatArray
@@ -157,15 +157,15 @@ class Bounces:
     impacts, free_fall
         What was found.
     normal
-        Unit vector away from the floor, which speeds and heights are along; None where nothing was found along any.
+        Unit vector away from the floor, along which speeds and heights are counted; None without any.
     u_tilt_deg
         Standard uncertainty of its angle from the vertical, where it was found from the impacts with one.
     braked_1_m, walls_s, with_walls_s
         k of the drag that flights show beyond a metal sphere's; when walls were met, or the floor with one (not valid).
     falls_with_m_s2
-        What something falls and bounces with, where that is not the g of the place: then nothing else was found.
+        Acceleration with which something falls and bounces, if it is not the g of the site; then nothing else is given.
     velocities
-        What the impacts' speeds, angles and friction are worked out from; None once they are, and where unknown.
+        Velocities from which speeds, angles and friction are computed; None after that, and where unknown.
     """
 
     impacts: tuple[Bounce, ...] = ()
@@ -230,9 +230,9 @@ class CorrectedIQ:
     method, channels
         Correction used: joint, flights, adaptive, published, ellipse or none; quality of each receiver.
     steps
-        What the correction found on its way, one entry a receiver, for display: PublishedSteps, Ellipse or None.
+        Intermediate results of the correction for display, one a receiver: PublishedSteps, Ellipse or None.
     decisions
-        What an estimate chose by evidence, one sentence each.
+        Choices of an estimate by evidence, one sentence each.
     """
 
     time_s: FloatArray
@@ -367,7 +367,7 @@ _T = TypeVar("_T")
 class Deferred(Generic[_T]):
     """A value of a result, or how it is made: once, when it is first asked for.
 
-    A result has one column a stored sample, and few readers want all of them.
+    A result has one column for each stored sample, and few readers want all of them.
     """
 
     def __set_name__(self, owner: type, name: str) -> None:
@@ -406,23 +406,22 @@ class RunResult:
     segment
         The motion and the rest before it; None without motion.
     corrected, paths, track
-        The values on the way, made when they are first asked for; None where the flow ended before. `track` is None
+        The intermediate values, made when they are first asked for; None where the chain ended before. `track` is None
         with fewer than 3 receivers.
     bounces
         Impacts and first fall.
     motion
-        Velocities and accelerations; None where the correction is none that knows them.
+        Velocities and accelerations; None if the correction does not determine them.
     uncertainty_budget
-        Whose share of the uncertainty is how large; None without a track.
+        The shares of the uncertainty; None without a track.
     setup_posterior
         What the recording says of antennas, release and wavelength; empty where it says nothing.
     setup_likelihood
-        What the recording alone says of them, without their prior: what other runs are pooled with; None: nothing.
+        The likelihood of these values by the recording alone, without a prior, for pooling; None: nothing is said.
     findings
-        What is said of it: those that refuse it, else why nothing moves, and those that the operator must know.
+        The findings: those that refuse the run, else why nothing moves, and those that the operator must know.
     preliminary
-        Whether the correction that the setup asks for is still being computed, or was stopped before it ended: then a
-        simpler one stands here.
+        Whether this result is by a simpler correction, because the wanted one is still being computed or was stopped.
     front_end_prior
         What earlier runs of the session said about the front ends, and whether it was used; None where nothing was
         known or asked.
@@ -458,7 +457,7 @@ class RunResult:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the operator must know, in words."""
+        """Findings that the operator must know, in words."""
         return texts(one for one in self.findings if one.severity == "warn")
 
     @property

@@ -27,7 +27,7 @@ _HARDWARE = ("radar", "transmitter", "receiver", "daq", "calibration")
 
 @dataclass(frozen=True, slots=True)
 class RunLikelihood:
-    """What a run says by itself of antennas, release and wavelength.
+    """The likelihood of antennas, release and wavelength by a single run.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class RunLikelihood:
     likelihood
         In the units of that setup's unknowns.
     begins
-        Whether it contradicts the runs before it: they say nothing of those after it.
+        Whether the run contradicts the runs before it; those are then not used for later runs.
     """
 
     run: str
@@ -54,7 +54,7 @@ class RunLikelihood:
 
 @dataclass(frozen=True, slots=True)
 class SetupPrior:
-    """What other runs of a session say of a run's antennas, release and wavelength, the setup's own prior in it.
+    """What other runs of a session, together with the setup's prior, say of a run's antennas, release and wavelength.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class SetupPrior:
         Of the setup's unknowns (`unknown_inputs`) in their u from what is stated, of this run: its release has its own
         scatter. Shapes (n,) and (n, n).
     used
-        Whether the run was estimated with it: not where it contradicts it.
+        Whether the run was estimated with it; it is not used if the run contradicts it.
     """
 
     runs: tuple[str, ...]
@@ -82,8 +82,8 @@ class SetupPrior:
 def known_setup(before: Sequence[RunLikelihood], after: Sequence[RunLikelihood], setup: Setup) -> SetupPrior | None:
     """Return what the runs before and after one say of its antennas; None where they say nothing.
 
-    Counted are those with the antennas of its setup: before it back to one that contradicts what was before that,
-    itself counted, after it up to the next such one.
+    Runs with the same antennas count: those before it back to (and with) a run that contradicts its predecessors, and
+    those after it up to the next such run.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def _pool(runs: Sequence[RunLikelihood], setup: Setup) -> SetupPrior:
     """Return the product of what runs say, each by itself, with one prior from the setup.
 
     The scatter of each drop's release is integrated out; a release that was stated elsewhere has an error of its own.
-    What the runs differ by beyond their uncertainties widens what they say (Birge ratio).
+    If runs differ by more than their uncertainties the result is widened (Birge ratio).
     """
     inputs, deviation = unknown_inputs(setup)
     per_m, release = _release_moves(inputs)
@@ -125,10 +125,10 @@ def _pool(runs: Sequence[RunLikelihood], setup: Setup) -> SetupPrior:
 
 
 def bumped(alone: SetupLikelihood, prior: SetupPrior, setup: Setup) -> Finding | None:
-    """Return which place a run by itself has elsewhere than the others have it; None where they agree.
+    """Return the place, an antenna mostly, that a run by itself finds elsewhere than the others; else None.
 
     Chi-square of the run against the prior, less that with the values of one place free, is chi-square distributed with
-    as many degrees of freedom. Beyond what chance does once in ten thousand the place has moved.
+    as many degrees of freedom. If chance exceeds it less than once in ten thousand cases the place has moved.
     """
     inputs, _ = unknown_inputs(setup)
     covariance, mean = np.array(prior.covariance), np.array(prior.mean)

@@ -20,8 +20,8 @@ _LEAST_LEARNT = 1e-3
 def unknown_inputs(setup: Setup) -> tuple[tuple[UncertainInput, ...], FloatArray]:
     """Return the setup's unknowns - antennas, release, wavelength - and the deviations of their priors, shape (n,).
 
-    What moves no path is none of them. What the setup calls exact has the u to which a laboratory knows it, and next
-    to no deviation.
+    Inputs that move no path are left out. A value that the setup calls exact gets the u to which a laboratory knows it,
+    and a prior of nearly zero deviation.
     """
     stated = [
         one

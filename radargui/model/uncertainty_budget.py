@@ -12,22 +12,22 @@ Share = Literal["calibration", "sphere"]
 
 @dataclass(frozen=True, slots=True)
 class InputChange:
-    """What results change by where one input of the setup is off by its standard uncertainty.
+    """The change of the results when one input of the setup is off by its standard uncertainty.
 
     Attributes
     ----------
     key
-        Which, as in `model.assumed`.
+        Key of the input, as in `model.assumed`.
     share
-        To which part of the budget it belongs.
+        The share of the budget that it belongs to.
     time_s
         Instants, shape (n,), the same for all inputs of a run: fewer than samples, for shifts are smooth.
     moved_m
-        Of the position then, shape (3, n); NaN where unknown.
+        Change of the position, shape (3, n); NaN where unknown.
     e
-        Of each impact's e, shape (n_impacts,); NaN where unknown.
+        Change of each impact's e, shape (n_impacts,); NaN where unknown.
     g_m_s2
-        Of the acceleration in free fall; NaN where unknown.
+        Change of the acceleration in free fall; NaN where unknown.
     """
 
     key: str
@@ -45,11 +45,11 @@ class BudgetLine:
     Attributes
     ----------
     statistical
-        Of noise and of all that the run itself determines: what differs between runs on one setup.
+        Share of noise and of all that the run itself determines; it differs between runs on one setup.
     calibration
-        Of the antennas' places, the release, the floor, the frequency and the clock: common to runs on one setup.
+        Share of antennas, release, floor, frequency and clock; it is common to runs on one setup.
     sphere
-        Of the diameter; where no polarisation is given, what taking the sphere for a point may cost.
+        Share of the diameter; without a stated polarisation, the error of taking the sphere for a point.
     combined
         All of them in squares (JCGM 100, 5.1.2).
     """
@@ -62,7 +62,7 @@ class BudgetLine:
 
 @dataclass(frozen=True, slots=True)
 class UncertaintyBudget:
-    """Who holds how much of the uncertainty.
+    """The uncertainty budget of position, e and g.
 
     Attributes
     ----------

@@ -1,1 +1,4 @@
-"""Motion and mismatch estimated from all channels together: adaptive, joint."""
+"""Estimate motion and mismatch from all channels together: flights, circles with maps, the joint estimate.
+
+Method 4.
+"""

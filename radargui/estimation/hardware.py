@@ -1,7 +1,4 @@
-"""Hardware constants of the receivers' front ends: their pool over the runs of a session, and whether a run agrees.
-
-Method 4, Front ends known before.
-"""
+"""Pool the front ends of a session's runs, and test whether a run agrees with the pool."""
 
 from __future__ import annotations
 

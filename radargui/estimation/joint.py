@@ -1,4 +1,4 @@
-"""The joint estimate of a recording: motion and mismatch from all channels together (method 4)."""
+"""The joint estimate of a recording: motion and mismatch from all channels together."""
 
 from __future__ import annotations
 

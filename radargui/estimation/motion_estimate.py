@@ -1,4 +1,4 @@
-"""What every estimate hands on: motion, corrected IQ, uncertainties, constants, quality (method 6)."""
+"""The result that every estimate hands on: motion, corrected IQ, uncertainties, constants, quality."""
 
 from __future__ import annotations
 

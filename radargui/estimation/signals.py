@@ -1,4 +1,4 @@
-"""Signals for the estimates: the conditioned voltages of each receiver in about one amplitude."""
+"""Scale the conditioned voltages of each receiver to an amplitude of about one."""
 
 from __future__ import annotations
 

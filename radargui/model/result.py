@@ -54,7 +54,8 @@ class Bounce:
         Component of the velocity along the floor after the impact in the direction of the one before, over that before;
         NaN where that is zero within three times its uncertainty.
     mu, u_mu
-        Apparent friction |dv_t| / dv_n: the least that the coefficient of sliding friction can be.
+        Apparent friction: the change of the velocity along the floor over that along the normal, a lower limit of the
+        coefficient of sliding friction.
 
     All velocities are of the centre: e_t is not the restitution of the point of contact, which spin would need. Values
     that were not computed are NaN.

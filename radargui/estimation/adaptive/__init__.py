@@ -1,1 +1,4 @@
-"""Adaptive correction: each receiver's circle with a centre and a radius that are functions of position."""
+"""The adaptive correction: each receiver's circle has a centre and a radius that depend on the position.
+
+Method 2, adaptive.
+"""

@@ -1,4 +1,4 @@
-"""What a round of circle fits starts from: places, channels at one time, known amplitudes (method 2, adaptive)."""
+"""Collect the data of a round of circle fits: places, channels at one time, known amplitudes."""
 
 from __future__ import annotations
 

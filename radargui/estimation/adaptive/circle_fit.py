@@ -1,4 +1,4 @@
-"""Geometric fit of one receiver's circle: constants, bias map and amplitude map (method 2, adaptive)."""
+"""Fit one receiver's circle geometrically: constants, bias map and amplitude map."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Unknowns of one receiver's circle, their priors, and when its fit ends (method 2, adaptive)."""
+"""The unknowns of one receiver's circle, their priors, and when the fit ends."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The adaptive estimate: each receiver on its own circle, fast, one to four receivers (method 2, adaptive)."""
+"""The adaptive estimate of one to four receivers, each on its own circle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A receiver whose circle hardly winds: foretold by the others, or at rest (method 2, adaptive)."""
+"""Predict the phase of a receiver whose circle hardly winds, from the other receivers or from its rest."""
 
 from __future__ import annotations
 

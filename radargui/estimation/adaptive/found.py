@@ -1,4 +1,4 @@
-"""From signals to circles, places and impacts: the adaptive rounds, start of the joint estimate too (method 2)."""
+"""Find circles, places and impacts by adaptive rounds, from which the joint estimate may begin."""
 
 from __future__ import annotations
 

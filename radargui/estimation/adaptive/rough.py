@@ -1,4 +1,4 @@
-"""Rough phases: still ellipses on pooled samples, good enough to count fringes (method 2, adaptive)."""
+"""Fit constant ellipses to pooled samples, well enough to count fringes."""
 
 from __future__ import annotations
 

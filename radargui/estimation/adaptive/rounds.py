@@ -1,4 +1,4 @@
-"""Rounds of circle fits: places from phases, maps on places, better phases (method 2, adaptive)."""
+"""Repeat rounds of circle fits: places from phases, maps at these places, better phases."""
 
 from __future__ import annotations
 

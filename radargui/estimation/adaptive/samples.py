@@ -1,4 +1,4 @@
-"""The adaptive circles at every sample: phases, uncertainties, corrected IQ (method 2, adaptive)."""
+"""Evaluate the adaptive circles at every sample: phases, uncertainties, corrected IQ."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The start: an ellipse that stands still, fitted to one receiver's I and Q (Heydemann 1981; method 2, adaptive)."""
+"""Fit a constant ellipse to one receiver's I and Q as a start (Heydemann 1981)."""
 
 from __future__ import annotations
 

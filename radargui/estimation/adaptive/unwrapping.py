@@ -1,4 +1,4 @@
-"""Phases counted on in time, and over what is missing by how fast they turn on both sides (method 2, adaptive)."""
+"""Unwrap phases in time, and across holes by how fast they turn on both sides."""
 
 from dataclasses import dataclass
 

@@ -1,1 +1,1 @@
-"""What a solution says: samples, flights, constants."""
+"""Read a solution: samples, flights, velocities, responses to the setup."""

@@ -1,6 +1,6 @@
-"""What the samples alone say about the first flights: the posterior without the smoothness prior, for restitution.
+"""The likelihood of the first flights by the samples alone, without the smoothness prior.
 
-Method 5, Flights.
+Restitution fits its flights to it. Method 5, Flights.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The slope of the floor that reflects, as the estimate's mirror says it (method 5, e and the floor's normal)."""
+"""Read the slope of the reflecting floor from the estimate's mirror."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The motion as the samples give it, no equation of motion asked for: places at times, and its segments."""
+"""The motion as the samples give it, without the equation of motion: places at times, and segments."""
 
 from __future__ import annotations
 

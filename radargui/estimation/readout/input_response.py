@@ -1,4 +1,4 @@
-"""How a solution follows small changes of what the setup says: antennas, release, wavelength, sphere (method 6)."""
+"""Compute how a solution follows small changes of the setup: antennas, release, wavelength, sphere."""
 
 from __future__ import annotations
 

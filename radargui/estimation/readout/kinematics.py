@@ -1,4 +1,4 @@
-"""Velocity and acceleration of a joint solution, with their uncertainties (method 5, Oblique impacts)."""
+"""Compute velocity and acceleration of a joint solution, with their uncertainties."""
 
 from __future__ import annotations
 

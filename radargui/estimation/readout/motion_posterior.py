@@ -1,4 +1,4 @@
-"""The posterior of a motion: what restitution and all that follows may read of a solution."""
+"""The posterior of a motion: all that restitution and later steps may read of a solution."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The joint solution at every sample: positions, path lengths, uncertainties, corrected IQ (method 6)."""
+"""Evaluate the joint solution at every sample: places, path lengths, uncertainties, corrected IQ."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which stretches of one receiver an estimate leaves unexplained, though the others agree with it (method 2)."""
+"""Find intervals of one receiver that an estimate does not explain although the other receivers agree with it."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""What bounces that are not followed leave open of the speeds at impacts.
-
-Method 5, e and the floor's normal.
-"""
+"""Estimate what bounces that are not followed leave uncertain of the speeds at the last impacts."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Which model: breaks, floor, walls, lengths; the evidence decides."""
+"""Choose the model by its evidence: breaks, floor, walls, lengths of the maps."""

@@ -1,4 +1,4 @@
-"""Where the motion wants further breaks or finer knots: sharp turns, stretches of large misfit (method 5, Impacts)."""
+"""Find where the motion needs further breaks or finer knots: sharp turns and intervals of large misfit."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""How the search for a model ends without one: its work is counted, so that each machine says the same of a run.
+"""Limit the work of the model search, and name the ways in which it ends without a model.
 
-Method 4, Walls.
+Work is counted, not timed, so that a result does not depend on the machine.
 """
 
 from collections.abc import Callable

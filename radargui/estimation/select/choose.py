@@ -1,4 +1,4 @@
-"""Which model: with or without a floor that reflects, which length, which walls; the evidence decides (method 4)."""
+"""Choose the model by evidence: with or without a floor, which length of the maps, which walls."""
 
 from __future__ import annotations
 

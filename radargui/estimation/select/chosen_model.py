@@ -1,7 +1,4 @@
-"""What the choice of a model hands on: the solution, what the evidence does not rule out, what was decided.
-
-Method 4, Alternatives.
-"""
+"""The chosen model: the solution, the alternatives that the evidence does not rule out, the decisions."""
 
 from __future__ import annotations
 

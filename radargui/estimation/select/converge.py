@@ -1,4 +1,4 @@
-"""Rounds: minimise, move the maps, re-estimate the priors (method 4, Priors); settle the breaks (method 5, Impacts)."""
+"""Converge a model in rounds: minimise, renew the maps, re-estimate the priors; and settle its breaks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A drop that its flights have measured, as what the joint estimate begins with (method 4, Flights first)."""
+"""Turn the flights of a drop into initial values of the joint estimate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fewer and longer bins, on which models are compared at less cost, and back to all of them (method 4, Evidence)."""
+"""Compare models on fewer and longer bins at less cost, and return to all bins."""
 
 from __future__ import annotations
 

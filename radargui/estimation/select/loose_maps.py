@@ -1,4 +1,4 @@
-"""Bias maps that have grown until they stand for the signal itself (method 4, Walls)."""
+"""Recognise bias maps that have grown until they stand for the signal itself."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Alternatives that are converged side by side, as long as they are not hopelessly behind (method 4, Evidence)."""
+"""Converge alternatives side by side, and give up those that are hopelessly behind."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What mirrors that nothing excludes would make of the motion, linearised over all places (method 4, Walls)."""
+"""Compute what mirrors that nothing excludes would do to the motion, linearised over all places."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Places for one more wall and their linearised evidence, everything else marginalised (method 4, Walls)."""
+"""Compute the linearised evidence of one more wall at places of a grid, all else marginalised."""
 
 from __future__ import annotations
 

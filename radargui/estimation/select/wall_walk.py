@@ -1,4 +1,4 @@
-"""A wall that was found is moved on: where it stands, motion and maps hold each other in place (method 4, Walls)."""
+"""Move a wall that was found step by step, because motion and maps hold it in place."""
 
 from __future__ import annotations
 

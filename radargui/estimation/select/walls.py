@@ -1,4 +1,4 @@
-"""Walls that reflect: searched over azimuth and distance where the misfit asks for them (method 4, Walls)."""
+"""Search reflecting walls over azimuth and distance where the misfit asks for them."""
 
 from __future__ import annotations
 

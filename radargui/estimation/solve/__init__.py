@@ -1,1 +1,1 @@
-"""Unknowns, normal matrix, minimum, priors."""
+"""Unknowns, priors, normal matrix and minimum of the joint problem."""

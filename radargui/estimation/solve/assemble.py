@@ -1,4 +1,4 @@
-"""The normal matrix and the slope of the joint problem (method 4, Minimum)."""
+"""Assemble the normal matrix and the slope of the joint problem."""
 
 from __future__ import annotations
 

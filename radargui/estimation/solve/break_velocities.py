@@ -1,7 +1,4 @@
-"""Velocities of a solution just before and just after its breaks, and which of the breaks are impacts.
-
-Method 5, Impacts.
-"""
+"""Compute the velocities of a solution before and after its breaks, and decide which breaks are impacts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A solution's problem with other breaks, other mirrors or other bias maps; the rest starts from it (method 4)."""
+"""Make from a solution a problem with other breaks, mirrors or bias maps; the rest begins at the solution."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The setup's unknowns found, and the solution that holds them as constants (method 4, Setup)."""
+"""Read the posterior of the setup's unknowns, and make the solution that holds them as constants."""
 
 from __future__ import annotations
 

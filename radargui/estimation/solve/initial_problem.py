@@ -1,4 +1,4 @@
-"""The initial problem: motion and constants of the adaptive rounds, maps, mirrors and drift at zero (method 4)."""
+"""Make the initial problem: motion and constants as found before; maps, mirrors and drift at zero."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""What the lobes of a wall should be: directly each antenna's main lobe is seen, a wall is met by its skirts.
-
-Method 4, Mirrors.
-"""
+"""The prior of a wall's lobes: the wall is seen by the skirts of an antenna whose main lobe is known."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Damped Gauss-Newton on the joint problem, and its evidence (method 4, Minimum and Evidence)."""
+"""Minimise the joint problem by damped Gauss-Newton, and compute its evidence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The normal matrix: one band with a border (method 4, Minimum)."""
+"""The normal matrix, a band with a border: factor, solve, determinant and covariance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Deviations of the priors re-estimated from the posterior (MacKay 1992; method 4, Priors), noise scale from misfit."""
+"""Re-estimate the deviations of the priors from the posterior (MacKay 1992), and the noise scale from the misfit."""
 
 from __future__ import annotations
 

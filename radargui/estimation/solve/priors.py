@@ -1,4 +1,4 @@
-"""Priors of the global parameters: wide for constants, re-estimated for maps and mirrors (method 4, Priors)."""
+"""The priors of the global parameters: wide for constants, re-estimated for maps and mirrors."""
 
 from __future__ import annotations
 

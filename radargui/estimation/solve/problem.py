@@ -1,4 +1,4 @@
-"""The joint problem: what stays fixed, the unknowns, and the cost at a state (method 4)."""
+"""The joint problem: fixed data, unknowns, and the cost at a state."""
 
 from __future__ import annotations
 

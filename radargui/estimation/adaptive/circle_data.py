@@ -28,7 +28,7 @@ def map_places(change_m: FloatArray, antennas: Antennas, release_m: FloatArray, 
     antennas, release_m
         Geometry.
     rest
-        Where the tracer still rests: its place is the release position.
+        Bins in which the tracer still rests at the release position.
     """
     if antennas.n_receivers < LEAST_RECEIVERS:
         place = change_m / 2.0
@@ -45,7 +45,7 @@ def map_places(change_m: FloatArray, antennas: Antennas, release_m: FloatArray, 
 
 
 def averaging_loss(phase_rad: FloatArray, bins: Bins) -> FloatArray:
-    """Return what the mean over a bin leaves of a turning wave, cos(s dphi/dt), shape as the phase (..., n_bins)."""
+    """Return cos(s dphi/dt), which averaging over a bin leaves of a turning wave, shape (..., n_bins)."""
     rate = np.gradient(phase_rad, bins.time_s, axis=-1)
     return np.asarray(np.cos(np.clip(rate * bins.node_s, -_MOST_TURN_RAD, _MOST_TURN_RAD)))
 
@@ -68,11 +68,11 @@ def circle_data(
     value
         Means brought to the time of channel 0, shape (n_channels, n_bins).
     phase_rad, place
-        Of the round before, shapes (n_receivers, n_bins) and (n_dimensions, n_bins).
+        Phases and places of the preceding round, shapes (n_receivers, n_bins) and (n_dimensions, n_bins).
     bias, amplitude_map
-        Functions; None without maps.
+        Functions of the maps; None without maps.
     stride
-        Of how many bins one is wanted.
+        One of so many bins is used.
     """
     bins, few = binned.bins, slice(None, None, stride)
     none = np.zeros((-(-bins.n_bins // stride), 0))
@@ -107,8 +107,8 @@ def at_one_time(
 ) -> FloatArray:
     """Return what each channel would have shown at the time of channel 0, shape (n_channels, n_bins).
 
-    Channel k of a multiplexer shows Z(t + d_k); the difference A (exp(j phi(t)) - exp(j phi(t + d_k))), brought through
-    the receiver's gain ratio and quadrature error, is added to it.
+    Channel k of a multiplexer shows Z(t + d_k). The difference A (exp(j phi(t)) - exp(j phi(t + d_k))), as the
+    receiver's front end shows it, is added.
 
     Parameters
     ----------

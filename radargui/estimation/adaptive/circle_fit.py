@@ -17,7 +17,7 @@ from radargui.model.front_end import point_of, slopes_of_point
 
 @dataclass(frozen=True, slots=True)
 class CircleData:
-    """Bins of one receiver with what the model needs at each.
+    """The bins of one receiver, with the values that the model needs at each.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class CircleData:
     sigma_i, sigma_q
         Standard deviations of them.
     shape
-        Known factor of the amplitude: range factor times the loss by averaging over a moving phase.
+        Known factor of the amplitude: the range factor times the loss by averaging over a turning phase.
     bias, amplitude_map
         Functions of the maps at the bins, shapes (n_bins, n_functions), best column by column in memory.
     """
@@ -58,7 +58,7 @@ class CircleFit:
     Attributes
     ----------
     layout, theta
-        The unknowns and where they stand.
+        The unknowns, and their places in theta.
     covariance
         Of theta.
     log_evidence
@@ -66,7 +66,7 @@ class CircleFit:
     chi_square
         Mean square of the residuals in standard deviations, robust.
     deviation
-        Of the prior of each unknown, shape as theta.
+        Deviation of the prior of each unknown, shape as theta.
     """
 
     layout: CircleLayout
@@ -78,7 +78,7 @@ class CircleFit:
 
     @classmethod
     def still(cls, ellipse: StillEllipse) -> CircleFit:
-        """Return an ellipse as a fit without maps, of unknown quality."""
+        """Return a constant ellipse as a fit without maps and of unknown quality."""
         layout = CircleLayout(0, 0)
         theta = np.empty(layout.size)
         theta[layout.offset_i], theta[layout.offset_q] = ellipse.offset_i, ellipse.offset_q
@@ -143,8 +143,9 @@ def fit_circle(
 ) -> CircleFit:
     """Fit r = |z| / A - 1 - sigma^2 / (2 A^2) by damped Gauss-Newton with robust weights.
 
-    z = X + iY with X = I - b_I, Y = ((Q - b_Q) / g - X sin eps) / cos eps. Constants keep near their prior means, the
-    map coefficients N(0, s^2) with s re-estimated (MacKay 1992) so that a map nobody needs vanishes.
+    z = X + iY with X = I - b_I, Y = ((Q - b_Q) / g - X sin eps) / cos eps. Constants keep near their prior means.
+    Coefficients of the maps have the prior N(0, s^2) with s re-estimated (MacKay 1992), so that a map that the data do
+    not need vanishes.
 
     Parameters
     ----------
@@ -153,11 +154,11 @@ def fit_circle(
     start
         First guess of theta, shape (layout.size,).
     prior_mean
-        Of the constants, shape (5,): a still ellipse is never far from the truth, a map's freedom can be.
+        Prior means of the constants, shape (5,): a constant ellipse is never far from the truth, while a map may be.
     deviation
-        Of the priors, as another fit has found them.
+        Deviations of the priors, as another fit has found them.
     updates
-        How often these are re-estimated; None: as the settings say.
+        How often the deviations are re-estimated; None: as the settings say.
     settings
         Priors and stops.
 

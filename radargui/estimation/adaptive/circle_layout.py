@@ -17,21 +17,22 @@ class CircleSettings:
     bias, log_amplitude_map
         Deviations of the maps' coefficients before they are re-estimated.
     least_deviation, most_deviation
-        Between which they are re-estimated: below the first a map is switched off.
+        Limits of the re-estimated deviations; at the lower one a map is switched off.
     updates
-        So often are they re-estimated.
+        How often the deviations are re-estimated.
     furthest
-        |ln g| and |eps| never leave this: far outside of what `correction.quality` lets pass, so that an estimate at
-        this bound is refused.
+        Bound of |ln g| and |eps|. It lies far outside of what `correction.quality` accepts, so that an estimate at the
+        bound is refused.
     huber_sigmas
-        Beyond so many standard deviations a residual counts by its size, not its square.
+        Beyond so many standard deviations a residual counts linearly, not by its square (Huber).
     first_damping, most_damping, damping_factor
-        Of Gauss-Newton, as shares of the diagonal (Marquardt 1963): of the first step, and after one that fails.
+        Damping of Gauss-Newton as shares of the diagonal (Marquardt 1963): in the first step, at most, and the factor
+        after a step that fails.
     steps, close, worth
-        At most so many, none after one that changes ln likelihood by less than the second, and none that can gain only
-        so small a share of that.
+        Largest number of steps. The fit ends after a step that changes ln likelihood by less than `close`, and before
+        one that can gain only the share `worth` of that.
     least_amplitude
-        Of a still ellipse as a start.
+        Least amplitude of a constant ellipse as a start.
     """
 
     offset: float = 0.3

@@ -16,10 +16,10 @@ from radargui.model.arrays import FloatArray
 
 
 def foretold_round(binned: BinnedData, one: Round, normal: FloatArray) -> Round:
-    """Return a round whose worst receiver has the phases that the others foretell, and a circle without maps.
+    """Return a round whose worst receiver has the phases that the others predict, and a circle without maps.
 
-    The places are as near to the line of fall as the others' paths allow. Worst is the receiver without which they are
-    nearest to it: a count of fringes that is wrong draws them sideways by centimetres.
+    The places are as near to the line of fall as the other receivers' paths allow. The worst receiver is the one
+    without which they are nearest to it, because a wrong count of fringes moves them sideways by centimetres.
 
     Parameters
     ----------
@@ -64,9 +64,9 @@ HARDLY_TURNS = 2.0
 def unwound_round(binned: BinnedData, one: Round) -> Round | None:
     """Return a round in which the path of the receiver with the fewest fringes keeps its length; None where it winds.
 
-    On a level circle one receiver may hardly see it (the path's change is the sum of two that cancel). What it shows is
-    then the floor's share, which turns several times: in one level circle 0.17 fringes
-    were counted as 1.1, and the place was 18 mm off instead of 0.14.
+    A receiver may hardly see the motion on a level circle, where the changes of both parts of its path cancel. It then
+    shows the wave over the floor, which turns several times: in one level circle 0.17 fringes were counted as 1.1, and
+    the place was 18 mm off instead of 0.14.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def unwound_round(binned: BinnedData, one: Round) -> Round | None:
 
 
 def _on_circle(one: Round, receiver: int, turned: complex, centre: complex, shape: FloatArray) -> Round:
-    """Return a round with a receiver on a circle without maps: its wave at rest, its centre, how its amplitude goes."""
+    """Return a round with one receiver on a circle without maps: centre, wave at rest, course of the amplitude."""
     amplitude, at_rest, fits = one.amplitude.copy(), one.rest_phase_rad.copy(), [*one.fits]
     # ln g and eps at zero, as their priors have them: a circle that hardly turns tells neither
     theta = np.zeros_like(fits[receiver].theta)

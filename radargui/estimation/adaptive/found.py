@@ -37,13 +37,16 @@ class StartSettings:
     Attributes
     ----------
     first_length_m
-        Correlation length of the first maps: half a fall, so that no wave can be followed before places are known.
+        Correlation length of the first maps: half a fall, so that they cannot follow the wave itself before places are
+        known.
     same_turn_s
-        A sharp minimum of the height closer than this to an impact is that impact.
+        A sharp minimum of the height that is closer than this to an impact is the same event.
     other_count_rad
-        Phases that differ by more anywhere count other fringes: noise and maps shift them by some tenths.
+        Two counts of fringes are different if their phases differ by more than this anywhere: noise and maps shift
+        phases by some tenths.
     least_noise_m, unknown_noise_m
-        Of the height: the first so that simulated motion without noise keeps a scale, the second where nothing moves.
+        Noise of the height: the least value, so that a simulated motion without noise has a scale, and the value where
+        nothing moves.
     """
 
     first_length_m: float = 0.15
@@ -58,7 +61,7 @@ START = StartSettings()
 
 @dataclass(frozen=True, slots=True)
 class AdaptiveRounds:
-    """What the adaptive rounds found.
+    """The result of the adaptive rounds.
 
     Attributes
     ----------
@@ -67,7 +70,7 @@ class AdaptiveRounds:
     data
         Bins and geometry.
     rough
-        Phases that count the fringes.
+        Phases by constant ellipses, which count the fringes.
     last
         The last round (maps).
     impact_s
@@ -99,14 +102,15 @@ class AdaptiveRounds:
         return first_round(self.data, _still(self.data, self.rough))
 
     def other_counts(self, normal: FloatArray) -> list[AdaptiveRounds]:
-        """Return the rounds that end otherwise where that counts other fringes, for three receivers or more.
+        """Return other rounds, of three receivers or more, that count other fringes.
 
-        Maps may have followed a wrong count: the first round, what the others foretell of a receiver in either, a
-        receiver that hardly winds at rest, and what the last circles count in time. Where no impact makes them count
-        again before, the top speed does not tell which is right: of two level circles one was 13 mm off
-        without it, the other is 158 mm off with it. And where a receiver saw less than one turn the still ellipses: an
-        arc does not tell its circle, and maps can make it several times too wide (in one level circle 0.27 instead of
-        0.62 fringes, 5.6 mm off; from the still ellipse's 0.52 it is 0.024 mm off).
+        Maps may have followed a wrong count. The others are: the first round; both with the worst receiver's phase
+        predicted by the other receivers; one with a receiver that hardly winds held at rest; and the count in time by
+        the last circles. The last one is needed where no impact has made them count again: the top speed does not tell
+        then which count is right (of two level circles one was 13 mm off without it, the other is 158 mm off with it).
+        Where a receiver saw less than one turn the constant ellipses are one more: an arc does not determine its
+        circle, and maps can make it several times too wide (in one level circle 0.27 instead of 0.62 fringes, 5.6 mm
+        off; from the ellipse's 0.52 it is 0.024 mm off).
         """
         first, counts = self.first, [self]
         tried = [first, foretold_round(self.data, self.last, normal), foretold_round(self.data, first, normal)]
@@ -129,7 +133,7 @@ class AdaptiveRounds:
 
 
 def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
-    """Fit circles with maps of position; once more with the bins broken at the impacts.
+    """Fit circles with maps of the position, then again with bins broken at the impacts that were found.
 
     Parameters
     ----------
@@ -188,9 +192,10 @@ def _still(data: BinnedData, rough: RoughPhases) -> Round:
 
 
 def _from_count(data: BinnedData, rough: RoughPhases, *, quick: bool = False) -> Round:
-    """Return the best round with maps from still ellipses that count the fringes.
+    """Return the best round with maps, begun from constant ellipses that count the fringes.
 
-    Among starts that count other fringes the evidence decides. Rounds are of few bins; a quick one tries one length.
+    The evidence decides among starts with different counts of fringes. The rounds use few bins; a quick one tries a
+    single length.
     """
     still = _still(data, rough)
     first = first_round(data, still, stride_of(data))
@@ -206,9 +211,9 @@ def _from_count(data: BinnedData, rough: RoughPhases, *, quick: bool = False) ->
 
 
 def _recounted(data: BinnedData, last: Round) -> Round:
-    """Return a round, or what its circles make of it where they count other fringes and the tracer then jumps less.
+    """Return a round, or the one with the fringes counted again by its circles if the tracer then jumps less.
 
-    Evidence does not tell: places that a lost fringe has torn apart have maps of their own.
+    The evidence does not decide this, because places that a lost fringe has separated have maps of their own.
     """
     other = recounted_round(data, last)
     if not _counts_otherwise(other, last):

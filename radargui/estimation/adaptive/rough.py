@@ -21,22 +21,23 @@ class RoughSettings:
     Attributes
     ----------
     pool_s
-        Samples are averaged over this: a fall of 3 m/s turns 180 Hz at 10 GHz, a fiftieth of a turn.
+        Length of the means: a fall of 3 m/s turns at 180 Hz at 10 GHz, a fiftieth of a turn in this time.
     smooth_s
-        Over which the arc's length is smoothed, so that noise does not count as a way round the circle.
+        Time over which the arc's length is smoothed, so that noise does not count as motion along the circle.
     at_rest
-        Rests of fewer pooled samples do not tell the arc that noise makes.
+        Least number of pooled samples at rest that show which arc noise makes.
     arc_quantile
-        No sample weighs more than this quantile of the arcs: a jump is no way.
+        No sample weighs more than this quantile of the arcs, so that a jump does not count as motion.
     nearest, farthest, least_kept
-        Samples nearer to the centre or farther than these many amplitudes are left out, while this share stays.
+        Samples nearer to the centre than `nearest` or farther than `farthest` amplitudes are left out, as long as the
+        share `least_kept` remains.
     short_chord
-        A receiver whose samples reach less far than this many radii of the others' circles saw less than a fifth of a
-        turn (2 sin 37 degrees): its radius is theirs.
+        A receiver whose samples span less than so many radii of the others' circles saw less than a fifth of a turn (2
+        sin 37 degrees), and gets their radius.
     half_as_wide
-        Only receivers that reach this share of the farthest tell a radius.
+        Receivers whose samples span less than this share of the largest span do not determine a radius.
     enough
-        Of more pooled samples than twice as many an ellipse is fitted to some only.
+        Of more than twice as many pooled samples only some are used to fit an ellipse.
     """
 
     pool_s: float = 1e-4
@@ -56,7 +57,7 @@ ROUGH = RoughSettings()
 
 @dataclass(frozen=True, slots=True)
 class RoughPhases:
-    """Phases by still ellipses.
+    """Phases by constant ellipses.
 
     Attributes
     ----------
@@ -69,8 +70,8 @@ class RoughPhases:
     ellipses
         One a receiver.
     seen
-        Of a receiver whose arc was completed, by number: ellipse and phases that its samples by themselves say. A weak
-        echo that went round a small circle looks like a short arc of a large one: only the fits tell them apart.
+        For each receiver whose arc was completed, by number, the ellipse and phases from its samples alone. A weak echo
+        that went round a small circle looks like a short arc of a large one; only fits distinguish them.
     """
 
     time_s: FloatArray
@@ -133,8 +134,8 @@ def _arcs_completed(
 ) -> list[StillEllipse]:
     """Return the ellipses; a receiver that saw less than a fifth of a turn gets a circle as large as the others'.
 
-    A short arc does not tell its circle: the radius is taken from the receivers that saw more, gain ratio one and
-    quadrature error zero, and the centre on the side where the offset is smaller.
+    A short arc does not determine its circle. The radius is taken from receivers that saw more, the gain ratio is one,
+    the quadrature error zero, and the centre lies on the side of the smaller offset.
     """
     chord, middle, along = [], [], []
     for pair in smooth.reshape(-1, 2, smooth.shape[1]):

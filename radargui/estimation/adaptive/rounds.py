@@ -26,18 +26,19 @@ class MapRoundSettings:
     lengths_m
         Correlation lengths of the bias maps among which the evidence chooses.
     shortest_extents_a_fringe
-        No length is shorter than so many extents of the motion a fringe: else a map can follow the wave itself.
+        Least length, in extents of the motion for each fringe: with a shorter one a map could follow the wave itself.
     amplitude_longer
-        The map of log amplitude is smoother than that of the bias by this factor: lobes are wide.
+        The map of log amplitude has a correlation length longer by this factor than the bias maps, because lobes are
+        wide.
     time_functions
-        Bumps of the amplitude over time, where it is a function of time.
+        Number of functions of time for the amplitude, where it is a function of time.
     least_normal
         Added to the normal matrix where an earlier map is projected on new functions, which may hardly differ.
     quick_length_m
-        The one length of a round that only shows where the impacts are.
+        The only length of a round that merely finds the impacts.
     few_bins, strides
-        So many bins at least choose a start and a length; of more every fifth, seventh ... does. None of these has a
-        factor in common with the bins of a fringe, so that all phases are among them.
+        Starts and lengths are chosen by at least so many bins; of more bins every fifth, seventh ... is used. These
+        numbers have no factor in common with the bins of a fringe, so that all phases occur.
     """
 
     lengths_m: tuple[float, ...] = (0.06, 0.09, 0.13, 0.20)
@@ -55,7 +56,7 @@ MAP_ROUNDS = MapRoundSettings()
 
 @dataclass(frozen=True, slots=True)
 class Round:
-    """One round's outcome.
+    """The result of one round.
 
     Attributes
     ----------
@@ -72,17 +73,19 @@ class Round:
     fits
         One a receiver.
     bias, amplitude_map
-        The bases the fits used; None without maps.
+        The bases of the maps; None without maps.
     log_evidence
         Sum over the receivers.
     prior_mean
-        Constants of the first round, prior means of the further ones, shape (n_receivers, 5) as in `CircleLayout`.
+        Constants of the first round, which are prior means in further ones, shape (n_receivers, 5) as in
+        `CircleLayout`.
     holds_count
-        Whether further rounds keep this one's count of the fringes, however near the signal comes to the centre.
+        Whether further rounds keep this count of the fringes, however near the signal comes to the centre.
     made_from, stride
-        The round before it, with maps; and of how many bins one was fitted.
+        The preceding round with maps; one of `stride` bins was fitted.
     fitted_m
-        Places where its maps are right, as `place`, where another count of the fringes has moved that; else None.
+        Places at which the maps hold, shape as `place`, if another count of the fringes has moved the places; else
+        None.
     """
 
     phase_rad: FloatArray
@@ -124,7 +127,7 @@ class Round:
 
 
 def still_round(binned: BinnedData, ellipses: tuple[StillEllipse, ...], counted_rad: FloatArray) -> Round:
-    """Take still ellipses as they are, with the fringes counted before.
+    """Return constant ellipses as a round, with the fringes as counted before.
 
     Parameters
     ----------
@@ -175,7 +178,7 @@ def stride_of(binned: BinnedData) -> int:
 
 
 def timed_round(binned: BinnedData, still: Round, stride: int = 1) -> Round:
-    """Fit circles whose amplitude is a smooth function of time: where it varies much, this is what finds the centre."""
+    """Fit circles whose amplitude is a smooth function of time, for amplitudes that vary much."""
     functions = _time_functions(binned)
     data = circle_data(binned, still.value, still.phase_rad, still.place, None, None)
     start = [np.concatenate([fit.theta, np.zeros(functions.shape[1])]) for fit in still.fits]
@@ -212,7 +215,7 @@ def refined(binned: BinnedData, one: Round) -> Round:
 
 
 def moved_round(binned: BinnedData, one: Round, was_s: FloatArray) -> Round:
-    """Return a round of bins at other times for these bins: what another round starts from.
+    """Return a round of bins at other times, interpolated to these bins, for another round to start from.
 
     Parameters
     ----------
@@ -251,7 +254,7 @@ def best_round(binned: BinnedData, before: Round, stride: int = 1) -> Round:
 
 
 def recounted_round(binned: BinnedData, one: Round) -> Round:
-    """Return a round whose fringes are counted anew in time: by its circles, not by those that counted first."""
+    """Return a round whose fringes are counted anew in time by its own circles."""
     phase = unwrapped(one.phase_rad, binned.bins.time_s)
     fitted = one if one.made_from is None else one.made_from
     return replace(one, phase_rad=phase, place=_places(binned, phase), fitted_m=fitted.place)
@@ -382,7 +385,7 @@ def _phases(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the unwrapped phases against their mean direction at rest, and that direction.
 
-    Unwrapped in time, or to within half a turn of phases that count the fringes already.
+    The phases are unwrapped in time, or to within half a turn of phases that count the fringes already.
     """
     phases, at_rest = [], []
     for number, point in enumerate(points):

@@ -23,12 +23,12 @@ class CircleSampleSettings:
     Attributes
     ----------
     bandwidth_hz
-        To which the phase is smoothed: that in which the noise bound is stated (method 7). Chosen by hand.
+        Bandwidth to which the phase is smoothed; the noise bound is stated for it. Chosen by hand.
     widened
         Factor on the uncertainty for what a smooth map cannot follow (coverage in the accuracy benchmark).
     along
-        What is left along the radius beyond the noise bends the phase by so many times as much, for that at rest, from
-        which all are counted, is off too (decision 44).
+        The phase is off by so many times the radial residual beyond the noise; the phase at rest, from which all are
+        counted, is off as well (decision 44).
     """
 
     bandwidth_hz: float = 2000.0
@@ -52,7 +52,7 @@ class CircleSamples:
 def circles_at_samples(found: AdaptiveRounds, signals: ScaledSignals) -> CircleSamples:
     """Apply each receiver's circle to its samples at the time of channel 0; the phase is smoothed to 2 kHz.
 
-    Between the bins' phases the sample's own phase is taken against the interpolated one, so that it cannot slip.
+    Between bins the sample's own phase is taken relative to the interpolated one, so that it cannot slip.
     """
     binned, last, time = found.data, found.last, signals.time_s
     at = binned.bins.time_s
@@ -83,9 +83,9 @@ def circles_at_samples(found: AdaptiveRounds, signals: ScaledSignals) -> CircleS
 def _bent_rad(fit: CircleFit, data: CircleData, found: AdaptiveRounds, receiver: int) -> float:
     """Return by how much reflectors may bend the phase of a moving tracer, standard deviation.
 
-    A wave beside the direct one shows along the radius, and turns the phase unseen by as much. Of one that keeps pace
-    with the fringes the radius shows what maps cannot follow. Others are in the maps; where nothing falls, which would
-    tell, the deviations of ln A and of the centre over the motion are all that is known of them.
+    A second wave changes the radius, and the phase by as much. If it turns with the fringes, the radial residual shows
+    the part that maps cannot follow. Other waves are in the maps. Where nothing falls, only the deviations of ln A and
+    of the centre over the motion tell how large they are.
     """
     moving, amplitude = ~found.data.rest, found.last.amplitude[receiver]
     off = np.hypot(*fit.point(data.i, data.q, data.bias)) / amplitude - 1.0

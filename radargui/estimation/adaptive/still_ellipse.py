@@ -17,11 +17,11 @@ class EllipseSettings:
     Attributes
     ----------
     least_g2_inverse, most_g2_inverse
-        Of a = 1/g^2: gain ratios from 0.77 to 1.29.
+        Range of a = 1/g^2: gain ratios from 0.77 to 1.29.
     most_sine
-        Of |sin eps|: 20 degrees.
+        Largest |sin eps|: 20 degrees.
     least_square
-        Of A^2, in squares of the scaled samples, so that a degenerate conic has a size.
+        Least A^2, in squares of the scaled samples, so that a degenerate conic has a size.
     """
 
     least_g2_inverse: float = 0.6

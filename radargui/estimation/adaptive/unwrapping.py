@@ -9,16 +9,18 @@ from radargui.model.arrays import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class UnwrapSettings:
-    """What is a hole, and where the speed beside it is taken. Chosen by hand on loose contacts (decision 46).
+    """What counts as a hole, and where the speed beside it is measured. Chosen by hand on loose contacts (decision 46).
 
     Attributes
     ----------
     hole_s, times_step
-        Neighbours so far apart, and by so many times the typical step: in less, half a turn takes 3 m/s of path.
+        A hole is longer than `hole_s` and than `times_step` typical steps: in less, half a turn would take 3 m/s of
+        path.
     side_s
-        Before and after a hole, over which the phase is a straight line: a fall bends it by a tenth of a turn.
+        Time before and after a hole over which the phase is taken as a straight line: a fall bends it by a tenth of a
+        turn.
     least_points
-        Fewer tell no speed.
+        Least number of points that determine a speed.
     """
 
     hole_s: float = 0.002

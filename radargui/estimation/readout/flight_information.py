@@ -33,7 +33,7 @@ class _MotionAfter:
     Attributes
     ----------
     kept, touched
-        How many unknowns stay, and how many of these, the last, are coupled to what does not.
+        Number of unknowns that stay, and of those among them (the last ones) that are coupled to eliminated ones.
     lower
         L, a band as of `NormalMatrix`.
     near, far
@@ -74,7 +74,7 @@ class _MotionAfter:
 
 @dataclass(frozen=True)
 class Eliminated:
-    """What was eliminated to leave the quadratic form of the first coefficients and breaks.
+    """The unknowns that were eliminated, to go back from the quadratic form of the first coefficients and breaks.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class Eliminated:
     lost: FloatArray
 
     def marginal(self, slope: FloatArray) -> FloatArray:
-        """Return what a slope over all unknowns leaves for x: s_x - H_xo H_oo^-1 s_o, o the others, shape (n,)."""
+        """Return the slope for x, s_x - H_xo H_oo^-1 s_o with o the other unknowns, shape (n,)."""
         motion, rest = slope[: self.kept].copy(), slope[self.n_motion :]
         if self.after is not None:
             half = dtbtrs(self.after.lower, slope[self.kept : self.n_motion], uplo="L")[0]
@@ -106,7 +106,7 @@ class Eliminated:
 
 @dataclass(frozen=True)
 class QuadraticForm:
-    """Lambda = K - P P^T: K of coefficients and breaks, were the mismatch known, less what that costs.
+    """Lambda = K - P P^T, with K for coefficients and breaks at known mismatch, and P P^T lost by marginalising that.
 
     Attributes
     ----------
@@ -179,7 +179,7 @@ class MotionInformation:
     slope
         g.
     eliminated
-        How what is not in x was eliminated.
+        The elimination of all that is not in x.
     """
 
     free: FreeMotion
@@ -195,7 +195,7 @@ class MotionInformation:
         return -self.form.solve(self.slope[:, None])[:, 0]
 
     def moved(self, solution: Solution, free: FreeMotion) -> MotionInformation:
-        """Return the same where a solution, and with it its motion, has moved, and the rest of H is what it was."""
+        """Return the same after a solution and its motion have moved, with H otherwise unchanged."""
         tau, before = solution.state.theta[: self.n_breaks], self.x0[3 * self.size :]
         slope = self.slope.copy()
         slope[3 * self.size :] -= solution.problem.prior.sd[: self.n_breaks] ** -2.0 * (tau - before)
@@ -214,7 +214,7 @@ def motion_information(
     Parameters
     ----------
     solution, sums, free
-        Converged, what the data say there, and its motion.
+        The converged solution, the sums over the data there, and its motion.
     size, n_breaks
         Coefficients per coordinate and breaks to keep.
     lifted
@@ -223,7 +223,7 @@ def motion_information(
     Raises
     ------
     SolveError
-        What is marginalised is not determined.
+        The samples do not determine what is marginalised.
     """
     problem, state = solution.problem, solution.state
     equation = solution.at.equation

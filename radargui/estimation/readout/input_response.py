@@ -26,16 +26,16 @@ STEP = 0.01
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OtherInputs:
-    """What the setup could say instead.
+    """Other values that the setup could state.
 
     Attributes
     ----------
     antennas, release_m, wavenumber
         Geometry; 1/m.
     sphere
-        In the place of the solution's; None: the sphere stays as it is.
+        Sphere that replaces the solution's; None: it stays as it is.
     body
-        Where the solution takes the sphere for a point: what a sphere would multiply the paths with, were it one.
+        If the solution treats the sphere as a point: the factors by which a sphere would multiply the paths.
     """
 
     antennas: Antennas
@@ -78,7 +78,7 @@ class InputResponse:
     Attributes
     ----------
     slope
-        By how much -ln L changes its slope, the motion first, x, y and z interleaved, shape (3 size + n_global,).
+        Change of the slope of -ln L, the motion first, x, y and z interleaved, shape (3 size + n_global,).
     moved_m
         Shift of the motion at some times, shape (3, n).
     before_m_s, after_m_s
@@ -103,17 +103,17 @@ def input_responses(
     """Return the response to each of some inputs that differ by `STEP` of their uncertainty.
 
     A solution minimises -ln L(x, a) - ln prior over all unknowns x for inputs a. With m the model and J = dm/dx, the
-    slope J^T W (m(a + da) - m(a)) moves it by -H^-1 times that: motion, mirrors and maps follow together, as they
-    would in an estimate with those inputs.
+    slope J^T W (m(a + da) - m(a)) moves it by -H^-1 times that: motion, mirrors and maps follow together, as in an
+    estimate with those inputs.
 
     Parameters
     ----------
     solution, sums
-        Converged, and what the data say there.
+        The converged solution, and the sums over the data there.
     others
         Inputs moved by `STEP` of their uncertainty.
     time_s
-        Where the shift is asked for, shape (n,).
+        Times at which the shift is wanted, shape (n,).
     """
     if not others:
         return ()

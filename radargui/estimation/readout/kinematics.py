@@ -17,9 +17,9 @@ from radargui.model.result import Kinematics
 def kinematics(solution: Solution, alternatives: tuple[Alternative, ...], time_s: FloatArray) -> Kinematics:
     """Return place, velocity and acceleration at times (n,) of the motion.
 
-    Uncertainties are those of the posterior, as those of places at the samples: alternatives are mixed in, a local
-    misfit beyond the noise and receivers of few fringes widen them, and where nothing flies the maps of what reflects
-    may stand for motion: of a map of deviation s and length l the slope along the way deviates by s / l.
+    Uncertainties are made as those of places at the samples: the posterior, with alternatives mixed in, widened by the
+    local misfit beyond the noise and by receivers of few fringes. Where nothing flies, maps may stand for motion; the
+    slope of a map of deviation s and length l deviates by s / l.
     """
     problem = solution.problem
     inputs, bins = problem.inputs, problem.bins

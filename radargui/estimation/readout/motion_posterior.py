@@ -25,11 +25,11 @@ class MotionPosterior:
     Attributes
     ----------
     solution
-        Converged; read here alone.
+        The converged solution, which is read in this module only.
     onset_s
         End of the rest.
     like
-        Where the solution is that of another posterior moved a little: what its data say is the same.
+        Another posterior of which this solution is slightly moved; the sums over the data are then the same.
     """
 
     solution: Solution = field(repr=False)
@@ -52,7 +52,7 @@ class MotionPosterior:
 
     @cached_property
     def sums(self) -> DataSums:
-        """What the data say about all unknowns, without any prior."""
+        """Sums over the data for all unknowns, without any prior."""
         # what unseen mirrors move is linear in the state: matrix and slope of the data stay those of the best
         if self.like is not None:
             return self.like.sums

@@ -21,14 +21,15 @@ from radargui.model.front_end import point_of
 
 @dataclass(frozen=True, slots=True)
 class SampleSettings:
-    """What the uncertainty at the samples holds besides the posterior. Chosen by hand where nothing else is said.
+    """What the uncertainty at the samples contains besides the posterior. Chosen by hand where nothing else is said.
 
     Attributes
     ----------
     smallest_u_m
-        No position is known better: what the equations of the scattering leave out.
+        Least uncertainty of a position: what the equations of the scattering leave out.
     slow_start_s, creep_s
-        At rest and in the first moments the tracer may have crept unseen by the noise of a mean over the second.
+        At rest and until `slow_start_s` after the onset the tracer may have crept unseen by the noise of a mean over
+        `creep_s`.
     """
 
     smallest_u_m: float = 1e-7
@@ -89,12 +90,12 @@ def at_samples(solution: Solution, signals: ScaledSignals, alternatives: tuple[A
 
 
 def hidden_m(solution: Solution, place: FloatArray) -> FloatArray:
-    """Return what reflectors that are not in the model may make of each path at places (3, n), (n_receivers, n).
+    """Return the error of each path, (n_receivers, n), that reflectors outside the model may cause at places (3, n).
 
-    A wave beside the direct one turns its phase by as much as it changes ln A, a quarter of a turn apart: 1 + r is
-    nearly exp(r), whose imaginary part the motion explains where no flight holds it. Maps of ln A show the real part;
-    its counterpart is a map of the same deviation s and length l that is zero at rest: u^2 = 2 s^2 (1 - exp(-d^2 / 2
-    l^2)) / k^2, d the distance from there.
+    A second wave of relative amplitude r multiplies the direct one by 1 + r, nearly exp(r). Its real part changes ln A,
+    which the maps show. Its imaginary part changes the phase, which the motion takes up where no flight holds it. That
+    part is a map of the same deviation s and length l, zero at rest: u^2 = 2 s^2 (1 - exp(-d^2 / 2 l^2)) / k^2, d the
+    distance from there.
     """
     problem, theta = solution.problem, solution.state.theta
     away = np.linalg.norm(place - problem.inputs.release_m[:, None], axis=0) / problem.amplitude_basis.length_m

@@ -18,14 +18,14 @@ from radargui.model.unexplained_stretch import UnexplainedStretch
 
 
 class UnexplainedError(NoSingleBodyError):
-    """No model of one moving body comes near the signals, but for some short stretches.
+    """No model of one moving body describes the signals, but one does without some short intervals.
 
     Parameters
     ----------
     misfit
         Chi-square of each receiver, shape (n_receivers,).
     stretches
-        Without these it does.
+        The intervals without which one does.
     """
 
     def __init__(self, misfit: FloatArray, stretches: tuple[UnexplainedStretch, ...]) -> None:
@@ -35,24 +35,24 @@ class UnexplainedError(NoSingleBodyError):
 
 @dataclass(frozen=True, slots=True)
 class StretchSettings:
-    """What is a stretch of its own.
+    """What counts as an unexplained interval.
 
     Attributes
     ----------
     window_s
-        Residuals are averaged over such windows: half of the shortest disturbance that a look at the curves shows.
+        Length of the windows over which residuals are averaged: half of the shortest disturbance that the curves show.
     chance
-        With which noise alone makes one window of a record stand out.
+        Probability that noise alone makes a window of a record stand out.
     least_share
-        The residual is at least this share of the receiver's wave. What a model lacks of reflectors or antennas leaves
+        Least residual as a share of the receiver's wave. What a model lacks of reflectors or antennas leaves
         hundredths, beyond chance in loud signals; a contact or a supply that fails leaves a half and more.
     margin_s
-        Left out on both sides.
+        Time left out on both sides.
     most_share
-        Of the windows: what is wrong for longer is wrong with the model.
+        Largest share of the windows: what is wrong for longer is an error of the model.
     least_part
-        Of what the receiver's squared residuals are above noise, that lies in its stretches: most of it. Dips had 0.86
-        and more, what a wall does beside an impact 0.1.
+        Least share of the receiver's squared residuals beyond noise that lies in its intervals. Dips had 0.86 and more,
+        a wall beside an impact 0.1.
     """
 
     window_s: float = 0.005
@@ -68,7 +68,7 @@ STRETCHES = StretchSettings()
 
 @dataclass(frozen=True, slots=True)
 class Residuals:
-    """What an estimate leaves of the signals.
+    """The residuals of an estimate.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class Residuals:
     misfit
         Squared residual of both channels in units of the white noise, shape (n_receivers, n_bins).
     noise
-        That noise over the receiver's wave, same shape.
+        The noise divided by the receiver's wave, same shape.
     """
 
     bins: Bins
@@ -109,15 +109,15 @@ def unexplained_stretches(
 ) -> tuple[UnexplainedStretch, ...]:
     """Return the stretches that hold most of what is wrong with their receiver, in order; none where it lasts.
 
-    In a window a receiver is tested against its noise (chi-square; where its median is larger, against that: a model
-    that is wrong throughout has no stretch) and against the other receivers there (Fisher's F), since what the motion
-    lacks they all show. The window before and after one that stands out belongs to it where it is beyond noise, too;
-    what lies farther off is what the fit has spread.
+    In each window a receiver is compared with its noise by chi-square, or with its median chi-square if that is larger,
+    because a model that is wrong throughout has no such intervals; and with the other receivers by Fisher's F, because
+    an error of the motion shows in all of them. The windows before and after belong to the interval if they are beyond
+    noise. What lies farther off was spread by the fit.
 
     Parameters
     ----------
     residuals
-        Of an estimate that has converged, whatever its misfit.
+        Residuals of an estimate that has converged, whatever its misfit.
     settings
         What stands out.
     """

@@ -25,28 +25,27 @@ def unfollowed_m_s(
     end_s: float,
     lands_s: float = math.nan,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return what stays open of the speeds before and after each impact, (n_impacts,) each, beside their covariance.
+    """Return the further uncertainty of the speeds before and after each impact, (n_impacts,) each.
 
-    A cascade goes on below what is followed. Where the flight after the last impact, of the duration T = 2 v / g, is
-    shorter than the knots follow, nothing says when it lands: the motion there is off by up to the height h of the
-    bounce after it, h / sqrt 12 of any place in it, and the slope by as much over T; below two knot spacings of the
-    motion, by that of the flight itself. And what is not followed draws the
-    last impact's instant away: a speed from the motion's slope is off by what gravity makes of the flight before it
-    otherwise, g T less the speed that it left with; after the last one, by what gravity makes of the flight up to where
-    the motion itself comes down again.
+    A cascade continues below what is followed. If the flight after the last impact, of duration T = 2 v / g, is too
+    short for the knots, its landing is unknown. The motion there is then uncertain by the height h of the following
+    bounce, h / sqrt 12 for any place in it, and the slope by that over T; below two knot spacings, by the height of the
+    flight itself. Bounces that are not followed also shift the instant of the last impact. A speed from the slope of
+    the motion is therefore uncertain by its difference from the speed that gravity gives: before the impact g T less
+    the speed at the start of the flight, after it that of a flight to where the motion comes down again.
 
     Parameters
     ----------
     time_s, before_m_s, after_m_s
         Of the impacts, shape (n_impacts,); speeds along the normal, both positive.
     by_flights
-        At which fitted flights tell the speeds, shape (n_impacts,): gravity holds those already.
+        Impacts whose speeds come from fitted flights, which obey gravity already, shape (n_impacts,).
     g_m_s2
         Along the normal.
     end_s
-        Of the record: what would land later is not cut short.
+        End of the record: a flight that would land later is not cut short.
     lands_s
-        Where the motion comes down after the last impact, see `lands_after_s`.
+        When the motion comes down after the last impact, see `lands_after_s`.
     """
     before, after = np.zeros(time_s.size), np.zeros(time_s.size)
     if not time_s.size:
@@ -70,7 +69,7 @@ def unfollowed_m_s(
 
 
 def lands_after_s(free: FreeMotion, normal: FloatArray, impact_s: float, speed_m_s: float) -> float:
-    """Return when a motion comes down to where it left the floor; NaN where it does not within half as long again.
+    """Return when a motion comes down to the height at which it left the floor; NaN if not within 1.5 times its flight.
 
     Parameters
     ----------

@@ -21,19 +21,21 @@ class BreakSettings:
     Attributes
     ----------
     sharp_jerk_m_s3
-        The motion turns sharply where the jerk's deviation is above this: a fall has below 1, a pendulum below 10.
+        The motion turns sharply where the deviation of the jerk exceeds this: a fall has less than 1, a pendulum less
+        than 10.
     apart_s, least_dip_m
-        A sharp turn is so far from every break, and so deep within that time: what a body thrown up at 0.05 m/s does.
+        A sharp turn is at least `apart_s` from every break, and within that time at least `least_dip_m` deep, as of a
+        body thrown up at 0.05 m/s.
     kick_m_s, kick_side_s
-        A wall beside the fall throws the body back: its velocity along the floor changes by so much more within the
-        second than around it. Mirrors that are not found yet make waves of up to 0.1 m/s.
+        A wall beside the fall throws the body back: within `kick_side_s` its velocity along the floor changes by
+        `kick_m_s` more than before and after. Mirrors that are not found yet make waves of up to 0.1 m/s.
     beside_s, line_s, clear_s
-        A wall met within the first of an impact is sought by straight lines along the floor over the second, on either
-        side: one from the first on, the other from the third on.
+        A wall met within `beside_s` of an impact is sought by straight lines along the floor of length `line_s` on both
+        sides of it: one begins at `beside_s`, the other at `clear_s`.
     least_beside_s
-        Nearer to an impact its instant is not found by lines.
+        Least time to an impact: nearer to it lines do not determine the instant.
     grid_s
-        On which turns are sought.
+        Step of the grid on which turns are sought.
     window_s, misfit_share, misfit_sigmas
         Windows whose mean squared residual is so many times the typical one, plus so many of its deviations, get finer
         knots.
@@ -91,8 +93,8 @@ def sharp_turns(solution: Solution, normal: FloatArray, settings: BreakSettings 
 def side_kicks(solution: Solution, normal: FloatArray, settings: BreakSettings = BREAKS) -> FloatArray:
     """Return times (n,), away from breaks, where the velocity along the floor jumps: there the body met a wall.
 
-    Of mean velocities v1 to v4 over four windows, two on either side, v3 - v2 less what goes on anyway, (v2 - v1) +
-    (v4 - v3): a circle's even acceleration gives nothing. Parameters as for `sharp_turns`.
+    With the mean velocities v1 to v4 over four windows, two on either side, the jump is v3 - v2 less the change that
+    goes on before and after; an even acceleration, as on a circle, gives none. Parameters as for `sharp_turns`.
     """
     spline, width = solution.at.spline, round(settings.kick_side_s / settings.grid_s)
     grid = np.arange(spline.edge_s[0], spline.edge_s[-1], settings.grid_s)
@@ -152,7 +154,7 @@ def kicks_beside(
 
 
 def misfit_times(solution: Solution, settings: BreakSettings = BREAKS) -> FloatArray:
-    """Return the middles (n,) of 10 ms windows whose residuals are far above the typical: there it is too stiff."""
+    """Return the middles (n,) of 10 ms windows of large residuals, where the spline is too stiff."""
     problem = solution.problem
     label = np.floor((problem.bins.time_s - problem.spline.edge_s[0]) / settings.window_s).astype(np.intp)
     square = np.where(problem.use, solution.at.residual**2, 1.0).mean(axis=0)

@@ -45,7 +45,7 @@ class SearchBudget:
     Parameters
     ----------
     n_bins
-        Of the data: what a round costs grows with them.
+        Number of bins, with which the cost of a round grows.
     round_done
         Called once a round; may raise to cancel.
     """

@@ -33,15 +33,15 @@ from radargui.model.arrays import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class ChoiceSettings:
-    """By what the evidence decides. All chosen by hand; the accuracy benchmark is their test.
+    """Limits of the decisions by evidence. All chosen by hand; the accuracy benchmark is their test.
 
     Attributes
     ----------
     floors_below_m
-        How far below the lowest place the floor is sought: about a sphere's radius; below a motion without an impact,
-        which need not have touched it, at all of these depths.
+        Depths below the lowest place at which the floor is sought: the first, about a sphere's radius; and all of them
+        below a motion without an impact, which need not have touched the floor.
     deep_floors
-        So many of the deeper ones are converged, the best after some steps.
+        Number of the deeper floors that are converged: the best after some steps.
     beyond_doubt
         Gain in ln E of a floor above which it is not compared again when the breaks are settled.
     good_misfit
@@ -56,18 +56,18 @@ class ChoiceSettings:
     grown_bias
         Deviation of the bias maps, in amplitudes, above which they explain something beside a floor.
     most_walls
-        Searched one after the other.
+        Largest number of walls, which are searched one after the other.
     shortest_length_m
-        Of the bias maps: shorter ones take what mirrors do.
+        Least correlation length of the bias maps: shorter ones describe what mirrors do.
     other_lengths_m, few_fringes
         Lengths tried where a receiver saw fewer fringes: then the adaptive rounds hardly tell them apart.
     temper
-        ln E counts divided by this when alternatives are weighed: evidence is approximate (method 8). Six fresh
-        laboratory drops had 62 to 100 % of the track inside 2u with 2.5, 95 to 100 % with 5.
+        ln E counts divided by this when alternatives are weighed: evidence is approximate. Six drops had 62 to 100 % of
+        the track inside 2u with 2.5, and 95 to 100 % with 5.
     least_weight
         Alternatives below this weight against the best are forgotten.
     first_rounds, last_rounds
-        Of convergence while models are compared, and of the chosen one.
+        Rounds of convergence while models are compared, and for the chosen model.
     """
 
     floors_below_m: tuple[float, ...] = (0.010, 0.04, 0.08, 0.13, 0.19, 0.26)
@@ -123,7 +123,7 @@ def choose_model(
     SolveError
         No model can be solved, or none within the budget of the search.
     NoSingleBodyError
-        None describes the signals; `LooseMapsError` where maps stand for them.
+        No model describes the signals; `LooseMapsError` where maps stand for them.
     """
     budget = SearchBudget(found.data.bins.n_bins, round_done)
     selection = _Selection(found, drift, normal, budget.spend, known_front_ends, settings)
@@ -345,8 +345,8 @@ class _Selection:
     def as_likely(self, solution: Solution, alternatives: Sequence[Alternative]) -> tuple[Alternative, ...]:
         """Return the models that a search without an end began with, each as likely as what it chose.
 
-        Nobody knows what the rest of the search would have said, not even whether there is a floor: where that was
-        left open and no alternative answers it otherwise, the motion that was found is converged with the other answer.
+        The rest of the search might have decided otherwise, also about the floor. If no alternative has the other
+        answer to that, the motion that was found is converged with it.
         """
         others = [one.solution for one in alternatives]
         floored = has_floor(solution.problem.inputs.planes)
@@ -363,7 +363,7 @@ class _Selection:
     def other_lengths(self, solution: Solution) -> tuple[Solution, tuple[Alternative, ...]]:
         """Return the solution with the bias maps' correlation length that the evidence prefers, and the others.
 
-        Only once the breaks are settled do evidences tell lengths apart.
+        The evidence distinguishes lengths only after the breaks are settled.
         """
         planes, bins = solution.problem.inputs.planes, solution.problem.bins
         visited = positions_at_bins(solution)[:, bins.last_s >= self.found.signals.rest_end_s]
@@ -377,8 +377,8 @@ class _Selection:
     def walls(self, solution: Solution) -> tuple[Solution, list[Alternative], list[str]]:
         """Return the solution with the walls that the evidence keeps, what stays possible, and sentences about both.
 
-        Where something reflects, walls too weak to convince stay possible, and so do other places of one that
-        convinces.
+        Where something reflects, walls that are too weak to convince remain alternatives, and so do other places of a
+        wall that convinces.
         """
         undecided: list[Alternative] = []
         sentences: list[str] = []
@@ -446,7 +446,7 @@ class _Selection:
 
 
 def _decided(what: str, gain: float, least: float = 0.0) -> str:
-    """Return a sentence on what is kept above a gain; one beyond doubt is not found out in full."""
+    """Return a sentence on what is kept above a gain; a gain beyond doubt is not computed completely."""
     most = WALLS.most_behind[-1]
     value = f"{gain:+.0f}" if abs(gain) < most else f"beyond {np.copysign(most, gain):+.0f}"
     return f"{what} is {'kept' if gain > least else 'left out'}: log evidence {value}."

@@ -25,11 +25,11 @@ class ChosenModel:
     solution
         The solution.
     alternatives
-        What they say and how far they lie away belongs to the uncertainty.
+        Other solutions; their uncertainties and their distances from the solution belong to the uncertainty.
     choices
         Sentences for people.
     ended_early
-        Whether the search ran out of its budget: then all models that were compared count alike in the uncertainty.
+        Whether the search spent its budget; then all models that were compared count alike in the uncertainty.
     setup
         What the recording says of antennas, release and wave, which all solutions hold where they found them; None
         where it says nothing.

@@ -35,22 +35,22 @@ class RoundSettings:
     Attributes
     ----------
     steps, minimise
-        Gauss-Newton steps a round, and when they end before.
+        Gauss-Newton steps in a round, and when a round ends earlier.
     noise_from_round
         The noise scale follows the misfit from this round on: before it the maps have not grown.
     settled_ln_evidence, least_rounds
-        A round that changes ln E by less is the last, after so many: the first can stand still while deviations go down
-        by their largest step.
+        A round that changes ln E by less than `settled_ln_evidence` is the last, but not before `least_rounds`: the
+        first may stand still while deviations shrink by their largest step.
     after_breaks
         Rounds of convergence whenever breaks have changed.
     break_rounds
-        At most so often are breaks added and dropped.
+        How often breaks are added and dropped at most.
     same_s
         A break closer than this to one that was dropped counts as the same (s).
     cascades
-        At most so often is the body let bounce on.
+        How often the body is let bounce on at most.
     no_worse
-        Misfits within this factor count as equal: what another knot more or less changes.
+        Misfits within this factor count as equal: one knot more or less changes as much.
     same_place_m, same_mirrors, same_scale
         Maps and noise scales stay as they are, and with them what the data say of the last state, while the motion, the
         mirrors (metres, radians) and the scales change by less. Maps change over decimetres, by hundredths.
@@ -102,7 +102,7 @@ def converge(start: Start, rounds: int, round_done: Callable[[], None], settings
     round_done
         Called once a round; may raise to cancel.
     settings
-        When they end.
+        When the rounds end.
 
     Raises
     ------
@@ -156,10 +156,10 @@ def settle_breaks(
 ) -> Solution:
     """Add breaks where the motion turns sharply, drop those without a jump, until neither changes.
 
-    First the body is let bounce on from its last impact: one break too few between short flights draws its neighbour
-    away. The bins are put together anew around each set of breaks. A break that was dropped is not tried again at the
-    same place. Walls beside an impact are sought when all else is settled. Of the rounds whose misfit is within 2 % of
-    the smallest the one with most impacts, best known, is returned (evidences are not comparable between different
+    First the body is let bounce on from its last impact, because a missing break between short flights shifts its
+    neighbour. The bins are put together anew around each set of breaks. A break that was dropped is not tried again at
+    the same place. Walls beside an impact are sought when all else is settled. Of the rounds whose misfit is within 2 %
+    of the smallest the one with most impacts, best known, is returned (evidences are not comparable between different
     knots).
 
     Parameters
@@ -222,7 +222,7 @@ def settle_breaks(
 def _best(seen: Sequence[Solution], normal: FloatArray) -> Solution:
     """Return the one with most impacts, best known, of those whose misfit is about the smallest.
 
-    What did not come to its minimum is none of them, unless none did.
+    Solutions that did not reach their minimum are left out, unless none did.
     """
     seen = [one for one in seen if one.settled] or seen
     # more impacts at the same misfit: one too few is a missed bounce, one too many is judged by its jump later

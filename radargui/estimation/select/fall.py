@@ -30,7 +30,7 @@ _LEAST_FLIGHT_S = 0.010
 
 @dataclass(frozen=True, slots=True)
 class FoundFall:
-    """What the flights found of a drop.
+    """A drop as its flights have measured it, prepared for the joint estimate.
 
     Attributes
     ----------
@@ -39,11 +39,11 @@ class FoundFall:
     signals, data
         The samples; bins, broken at the impacts, and geometry.
     flights
-        As long as they are in the record: where the last that was followed lands the body bounces on as it did.
+        All flights of the record: after the last one that was followed the body bounces on with the same e.
     lies_s
-        From here on it keeps its height.
+        Time from which on the body keeps its height.
     break_s
-        Impacts, and where it comes to lie, shape (n_breaks,).
+        Times of the impacts and of coming to rest, shape (n_breaks,).
     """
 
     estimate: DropEstimate
@@ -164,7 +164,7 @@ class FoundFall:
 
 
 def _count_from_release(theta: FloatArray, layout: Layout, inputs: ModelInputs, stated_m: FloatArray) -> None:
-    """Let phases, T, R and X, which the flights count from the stated release, count from the one that is found."""
+    """Let phases, T, R and X, which count from the stated release in flights, count from the one that was found."""
 
     def further(antenna_m: FloatArray) -> float:
         at = np.linalg.norm(np.stack([inputs.release_m, stated_m]) - antenna_m, axis=1)
@@ -191,9 +191,9 @@ def _count_from_release(theta: FloatArray, layout: Layout, inputs: ModelInputs, 
 
 
 def _bounced_on(flights: Flights, lost_s: float, end_s: float) -> tuple[Flights, float]:
-    """Return flights with those that follow as the ones before let expect, and when the body comes to lie.
+    """Return flights with the further ones that these let expect, and when the body comes to rest.
 
-    A single flight has ended where it was lost.
+    A single flight ends where it was lost.
     """
     if flights.impact_s.size == 0:
         return flights, lost_s

@@ -13,15 +13,16 @@ from radargui.model.arrays import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class LostSettings:
-    """When a level motion is lost. Chosen by hand.
+    """When a level motion counts as lost. Chosen by hand.
 
     Attributes
     ----------
     bias, misfit
-        The bias maps of all receivers have grown beyond the first, and the misfit (chi-square) is above the second, or
-        an offset beyond the wave. Five that no wall put right had misfits of 5 to 60, or offsets of up to 200 waves
-        (two hands, three level circles, one of these with two walls). Of those that a wall did put right one had such
-        maps in all receivers, with a misfit of 1.9 and offsets of 0.4, the others a receiver with 0.1.
+        A motion is lost if the bias maps of all receivers have a deviation above `bias`, and the misfit (chi-square)
+        exceeds `misfit` or an offset exceeds the wave. Five that no wall put right had misfits of 5 to 60, or offsets
+        of up to 200 waves (two hands, three level circles, one of these with two walls). Of those that a wall did put
+        right one had such maps in all receivers, with a misfit of 1.9 and offsets of 0.4, the others a receiver with
+        0.1.
     """
 
     bias: float = 0.2
@@ -48,12 +49,13 @@ def goes_beyond_wave(solution: Solution, onset_s: float) -> bool:
 
 
 def is_lost(solution: Solution, onset_s: float) -> bool:
-    """Return whether nothing holds a motion any more: it is level, and its maps are as large as waves.
+    """Return whether a level motion is not determined any more, because its maps are as large as waves.
 
     Parameters
     ----------
     solution
-        Converged, its breaks settled. Of a sphere that counts as a point maps take what it scatters: never lost.
+        Converged solution with settled breaks. If the sphere counts as a point maps describe what it scatters, and the
+        answer is no.
     onset_s
         End of the rest.
     """

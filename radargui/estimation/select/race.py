@@ -17,14 +17,14 @@ from radargui.model.cores import Lane, cores
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """What is known of an alternative while it runs.
+    """The state of an alternative while it runs.
 
     Attributes
     ----------
     ln_evidence
-        After its last round.
+        ln E after its last round.
     n_mirrors
-        Of its model.
+        Number of mirrors of its model.
     image_m
         Image of the release in the last of them, shape (3,); None without one.
     """
@@ -43,20 +43,22 @@ def race(
 ) -> list[Solution | None]:
     """Return the solutions of some starts as `converge` would, None for those that fell hopelessly behind, or met.
 
-    Those that have not come to a minimum are given up, too, unless none has: their evidence cannot be compared.
+    Alternatives that have not reached a minimum are given up, too, unless none has, because their evidence cannot be
+    compared.
 
     Within `radargui.model.cores.on_cores` they run side by side, with the same result.
 
     Parameters
     ----------
     starts
-        Their evidences are comparable.
+        Starts whose evidences are comparable.
     rounds, round_done
         As of `converge`.
     most_behind
-        By how much in ln E one may stay behind the best, after the first minimum and after each round; the last stays.
+        How far in ln E an alternative may be behind the best, after the first minimum and after each round; the last
+        one stays.
     met
-        Whether two have come to the same maximum: the later in the list is given up.
+        Function that says whether two have reached the same maximum; the later in the list is then given up.
 
     Raises
     ------
@@ -99,7 +101,7 @@ def best_started(starts: Sequence[Start], most: int, round_done: Callable[[], No
 
 
 def score_of(solution: Solution, ln_evidence: float) -> Score:
-    """Return how an alternative with this ln E stands."""
+    """Return the score of an alternative with this ln E."""
     inputs = solution.problem.inputs
     image_m = last_image(solution, inputs.release_m) if inputs.planes else None
     return Score(ln_evidence, len(inputs.planes), image_m)
@@ -121,7 +123,7 @@ def last_image(solution: Solution, point_m: FloatArray) -> FloatArray:
 
 
 class _Field:
-    """Alternatives on the lanes that there are; where another process fails, all that it did is done again here."""
+    """Alternatives on the available lanes; if another process fails, its work is done again here."""
 
     def __init__(self, starts: Sequence[Start], rounds: int | None) -> None:
         self._pieces = [(start, rounds) for start in starts]
@@ -143,7 +145,7 @@ class _Field:
             cores().give_up()
 
     def step(self, numbers: Sequence[int]) -> Iterator[tuple[int, Score]]:
-        """Let alternatives go one round further; yield what is known of those that were not at their end."""
+        """Do one more round of each alternative; yield the scores of those that have not ended."""
         asked = sorted(numbers)
         answered: set[int] = set()
         try:
@@ -192,7 +194,7 @@ class _Field:
 
 
 def _alternative(start: Start, rounds: int | None) -> Iterator[tuple[Solution, Score]]:
-    """Yield a solution and how it stands after each round; after the first steps alone without a number of rounds."""
+    """Yield a solution and its score after each round; without a number of rounds, after the first steps only."""
     if rounds is None:
         first = minimise(start, WALLS.first_steps, FIRST)
         yield first, score_of(first, log_evidence(first))

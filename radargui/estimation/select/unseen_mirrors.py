@@ -22,15 +22,15 @@ class UnseenSettings:
     Attributes
     ----------
     floor_below_m
-        A floor may lie so far below the lowest place, or as far as walls.
+        Distances of a possible floor below the lowest place; farther ones are those of walls.
     least_weight
-        Less than this, all places together, is nothing: the same as of an alternative.
+        Least weight of all places together, the same as of an alternative.
     floor_reflection
         Deviation of real and imaginary part of T and R of a floor: tables and plates reflect 0.1 to 0.3.
     places, stand_for
-        At most so many of the likeliest stand for all, fewer where these hold this share of the weight.
+        At most so many of the likeliest places stand for all, fewer if they hold this share of the weight.
     directions
-        In which they move the motion: in a drop of six fringes three hold 99 %.
+        Number of directions in which they move the motion: in a drop of six fringes three hold 99 %.
     """
 
     floor_below_m: tuple[float, ...] = (0.01, 0.02, 0.04)
@@ -51,12 +51,12 @@ def unseen_mirrors(
     foretold: FloatArray | None = None,
     settings: UnseenSettings = UNSEEN,
 ) -> tuple[list[State], float]:
-    """Return the state moved as mirrors that may be there would move it, and the weight of each against the solution.
+    """Return the states to which possible mirrors would move the solution, each with its weight.
 
-    The evidence of one more mirror, its reflections T and R marginalised, is near one where the motion can make what it
-    would: nothing speaks for it, nothing against it. A wall beside a mirror, or a floor where there is none, is as
-    likely beforehand as none, each place of its grid alike, and its T and R have the posterior N(-A^-1 g, A^-1). Second
-    moments of what they move, largest directions first, are given as that many states.
+    If the motion can imitate a mirror, the evidence of that mirror (T and R marginalised) is near one: nothing speaks
+    for or against it. A wall beside a mirror, or a floor where there is none, is as likely beforehand as none, each
+    place of its grid alike, and its T and R have the posterior N(-A^-1 g, A^-1). The second moments of these movements
+    are given as states along their largest directions.
 
     Parameters
     ----------
@@ -67,8 +67,8 @@ def unseen_mirrors(
     temper
         Log evidence counts divided by this.
     foretold
-        Gains of the grid's walls where none of them was tried, for they are foretold to convince nobody. The highest
-        maxima are then as likely beforehand as none, each of them, as those are that are tried elsewhere.
+        Predicted gains of the grid's walls if none was tried, because none would convince. Each of the highest maxima
+        is then beforehand as likely as no wall, like those that are tried elsewhere.
     settings
         How many count.
     """
@@ -122,7 +122,7 @@ def unseen_mirrors(
 def _moved(search: LinearisedSearch, planes: list[MirrorPlane], share: FloatArray) -> FloatArray:
     """Return what the mean of T and R, and each of their standard deviations, moves, (n_motion + n_global, n).
 
-    Of each place that has a share, times its root.
+    One column for each place with a share, multiplied by the root of that share.
     """
     places = np.flatnonzero(share)
     slope, a, half = search.marginal([planes[k] for k in places])

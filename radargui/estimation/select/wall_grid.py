@@ -31,35 +31,39 @@ class WallSettings:
     Attributes
     ----------
     azimuths, distances_m
-        Grid around the middle of the motion: 9 degrees apart, within what one converges from, and geometric steps to
-        1 m: for a wall beyond the grid a false one is taken.
+        Grid around the middle of the motion: azimuths 9 degrees apart, from which a wall converges, and distances in
+        geometric steps to 1 m. A wall beyond the grid would be replaced by a false one.
     fine_deg, nearest_m
-        A calibration's grid around a wall that was found; no wall is nearer.
+        Grid of a calibration around a wall that was found; least distance of a wall.
     u_shift_share, least_u_shift_m
-        Deviation of a wall's shift as a share of its distance, half a step of the grid, and its least: a wavelength.
+        Deviation of a wall's shift: a share of its distance (half a step of the grid), at least a wavelength.
     tried, first_steps
-        Local maxima from which so many steps are taken: the true wall may be the ninth (decision 35).
+        Number of local maxima that are begun, and of steps taken from each: the true wall may be the ninth (decision
+        35).
     carried, carried_again
-        The best of these that are converged in the first and in later searches.
+        Number of the best of these that are converged, in the first and in later searches.
     stiff_bias, stiff_log_amplitude, stiff_steps
-        Most that the maps' deviations may be while the grid is looked at: what they are with nothing left to explain.
-        And in how many steps at most a motion follows.
+        Largest deviations of the maps while the grid is evaluated, those of maps with nothing left to explain; and the
+        number of steps in which a motion follows.
     reflection, u_azimuth_rad
-        Deviations of T and R on the grid, walls of a few per cent, and of a wall's azimuth: a grid step is 0.16 rad.
+        Deviations of T and R on the grid (walls of a few per cent), and of a wall's azimuth (a step of the grid is 0.16
+        rad).
     rounds, searches, worthwhile
-        Of convergence of each trial; at most so many searches, as long as ln E grows by so much.
+        Rounds of each trial; largest number of searches; least growth of ln E for another search.
     promising
-        A coarse look goes on where it gains this in ln E, a thorough one where it loses less than `convincing`.
+        A coarse search continues if it gains this in ln E, a thorough one if it loses less than `convincing`.
     most_behind
-        A trial so far behind the best in ln E, after its first minimum and after each round, is given up: no trial of
-        twelve scenes caught up more than 30 from the first round on, but the right wall of another was 156 behind.
+        A trial is given up if it is so far behind the best in ln E, after its first minimum and after each round: no
+        trial of twelve scenes caught up more than 30 from the first round on, but the right wall of another was 156
+        behind.
     level, last_rounds
-        Trials less than this behind the best in ln E go on for so many rounds more before one is taken.
+        Trials less than `level` behind the best in ln E continue for `last_rounds` before one is taken.
     beyond_doubt, same_m
-        A wall that gains so much is not sought again before it walks; walls whose images are this close are one: at
-        1 cm eleven physical drops had the same tracks, u within 0.6 %, and took up to 14 % longer.
+        A wall that gains `beyond_doubt` is not searched again before it is moved. Walls whose images are closer than
+        `same_m` count as one: with 1 cm eleven drops had the same tracks, u within 0.6 %, and took up to 14 % longer.
     convincing
-        A wall is kept at this gain in ln E, since many are tried; what the prior of its reflection costs is in it.
+        Least gain in ln E of a wall that is kept, because many are tried; it includes the cost of the reflection's
+        prior.
     """
 
     azimuths: int = 40
@@ -145,7 +149,7 @@ def linearised_gains(
 
 
 class LinearisedSearch:
-    """What a new mirror would explain of the residuals with everything else marginalised, computed once a solution."""
+    """The residuals that a new mirror would explain with everything else marginalised, prepared once for a solution."""
 
     def __init__(self, solution: Solution, settings: WallSettings) -> None:
         self.solution, self.reflection, problem = solution, settings.reflection, solution.problem
@@ -224,7 +228,7 @@ def evidence_of(slope: FloatArray, a: FloatArray, reflection: float) -> FloatArr
 
 
 class OverMirrors:
-    """What the sphere scatters over planes that are sought, M (method 4, Mirrors); thinned, and straight between.
+    """The factors M of what the sphere scatters over trial planes, computed at some bins and interpolated linearly.
 
     Parameters
     ----------
@@ -250,7 +254,7 @@ class OverMirrors:
 
 @dataclass(frozen=True)
 class DirectWave:
-    """The direct wave of a receiver, of which a mirrored one is made.
+    """The direct wave of a receiver, from which a mirrored one is computed.
 
     Attributes
     ----------
@@ -279,7 +283,7 @@ class DirectWave:
 
     @staticmethod
     def of(node_m: FloatArray, waves: Waves, inputs: ModelInputs, main_lobes: FloatArray) -> DirectWave:
-        """Return that of a receiver's nodes, (3, 2, 2, n_bins), with the exponents of both main lobes, (2,)."""
+        """Return the direct wave at a receiver's nodes, (3, 2, 2, n_bins), with the exponents of both lobes, (2,)."""
         # what a detour adds changes by a fringe where the way does so, too: one place a bin will do
         antenna_m, place_m = waves.antenna_m[:, 0], node_m.mean(axis=(1, 2))
         length_m = distances(place_m, antenna_m)
@@ -326,7 +330,7 @@ def images_of(antennas: Antennas, planes: list[MirrorPlane]) -> FloatArray:
 
 @dataclass(frozen=True)
 class _Receiver:
-    """One receiver at a solution: what a mirrored wave is made of, and what it couples to.
+    """One receiver at a solution: the direct wave, and the unknowns that a mirrored one couples to.
 
     Attributes
     ----------
@@ -373,7 +377,7 @@ class _Receiver:
 def stiffened(problem: JointProblem, settings: WallSettings = WALLS) -> JointProblem:
     """Return the problem with maps as stiff as if nothing were left to explain.
 
-    Maps that have grown to explain a wall would hide it.
+    Maps that have grown to explain a wall would hide that wall.
     """
     sd = problem.prior.sd.copy()
     for own in problem.layout.receivers:

@@ -25,32 +25,33 @@ from radargui.model.arrays import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class WalkSettings:
-    """How a wall is moved on. Chosen by hand on the laboratory drops of decision 0034.
+    """How a wall is moved. Chosen by hand on the drops of decision 0034.
 
     Attributes
     ----------
     turns_deg
-        By so much in azimuth: none (only the prior of its place starts again), within what that allows, and beyond it.
+        Changes of azimuth that are tried: none (only the prior of the place is renewed), one within that prior, and one
+        beyond it.
     nearer_or_farther
-        So many times as far, in the same direction: one wall stood 8 cm too far, 90 in ln E below the true one; no
-        turn led there, each distance between 0.8 and 0.9 of it did.
+        Factors on the distance that are tried in the same direction: one wall stood 8 cm too far, 90 in ln E below the
+        true one; no turn led there, but each distance between 0.8 and 0.9 of it did.
     own_reach
-        Places this near to it, as a share of its distance, are those to which its steps lead: 30 degrees.
+        Places nearer than this share of its distance (30 degrees) are reached by its own steps.
     tried_elsewhere
-        The likeliest of the others from which a few steps are taken; the best of them runs along. In 50 drops with a
+        Number of other likely places from which a few steps are taken; the best of them takes part. In 50 drops with a
         wall none of two that ran along was the best in the end; with four 29 laboratory drops came out the same.
     steps
-        At most so many, as long as ln E grows by `WallSettings.worthwhile`.
+        Largest number of moves, as long as ln E grows by `WallSettings.worthwhile`.
     least_move
-        A wall that a step moves less, as a share of its distance, 7 degrees, has only converged.
+        A wall that moves by less than this share of its distance (7 degrees) has only converged.
     most_deviations
-        A wall farther than this from where it was sought is held back by the prior of its place: one more step, which
-        starts that again, is taken (one stood 2.7 off, and 115 in ln E below the true wall 4 degrees away).
+        A wall more deviations than this from where it was sought is held back by the prior of its place. One more move
+        is made, which renews that prior (one wall stood 2.7 off, and 115 in ln E below the true one 4 degrees away).
     most_behind
         As in `WallSettings`. In eight steps of four drops the best in the end was 229 behind after the first minimum at
         the most, and led after the first round.
     rounds_again
-        Of convergence of a level motion from stiff maps, where they are still loose in the end.
+        Rounds of a level motion that begins again from stiff maps because they are loose in the end.
     """
 
     turns_deg: tuple[float, ...] = (0.0, -12.0, 12.0, -24.0, 24.0)
@@ -72,11 +73,11 @@ def walked(
 ) -> list[Solution]:
     """Return a solution and others whose last wall was moved, as long as the evidence grew, the best first.
 
-    A trial begins without its wall's reflection and converges to the nearest maximum; there the motion fits this wall,
-    and the prior of its place holds it. From the solution with its reflections and its motion, but the wall elsewhere,
-    deviations started again, it gets over. First the whole grid is looked at again, too: what was compared with a break
-    that is none, or by a motion bent for want of a wall, is not what it is now: a false wall was 88 ahead in ln E of
-    one that is 220 better without the ninth break.
+    A trial begins without its wall's reflection and converges to the nearest maximum. There the motion fits this wall,
+    and the prior of its place holds it. It is overcome by moving the wall but keeping its reflections and the motion,
+    with deviations begun again. The whole grid is evaluated again first, because the walls were compared with a motion
+    bent for want of a wall, or with a false break: a false wall was 88 ahead in ln E of one that is 220 better without
+    such a break.
 
     Parameters
     ----------
@@ -130,9 +131,9 @@ def _is_held(solution: Solution, most: float) -> bool:
 def _elsewhere(
     solution: Solution, normal: FloatArray, round_done: Callable[[], None], settings: WalkSettings
 ) -> list[Start]:
-    """Return where the grid says the last wall to be once it is taken out of a motion that it has straightened.
+    """Return the places of the grid for the last wall after it was taken out of a motion that it has straightened.
 
-    Only where its own steps do not lead.
+    Only places that its own steps do not reach count.
     """
     others = solution.problem.inputs.planes[:-1]
     base = without_last_mirror(solution, problem_with_mirrors(solution, others).problem)

@@ -36,14 +36,14 @@ class WallTrial:
 
 @dataclass(frozen=True)
 class WallSearch:
-    """What was found.
+    """The result of a search.
 
     Attributes
     ----------
     tried
         Converged solutions with one more wall, the best first.
     foretold
-        What the places of the grid gain, linearised, when they were looked at last; empty before.
+        Linearised gains of the grid's places at the last look; empty before.
     """
 
     tried: tuple[WallTrial, ...] = ()
@@ -51,7 +51,7 @@ class WallSearch:
 
     @property
     def gain(self) -> float:
-        """What the best wall gains, as foretold where none was tried."""
+        """The gain of the best wall; the predicted one if none was tried."""
         return self.tried[0].gain if self.tried else float(self.foretold.max(initial=-np.inf))
 
     def with_more(self, trials: Sequence[Solution | None], without: float) -> WallSearch:
@@ -86,7 +86,7 @@ def search_wall(
     thorough
         False: converge fewer, and stop after the coarse search unless it finds something.
     seen
-        A solution as the grid is looked at from it.
+        Function that makes from a solution the one from which the grid is evaluated.
     settings
         Grid and limits.
     """
@@ -100,7 +100,7 @@ def search_wall(
 
 
 def bent_by_maps(solution: Solution) -> bool:
-    """Return whether bias maps are looser than with nothing left to explain, and no flight holds the motion."""
+    """Return whether bias maps are looser than maps with nothing left to explain, and no flight holds the motion."""
     return bool(bias_deviations(solution).max() > WALLS.stiff_bias) and not solution.problem.in_flight.any()
 
 

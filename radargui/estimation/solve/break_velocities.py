@@ -15,32 +15,32 @@ from radargui.motion.impacts import IMPACT_LIMITS
 
 @dataclass(frozen=True, slots=True)
 class BreakLimits:
-    """What a body can do at a break and between two of them, and how far it is followed bouncing on.
+    """Limits of what a body can do at a break and between two breaks, and of following it while it bounces on.
 
     Attributes
     ----------
     most_thrown, doubt_m_s
-        Not thrown up faster than this many times the arrival, and this much more: a floor gives back at most the speed
-        itself. Chosen by hand.
+        Largest speed after an impact: `most_thrown` times the arrival plus `doubt_m_s`. A floor at rest returns at most
+        the arrival. Chosen by hand.
     other_acceleration_m_s2
-        What acts besides gravity between two breaks, at most: three times g. Chosen by hand.
+        Largest acceleration besides gravity between two breaks: three times g. Chosen by hand.
     least_flight_s
-        Bouncing on: a flight shorter than a knot spacing is not followed.
+        Shortest flight that is followed while the body bounces on: a knot spacing.
     unfollowed_s
-        Up to three knot spacings it may not be followed. Chosen by hand.
+        Longest flight whose following bounce may be missed: three knot spacings. Chosen by hand.
     unseen_s
-        Up to so long a flight's end may have been missed, where no break stands there. Chosen by hand.
+        Longest flight whose landing may have been missed if no break stands there. Chosen by hand.
     most_bounces
-        So many at most: a tenth of the speed is left at e = 0.83.
+        Largest number of bounces: at e = 0.83 a tenth of the speed is left.
     same_share
-        The last impact's share of the speed counts up to so many times the median, since a missing bounce may have
-        drawn it away. Chosen by hand.
+        The share of the speed that the last impact leaves counts up to so many times the median, because a missing
+        bounce may have shifted that impact. Chosen by hand.
     least_kick_m_s, kick_sigmas, sigmas_rubbed
-        A wall throws a body back by so much along the floor at least, and by so many uncertainties: half of what makes
-        a break be tried there (`BreakSettings.kick_m_s`); by how many the speed along the normal may be off. Chosen by
-        hand.
+        Least jump of the velocity along the floor at a wall, in m/s (half of `BreakSettings.kick_m_s`, which makes a
+        break be tried there) and in its uncertainty; and by how many uncertainties the speed along the normal may be
+        off. Chosen by hand.
     least_lost
-        Every impact takes so much of the speed at least: the hardest floors give back 0.95.
+        Least share of the speed that an impact takes: the hardest floors return 0.95.
     """
 
     most_thrown: float = 2.0
@@ -92,7 +92,7 @@ class BreakSpeeds:
     def are_kicks(self) -> BoolArray:
         """Return at which breaks, (n_breaks,), the velocity along the floor jumps: a wall, or an impact that kicks.
 
-        A wall is met rising, too, and rubs: it changes the speed along the normal by no more than its kick.
+        A wall may be met while rising. It rubs, so that it changes the speed along the normal by no more than its kick.
         """
         least = np.maximum(LIMITS.least_kick_m_s, LIMITS.kick_sigmas * self.u_kick_m_s)
         rubbed = np.abs(self.after_m_s - self.before_m_s) < self.kick_m_s + LIMITS.sigmas_rubbed * self.u_jump_m_s
@@ -101,21 +101,23 @@ class BreakSpeeds:
     def are_kinks(self) -> BoolArray:
         """Return at which breaks, (n_breaks,), the velocity jumps up at all, or aside.
 
-        A weak break costs nothing; one taken away again bends the motion around it when a bounce was there.
+        A superfluous break does no harm, but a missing one bends the motion around a bounce.
         """
         return np.asarray((self.after_m_s > self.before_m_s) & self.are_possible()) | self.are_kicks()
 
     def are_possible(self) -> BoolArray:
-        """Return where, (n_breaks,), a body could do so: not thrown up at twice the speed, nor flung down before.
+        """Return at which breaks, (n_breaks,), the velocities are possible for a body.
 
-        Between two breaks closer than the bins the spline is held by nothing.
+        It is not thrown up at twice the speed of its arrival, nor was it flung down before.
+
+        Between two breaks that are closer than the bins nothing determines the spline.
         """
         # a break between bins can swing its two sides against each other by metres a second
         thrown = self.after_m_s > LIMITS.most_thrown * np.maximum(-self.before_m_s, 0.0) + LIMITS.doubt_m_s
         return np.asarray(~thrown & self._are_held())
 
     def _are_held(self) -> BoolArray:
-        """Return where nothing but gravity and a push of the floor acted since the break before."""
+        """Return where only gravity and a push of the floor acted since the preceding break."""
         flight = np.diff(self.time_s)
         changed = np.abs(self.before_m_s[1:] - self.after_m_s[:-1] + self.gravity_m_s2 * flight)
         held = np.concatenate([[True], changed < LIMITS.doubt_m_s + LIMITS.other_acceleration_m_s2 * flight])
@@ -124,7 +126,7 @@ class BreakSpeeds:
     def expected_impacts(self, end_s: float) -> FloatArray:
         """Return when, (n,), a body that bounces on lands after the last impact, while its flights take 10 ms or more.
 
-        A flight that starts upward with v lasts 2 v / g; every impact takes away the same share of the speed.
+        A flight that starts upward with v lasts 2 v / g; every impact takes the same share of the speed.
         """
         moment, speed, share = self._last_bounce()
         out: list[float] = []
@@ -140,11 +142,11 @@ class BreakSpeeds:
     def bouncing_on_m(self, time_s: FloatArray) -> FloatArray:
         """Return how far from the motion a body is that bounces on unfollowed after the last impact, shape as times.
 
-        The next flight's height h = v^2 / 2 g, anywhere in it: h / sqrt 12. From as long before the impact, which a
-        bounce that is missing draws away, as the flight lasts, T, to twice as long after it. From there on it goes on
-        as a cascade does: each flight lasts e times the one before and is e^2 as high, so that after t more of
-        T / (1 - e) the height is h (1 - t (1 - e) / T)^2. Of a flight of 30 to 60 ms at whose end no break stands the
-        landing was missed: then all of this holds for the bounce after it.
+        The next flight has the height h = v^2 / 2 g and lasts T; a place anywhere in it has the standard uncertainty h
+        / sqrt 12. This holds from T before the impact, which a missing bounce shifts, to 2 T after it. Then the cascade
+        goes on: each flight lasts e times as long as the one before and is e^2 as high, so that the height is h (1 - t
+        (1 - e) / T)^2 after a further time t, up to T / (1 - e). If no break stands at the end of a flight of 30 to 60
+        ms its landing was missed, and all of this holds for the following bounce.
         """
         moment, speed, share = self._last_bounce()
         impacts = self.are_impacts()
@@ -164,13 +166,13 @@ class BreakSpeeds:
         return np.where(since > -1.0, height_m / np.sqrt(12.0) * np.maximum(left, 0.0) ** 2, 0.0)
 
     def _lands_unseen(self, moment_s: float, flight_s: float) -> bool:
-        """Whether no break stands where the flight after the last impact ends: what lies still there has one."""
+        """Return whether the flight after the last impact ends without a break; a body that comes to rest has one."""
         if not LIMITS.unfollowed_s <= flight_s < LIMITS.unseen_s:
             return False
         return not (self.time_s > moment_s + 0.5 * flight_s).any()
 
     def _last_bounce(self) -> tuple[float, float, float]:
-        """Return when the last impact is, the speed after it, and the share of the speed that an impact leaves."""
+        """Return the time of the last impact, the speed after it, and the share of the speed that an impact leaves."""
         impacts = self.are_impacts()
         if not impacts.any():
             return 0.0, 0.0, 0.0
@@ -193,7 +195,7 @@ class BreakVelocities:
     before_m_s, after_m_s
         Shape (n_breaks, 3).
     covariance
-        Of (before x, y, z, after x, y, z) at each break, shape (n_breaks, 6, 6).
+        Covariance of (before x, y, z, after x, y, z) at each break, shape (n_breaks, 6, 6).
     gravity_m_s2
         g of the place.
     """

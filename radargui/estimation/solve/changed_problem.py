@@ -135,15 +135,16 @@ def problem_with_mirrors(
 ) -> Start:
     """Return a solution's problem with other mirrors or other functions for the bias.
 
-    Everything else starts from the solution; new mirrors and new bias maps start at zero, all bias maps where there
-    are more mirrors, and the deviations of all maps and mirrors are started again.
+    Everything else starts from the solution. New mirrors and new bias maps start at zero; with more mirrors all bias
+    maps do. The deviations of all maps and mirrors start again.
 
     Parameters
     ----------
     solution
         Converged.
     planes
-        Its mirrors in its order, more or fewer; new ones stand last, or first where its last one stays the last.
+        The mirrors in the solution's order, more or fewer. New ones stand last, or first if the last one stays the
+        last.
     bias
         Functions of the bias maps; None keeps them.
     """
@@ -157,7 +158,7 @@ def problem_with_mirrors(
 
 
 def problem_with_fine_maps(start: Start, place: FloatArray, visited: BoolArray) -> Start:
-    """Return a start whose maps have all functions of their processes, and say what they said where the body went.
+    """Return a start whose maps have all functions of their processes, with the same values where the body went.
 
     Parameters
     ----------
@@ -166,7 +167,7 @@ def problem_with_fine_maps(start: Start, place: FloatArray, visited: BoolArray) 
     place
         At the bins, shape (3, n_bins).
     visited
-        Which of them are not the rest, shape (n_bins,).
+        True for bins after the rest, shape (n_bins,).
     """
     problem, theta, old = start.problem, start.state.theta, start.problem.layout
     before, there = (problem.bias_basis, problem.amplitude_basis), place[:, visited]
@@ -210,7 +211,7 @@ def problem_with_slow_noise(start: Start, functions: FloatArray) -> Start:
 
 
 def stiff_equation_sd(solution: Solution) -> FloatArray:
-    """Return the deviations of the equation's rows where a mirror is sought, (n_rows,): flights do not bend for it."""
+    """Return the deviations of the equation's rows while a mirror is sought, (n_rows,): flights do not bend."""
     sd = solution.problem.equation_sd
     return np.where(solution.at.equation.rows.is_flight, _STIFF_M_S2, sd)
 
@@ -265,7 +266,7 @@ def positions_at_bins(solution: Solution) -> FloatArray:
 
 
 def carried_places(old: Layout, new: Layout, *, bias: bool = True, last: bool = False) -> tuple[IntArray, IntArray]:
-    """Return places in the old layout and where they stand in one with more or fewer mirrors, shape (n,) both.
+    """Return places in the old layout and the same in a new one with more or fewer mirrors, both of shape (n,).
 
     Parameters
     ----------

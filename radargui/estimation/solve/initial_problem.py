@@ -28,21 +28,22 @@ from radargui.model.arrays import BoolArray, FloatArray
 
 @dataclass(frozen=True, slots=True)
 class InitialSettings:
-    """With what the joint problem begins.
+    """Initial values of the joint problem.
 
     Attributes
     ----------
     jerk_m_s3
         Deviation of the jerk before it is re-estimated: g within 0.1 s, looser than a fall. By hand.
     u_place_m
-        Of the adaptive places against the first spline. Chosen by hand: what they scatter at 30 dB.
+        Uncertainty of the adaptive places about the first spline. Chosen by hand: their scatter at 30 dB.
     release_s
-        How long after the onset the release lasts: its jerk must not loosen the fall that follows. Chosen by hand.
+        Duration of the release after the onset: its jerk must not loosen the prior of the following fall. Chosen by
+        hand.
     onset_late_s
-        The onset may be seen so late: a fall of 10 ms goes 0.5 mm, a tenth of a radian or two.
+        Largest delay with which the onset is seen: a fall of 10 ms is 0.5 mm long, a tenth of a radian or two.
     amplitude_map_length_m
-        Correlation length of log A: antenna lobes are wide; shorter ones take what a floor does, smoother ones invent
-        walls (accuracy benchmark).
+        Correlation length of log A: antenna lobes are wide. Shorter ones describe what a floor does, smoother ones
+        invent walls (accuracy benchmark).
     """
 
     jerk_m_s3: float = 100.0
@@ -56,7 +57,7 @@ INITIAL = InitialSettings()
 
 
 def release_times(onset_s: float) -> FloatArray:
-    """Return where the release wants finer knots, (2,): gravity sets in within no time, between two knots.
+    """Return the times between which the release needs finer knots, (2,), because gravity sets in at once.
 
     With 10 ms between them the acceleration rang for 60 ms after it (1.6, -0.8, 0.4 m/s^2), and the deviation from the
     equation of flight, re-estimated from that, let the whole first fall bend by 0.03 mm.

@@ -16,14 +16,14 @@ from radargui.model.arrays import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class LobePriorSettings:
-    """How far a wall's lobes may be from what the direct way lets expect. Chosen by hand.
+    """How far a wall's lobes may differ from those expected by the direct wave. Chosen by hand.
 
     Attributes
     ----------
     u_skirt, u_skirt_share
-        Deviation of the slope: least, and as a share of the main lobe's.
+        Deviation of the slope: its least value, and its share of the main lobe's slope.
     u_transmitter
-        Of the transmitter's main lobe as a share.
+        Deviation of the transmitter's main lobe as a share.
     """
 
     u_skirt: float = 0.1
@@ -49,7 +49,7 @@ def with_lobes_of_walls(
     antennas: Antennas,
     middle_m: FloatArray,
 ) -> Prior:
-    """Return a prior whose walls have the lobes that theta's main lobes let expect.
+    """Return a prior whose walls have the lobes that are expected by theta's main lobes.
 
     Directly and over the floor the main lobe is seen, ln s = a q; over a wall the lobe at the angle of the wall's
     image, whose slope is that of the main lobe until it sinks into the side lobes.

@@ -48,7 +48,7 @@ def band_times(band: FloatArray, vectors: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True)
 class NormalMatrix:
-    """H = [[S, C], [C^T, M]]: a band, of the motion, and its border, the global parameters.
+    """H = [[S, C], [C^T, M]]: a band for the motion, with the global parameters as its border.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ class FactoredNormal:
     half
         L_S^-1 C, shape (n_motion, n_global).
     left
-        What is left of M where the motion is marginalised, M - half^T half; its lower triangle.
+        M with the motion marginalised, M - half^T half; its lower triangle.
     root
         The lower Cholesky factor of that.
     """
@@ -155,7 +155,7 @@ class FactoredNormal:
         return self.global_covariance.diagonal()
 
     def covariance(self) -> Covariance:
-        """Return H^-1 beside its diagonal and in its border.
+        """Return H^-1 near its diagonal and in its border.
 
         From the last block of the band to the first (Takahashi et al. 1973): with L_kk on the diagonal, W below it, and
         B the border's, Z = H^-1 has Z_k+1,k = -(Z_k+1,k+1 W + Z_k+1,b B) / L_kk and the like for the border, and Z_kk =

@@ -28,16 +28,19 @@ class DeviationSettings:
         Limits of the deviation from the equation of flight: a drag coefficient that changes with speed makes a
         thousandth, a flight that is none as much as gravity.
     largest_change
-        Of a deviation in one round, as a factor: its estimate is right only near the minimum it comes from.
+        Largest change of a deviation in one round, as a factor: its estimate is right only near the minimum that it
+        comes from.
     window_spans
-        Deviation of the Gaussian window over the spans. Chosen by hand: 30 ms tell a fall from a bed's push.
+        Deviation of the Gaussian window over the spans. Chosen by hand: 30 ms distinguish a fall from the push of a
+        bed.
     least_square
-        Added to the sum of squares in units of the lowest deviation's, so that a motion that obeys its equation keeps
-        one above zero.
+        Added to the sum of squares, in units of the lowest deviation's square, so that a motion that obeys its equation
+        keeps a deviation above zero.
     least_determined
-        Of the number of coefficients well determined, which rounding can make zero. Chosen by hand.
+        Least number of well determined coefficients, which rounding can make zero. Chosen by hand.
     largest_noise_step
-        Of the noise scale in one round, as a factor: a misfit that the next round removes shall not widen it.
+        Largest growth of the noise scale in one round, as a factor: a misfit that the next round removes shall not
+        widen it.
     """
 
     lowest_jerk_m_s3: float = 0.3
@@ -84,7 +87,7 @@ def reestimated(old: Prior, theta: FloatArray, variance: FloatArray, settings: D
 def _equation_deviation(solution: Solution, settings: DeviationSettings) -> FloatArray:
     """Return sd = sqrt(sum d^2 / number well determined) of the equation's rows, in a window that no break divides.
 
-    Nor does the end of the release: its jerk is no reason to let the fall bend.
+    Neither does the end of the release, because its jerk is no reason to let the fall bend.
     """
     problem, equation, old = solution.problem, solution.at.equation, solution.problem.equation_sd
     # gamma counts what the data determine of each row, x, y and z together: a fall has no direction to favour
@@ -115,7 +118,7 @@ def rows_together(rows: EquationRows, spline: MotionSpline, released_s: float) -
     rows, spline
         The motion's equation and its spline.
     released_s
-        From here on the release is over.
+        End of the release.
     """
     middle_s = spline.span_middles()
     # the release is no break: velocity goes on, but a hand acted before it

@@ -1,5 +1,6 @@
 """The health of an acquisition, shown and stored with a run: rate, losses, queues, levels, disk, errors."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -125,7 +126,7 @@ class Health:
             "" if self.live_lag_s is None else f"live {1e3 * self.live_lag_s:.0f} ms behind",
             f"live skipped {self.live_skipped_samples}" if self.live_skipped_samples else "",
             f"clipping: {' '.join(self.clipped)}" if self.clipped else "",
-            "" if self.disk_left_s is None else f"{low}disk for {_duration(self.disk_left_s)}",
+            "" if self.disk_left_s is None else f"{low}disk for {duration(self.disk_left_s)}",
         )
         return ". ".join(filter(None, (", ".join(filter(None, parts)), self.hardly_seen.rstrip("."))))
 
@@ -206,7 +207,8 @@ def snapshot(status: Status, recorder: Recorder | None) -> Health:
     )
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
+    """Return how long that is, in words: `35 h`, `12 min`, `90 s`."""
     if seconds >= 7200.0:
         return f"{seconds / 3600.0:.0f} h"
     return f"{seconds / 60.0:.0f} min" if seconds >= 120.0 else f"{seconds:.0f} s"
@@ -228,11 +230,27 @@ class ChannelFacts:
         Mean.
     noise_v
         Standard deviation of the white noise, as every correction takes it; NaN where too few samples tell it.
+    rms_v
+        Root mean square of the voltage, noise and all.
+    drift_v
+        Mean of the last tenth of the samples less that of the first: at rest a drift, else a motion.
     """
 
     level: Level
     offset_v: float
     noise_v: float
+    rms_v: float = math.nan
+    drift_v: float = math.nan
+
+
+def snr_db(i: ChannelFacts, q: ChannelFacts) -> float:
+    """Return the signal-to-noise ratio of a receiver's voltages, 10 log10(A^2 / (2 sigma^2)); NaN where unknown.
+
+    A^2 is the mean of I^2 + Q^2 less the noise: the echo, and what stands still in the room or the mixer.
+    """
+    noise = i.noise_v**2 + q.noise_v**2
+    signal = i.rms_v**2 + q.rms_v**2 - noise
+    return 10.0 * math.log10(signal / noise) if signal > 0.0 and noise > 0.0 else math.nan
 
 
 def channel_facts(ring: Ring, digitisation: Digitisation, count: int) -> tuple[ChannelFacts, ...]:
@@ -248,5 +266,8 @@ def channel_facts(ring: Ring, digitisation: Digitisation, count: int) -> tuple[C
     longest = longest[:, np.isfinite(longest).all(axis=0)]
     is_enough = longest.shape[1] >= LEAST_SAMPLES
     noise = white_noise_v(longest) if is_enough else np.full(digitisation.n_channels, np.nan)
-    offset = digitisation.volts(samples[:, known]).mean(axis=1) if known.any() else np.full(noise.shape, np.nan)
-    return tuple(map(ChannelFacts, levels(samples, digitisation), offset.tolist(), noise.tolist()))
+    volts = digitisation.volts(samples[:, known]) if known.any() else np.full((noise.size, 1), np.nan)
+    tenth = max(1, volts.shape[1] // 10)
+    drift = volts[:, -tenth:].mean(axis=1) - volts[:, :tenth].mean(axis=1)
+    columns = volts.mean(axis=1), noise, np.sqrt((volts**2).mean(axis=1)), drift
+    return tuple(map(ChannelFacts, levels(samples, digitisation), *(one.tolist() for one in columns)))

@@ -1,12 +1,13 @@
 """How panels, forms and dialogs are laid out: boxes, buttons, wrapped words, titled groups of labelled fields."""
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from PySide6 import QtWidgets
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt, QTimer, SignalInstance
-from PySide6.QtGui import QPaintEvent, QResizeEvent, QWheelEvent
+from PySide6.QtGui import QFont, QPaintEvent, QResizeEvent, QWheelEvent
 
 from radargui.model.resources import resource_table
 
@@ -402,6 +403,63 @@ class Scroll(QtWidgets.QScrollArea):
         having(self, frameShape=QtWidgets.QFrame.Shape.NoFrame, focusPolicy=Qt.FocusPolicy.NoFocus)
         if not across:
             self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+
+
+class Sections(QtWidgets.QWidget):
+    """Titles one beneath another, each above its part; the part of one of them is open.
+
+    Parameters
+    ----------
+    parts
+        What each title holds.
+
+    Attributes
+    ----------
+    heads
+        The buttons with the titles, by title.
+    """
+
+    def __init__(self, parts: Mapping[str, QtWidgets.QWidget]) -> None:
+        super().__init__()
+        self._parts, self.heads = parts, {title: self._head(title) for title in parts}
+        column, only_one = fill(QtWidgets.QVBoxLayout(self), spacing=1), QtWidgets.QButtonGroup(self)
+        for title, head in self.heads.items():
+            only_one.addButton(head)
+            head.toggled.connect(partial(self._turn, title))
+            column.addWidget(head)
+            column.addWidget(parts[title])
+            self._turn(title, False)
+        next(iter(self.heads.values())).setChecked(True)
+
+    def reveal(self, widget: QtWidgets.QWidget) -> None:
+        """Open the part that holds a widget."""
+        for title, part in self._parts.items():
+            if part.isAncestorOf(widget):
+                self.heads[title].setChecked(True)
+
+    def offer(self, title: str, *, wanted: bool) -> None:
+        """Show a title that has something to say now, or take it away; it does not take an open part with it."""
+        head = self.heads[title]
+        if not wanted and head.isChecked():
+            next(iter(self.heads.values())).setChecked(True)
+        head.setVisible(wanted)
+
+    def _head(self, title: str) -> QtWidgets.QToolButton:
+        style = Qt.ToolButtonStyle.ToolButtonTextBesideIcon
+        head = having(QtWidgets.QToolButton(autoRaise=True, toolButtonStyle=style), text=title, checkable=True)
+        head.setSizePolicy(QtWidgets.QSizePolicy.Policy.Expanding, QtWidgets.QSizePolicy.Policy.Fixed)
+        return having(
+            head,
+            toolTip=TIPS["sections"][title],
+            focusPolicy=Qt.FocusPolicy.StrongFocus,
+            minimumHeight=head.fontMetrics().height() + 10,
+        )
+
+    def _turn(self, title: str, is_open: bool) -> None:
+        head = self.heads[title]
+        head.setArrowType(Qt.ArrowType.DownArrow if is_open else Qt.ArrowType.RightArrow)
+        having(head, font=having(QFont(head.font()), bold=is_open))
+        self._parts[title].setVisible(is_open)
 
 
 class FormScroll(Scroll):

@@ -1,12 +1,14 @@
 """The main window: puts panels, state, messages and health together and lets them know of each other."""
 
+import threading
 import time
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QCloseEvent
-from PySide6.QtWidgets import QLabel, QMainWindow, QMessageBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout, QWidget
 
+from radargui.acquisition.run_output import MINIMUM_FREE_BYTES, free_bytes
 from radargui.experiment.calibrating import Calibrate, calibrate_files
 from radargui.gui.background import Jobs, WorkStrip
 from radargui.gui.calibration.dialog import CalibrationController
@@ -15,6 +17,7 @@ from radargui.gui.control.run_control import HEALTH_S, RunControl
 from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
 from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
 from radargui.gui.dock_titles import DockTitles
+from radargui.gui.full_view import FullView
 from radargui.gui.guide import EmptyPlots, FirstSteps
 from radargui.gui.layout import boxed, having, ticking
 from radargui.gui.log_window import LogWindow
@@ -22,6 +25,7 @@ from radargui.gui.notices import NoticeBoard, NoticeStrip
 from radargui.gui.opengl_probe import OpenGLProbe
 from radargui.gui.panels import About, Actions, FocusMark, Panels, RunKeys, fill_menus, show_help
 from radargui.gui.runs.across import AcrossView
+from radargui.gui.runs.drops_panel import DropsPanel
 from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_keeping import RunKeeping
 from radargui.gui.runs.run_list_panel import RunListPanel
@@ -37,11 +41,14 @@ from radargui.gui.sessions.session_controller import SessionController
 from radargui.gui.sessions.transfer_controller import TransferController
 from radargui.gui.settings import Settings
 from radargui.gui.setup.antenna_panel import AntennaPanel
+from radargui.gui.setup.channels import ChannelPanel
+from radargui.gui.setup.geometry_sketch import GeometrySketch
 from radargui.gui.setup.hardware_panel import FindDevices, HardwarePanel
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupFileController, first_setup
 from radargui.gui.setup.words import is_of_antenna
 from radargui.gui.theme import Theme
+from radargui.gui.track.track_curves import LEVEL_KEY
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.gui.wiring_check import WiringCheck
 from radargui.model.errors import SessionError
@@ -108,8 +115,14 @@ class MainWindow(QMainWindow):
         self.series = SeriesPanel(self.runs, self.actions_, services)
         forms, live = (self.hardware, self.antennas, self.session_panel), (self.scopes, self.planes, self.track)
         self.browser = SessionBrowser(services, lambda: self.session_panel.data_folder)
-        self.panels = Panels(*forms, *live, self.runs, self.run, self.series, self.browser)
-        self.bar = ControlBar(theme, self.panels.tabs, self.actions_.start, self.actions_.record, self.actions_.stop)
+        self.drops = DropsPanel(theme, self.runs.model)
+        self.sketch = GeometrySketch(self.setup_model, theme)
+        self.channels = ChannelPanel(self.setup_model, self.actions_, services)
+        seen = self.drops, self.sketch, self.channels
+        self.panels = Panels(*forms, *live, self.runs, self.run, self.series, self.browser, *seen)
+        does = self.actions_
+        sounds = does.sound, does.sound_trigger, does.sound_fault
+        self.bar = ControlBar(theme, self.panels.tabs, (does.start, does.record, does.stop), sounds)
         self.bar.runs.setValue(int(settings.number("runs", 1, 1, MOST_RUNS)))
         self.strip = NoticeStrip(board)
         self.health = HealthLine()
@@ -121,9 +134,7 @@ class MainWindow(QMainWindow):
         self.setCentralWidget(boxed(QVBoxLayout(), self.bar, (self.panels, 1)))
         messages = self.closing, self.stopping, self.strip, *offers, self.work
         self.place = MessagePlace(self.bar.runs, self.panels, *messages)
-        self.sound = having(QLabel(), toolTip="Which sounds are on: menu Run")
         self.statusBar().addWidget(self.health, 1)
-        self.statusBar().addPermanentWidget(self.sound)
         self._keys = (FocusMark(self, theme.application), RunKeys(self, theme.application))
         self.titles = DockTitles(self.panels, theme)
         self.guide = FirstSteps(self.hardware, self.panels, services)
@@ -131,7 +142,8 @@ class MainWindow(QMainWindow):
         self.log = LogWindow(self.setup_model, services)
         self.theme_actions = fill_menus(self.menuBar(), self.actions_, self.panels, theme, settings)
 
-        model, does = self.setup_model, self.actions_
+        model = self.setup_model
+        self.full = FullView(self.panels, does)
         self.setup_file = SetupFileController(model, services)
         self.run_controller = RunController(self.runs, self.run, self.track, services)
         self.situation = SituationModel(self.runs, self.strip, self._chosen_source, services)
@@ -146,6 +158,7 @@ class MainWindow(QMainWindow):
         self.panels.restore_within(self, settings, ready=self.setup_model.valid)
         self._show_setup()
         self._show_state()
+        self._show_details()
         self._show_situation()
 
         self._probe = probe
@@ -160,7 +173,7 @@ class MainWindow(QMainWindow):
         """Show what the source gives, without recording."""
         if self._ready():
             # who reads a moment looks at the channels
-            if not self.hardware.channels.is_reading:
+            if not self.channels.is_reading:
                 self.follow_live()
             self.control.start_live(self.setup_model.setup, self.hardware.kind, self.hardware.replay.file.path)
 
@@ -193,6 +206,8 @@ class MainWindow(QMainWindow):
             self._health_due = now + HEALTH_S
             health = self.control.health
             self.health.show_health(health)
+            if health is not None and health.disk_free_bytes is not None:
+                self.bar.disk.show_room(health.disk_free_bytes, health.disk_left_s)
             if health is not None and health.live_error is not None:
                 self.board.post_once("error", str(health.live_error))
             self.keeping.look()
@@ -236,7 +251,14 @@ class MainWindow(QMainWindow):
         does.pause.toggled.connect(self.scopes.pause.setChecked)
         self.scopes.pause.toggled.connect(does.pause.setChecked)
         self.scopes.pause.toggled.connect(self.track.set_paused)
+        self.track.curves.level_set.connect(self.setup_model.assign)
         self.session_panel.folder_changed.connect(self.sessions.begin_new)
+        self.session_panel.folder_changed.connect(self._look_at_disk)
+        for changed in (self.session_panel.details_changed, self.control.session_changed):
+            changed.connect(self._show_details)
+        self.antennas.calibration.found.connect(self.sketch.show_drops)
+        self.drops.change_asked.connect(lambda: self.panels.go_to("session"))
+        self.drops.run_asked.connect(self.open_run)
         self.setup_model.changed.connect(self._show_setup)
         self.situation.changed.connect(self._show_situation)
 
@@ -275,6 +297,26 @@ class MainWindow(QMainWindow):
         self.keeping.look()
         if not running:
             self.health.show_health(None)
+            self._look_at_disk()
+
+    def _look_at_disk(self) -> None:
+        """Ask the disk for its room away from the window: one that does not answer holds nothing up."""
+        folder, daq = self.session_panel.data_folder, self.setup_model.setup.daq
+
+        def show(free: int | None) -> None:
+            if self.control.state.running or folder != self.session_panel.data_folder:
+                return
+            # as if nothing were compressed: rather warned too early
+            per_s = 8.0 * 2 * self.setup_model.setup.n_receivers * daq.rate_hz
+            self.bar.disk.show_room(free, None if free is None else max(0.0, free - MINIMUM_FREE_BYTES) / per_s)
+
+        # no job: nobody who closes the window waits for it
+        asks = threading.Thread(target=lambda: self.jobs.post(show, room_of(folder)), name="gui disk", daemon=True)
+        asks.start()
+
+    def _show_details(self) -> None:
+        said, session = self.session_panel.details, self.control.session
+        self.drops.show_session(said.operator, said.sample, said.target, session.path.name if session else "")
 
     def _chosen_source(self) -> tuple[SourceKind, str]:
         return self.hardware.kind, self.setup_model.setup.daq.device
@@ -283,12 +325,15 @@ class MainWindow(QMainWindow):
         now = self.situation.now
         self.bar.state.show_state(now.word, now.detail, now.role, now.badge)
         self.health.show_run(now.footer)
-        self.sound.setText(now.sound)
+        self.bar.sound.show_sounds(now.sound)
         self.runs.show_series(now.series)
         self._write_title()
 
     def _show_actions(self) -> None:
         state = self.control.state
+        # a run that is recorded keeps the level that it was begun with
+        may_move = (not state.running or state is AppState.LIVE) and not self.setup_model.reviewed
+        self.track.curves.show_level(self.setup_model.value(LEVEL_KEY), movable=may_move)
         self.actions_.enable(state, valid=self.setup_model.valid)
         self.bar.runs.setEnabled(not state.running or state is AppState.LIVE)
 
@@ -310,7 +355,13 @@ class MainWindow(QMainWindow):
         named = {one.objectName(): one for one in self.panels.held[panel].findChildren(QWidget)}
         # of a place in space the first coordinate
         if (field := named.get(key) or named.get(f"{key}[1]")) is not None:
+            (self.antennas if panel == "antennas" else self.hardware).sections.reveal(field)
             field.setFocus(Qt.FocusReason.ShortcutFocusReason)
+
+    def open_run(self, path: Path) -> None:
+        """Analyse a run, also the one that is chosen already."""
+        self.runs.table.clearSelection()
+        self.runs.table.choose(lambda one: one.path == path)
 
     def find_sessions(self) -> None:
         """Let the operator search what was recorded before."""
@@ -418,3 +469,8 @@ class MainWindow(QMainWindow):
             put("replay_file", self.hardware.replay.file.path)
         self.setup_file.remember()
         self.settings.sync()
+
+
+def room_of(folder: Path) -> int | None:
+    """Return the free bytes where a folder is, or will be made."""
+    return free_bytes(next((one for one in (folder, *folder.parents) if one.is_dir()), folder))

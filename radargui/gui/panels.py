@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import pyqtgraph
 from PySide6 import QtGui, QtWidgets, __version__ as pyside_version
-from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QUrl
+from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QUrl, Signal
 from PySide6.QtWidgets import QHBoxLayout, QTextBrowser, QWidget
 
 from radargui import __version__
@@ -33,6 +33,9 @@ TITLES = {
     "run": "Run",
     "series": "Series",
     "browser": "All sessions",
+    "drops": "Last drops",
+    "geometry": "Geometry",
+    "channels": "Channels",
 }
 """Kept names and the words shown; a name must never change, layouts are remembered by it."""
 
@@ -54,8 +57,8 @@ class Workspace(NamedTuple):
 
 
 WORKSPACES = {
-    "prepare": Workspace("Prepare", ("hardware", "antennas")),
-    "measure": Workspace("Measure", ("track", "scopes", "planes"), ("runs", "session")),
+    "prepare": Workspace("Prepare", ("hardware", "antennas", "geometry", "channels")),
+    "measure": Workspace("Measure", ("track", "scopes", "planes", "drops"), ("runs", "session")),
     "analyse": Workspace("Analyse", ("runs", "run", "series"), ("track",)),
     "sessions": Workspace("Sessions", ("session", "browser")),
 }
@@ -90,24 +93,27 @@ def _first(part: Split | tuple[str, ...]) -> str:
 def _arrangement(name: str, *, narrow: bool) -> Split:
     """Return where the panels of a workspace stand at first."""
     if name == "prepare":
-        return Split(True, (("hardware",), ("antennas",)), (30, 70))
+        seen = Split(False, (("geometry",), ("channels",)), (83, 17))
+        return Split(True, (("hardware", "antennas"), seen), (27, 73))
     if name == "sessions":
         return Split(True, (("session",), ("browser",)), (30, 70))
     if name == "analyse":
         if narrow:
             return Split(False, (("runs",), ("run", "series", "track")), (40, 60))
         return Split(True, (Split(False, (("runs",), ("run", "series")), (35, 65)), ("track",)), (46, 54))
-    lists = ("runs", "session")
+    lists = ("drops", "runs", "session")
     if narrow:
         return Split(True, (("track",), Split(False, (("scopes", "planes"), lists), (65, 35))), (62, 38))
-    return Split(True, (("track",), Split(False, (("scopes",), ("planes",), lists), (50, 27, 23))), (71, 29))
+    return Split(True, (("track",), Split(False, (("scopes",), ("planes",), lists), (42, 27, 31))), (71, 29))
 
 
-_FORMS = ("hardware", "session")
+_FORMS = ("hardware", "antennas", "session")
 _WIDEST_FORM = 520
 """In pixels at the usual font. Lines of numbers do not get better by being wider; what is left belongs to the plots."""
 _LEAST_ROOM = QSize(230, 116)
 """Of a panel: three beside each other and two above each other fit 960 x 540 (1920 x 1080 at scale 2)."""
+_N_DIGITS = 10
+"""Panels that have a digit for a key; those that came later stand in front of their workspace anyhow."""
 _NARROW = 1100
 """Of a window: below it three panels beside each other are too small for plots, and one stands behind another."""
 _FIRST_SIZE = (1440, 900)
@@ -175,6 +181,8 @@ class Panels(QtWidgets.QMainWindow):
         Of the workspaces; the window's strip shows them.
     """
 
+    leaving = Signal()
+
     def __init__(self, *widgets: QtWidgets.QWidget) -> None:
         super().__init__(None, Qt.WindowType.Widget)
         self.setDockNestingEnabled(True)
@@ -204,6 +212,7 @@ class Panels(QtWidgets.QMainWindow):
         """Show a workspace as it was left; the keys stay where they are as long as that is seen."""
         if name == self._shown:
             return
+        self.leaving.emit()
         had_keys = self.focusWidget()
         if self._shown:
             self._layouts[self._shown] = self.saveState(LAYOUT_VERSION)
@@ -221,6 +230,7 @@ class Panels(QtWidgets.QMainWindow):
 
     def reset(self) -> None:
         """Put every panel where it stood at first, in each workspace."""
+        self.leaving.emit()
         self._layouts.clear()
         self._arrange()
 
@@ -262,7 +272,8 @@ class Panels(QtWidgets.QMainWindow):
         whole = room.width() if part.across else room.height()
         sizes = [share * whole // 100 for share in part.shares]
         if part.across and part.first in _FORMS:
-            sizes[0] = max(sizes[0], self.held[part.first].minimumSizeHint().width() + 6)
+            forms = part.parts[0] if isinstance(part.parts[0], tuple) else (part.first,)
+            sizes[0] = max(sizes[0], *(self.held[one].minimumSizeHint().width() + 6 for one in forms))
             sizes[-1] = whole - sum(sizes[:-1])
         direction = Qt.Orientation.Horizontal if part.across else Qt.Orientation.Vertical
         self.resizeDocks([self.docks[_first(one)] for one in part.parts], sizes, direction)
@@ -275,13 +286,15 @@ class Panels(QtWidgets.QMainWindow):
             menu.addAction(one.title, QtGui.QKeySequence(f"Ctrl+{number}"), partial(self.work_in, name))
         menu.addSeparator()
         for number, (name, title) in enumerate(TITLES.items(), start=1):
-            menu.addAction(title, QtGui.QKeySequence(f"Alt+{number % 10}"), partial(self.go_to, name))
+            keys = [f"Alt+{number % 10}"] if number <= _N_DIGITS else []
+            having(menu.addAction(title, partial(self.go_to, name)), shortcuts=keys)
 
     def go_to(self, name: str) -> None:
         """Show a panel in front, also one that was closed, and let the keys go to its first field.
 
         Where the workspace has no such panel, its own is shown.
         """
+        self.leaving.emit()
         self._go_where(name)
         dock = self.docks[name]
         dock.show()
@@ -347,6 +360,7 @@ class Panels(QtWidgets.QMainWindow):
 
     def remember(self, settings: Settings) -> None:
         """Keep the layouts of all workspaces."""
+        self.leaving.emit()
         for name, layout in (self._layouts | {self._shown: self.saveState(LAYOUT_VERSION)}).items():
             settings.put(f"layout/{name}", layout)
 

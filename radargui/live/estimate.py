@@ -30,6 +30,9 @@ class LiveEstimate:
     doubt
         Why the place is unknown, in a few words; empty where it is known, where a new rest was found, or where there is
         nothing to say.
+    shaken
+        Absolute sample index up to which the trigger has looked, and how hard the voltages shook since it looked
+        before (see `MotionTrigger.shaking`); None where nothing is new.
     """
 
     index: IntArray
@@ -40,6 +43,7 @@ class LiveEstimate:
     moving: bool
     began_anew: bool = False
     doubt: str = ""
+    shaken: tuple[int, float] | None = None
 
     def without_place(self) -> "LiveEstimate":
         """Return the same estimate with the place unknown."""

@@ -205,7 +205,8 @@ class LiveProcessor:
             self._doubt = self._doubt_at_rest
         # shown beside the recorded Q
         q = self._setup.radar.phase_sign * estimate.q
-        return replace(estimate, q=q, began_anew=self._release.began_anew, doubt=self._doubt)
+        shaken = (int(new.index[-1]), self._trigger.shaking) if new.count else None
+        return replace(estimate, q=q, began_anew=self._release.began_anew, doubt=self._doubt, shaken=shaken)
 
     def _estimate_by_mode(self, new: Means, *, fast: bool) -> LiveEstimate:
         if new.count == 0 or self._mode is _Mode.LOST:

@@ -14,6 +14,8 @@ from radargui.model.circular_buffer import CircularBuffer
 
 MAXIMUM_COLUMNS = 400_000
 """Bounds the memory of an hour: 13 numbers of 8 bytes each with three receivers, 42 MB; chosen by hand."""
+_LOOKS_HZ = 100
+"""The trigger looks at each block of samples: they come ten to fifty times a second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +67,7 @@ class LiveTrack:
         self._rate_hz = sample_rate_hz
         # the index above the values: whole numbers are exact in them far beyond any recording
         self._columns = CircularBuffer(3 * n_receivers + 4, columns, np.float64)
+        self._shaken = CircularBuffer(2, math.ceil(_LOOKS_HZ * length_s), np.float64)
         self.moving = False
         self.began_anew = False
         self.doubt = ""
@@ -79,6 +82,8 @@ class LiveTrack:
     def append(self, estimate: LiveEstimate) -> None:
         """Add estimates; their indices ascend. The live thread only."""
         self.moving, self.began_anew, self.doubt = estimate.moving, estimate.began_anew, estimate.doubt
+        if estimate.shaken is not None and math.isfinite(estimate.shaken[1]):
+            self._shaken.extend(np.array([estimate.shaken]).T)
         if estimate.index.size == 0:
             return
         values = (estimate.index[None], estimate.i, estimate.q, estimate.change_m, estimate.position_m)
@@ -90,6 +95,11 @@ class LiveTrack:
         _, columns = self._columns.copy(held.start + bisect_left(held, index, key=self._index_at), held.stop)
         n, at = self._n, columns[0].astype(np.intp)
         return LiveSpan(at, at / self._rate_hz, *np.split(columns[1:], (n, 2 * n, 3 * n)))
+
+    def shaken_since(self, index: int) -> FloatArray:
+        """Return how hard the voltages shook since a sample index: that index and `MotionTrigger.shaking`, (2, n)."""
+        _, looks = self._shaken.copy(self._shaken.first, self._shaken.end)
+        return np.asarray(looks[:, looks[0] >= index])
 
     def _index_at(self, column: int) -> int:
         """Return the sample index of a column; a column overwritten meanwhile is older than anything asked for."""

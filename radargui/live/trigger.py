@@ -66,6 +66,9 @@ class MotionTrigger:
     ----------
     state
         What the trigger said last.
+    shaking
+        The hardest that the voltages shook within the last samples, in the unit of the threshold: motion is told from
+        the threshold on. NaN while the quiet level is not known.
     """
 
     def __init__(self, digitisation: Digitisation, threshold: float) -> None:
@@ -89,6 +92,7 @@ class MotionTrigger:
         self._blocks = 0
         self._above = 0
         self.state = TriggerState(ready=False, moving=False, since_index=None, quiet_since_index=None)
+        self.shaking = math.nan
 
     def push(self, samples: RawArray) -> TriggerState:
         """Take the next samples, shape (n_channels, n), and tell the state after them."""
@@ -107,7 +111,10 @@ class MotionTrigger:
         long = self._rest.long_over_quiet(self._means, self._blocks, noise_v)
         # both end with the newest block
         count, before = min(count, level.size - TOGETHER + 1), self.state.since_index
-        self._judge(level[-count:], np.zeros(count) if long is None else long[-count:])
+        longs = np.zeros(count) if long is None else long[-count:]
+        self._judge(level[-count:], longs)
+        over = np.fmax(self._threshold**2 / self._rest.least(self._quiet) * level[-count:], longs)
+        self.shaking = float(np.sqrt(np.fmax.reduce(over))) if self.state.ready else math.nan
         if self.state.moving or self.state.since_index != before:
             shaken = level[-count:]
             self._rest.moves(shaken[shaken > self._rest.least_to_go_on(self._quiet)])

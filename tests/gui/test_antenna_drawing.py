@@ -17,15 +17,15 @@ from radargui.processing.expected_uncertainty import expected_uncertainty
 
 def has(window: MainWindow, where: QPointF, colour: str) -> bool:
     """Return whether a colour stands at a place, or one pixel beside it: edges are smoothed."""
-    image = window.antennas.sketch.grab().toImage()
-    scale = image.width() / window.antennas.sketch.width()
+    image = window.sketch.grab().toImage()
+    scale = image.width() / window.sketch.width()
     near = [(dx, dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)]
     x, y = scale * where.x(), scale * where.y()
     return any(image.pixelColor(round(x) + dx, round(y) + dy).name() == colour for dx, dy in near)
 
 
 def test_the_drawing_is_to_scale_and_follows_the_typing(antennas: MainWindow) -> None:
-    sketch, colours = antennas.antennas.sketch, antennas.theme.colours
+    sketch, colours = antennas.sketch, antennas.theme.colours
     transmitter, first, second = sketch.places[:3]
     assert transmitter.place_m == pytest.approx([0.0, 0.0, 0.7])
     # 0.7 m at 40 degrees, towards y: on the axis from the side, above the centre from above
@@ -45,7 +45,7 @@ def test_the_drawing_is_to_scale_and_follows_the_typing(antennas: MainWindow) ->
 
 
 def test_what_is_edited_is_highlighted(antennas: MainWindow) -> None:
-    sketch = antennas.antennas.sketch
+    sketch = antennas.sketch
     for key, name in (
         ("receiver[2].tilt_deg", "receiver[2]"),
         ("receiver[3].polarization_deg", "receiver[3]"),
@@ -68,7 +68,7 @@ def test_what_is_edited_is_highlighted(antennas: MainWindow) -> None:
 
 
 def test_the_polarisation_is_a_stroke_along_the_field(antennas: MainWindow) -> None:
-    sketch = antennas.antennas.sketch
+    sketch = antennas.sketch
     assert all(one.field is None for one in sketch.places)
     typed(antennas, "transmitter.polarization_deg", "90")
     fields = [one.field for one in sketch.places if one.field is not None]
@@ -83,7 +83,7 @@ def test_the_polarisation_is_a_stroke_along_the_field(antennas: MainWindow) -> N
 
 
 def test_a_setup_that_is_wrong_leaves_the_last_drawing(antennas: MainWindow) -> None:
-    sketch = antennas.antennas.sketch
+    sketch = antennas.sketch
     typed(antennas, "receiver[1].tilt_deg", "400")
     assert not antennas.setup_model.valid
     # as it was right last: at 40 degrees
@@ -92,7 +92,7 @@ def test_a_setup_that_is_wrong_leaves_the_last_drawing(antennas: MainWindow) -> 
 
 def test_the_map_is_the_uncertainty_of_its_places_and_follows_the_setup(own: MainWindow, wait_for: Any) -> None:
     view = own.antennas.map
-    own.antennas._form.ensureWidgetVisible(view)
+    own.antennas.sections.reveal(view)
     wait_for(lambda: view.shown is not None)
     first = view.shown
     assert first is not None

@@ -36,11 +36,16 @@ def test_the_drops_of_a_session_that_is_opened_are_shown_beside_the_antennas_and
     own_window: MainWindow, session: Path, wait_for: Any
 ) -> None:
     window, group = own_window, own_window.antennas.calibration
-    assert group.drops.isHidden()
+    assert not window.sketch.drops
     window.sessions.open(session)
-    wait_for(lambda: not group.drops.isHidden())
-    (line,) = [one for one in group.drops.text().splitlines() if one.startswith("Rx 2 tilt")]
-    assert line.endswith("+1.0")
+    wait_for(lambda: window.sketch.drops)
+    # beside the antenna from the side, from where its tilt is seen
+    second = window.sketch.places[2]
+    _, tilt, said, *_ = window.sketch.words_beside(0, second).split("\n")
+    assert tilt == "tilt 40°"
+    assert said.startswith("drops: 40.49")
+    assert said.endswith("pull +1.0")
+    assert "pull" not in window.sketch.words_beside(1, second).split("\n")[0]
     # the setup of a session is not edited: first it becomes the operator's own
     assert not group.take_over.isEnabled()
     window.actions_.take_over.trigger()

@@ -133,20 +133,15 @@ def test_every_column_of_the_runs_can_be_read_on_a_small_screen(small: MainWindo
     assert table.horizontalHeader().length() <= table.viewport().width()
 
 
-def test_every_column_of_the_channels_is_seen_on_a_small_screen(small: MainWindow, record_one: Any) -> None:
-    looked_at(small, "hardware")
-    table = small.hardware.channels.table
+def test_all_that_a_channel_shows_is_seen_on_a_small_screen(small: MainWindow) -> None:
+    looked_at(small, "channels")
     levels = [Level(f"{part}{rx}", -1.23, 1.23, 5.0, clipped=True) for rx in (1, 2, 3) for part in "IQ"]
-    for facts in ((), tuple(ChannelFacts(one, -0.707, 0.00712) for one in levels)):
-        small.hardware.channels.show_facts(facts)
-        QApplication.processEvents()
-        header = table.horizontalHeader()
-        assert header.length() <= table.viewport().width(), facts
-        last = header.count() - 1
-        for column in range(last + 1):
-            titles = str(table.rows.headerData(column, Qt.Orientation.Horizontal)).splitlines()
-            assert all(table.fontMetrics().horizontalAdvance(one) + 6 <= table.columnWidth(column) for one in titles)
-        assert table.columnWidth(last) >= table.fontMetrics().horizontalAdvance("CLIPS") + 8, facts
+    small.channels.show_facts(tuple(ChannelFacts(one, -0.707, 0.00712, 0.71, -0.0123) for one in levels))
+    QApplication.processEvents()
+    for bar in small.channels.bars:
+        assert bar.visibleRegion().boundingRect().size() == bar.size()
+        for words in bar.words:
+            assert bar.fontMetrics().horizontalAdvance(words) <= bar.width() - 8, words
 
 
 def test_the_planes_of_four_receivers_are_seen_whole_on_a_small_screen(small: MainWindow) -> None:

@@ -130,12 +130,12 @@ def test_which_sounds_are_on_is_seen_in_both_windows(window: MainWindow) -> None
     does = window.actions_
     does.across.setChecked(True)
     (across,) = window.findChildren(AcrossView)
-    assert window.sound.text() == across.situation.sound == "Sound: result, fault"
+    assert window.bar.sound.toolTip() == across.situation.sound == "Sound: result, fault"
     for switch in (does.sound, does.sound_fault):
         switch.setChecked(False)
-    assert window.sound.text() == across.situation.sound == "Sound off"
+    assert window.bar.sound.toolTip() == across.situation.sound == "Sound off"
     does.sound_trigger.setChecked(True)
-    assert window.sound.text() == across.situation.sound == "Sound: trigger"
+    assert window.bar.sound.toolTip() == across.situation.sound == "Sound: trigger"
     does.across.setChecked(False)
     for switch, on in ((does.sound, True), (does.sound_fault, True), (does.sound_trigger, False)):
         switch.setChecked(on)

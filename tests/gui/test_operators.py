@@ -41,6 +41,7 @@ def test_nothing_heavy_runs_in_the_drawing_thread(
         owner = pkgutil.resolve_name(place)
         monkeypatch.setattr(owner, attribute, watched(name, getattr(owner, attribute)))
     window.panels.go_to("antennas")
+    window.antennas.sections.reveal(window.antennas.map)
     before = window.antennas.map.shown
     window.antennas.map.snr.setValue(33.0)
     wait_for(lambda: window.antennas.map.shown is not None and window.antennas.map.shown is not before)

@@ -98,6 +98,7 @@ def test_what_is_wrong_stands_at_its_field_in_its_words_and_unit_and_stops_start
     for name, key, text, said in BAD_VALUES:
         window.hardware.choose("ni" if key.startswith("daq.") else "simulated")
         line, panel, other = field(window, key), getattr(window, name), OTHER[name]
+        panel.sections.reveal(line)
         good = line.text()
         type_into(line, text)
         if said is None:

@@ -47,6 +47,12 @@ def span_of(n: int) -> LiveSpan:
     return LiveSpan(index, index / 1000.0, *np.zeros((4, 3, n)))
 
 
+def live_of(**facts: Any) -> SimpleNamespace:
+    """What the panel reads of a live track: of a sphere that stands still, where the trigger saw nothing."""
+    seen = {"since": lambda _index: span_of(5), "shaken_since": lambda _index: np.empty((2, 0))}
+    return SimpleNamespace(moving=False, **seen, **facts)
+
+
 def test_the_trail_has_the_colour_of_its_speed_and_the_bar_says_which(panel: TrackPanel, result: RunResult) -> None:
     panel.show_result(result, "run-0001")
     scale_m_s = panel._colours.most_m_s
@@ -141,15 +147,16 @@ def test_parabola_and_residual_are_the_reports(panel: TrackPanel, result: RunRes
 def test_what_was_chosen_for_the_live_trail_and_for_a_result_is_kept_apart(
     panel: TrackPanel, result: RunResult
 ) -> None:
-    assert panel.curves.shown_detail == "speed"
+    assert panel.curves.shown_detail == "trigger"
     panel.curves.choose("y")
     panel.show_result(result, "run-0001")
     assert panel.curves.shown_detail == "residual"
     panel.curves.choose("x")
     panel.clear()
     assert panel.curves.shown_detail == "y"
-    assert not panel.curves.tabs.isTabVisible(1), "nothing is fitted to a sphere that still falls"
+    assert not panel.curves.tabs.isTabVisible(2), "nothing is fitted to a sphere that still falls"
     panel.show_result(result, "run-0001")
+    assert not panel.curves.tabs.isTabVisible(0), "nobody kept what the trigger saw"
     assert panel.curves.shown_detail == "x"
 
 
@@ -193,6 +200,7 @@ def test_no_sphere_is_drawn_where_nobody_knows_it_and_that_of_a_result_where_the
 def test_the_speed_of_the_next_fall_is_seen_whole(panel: TrackPanel) -> None:
     t = np.linspace(-0.2, 0.0, 200)
     falling = live_track(t, np.stack([0.0 * t, 0.0 * t, 0.1 - 4.905 * (t + 0.2) ** 2]))
+    panel.curves.choose("speed")
     panel.curves.show_live(falling)
     # a recording begins: the last moments of before are forgotten
     panel.clear()
@@ -204,7 +212,7 @@ def test_the_speed_of_the_next_fall_is_seen_whole(panel: TrackPanel) -> None:
 
 def test_a_bounce_that_turns_round_is_not_called_at_rest(panel: TrackPanel) -> None:
     # at 1 kHz; only what the panel reads of an acquisition
-    live = SimpleNamespace(latest=0, moving=False, began_anew=False, doubt="", since=lambda _index: span_of(5))
+    live = live_of(latest=0, began_anew=False, doubt="")
     feed = SimpleNamespace(live=live, rate_hz=1000.0, samples=lambda seconds: round(1000.0 * seconds))
     panel._feed = cast("Any", feed)
     titles = []
@@ -217,7 +225,7 @@ def test_a_bounce_that_turns_round_is_not_called_at_rest(panel: TrackPanel) -> N
 
 def test_a_place_that_is_not_known_is_not_called_at_rest(panel: TrackPanel) -> None:
     words = "receiver 2 shows no circle"
-    live = SimpleNamespace(latest=900, moving=False, began_anew=True, doubt=words, since=lambda _index: span_of(5))
+    live = live_of(latest=900, began_anew=True, doubt=words)
     feed = SimpleNamespace(live=live, rate_hz=1000.0, samples=lambda seconds: round(1000.0 * seconds))
     panel._feed = cast("Any", feed)
     panel.refresh()

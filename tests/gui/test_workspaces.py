@@ -99,7 +99,7 @@ def test_tab_comes_to_the_workspaces_and_arrows_change_them(small: MainWindow) -
 
 
 def test_the_key_of_a_panel_goes_where_it_is(small: MainWindow) -> None:
-    for number, name in enumerate(TITLES, 1):
+    for number, name in enumerate(list(TITLES)[:10], 1):
         press(small, number % 10, Qt.KeyboardModifier.AltModifier)
         assert small.panels.held[name].isVisible()
         parts = small.panels.held[name].findChildren(QWidget)
@@ -255,6 +255,6 @@ def test_a_form_beside_a_drawing_gets_the_width_that_its_words_come_to_need(qtbo
 def test_who_reads_a_moment_stays_with_the_channels(small: MainWindow, wait_for: Any) -> None:
     press(small, 1, Qt.KeyboardModifier.ControlModifier)
     small.actions_.moment.trigger()
-    wait_for(lambda: "A moment read" in small.hardware.channels.words.text())
+    wait_for(lambda: "A moment read" in small.channels.words.text())
     assert small.panels.workspace == "prepare"
-    assert small.hardware.channels.isVisible()
+    assert small.channels.isVisible()

@@ -50,3 +50,19 @@ def test_noise_never_triggers() -> None:
 def test_motion_is_not_told_before_the_quiet_level_is_known() -> None:
     time = np.arange(1000) / RATE
     assert not any(state.ready for state in states(np.stack([np.cos(900 * time), np.sin(900 * time)])))
+
+
+def test_motion_is_told_where_the_shaking_reaches_the_threshold_and_never_below_it() -> None:
+    drop = Drop(rate_hz=RATE, settle_s=0.3)
+    trigger, volts, told = MotionTrigger(Digitisation(("I1", "Q1"), RATE), threshold=8.0), drop_volts(drop), []
+    for begin in range(0, volts.shape[1], 400):
+        state = trigger.push(volts[:, begin : begin + 400])
+        told.append((begin / RATE, state.moving, trigger.shaking))
+    known = [one for one in told if np.isfinite(one[2])]
+    assert len(known) < len(told)
+    rest = [shaking for at_s, _, shaking in known if at_s < drop.rest_s - 0.05]
+    assert 0.5 < min(rest) <= max(rest) < 3.0
+    # motion is confirmed for 4 ms, a fifth of a block: it is told within the block after at the latest
+    begins = next(number for number, (_, moving, _) in enumerate(known) if moving)
+    assert max(shaking for *_, shaking in known[begins - 1 : begins + 1]) > 8.0
+    assert all(shaking < 8.0 for *_, shaking in known[: begins - 1])

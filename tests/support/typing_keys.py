@@ -6,12 +6,24 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLineEdit, QWidget
 
+from radargui.gui.layout import Sections
+
 
 def line(window: QWidget, key: str) -> QLineEdit:
     """Return the line of a key."""
     found = window.findChild(QLineEdit, key)
     assert found is not None
+    reveal(found)
     return found
+
+
+def reveal(field: QWidget) -> None:
+    """Open the section that a field stands in."""
+    above = field.parentWidget()
+    while above is not None:
+        if isinstance(above, Sections):
+            above.reveal(field)
+        above = above.parentWidget()
 
 
 def typed(window: QWidget, key: str, text: str) -> None:

@@ -1,10 +1,13 @@
-"""What never moves: start, record, stop, how many runs, the state in large letters, messages, the health line."""
+"""What never moves: start, record, stop, how many runs, the state in large letters, disk, messages, the health line."""
+
+from collections.abc import Sequence
 
 from PySide6 import QtWidgets
 from PySide6.QtCore import QEvent, QObject, QRectF, QSize, Qt
 from PySide6.QtGui import QAction, QColor, QFont, QFontMetrics, QFontMetricsF, QPainter, QPaintEvent, QPen, QWheelEvent
 
-from radargui.acquisition.health import Health
+from radargui.acquisition.health import Health, duration
+from radargui.acquisition.run_output import LOW_S
 from radargui.acquisition.run_plan import AcquisitionState
 from radargui.gui.control.state import LARGE_WORDS, AppState
 from radargui.gui.layout import ALARM, TIPS, OneLine, Scroll, fill, having, labelled
@@ -34,6 +37,9 @@ def draw_badge(painter: QPainter, box: QRectF, words: str, font: QFont, colours:
     painter.drawRoundedRect(frame, 4, 4)
     write(painter, frame, words, colour, font=font)
     return width + metrics.height()
+
+
+_WIDE = QtWidgets.QSizePolicy(QtWidgets.QSizePolicy.Policy.Fixed, QtWidgets.QSizePolicy.Policy.Fixed)
 
 
 class StateView(QtWidgets.QWidget):
@@ -127,16 +133,77 @@ class Count(QtWidgets.QSpinBox):
 class ControlBar(QtWidgets.QWidget):
     """Large buttons for actions that the menu has as well."""
 
-    def __init__(self, theme: Theme, tabs: QtWidgets.QTabBar, start: QAction, record: QAction, stop: QAction) -> None:
+    def __init__(
+        self, theme: Theme, tabs: QtWidgets.QTabBar, actions: Sequence[QAction], sounds: Sequence[QAction]
+    ) -> None:
         super().__init__()
         count = Count(minimum=1, maximum=MOST_RUNS)
         self.runs = having(count, objectName="runs", accessibleName="Number of runs to record")
         self.runs.setToolTip("How many runs Record takes, one after the other without a hand")
         column = fill(QtWidgets.QVBoxLayout(), 1, labelled("Runs", self.runs), self.runs, 1, spacing=1)
-        self.state = StateView(theme)
-        buttons = (_button(action) for action in (start, record, stop))
+        self.state, self.disk, self.sound = StateView(theme), DiskLight(theme), SoundButton(sounds)
+        buttons = (_button(action) for action in actions)
+        lights = fill(QtWidgets.QVBoxLayout(), 1, self.sound, self.disk, 1, spacing=1)
         row = QtWidgets.QHBoxLayout(self)
-        fill(row, tabs, *buttons, column, (self.state, 1), margins=(6, 1, 6, 1), spacing=6)
+        fill(row, tabs, *buttons, column, (self.state, 1), lights, margins=(6, 1, 6, 1), spacing=6)
+
+
+class SoundButton(QtWidgets.QToolButton):
+    """Offers the sounds, and shows whether one is on."""
+
+    def __init__(self, sounds: Sequence[QAction]) -> None:
+        super().__init__(popupMode=self.ToolButtonPopupMode.InstantPopup, autoRaise=True)
+        self._sounds = sounds
+        having(self, text="♪", menu=QtWidgets.QMenu(self), sizePolicy=_WIDE).menu().addActions(list(sounds))
+        # Enter clicks what has the keys
+        self.clicked.connect(self.showMenu)
+
+    def show_sounds(self, words: str) -> None:
+        """Show which are on, in words and by a stroke through the sign where none is."""
+        off = not any(one.isChecked() for one in self._sounds)
+        font = having(scaled_font(QtWidgets.QApplication.font(), 1.3), strikeOut=off)
+        having(self, font=font, toolTip=words, accessibleName=words)
+
+
+_DISK_LOW_S = 7200.0
+"""Of recording are left: less than an afternoon (chosen by hand)."""
+
+
+class DiskLight(QtWidgets.QWidget):
+    """A traffic light of the disk that is recorded to, and the room on it."""
+
+    def __init__(self, theme: Theme) -> None:
+        super().__init__()
+        self._theme, self.role, self.text = theme, "idle", UNKNOWN
+        self.setSizePolicy(_WIDE)
+        theme.changed.connect(self.update)
+        self.show_room(None, None)
+
+    def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
+        """Return room for the light and the longest words."""
+        metrics = self.fontMetrics()
+        return QSize(metrics.horizontalAdvance("8888 GB") + metrics.height(), metrics.height() + 4)
+
+    def show_room(self, free_bytes: float | None, left_s: float | None) -> None:
+        """Show how much is free, and how long a recording could last; None: not known."""
+        self.text = UNKNOWN if free_bytes is None else f"{free_bytes / 1e9:.0f} GB"
+        left = "" if left_s is None else f", {duration(left_s)} of recording"
+        self.role = "idle" if left_s is None else "good" if left_s > _DISK_LOW_S else "mark"
+        if left_s is not None and left_s < LOW_S:
+            self.role, self.text = "alarm", duration(left_s)
+        words = f"Disk: {'not known' if free_bytes is None else f'{free_bytes / 1e9:.1f} GB free'}{left}"
+        having(self, toolTip=words, accessibleName=words).update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        """Draw the light, the words behind it; what is bad is no circle."""
+        painter, colours, line = QPainter(self), self._theme.colours, self.fontMetrics().height()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(colours.role(self.role)))
+        lamp = QRectF(2.0, 0.5 * self.height() - 0.35 * line, 0.7 * line, 0.7 * line)
+        painter.drawRect(lamp) if self.role == "alarm" else painter.drawEllipse(lamp)
+        left = int(Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft)
+        write(painter, QRectF(self.rect()).adjusted(line, 0.0, 0.0, 0.0), self.text, colours.text, left)
 
 
 _MOVES = (
@@ -202,8 +269,6 @@ def _button(action: QAction) -> QtWidgets.QToolButton:
 
 _LAG_ALARM_S = 0.5
 """From here on a hand sees that the picture comes later."""
-_DISK_ALARM_S = 600.0
-"""Ten minutes of recording are left: time to make room."""
 _QUEUE_ALARM = 0.5
 """Half full: the disk is too slow, and the other half is what is left before samples are lost."""
 _RATE_TOLERANCE = 0.02
@@ -266,6 +331,6 @@ def figures(health: Health | None) -> dict[str, tuple[str, bool]]:
         "lost": (f"Lost {lost} in {counted(health.gaps, 'gap')}" if lost else "Lost 0", lost > 0),
         "backlog": (f"Backlog {health.backlog_samples}", False),
         "queue": (f"Queue {percent(full)}" if capacity else f"Queue {UNKNOWN}", full > _QUEUE_ALARM),
-        "disk": (f"Disk {disk}", left is not None and left < _DISK_ALARM_S),
+        "disk": (f"Disk {disk}", left is not None and left < LOW_S),
         "lag": (f"Live lag {late}", lag is not None and lag > _LAG_ALARM_S),
     }

@@ -26,12 +26,16 @@ class LiveCurve(pg.PlotCurveItem):  # type: ignore[misc] # pyqtgraph has no type
 
 
 class Symbols(pg.PlotDataItem):  # type: ignore[misc] # pyqtgraph has no types
-    """Symbols without an edge; nothing is done where there were none and are none."""
+    """Symbols without an edge; nothing is done where they stand there already."""
 
     def setData(self, *args: Any, **options: Any) -> None:  # noqa: N802 - pyqtgraph's name
         """Set the places of the symbols."""
-        if not (len(args) == 2 and not options and len(args[0]) == 0 and self.getOriginalDataset()[0] is None):
-            super().setData(*args, **options)
+        if len(args) == 2 and not options:
+            before = self.getOriginalDataset()
+            none = before[0] is None
+            if len(args[0]) == 0 if none else all(map(np.array_equal, args, before)):
+                return
+        super().setData(*args, **options)
 
     def setPen(self, pen: QPen) -> None:  # noqa: N802 - pyqtgraph's name
         """Take over a colour, without an edge."""

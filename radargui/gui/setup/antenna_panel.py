@@ -1,194 +1,64 @@
 """The antenna calibration panel: receivers and the matrix T they make, polarisations, transmitter, wave, tracer."""
 
-import math
-from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
+from itertools import zip_longest
 
-import numpy as np
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QLabel, QSizePolicy, QToolButton, QWidget
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QLabel, QToolButton, QWidget
 
 from radargui.geometry.path_length import LARGE_CONDITION, LEAST_RECEIVERS, condition_number, place_antennas, t_matrix
 from radargui.gui.background import Jobs
-from radargui.gui.layout import Answer, FaultText, Group, PlainLabel, button, having
+from radargui.gui.layout import ALARM, Answer, FaultText, Group, PlainLabel, button, having
 from radargui.gui.panels import Actions
 from radargui.gui.setup.fields import AntennaGrid, FormPanel, ModelGroup, SetupForm
-from radargui.gui.setup.geometry_sketch import GeometrySketch
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.uncertainty_map import UncertaintyMapView
 from radargui.gui.setup.words import in_words
-from radargui.gui.theme import Theme, draw_line, even_font, write
-from radargui.model.assumed import ASSUMED
-from radargui.model.calibrated_setup import calibration_words, edited_since, too_old, unit_of
+from radargui.gui.theme import Theme, even_font
+from radargui.model.calibrated_setup import calibration_words, edited_since, too_old
 from radargui.model.calibration import Calibration
 from radargui.model.radar import MOST_RECEIVERS
-from radargui.model.rounding import UNKNOWN, plain, quantity, with_sign
+from radargui.model.rounding import with_sign
 from radargui.model.scattering import LEAST_SHARE, received_fields
 from radargui.model.words import percent
 
-_ASSUMED_DEG = ASSUMED["u_polarization_deg"]
-_HEIGHT, _MARGIN = 108, 4
-"""Pixels (chosen by hand): beneath a dial of at most 64 two lines of 14 have room; the second is free about it."""
 
+class PolarizationTable(AntennaGrid):
+    """Angle and uncertainty of each antenna's electric field, and how much of the strongest signal a receiver gets."""
 
-class PolarizationForm(ModelGroup):
-    """Angle and uncertainty of each antenna's electric field, and the drawing."""
+    def __init__(self, model: SetupModel) -> None:
+        super().__init__(model, ("polarization_deg", "u_polarization_deg"), first=0)
 
-    def __init__(self, model: SetupModel, theme: Theme) -> None:
-        table = AntennaGrid(model, ("polarization_deg", "u_polarization_deg"), first=0)
-        self._angles = [fields[0] for fields in table.fields.values()]
-        self.sketch = PolarizationSketch(model, theme)
-        said = (
-            "Each antenna from behind, looking at the centre. Arrow: electric field; wedge: uncertainty; dashed: "
-            "strongest signal, of which the receiver gets so much."
-        )
-        super().__init__("Polarisation", model, table, self.sketch, PlainLabel(said))
+    def beside(self, number: int) -> list[QWidget]:
+        """Return the words for what a receiver gets."""
+        return [having(QLabel(), toolTip="Share of the signal that the strongest angle would give")]
 
     def refresh(self) -> None:
-        """Show the angles that hold where none is given."""
-        drawn = self.sketch.antennas
-        for place, angle in enumerate(self._angles):
-            strongest_deg = drawn[place].strongest_deg if place < len(drawn) else None
-            angle.setPlaceholderText("not given" if strongest_deg is None else f"strongest, {strongest_deg:.1f}")
-
-
-@dataclass(frozen=True, slots=True)
-class DrawnAntenna:
-    """One dial of the drawing.
-
-    Attributes
-    ----------
-    name, axes
-        Beneath it; what points right and what up.
-    u_deg, angle_deg
-        Of the field; None: not given.
-    strongest_deg, share
-        Of a receiver: the angle of the strongest signal, and what it gets of it; None where that is not known.
-    """
-
-    name: str
-    axes: tuple[str, str]
-    u_deg: float
-    angle_deg: float | None
-    strongest_deg: float | None = None
-    share: float | None = None
-
-    @property
-    def words(self) -> str:
-        """What is drawn, in words."""
-        if self.angle_deg is None:
-            return f"{self.name}: not given"
-        got = f", {percent(self.share)} of the strongest signal" if self.share is not None else ""
-        return f"{self.name}: {self.angle_deg:.1f}° ± {self.u_deg:g}° from {self.axes[0]} towards {self.axes[1]}{got}"
-
-
-class PolarizationSketch(QWidget):
-    """A dial for each antenna; follows typing, also where the setup is refused for it."""
-
-    def __init__(self, model: SetupModel, theme: Theme) -> None:
-        super().__init__()
-        self._model, self._theme = model, theme
-        self.antennas: list[DrawnAntenna] = []
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setAccessibleName("Drawing of the polarisations")
-        model.changed.connect(self.refresh)
-        self.refresh()
-
-    def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
-        """Return room for a dial each."""
-        return QSize(60 * (1 + self._model.n_receivers), _HEIGHT)
-
-    def refresh(self) -> None:
-        """Take over what the draft says."""
-        setup, sent = self._model.setup, self._number("transmitter.polarization_deg")
+        """Show what follows from the draft, also where it is refused for it."""
+        super().refresh()
+        setup, sent = self._model.setup, self._number("transmitter")
         receivers = [
-            one.model_copy(update={"polarization_deg": self._number(f"receiver[{number}].polarization_deg")})
+            one.model_copy(update={"polarization_deg": self._number(f"receiver[{number}]")})
             for number, one in enumerate(setup.receiver, 1)
         ]
-        found: list[tuple[float | None, ...]] = [(None,)] * len(receivers)
-        if sent is not None:
-            fields = received_fields(setup.radar, setup.transmitter, receivers, setup.tracer, sent)
-            found = [(one.angle_deg, one.strongest_deg, one.share) for one in fields]
-        self.antennas = [
-            DrawnAntenna("Tx", ("x", "y"), self._u("transmitter"), sent),
-            *(DrawnAntenna(f"Rx {n}", ("h", "v"), self._u(f"receiver[{n}]"), *own) for n, own in enumerate(found, 1)),
-        ]
-        words = "\n".join(one.words for one in self.antennas)
-        self.setAccessibleDescription(words)
-        self.setToolTip(f"{words}\nh is horizontal, v points up as far as the antenna's tilt lets it")
-        self.update()
+        wave = setup.radar, setup.transmitter, receivers, setup.tracer
+        found = () if sent is None else received_fields(*wave, sent)
+        for (number, (angle, _)), one in zip_longest(self.fields.items(), (None, *found)):
+            angle.setPlaceholderText("not given" if one is None else f"strongest, {one.strongest_deg:.1f}")
+            gets = self.rows[number][-1]
+            having(gets, text="" if one is None else percent(one.share))
+            gets.setStyleSheet(ALARM if one is not None and one.share < LEAST_SHARE else "")
 
-    def _number(self, key: str) -> float | None:
-        value = self._model.value(key)
+    def _number(self, antenna: str) -> float | None:
+        value = self._model.value(f"{antenna}.polarization_deg")
         return float(value) if isinstance(value, (int, float)) else None
 
-    def _u(self, antenna: str) -> float:
-        u_deg = self._number(f"{antenna}.u_polarization_deg")
-        return _ASSUMED_DEG if u_deg is None else min(max(u_deg, 0.0), 90.0)
 
-    @property
-    def middle_y(self) -> float:
-        """How far below the top the middles of the dials are, in pixels."""
-        return self._radius + 3 * _MARGIN
-
-    @property
-    def _radius(self) -> float:
-        below = 2 * self.fontMetrics().height()
-        return min(0.5 * self.width() / len(self.antennas) - 12.0, 0.5 * (self.height() - below) - 2 * _MARGIN)
-
-    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
-        """Draw the dials side by side."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        width, line, radius = self.width() / len(self.antennas), self.fontMetrics().height(), self._radius
-        own = self._theme.colours
-        colours = (own.text, *own.receivers)
-        for place, antenna in enumerate(self.antennas):
-            middle = QPointF((place + 0.5) * width, self.middle_y)
-            self._dial(painter, antenna, middle, radius, QColor(colours[place]))
-            below = QRectF(place * width, self.height() - 2 * line, width, line)
-            write(painter, below, antenna.name, own.text)
-            said, colour = "" if antenna.angle_deg is None else f"{antenna.angle_deg:.0f}°", own.text
-            if antenna.share is not None:
-                said, colour = percent(antenna.share), own.alarm if antenna.share < LEAST_SHARE else own.faint
-            write(painter, below.translated(0.0, line), said, colour)
-
-    def _dial(self, painter: QPainter, antenna: DrawnAntenna, middle: QPointF, radius: float, colour: QColor) -> None:
-        faint, line = QColor(self._theme.colours.faint), QPen(QColor(self._theme.colours.line), 1.0)
-        box = QRectF(middle.x() - radius, middle.y() - radius, 2.0 * radius, 2.0 * radius)
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(line)
-        painter.drawEllipse(box)
-        for name, angle_deg in zip(antenna.axes, (0.0, 90.0), strict=True):
-            draw_line(painter, _at(middle, radius, angle_deg + 180.0), _at(middle, radius, angle_deg), line)
-            place = _at(middle, radius + 7.0, angle_deg)
-            write(painter, QRectF(place.x() - 8.0, place.y() - 8.0, 16.0, 16.0), name, self._theme.colours.faint)
-        if antenna.strongest_deg is not None:
-            start, end = (_at(middle, radius, antenna.strongest_deg + half) for half in (0.0, 180.0))
-            draw_line(painter, start, end, QPen(faint, 1.0, Qt.PenStyle.DashLine))
-        if antenna.angle_deg is None:
-            return
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(having(QColor(colour), alpha=120))
-        for end_deg in (antenna.angle_deg, antenna.angle_deg + 180.0):
-            # sixteenths of a degree, counted as the angle is
-            painter.drawPie(box, round(16.0 * (end_deg - antenna.u_deg)), round(32.0 * antenna.u_deg))
-        painter.setPen(QPen(colour, 2.0))
-        for end_deg in (antenna.angle_deg, antenna.angle_deg + 180.0):
-            tip = _at(middle, radius, end_deg)
-            painter.drawLine(middle, tip)
-            for side in (150.0, -150.0):
-                painter.drawLine(tip, _at(tip, 0.25 * radius, end_deg + side))
-
-
-def _at(middle: QPointF, radius: float, angle_deg: float) -> QPointF:
-    """Return the point so far from the middle, the angle counted from the right upwards."""
-    angle = math.radians(angle_deg)
-    return QPointF(middle.x() + radius * math.cos(angle), middle.y() - radius * math.sin(angle))
-
-
+_SEEN_FROM = (
+    "Of the transmitter from x towards y; of a receiver from the horizontal towards upwards, seen from behind it. The "
+    "strokes in the drawing are these fields; at the end of a row: what the receiver gets of the strongest signal."
+)
 _BEHIND = (
     "Distances are to the phase centre. Of a horn only its aperture can be reached: the waves come from behind it, by "
     "12 ± 2 cm for 20 dB."
@@ -204,18 +74,19 @@ class AntennaPanel(FormPanel):
 
     def __init__(self, model: SetupModel, does: Actions, jobs: Jobs, theme: Theme) -> None:
         super().__init__(model, does.take_over.trigger)
-        self.sketch, self.map = GeometrySketch(model, theme), UncertaintyMapView(model, jobs, theme)
+        self.map = UncertaintyMapView(model, jobs, theme)
         self.only_shows = (self.map,)
         self.table, self.matrix, self.calibration = ReceiverTable(model), TMatrixView(model), CalibrationGroup(model)
         wave, tracer, site, air = (SetupForm(name, model) for name in ("wave", "tracer", "site", "air"))
         container = SetupForm("container", model)
         self._place = wave.rows
-        upper = (Group("Receivers", self.table), self.calibration, self.matrix, self.map, wave)
-        # above what scrolls: it follows the typing wherever that is
         behind = AntennaGrid(model, ("phase_centre_m", "u_phase_centre_m"), first=0)
         phase_centres = Group("Phase centres", behind, PlainLabel(_BEHIND))
-        lower = (PolarizationForm(model, theme), phase_centres, tracer, container, site, air)
-        self.lay_out(*upper, *lower, above=self.sketch)
+        antennas = Group("Receivers", self.table), wave
+        turned = Group("", PolarizationTable(model), PlainLabel(_SEEN_FROM))
+        sections = {"Antennas": antennas, "Polarisation": (turned,), "Sphere": (tracer,)}
+        advanced = self.matrix, self.map, phase_centres
+        self.lay_out(self.calibration, {**sections, "Room": (container, site, air), "Advanced": advanced})
 
     def refresh(self) -> None:
         """Show what the draft is now; of the transmitter's distance and position the one that is given."""
@@ -279,62 +150,26 @@ class TMatrixView(ModelGroup):
             self.warning.say(_SINGULAR if singular else grows)
 
 
-class DropsView(QLabel):
-    """A line for each value of the antennas: as it is stated, as the drops say it, and how far apart that is."""
-
-    def __init__(self) -> None:
-        super().__init__(textFormat=Qt.TextFormat.PlainText)
-        self.setFont(even_font(self.font()))
-        self.setAccessibleName("What the drops say")
-        self.setToolTip(
-            "Stated in the setup, found by the drops of the session with its standard uncertainty, and the pull: "
-            "normal with deviation one where the setup is right"
-        )
-
-    def show_calibration(self, found: Calibration | None) -> None:
-        """Show the values of a calibration."""
-        self.setText("" if found is None else "\n".join(_lines(found)))
-
-
-def _lines(found: Calibration) -> list[str]:
-    rows = [("The drops say", "stated", "found", "pull")]
-    u_found = np.sqrt(np.diag(found.covariance))
-    for name, *value in zip(found.names, found.before, found.values, found.u_before, u_found, strict=True):
-        stated, at, u_stated, u = map(float, value)
-        unit, scale = unit_of(name)
-        learnt = u_stated**2 - u**2
-        # what is known no better has told nothing
-        pull = with_sign((at - stated) / math.sqrt(learnt), 1) if learnt > 0.02 * u_stated**2 else UNKNOWN
-        words = name.replace("receiver.", "Rx ").replace("transmitter.", "Tx ").replace("position_m.", "")
-        label = words.removesuffix("_deg").removesuffix("_m").replace(".", " ")
-        rows.append((label, f"{plain(stated * scale, 6)} {unit}", quantity(at, u, unit, scale), pull))
-    widths = [max(len(row[column]) for row in rows) for column in range(4)]
-    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
-
-
 class CalibrationGroup(ModelGroup):
     """Beside the antennas: which calibration they have, what is wrong with it, and the way to another."""
 
     asked, taken = Signal(), Signal()
+    found = Signal(object)
 
     def __init__(self, model: SetupModel) -> None:
         self.words, self.checked, self.fault = PlainLabel(), Answer(), FaultText()
         self.begin = button("Calibrate the antennas…", lambda: self.asked.emit())
-        self.drops = DropsView()
         self.take_over = button("Take over", lambda: self.taken.emit())
         self.take_over.setToolTip(
             "Write what the drops say into the setup, and keep it as a calibration; Undo all changes takes it back"
         )
-        super().__init__("Calibration", model, self.words, self.fault, self.checked, self.begin)
-        for part in (self.drops, self.take_over):
-            self.put(part)
+        super().__init__("Calibration", model, self.words, self.fault, self.checked, self.begin, self.take_over)
         self.show_drops(None)
 
     def show_drops(self, found: Calibration | None) -> None:
         """Show what the drops of the session say of the antennas; None: nothing."""
-        self.drops.show_calibration(found)
-        for part in (self.drops, self.take_over):
-            part.setVisible(found is not None)
+        self.take_over.setVisible(found is not None)
+        self.found.emit(found)
 
     def refresh(self) -> None:
         """Show what holds for the setup now."""

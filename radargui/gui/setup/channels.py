@@ -1,23 +1,22 @@
-"""The channel table of the hardware panel: inputs, and what they show now or in a moment that is read for it."""
+"""What each channel shows, as bars: of the acquisition that runs, or of a moment that is read for it."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import math
 from datetime import datetime
 from functools import partial
-from typing import Any
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QSizePolicy
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
 
-from radargui.acquisition.health import ChannelFacts, channel_facts
+from radargui.acquisition.health import ChannelFacts, channel_facts, snr_db
 from radargui.gui.control.state import AppState, Feed
-from radargui.gui.layout import PlainLabel, button, having, ticking
+from radargui.gui.layout import TIPS, OneLine, boxed, button, fill, follow, having, take_out, ticking
 from radargui.gui.panels import Actions
+from radargui.gui.scopes.scope import LevelBar
 from radargui.gui.services import Services
-from radargui.gui.setup.fields import ModelGroup
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.table import RowModel, RowTable
-from radargui.model.rounding import UNKNOWN, with_sign
+from radargui.gui.theme import Theme, write
+from radargui.model.rounding import with_sign
 from radargui.model.words import percent
 
 MOMENT_S = 1.0
@@ -26,95 +25,107 @@ _LOOK_MS = 200
 """Chosen by hand: a reading takes up to so much longer than `MOMENT_S`."""
 _EVERY = 5
 """Looks from one reading to the next while samples come in: once a second can be read."""
+_BAR_PX = 6
+"""Height of the bar between its two lines of words (chosen by hand)."""
 
 
-@dataclass(frozen=True, slots=True)
-class Channel:
-    """A row: the channel's name as in recordings (I1), the input it is wired to, what it shows."""
+class ChannelBar(LevelBar):
+    """A channel with the input it is wired to: level and clipping as a bar, offset, noise, drift and SNR in words.
 
-    name: str
-    wired_to: str
-    shows: ChannelFacts | None = None
+    Attributes
+    ----------
+    name, wired_to
+        As in recordings (I1), and the input of the device.
+    facts
+        What is shown; None: nothing is known.
+    """
 
-    @property
-    def level(self) -> str:
-        """Largest voltage, and how much of the range that is."""
-        if self.shows is None:
-            return UNKNOWN
-        peak_v, most_v = self.shows.level.peak_v, self.shows.level.full_scale_v
-        return f"{peak_v:.2f} ({percent(peak_v / most_v)})" if most_v else f"{peak_v:.2f}"
+    def __init__(self, theme: Theme, name: str, wired_to: str, full_scale_v: float) -> None:
+        self.wired_to, self.words = wired_to, ("", "")
+        super().__init__(theme, name, name[0].lower(), full_scale_v)
+        having(self, minimumSize=self.size(), maximumSize=QWidget().maximumSize())
+        self.setFixedHeight(2 * self.fontMetrics().height() + _BAR_PX + 2)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.show_facts(None)
 
-    @property
-    def clips(self) -> str:
-        """Whether a sample stood at the end of the range."""
-        return UNKNOWN if self.shows is None else "CLIPS" if self.shows.level.clipped else "no"
+    def show_facts(self, facts: ChannelFacts | None, ratio_db: float = math.nan) -> None:
+        """Show what the channel shows, and the signal-to-noise ratio of its receiver."""
+        self.facts: ChannelFacts | None = facts
+        self.show_level(facts.level if facts else None)
+        level, rest = "–", ""
+        if facts is not None:
+            peak_v, most_v = facts.level.peak_v, facts.level.full_scale_v
+            share = f" ({percent(peak_v / most_v)})" if most_v else ""
+            level = f"{peak_v:.2f} V{share}, offset {with_sign(facts.offset_v, 3)} V"
+            noise = "" if math.isnan(facts.noise_v) else f"noise {1e3 * facts.noise_v:.2f} mV"
+            ratio = "" if math.isnan(ratio_db) else f"SNR {ratio_db:.0f} dB"
+            drift = "" if math.isnan(facts.drift_v) else f"drift {with_sign(1e3 * facts.drift_v, 1)} mV"
+            rest = ", ".join(filter(None, (ratio, noise, drift)))
+        self.words = f"{self.name} {self.wired_to}: {'CLIPS ' * self.clipping}{level}", rest
+        whole = ", ".join(filter(None, self.words))
+        having(self, accessibleName=whole, toolTip=f"{whole}\n{TIPS['plots']['Channels']}").update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        """Draw the words, the bar between them."""
+        colours, room = self._theme.colours, QRectF(self.rect()).adjusted(4.0, 1.0, -4.0, -1.0)
+        alarm, line = colours.alarm if self.clipping else "", float(self.fontMetrics().height())
+        painter, left = QPainter(self), int(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
+        for top, words, colour in ((0.0, self.words[0], alarm or colours.text), (line + _BAR_PX, *self.words[1:], "")):
+            fitting = self.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, int(room.width()))
+            write(painter, room.adjusted(0.0, top, 0.0, 0.0), fitting, colour or colours.faint, left)
+        bar = QRectF(room.left(), room.top() + line, room.width(), _BAR_PX)
+        painter.fillRect(bar, QColor(colours.raised))
+        bar.setWidth(min(1.0, self._share) * bar.width())
+        painter.fillRect(bar, QColor(alarm or colours.role(self._role)))
 
 
-# title of a column, and what stands in it; 1e3: from V to mV
-_COLUMNS: dict[str, Callable[[Channel], str]] = {
-    "Channel": lambda one: f"Rx {one.name[1:]} {one.name[0]}",
-    "Input": lambda one: one.wired_to,
-    "Level [V]": lambda one: one.level,
-    "Offset [V]": lambda one: UNKNOWN if one.shows is None else with_sign(one.shows.offset_v, 3),
-    "Noise [mV]": lambda one: UNKNOWN if one.shows is None else f"{1e3 * one.shows.noise_v:.2f}",
-    "Clips": lambda one: one.clips,
-}
+class ChannelPanel(QWidget):
+    """A bar a channel: of the acquisition that runs, or of a live view that ends by itself after a moment.
 
-
-class ChannelModel(RowModel[Channel]):
-    """Rows of channels; one that clips is said in the alarm's colour too."""
-
-    def cell(self, entry: Channel, column: int, role: int) -> Any:
-        """Return what Qt asks of a cell."""
-        alarm = role == Qt.ItemDataRole.ForegroundRole and entry.clips == "CLIPS"
-        return QApplication.palette().brightText().color() if alarm else super().cell(entry, column, role)
-
-
-class ChannelGroup(ModelGroup):
-    """The table: of the acquisition that runs, or of a live view that ends by itself after a moment."""
+    Attributes
+    ----------
+    bars
+        In the order of the inputs.
+    """
 
     def __init__(self, model: SetupModel, does: Actions, services: Services) -> None:
-        self._start, self._services, self._control = does.start, services, services.control
+        super().__init__()
+        self._model, self._start, self._services, self._control = model, does.start, services, services.control
         self._feed: Feed | None = None
         self._own = self._busy = False
         self._looks = 0
-        table = RowTable(ChannelModel(_COLUMNS), "channels")
-        self.table = having(table, selectionMode=RowTable.SelectionMode.NoSelection)
-        # in the order of the inputs: a sign of sorting would take a column's room
-        self.table.setSortingEnabled(False)
-        self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        # as high as its rows; its columns fit the narrowest panel
-        for scrolled in (self.table.setVerticalScrollBarPolicy, self.table.setHorizontalScrollBarPolicy):
-            scrolled(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.table.setToolTip("What each input shows; while samples come in it is brought up to date once a second")
-        self.read = button("Read a moment", does.moment.trigger, does.moment.toolTip())
-        self.words = PlainLabel("Nothing was read yet.")
-        super().__init__("Channels", model, self.table, self.read, self.words)
+        self.bars: list[ChannelBar] = []
+        self._grid = having(QGridLayout(), spacing=4)
+        actions = does.moment, does.wiring, does.calibrate
+        self.read, *others = (button(one.text(), one.trigger, one.toolTip()) for one in actions)
+        self.words = OneLine("Nothing was read yet.")
+        column = boxed(QVBoxLayout(), self.read, *others, 1, spacing=3)
+        shown = fill(QVBoxLayout(), self._grid, self.words, 1)
+        fill(QHBoxLayout(self), (shown, 1), column, margins=(6, 2, 6, 2), spacing=8)
         self._timer = ticking(self, _LOOK_MS, self._look)
         self._control.feed_changed.connect(self._feed_changed)
         self._control.state_changed.connect(self._state_changed)
+        follow(model.changed, self.refresh)
 
     def show_facts(self, facts: tuple[ChannelFacts, ...]) -> None:
         """Show what the channels show; none: nothing is known any more."""
-        by_name, before = {one.level.name: one for one in facts}, self.table.rows.entries
-        wires = zip(self._model.setup.channel_names, self._wires, strict=True)
-        rows = [Channel(name, wire, by_name.get(name)) for name, wire in wires]
-        self.table.rows.replace_all(rows)
-        if not (facts and any(one.shows for one in before)):
-            # not each second: it takes half as long as a frame
-            self.table.fit_all()
-        if {one.name for one in before} != {one.name for one in rows}:
-            header, row = self.table.horizontalHeader(), self.table.verticalHeader().defaultSectionSize()
-            self.table.setFixedHeight(header.sizeHint().height() + row * len(rows) + 4)
-
-    @property
-    def _wires(self) -> list[str]:
-        return [wire.rpartition("/")[2] for wire in self._model.setup.physical_channels]
+        by_name = {one.level.name: one for one in facts}
+        for bar in self.bars:
+            i, q = (by_name.get(f"{part}{bar.name[1:]}") for part in "IQ")
+            bar.show_facts(by_name.get(bar.name), snr_db(i, q) if i is not None and q is not None else math.nan)
 
     def refresh(self) -> None:
-        """Forget what was read through other wires."""
-        if [one.wired_to for one in self.table.rows.entries] != self._wires:
-            self.show_facts(())
+        """Forget what was read through other wires, and have a bar for each of these."""
+        setup = self._model.setup
+        wires = [wire.rpartition("/")[2] for wire in setup.physical_channels]
+        if [(one.name, one.wired_to) for one in self.bars] == [*zip(setup.channel_names, wires, strict=True)]:
+            return
+        take_out(self._grid, *self.bars)
+        theme, most_v = self._services.theme, setup.daq.range_v
+        self.bars = [ChannelBar(theme, *of, most_v) for of in zip(setup.channel_names, wires, strict=True)]
+        for number, bar in enumerate(self.bars):
+            # a receiver a column, I above Q
+            self._grid.addWidget(bar, number % 2, number // 2)
 
     @property
     def is_reading(self) -> bool:

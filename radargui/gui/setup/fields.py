@@ -1,6 +1,7 @@
 """Fields that stand for one key of the setup: a line, a choice, yes or no; and what is said of them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
 from typing import TypeAlias
 
 from PySide6 import QtWidgets
@@ -15,7 +16,8 @@ from radargui.gui.layout import (
     FormScroll,
     Group,
     PlainLabel,
-    Turning,
+    Sections,
+    boxed,
     button,
     fill,
     follow,
@@ -23,7 +25,6 @@ from radargui.gui.layout import (
 )
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.words import FORMS, READERS, called, entries_of, kind_of, show_number, words_of
-from radargui.gui.theme import scaled_px
 from radargui.model.assumed import ASSUMED
 from radargui.model.radar import MOST_RECEIVERS
 
@@ -247,12 +248,8 @@ class AntennaGrid(QtWidgets.QWidget):
                 widget.setVisible(number <= self._model.n_receivers)
 
 
-_BESIDE = 760
-"""Pixels from which a drawing stands beside its fields: as many for it as they need."""
-
-
 class FormPanel(QtWidgets.QWidget):
-    """Groups of fields that scroll; beneath them what changed since the last run, and what is wrong out of sight.
+    """Groups of fields in sections of which one is open; beneath them what changed since the last run, what is wrong.
 
     Attributes
     ----------
@@ -269,9 +266,15 @@ class FormPanel(QtWidgets.QWidget):
         self.no_setup: tuple[QtWidgets.QWidget, ...] = ()
         self.changes, self.elsewhere = PlainLabel(), FaultText()
 
-    def lay_out(self, *groups: QtWidgets.QWidget, above: QtWidgets.QWidget | None = None) -> None:
-        """Put the groups into the panel, and what stays in sight `above` them, or beside them where it is wide."""
-        self._form, self._groups = FormScroll(*groups), groups
+    def lay_out(self, first: Group, sections: Mapping[str, Sequence[Group]]) -> None:
+        """Put a group that is always open into the panel, and others beneath it in sections by their titles."""
+        for groups in sections.values():
+            if len(groups) == 1:
+                # the section says it
+                groups[0].setTitle("")
+        parts = {title: boxed(QtWidgets.QVBoxLayout(), *groups, spacing=6) for title, groups in sections.items()}
+        self.sections, self._groups = Sections(parts), (first, *chain(*sections.values()))
+        self._form = FormScroll(first, self.sections)
         foot = fill(
             QtWidgets.QVBoxLayout(),
             self._closed,
@@ -281,8 +284,7 @@ class FormPanel(QtWidgets.QWidget):
             margins=(8, 0, 8, 0),
             spacing=4,
         )
-        form = self._form if above is None else Turning(scaled_px(_BESIDE), (above, 2, 3), (self._form, 3, 2))
-        fill(QtWidgets.QVBoxLayout(self), (form, 1), foot)
+        fill(QtWidgets.QVBoxLayout(self), (self._form, 1), foot)
         follow(self._model.changed, self.refresh)
 
     def set_running(self, running: bool) -> None:

@@ -1,5 +1,7 @@
 """The drawing of the setup, from the side and from above, to scale; follows the typing and shows what is edited."""
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import zip_longest
 
@@ -11,8 +13,12 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from radargui.geometry.path_length import place_antennas
 from radargui.gui.layout import follow, having
 from radargui.gui.setup.setup_model import SetupModel
+from radargui.gui.setup.words import words_of
 from radargui.gui.theme import Theme, draw_line, scaled_px, write
 from radargui.model.arrays import FloatArray
+from radargui.model.calibrated_setup import unit_of
+from radargui.model.calibration import Calibration
+from radargui.model.rounding import UNKNOWN, concise, with_sign
 from radargui.model.scattering import received_direction, transmitted_direction
 from radargui.model.setup import Setup
 
@@ -20,12 +26,16 @@ HALF_FIELD_M = 0.15
 """The field of view, 30 x 30 x 30 cm round the origin (DESIGN: the physics in one page)."""
 _STROKE_M = 0.09
 """Half of a polarisation's stroke: long enough to show its direction at a third of a panel's width."""
-_HEIGHT, _LEAST = 236, 110
-"""Pixels, most and least (chosen by hand): more takes room from the fields; in less the names lie upon another."""
-_EDGE_PX, _DOT_PX = 16, 4.0
-"""Left free at the edges for names, and half of the edge of a mark (chosen by hand)."""
+_LEAST = 110
+"""Pixels (chosen by hand): in less the names lie upon another."""
+_EDGE_PX, _DOT_PX = 28, 4.0
+"""Left free at the edges for words, and half of the edge of a mark (chosen by hand)."""
 _VIEWS = (("Side", "x", "z", (0, 2)), ("Top", "x", "y", (0, 1)))
 """Name, axis to the right, axis upwards, and the places of both in x, y, z."""
+_SHOWN_KEYS = (("tilt_deg", "distance_m", "release_position_m[3]"), ("azimuth_deg",))
+"""What the words beside a place say in each view: what one sees from there."""
+_LEARNT = 0.02
+"""Share of a variance: who knows no better by more than this was told nothing (chosen by hand)."""
 _BARS_MM = (50, 100, 200, 500, 1000, 2000, 5000, 10_000)
 """Lengths of the scale: the shortest one that is longer than 30 pixels is drawn."""
 
@@ -72,8 +82,31 @@ def places_of(setup: Setup) -> tuple[DrawnPlace, ...]:
     return (*drawn, DrawnPlace("tracer", "Release", "text", np.array(setup.tracer.release_position_m)))
 
 
+def drops_say(found: Calibration | None) -> Mapping[str, str]:
+    """Return what the drops say of each value, by its key: the value with its uncertainty, and the pull.
+
+    The pull is how far it is from what was stated, in what was learnt: normal with deviation one in a right setup.
+    """
+    if found is None:
+        return {}
+    said, u_found = {}, np.sqrt(np.diag(found.covariance))
+    for name, *value in zip(found.names, found.before, found.values, found.u_before, u_found, strict=True):
+        stated, at, u_stated, u = map(float, value)
+        learnt, (unit, scale) = u_stated**2 - u**2, unit_of(name)
+        known = learnt > _LEARNT * u_stated**2
+        pull = with_sign((at - stated) / math.sqrt(learnt), 1) if known else UNKNOWN
+        table, _, rest = name.partition(".")
+        number, _, last = rest.partition(".") if table == "receiver" else ("", "", rest)
+        value_key, _, axis = last.partition(".")
+        key = f"{table}[{number}]" if number else table
+        at_axis = f"[{'xyz'.index(axis) + 1}]" if axis else ""
+        shown = concise(at, u, "" if unit == "°" else unit, scale)
+        said[f"{key}.{value_key}{at_axis}"] = f"{shown}{unit * (unit == '°')}, pull {pull}"
+    return said
+
+
 class GeometrySketch(QWidget):
-    """Antennas, release, floor and field of view; polarisations are strokes.
+    """Antennas, release, floor and field of view, with their numbers; polarisations are strokes, beams are shaded.
 
     Attributes
     ----------
@@ -81,12 +114,15 @@ class GeometrySketch(QWidget):
         What is drawn.
     edited
         Key of the field in which the operator is.
+    drops
+        What the drops of the session say, by the keys of the setup.
     """
 
     def __init__(self, model: SetupModel, theme: Theme) -> None:
         super().__init__()
         self._model, self._theme, self.edited = model, theme, ""
         self.places: tuple[DrawnPlace, ...] = ()
+        self.drops: Mapping[str, str] = {}
         self.floor_m: float | None = None
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         named = "Drawing of the setup, from the side and from above"
@@ -97,7 +133,23 @@ class GeometrySketch(QWidget):
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         """Return room for two views beside each other."""
-        return QSize(300, scaled_px(_HEIGHT))
+        return QSize(300, _LEAST)
+
+    def show_drops(self, found: Calibration | None) -> None:
+        """Say beside each place what the drops of the session say of it; None: nothing."""
+        self.drops = drops_say(found)
+        self.refresh()
+
+    def words_beside(self, view: int, one: DrawnPlace) -> str:
+        """Return what stands beside a place in a view: its name, what is typed, and what the drops say of that."""
+        lines = [one.name]
+        for key in (f"{one.keys}.{name}" for name in _SHOWN_KEYS[view]):
+            words, value = words_of(key), self._model.value(key)
+            if isinstance(value, (int, float)):
+                lines.append(f"{words.name.removeprefix(one.name).strip().lower()} {words.with_unit(value)}")
+                if key in self.drops:
+                    lines.append(f"drops: {self.drops[key]}")
+        return "\n".join(lines)
 
     def refresh(self) -> None:
         """Take over the setup as it was right last."""
@@ -167,16 +219,29 @@ class GeometrySketch(QWidget):
             bold = self.is_edited("floor")
             painter.setPen(QPen(QColor(colours.text) if bold else faint, 3.0 if bold else 1.5))
             painter.drawLine(QPointF(left + 0.08 * self.width(), height), QPointF(left + 0.42 * self.width(), height))
-            painter.drawText(QPointF(left + 0.08 * self.width(), height + line - 2.0), "Floor")
+            words = f"Floor {words_of('floor.height_m').with_unit(self.floor_m)}"
+            painter.drawText(QPointF(left + 0.08 * self.width(), height + line - 2.0), words)
         painter.setPen(QPen(faint, 1.0))
         for end in (QPointF(5, 0), QPointF(0, 5)):
             painter.drawLine(self.at(view, centre) - end, self.at(view, centre) + end)
         painter.setPen(QPen(QColor(colours.line), 1.0))
+        middle = self.at(view, centre)
         for one in self.places[:-1]:
-            painter.drawLine(self.at(view, one.place_m), self.at(view, centre))
+            where = self.at(view, one.place_m)
+            draw_line(painter, where, middle, QPen(QColor(colours.line), 1.0))
+            away = math.hypot(where.x() - middle.x(), where.y() - middle.y())
+            if away > 1.0:
+                # as wide as the field of view that it has to cover
+                side = QPointF(middle.y() - where.y(), where.x() - middle.x()) * (self.scale() * HALF_FIELD_M / away)
+                painter.setPen(Qt.PenStyle.NoPen)
+                painter.setBrush(having(QColor(colours.role(one.role)), alpha=18))
+                painter.drawPolygon(QPolygonF([where, middle + side, middle - side]))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
         # no name upon a mark or a stroke, whichever is drawn first
         edge = (-_DOT_PX, -_DOT_PX, _DOT_PX, _DOT_PX)
         taken = [QRectF(*self._ends(view, one)).normalized().adjusted(*edge) for one in self.places]
+        # nor upon the scale
+        taken.append(QRectF(self.width() - 9.0 * line, self.height() - line - 4.0, 9.0 * line, line + 4.0))
         for one in self.places:
             self._place(painter, view, one, taken)
 
@@ -197,7 +262,8 @@ class GeometrySketch(QWidget):
         painter.setPen(QPen(colour, 1.5))
         painter.setBrush(colour)
         if one.keys == "tracer":
-            painter.drawEllipse(where, 0.8 * size, 0.8 * size)
+            radius = max(0.8 * size, 0.5 * self.scale() * self._model.setup.tracer.diameter_m)
+            painter.drawEllipse(where, radius, radius)
         elif one.keys == "transmitter":
             tips = (QPointF(-size, -size), QPointF(size, -size), QPointF(0, size))
             painter.drawPolygon(QPolygonF([where + tip for tip in tips]))
@@ -209,19 +275,22 @@ class GeometrySketch(QWidget):
             painter.drawEllipse(where, 2.4 * size, 2.4 * size)
         font = having(self.font(), bold=edited)
         metrics = QFontMetrics(font)
-        wide, high = metrics.horizontalAdvance(one.name) + 2.0, float(metrics.height())
-        room = QRectF(self.rect())
-        # beside it where there is room and no other name stands
-        away += 2.0
-        for shift in (
+        lines = self.words_beside(view, one).split("\n")
+        wide, high = max(map(metrics.horizontalAdvance, lines)) + 2.0, float(metrics.height() * len(lines))
+        # beside it where no other words stand, as far as the drawing reaches
+        room, away = QRectF(self.rect()).adjusted(0.0, metrics.height(), 0.0, 0.0), away + 2.0
+        for across, down in (
             *((away, -0.5 * high), (-away - wide, -0.5 * high), (-0.5 * wide, away), (-0.5 * wide, -away - high)),
-            *((away, -1.4 * high), (away, 0.4 * high)),
+            *((away, -high - away), (away, away), (-away - wide, away), (-away - wide, -high - away)),
         ):
-            box = QRectF(where.x() + shift[0], where.y() + shift[1], wide, high)
-            if room.contains(box) and not any(box.intersects(other) for other in taken):
+            begin = min(max(where.x() + across, room.left()), room.right() - wide)
+            top = min(max(where.y() + down, room.top()), room.bottom() - high)
+            box = QRectF(begin, top, wide, high)
+            if not any(box.intersects(other) for other in taken):
                 break
         taken.append(box)
-        write(painter, box, one.name, self._theme.colours.role(one.role), font=font)
+        side = Qt.AlignmentFlag.AlignLeft if box.center().x() >= where.x() else Qt.AlignmentFlag.AlignRight
+        write(painter, box, "\n".join(lines), self._theme.colours.role(one.role), int(side), font)
         painter.setFont(self.font())
 
     def _bar(self, painter: QPainter) -> None:

@@ -13,7 +13,6 @@ from radargui.gui.background import Jobs, Then, Work
 from radargui.gui.layout import Answer, Choice, FaultText, Group, PathField, PlainLabel, button, having, side_by_side
 from radargui.gui.panels import Actions
 from radargui.gui.services import Services
-from radargui.gui.setup.channels import ChannelGroup
 from radargui.gui.setup.fields import FormPanel, ModelGroup, SetupForm
 from radargui.gui.setup.setup_model import MOST_NAMED, SetupModel
 from radargui.gui.setup.words import FORMS, called, in_words
@@ -271,15 +270,17 @@ class HardwarePanel(FormPanel):
         self.source = Choice([*SOURCES.items(), *((name, name) for name in plugins("sources"))])
         group = Group("Source", ("Samples from", having(self.source, objectName="source")))
         self.replay = ReplayForm(model, services.jobs, services.settings.path("replay_file"))
-        self.rates, self.channels = RateView(model), ChannelGroup(model, does, services)
-        self.only_shows = (self.rates, self.channels)
+        self.rates = RateView(model)
+        self.only_shows = (self.rates,)
         self.ni = NiForm(model, services.jobs, self.rates, find_devices)
-        simulated = SetupForm("simulated", model)
+        simulated, recording, processing, signal = (
+            SetupForm(name, model) for name in ("simulated", "recording", "processing", "simulated_signal")
+        )
         self._forms: dict[str, Group] = {"simulated": simulated, "ni": self.ni, "replay": self.replay}
-        others = (SetupForm(name, model) for name in ("recording", "processing"))
         self.file = SetupFileGroup(model, does)
         self.no_setup = (self.file, group, self.replay)
-        self.lay_out(self.file, group, *self._forms.values(), self.rates, self.channels, *others)
+        sections = {"Source": (group, *self._forms.values(), self.rates), "Recording": (recording,)}
+        self.lay_out(self.file, {**sections, "Processing": (processing,), "Advanced": (signal,)})
         self.choose(source)
         self.source.currentIndexChanged.connect(self._show_form)
         self._show_form()
@@ -305,6 +306,7 @@ class HardwarePanel(FormPanel):
     def _show_form(self) -> None:
         for kind, form in self._forms.items():
             form.setVisible(kind == self.kind)
+        self.sections.offer("Advanced", wanted=self.kind == "simulated")
         # a simulation and a file have no limit
         self.rates.setVisible(self.kind == "ni")
         self.refresh()

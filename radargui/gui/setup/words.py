@@ -157,6 +157,20 @@ def entries_of(key: str) -> int:
     return 1 if place is None else len(place.schema.get("prefixItems", (1, 2, 3)))
 
 
+def limits_of(key: str) -> tuple[float, float]:
+    """Return the least and the most that a number may be, as it is stored.
+
+    Raises
+    ------
+    KeyError
+        No such number, or it has no limits of its own.
+    """
+    place = find_place(Setup, parts_of(key))
+    if place is None:
+        raise KeyError(key)
+    return float(place.schema["minimum"]), float(place.schema["maximum"])
+
+
 def is_of_antenna(key: str) -> bool:
     """Return whether the field of a key stands in the panel of the antennas."""
     return re.split(r"[.\[]", key)[0] in _ANTENNAS

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QFont, QResizeEvent, QVector3D, QWheelEvent
 
+from radargui.gui.full_view import FILLS
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space
 from radargui.gui.track.speed_colours import SpeedColours, segments
@@ -41,6 +42,7 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
 
     def __init__(self, theme: Theme, colours: SpeedColours, space: Space) -> None:
         super().__init__()
+        self.setProperty(FILLS, True)
         self._theme, self._colours, self._space = theme, colours, space
         self._track = NO_TRACK
         self._fixed: list[Any] = []

@@ -1,16 +1,18 @@
-"""What is drawn of a track against time: the height with its fitted fall, and one of speed, residual, x, y."""
+"""What is drawn of a track against time: the height with its impacts, and one of trigger, speed, residual, x, y."""
 
 from collections.abc import Mapping
 from typing import Literal
 
 import numpy as np
-from PySide6.QtCore import QSignalBlocker
+import pyqtgraph as pg
+from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QSizePolicy, QStackedWidget, QTabBar, QVBoxLayout, QWidget
 
 from radargui.gui.layout import TIPS, boxed, fill, having, holding
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import LAST, NOW, Plot
 from radargui.gui.plots.ranges import SteadyRange
+from radargui.gui.setup.words import limits_of, words_of
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space
 from radargui.model.arrays import FloatArray, extremes
@@ -20,8 +22,12 @@ _MOST_BINS = 1500
 """Two points each: about the pixels of a wide screen."""
 _LEFT = 58
 """Width of the left axes in pixels (chosen by hand): in less the figures are cut, more is taken from the curves."""
-Detail = Literal["speed", "acceleration", "speed over z", "residual", "x", "y"]
+LEVEL_KEY = "recording.threshold"
+"""Of the trigger's level in the setup."""
+_LEVEL = words_of(LEVEL_KEY)
+Detail = Literal["trigger", "speed", "acceleration", "speed over z", "residual", "x", "y"]
 _LABELS: Mapping[Detail, str] = {
+    "trigger": f"[{_LEVEL.unit}]",
     "speed": "v [m/s]",
     "acceleration": "a_z [m/s²]",
     "speed over z": "v [m/s]",
@@ -31,12 +37,26 @@ _LABELS: Mapping[Detail, str] = {
 }
 _OF_RESULTS: tuple[Detail, ...] = ("acceleration", "speed over z", "residual")
 """What nothing tells of a sphere that still moves."""
+_OF_LIVE: tuple[Detail, ...] = ("trigger",)
+"""What nobody kept of a run."""
 _OTHER_AXIS: tuple[Detail, ...] = ("speed over z", "residual")
 """What is not moved together with the height."""
 
 
+_DECADES = [(float(np.log10(value)), f"{value:g}") for value in (1, 3, 10, 30, 100, 300, 1000, 3000, 10_000)]
+"""Ticks of what spans decades: as many figures as a low plot has room for."""
+
+
 class TimePlot(Plot):
-    """A quantity of the sphere against time, with its band where it has one, and a level to see it against."""
+    """A quantity of the sphere against time, with its band where it has one, and a level to see it against.
+
+    Attributes
+    ----------
+    in_decades
+        Whether logarithms are drawn; what is read off and copied are the values.
+    """
+
+    in_decades = False
 
     def __init__(self, theme: Theme, bottom: str, left: str, name: str = "") -> None:
         super().__init__(theme, bottom, left, left_px=_LEFT, live=True, density=0.6)
@@ -52,6 +72,20 @@ class TimePlot(Plot):
         self.band_drawn.show_band(x, y - around, y + around)
         ends: FloatArray = np.concatenate([y, y - around, y + around])
         return np.asarray(ends[np.isfinite(ends)])
+
+    def show_decades(self, *, wanted: bool) -> None:
+        """Show an axis of decades, or an even one."""
+        self.in_decades = wanted
+        self.getPlotItem().getAxis("left").setTicks([_DECADES] if wanted else None)
+
+    def value_of(self, item: pg.GraphicsObject | None, y: float) -> float:
+        """Return the value that a place on the left axis stands for."""
+        return float(10.0**y) if self.in_decades else super().value_of(item, y)
+
+    def data_of(self, item: pg.GraphicsObject) -> tuple[FloatArray, FloatArray]:
+        """Return the data of a curve, in its unit."""
+        x, y = super().data_of(item)
+        return x, 10.0**y if self.in_decades else y
 
     def show_nothing(self) -> None:
         """Empty all curves, and the band."""
@@ -76,9 +110,9 @@ class HeightPlot(TimePlot):
     def show_track(self, track: ShownTrack) -> None:
         """Draw a live trail, or a run with impacts and fit."""
         self.draw(track.time_s, track.position_mm[2], track.u_mm[2])
+        self._impacts.setData(track.impact_time_s, track.impact_mm[2])
         if track.zero:
             self._fit.setData(track.fit_time_s, track.fit_mm)
-            self._impacts.setData(track.impact_time_s, track.impact_mm[2])
         self._fit_height(track)
 
     def _fit_height(self, track: ShownTrack) -> None:
@@ -101,6 +135,10 @@ def _span(time_s: FloatArray) -> tuple[float, float]:
 
 def _values(detail: Detail, track: ShownTrack) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return time, value and standard uncertainty (NaN: without a band), shape (n,) each."""
+    if detail == "trigger":
+        # what is told in digits is never quite still
+        time_s, shaking = track.shaken
+        return time_s, np.log10(np.maximum(shaking, 0.1)), np.full(time_s.size, np.nan)
     if detail == "residual":
         return track.residual_time_s, 1e3 * track.residual_mm, 1e3 * track.residual_u_mm
     if detail in ("speed", "acceleration", "speed over z"):
@@ -135,13 +173,15 @@ class TrackCurves(QWidget):
         Stand above the live trail, where the key of a result stands.
     """
 
+    level_set = Signal(str, float)
+
     def __init__(self, theme: Theme, live_s: float, live_words: QWidget) -> None:
         super().__init__()
         self._live_s = live_s
         self._track = NO_TRACK
         self._words = LAST
-        # the speed while it falls, what the fit leaves once it has fallen
-        self._chosen: dict[bool, Detail] = {True: "speed", False: "residual"}
+        # what a motion is told by while one is waited for, what the fit leaves once it has fallen
+        self._chosen: dict[bool, Detail] = {True: "trigger", False: "residual"}
         self.height_plot = HeightPlot(theme)
         self.key = Key(theme)
         self.key.setToolTip("The parabola is fitted to the first fall; where it is left out, none could be fitted")
@@ -150,6 +190,10 @@ class TrackCurves(QWidget):
         self.words = holding(QStackedWidget(), self.key, live_words)
         self.words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self.detail = TimePlot(theme, "time [s]", _LABELS["speed"])
+        self.trigger = self.detail.rule("mark", 0.0, angle=0)
+        self.trigger.setBounds(np.log10(limits_of(LEVEL_KEY)))
+        self.trigger.sigPositionChanged.connect(self._say_level)
+        self.trigger.sigPositionChangeFinished.connect(lambda: self.level_set.emit(LEVEL_KEY, self.level))
         self.tabs = having(QTabBar(drawBase=False, expanding=False), accessibleName="Curve below the height")
         self.tabs.setUsesScrollButtons(True)
         for number, name in enumerate(_LABELS):
@@ -165,6 +209,26 @@ class TrackCurves(QWidget):
     def shown_detail(self) -> Detail:
         """What is drawn below the height."""
         return self._chosen[self._is_live]
+
+    @property
+    def level(self) -> float:
+        """Where the line of the trigger stands, in the unit of its field and as finely as one reads it."""
+        return float(f"{10.0 ** self.trigger.value():.3g}")
+
+    def show_level(self, level: object, *, movable: bool) -> None:
+        """Show what the trigger asks for, as a line that is dragged where that may be changed now.
+
+        What is typed and is no level leaves the line where it was.
+        """
+        self.trigger.setMovable(movable)
+        if isinstance(level, (int, float)) and level > 0.0 and not self.trigger.moving:
+            self.trigger.setValue(np.log10(level))
+        self._say_level()
+
+    def _say_level(self) -> None:
+        how = ": drag the line" * bool(self.trigger.movable)
+        shown = self.trigger.isVisible()
+        self.detail.write_inside(f"{_LEVEL.name} {_LEVEL.with_unit(self.level)}{how}" if shown else "")
 
     def choose(self, detail: Detail) -> None:
         """Draw something else below the height."""
@@ -209,8 +273,8 @@ class TrackCurves(QWidget):
             self.height_plot.setXRange(-self._live_s, 0.0, padding=0)
         with QSignalBlocker(self.tabs):
             # nothing is fitted to a sphere that still falls
-            for name in _OF_RESULTS:
-                self.tabs.setTabVisible(list(_LABELS).index(name), not live)
+            for name in (*_OF_RESULTS, *_OF_LIVE):
+                self.tabs.setTabVisible(list(_LABELS).index(name), live == (name in _OF_LIVE))
             self.choose(self._chosen[live])
         self.detail.steady = SteadyRange()
 
@@ -227,9 +291,16 @@ class TrackCurves(QWidget):
             plot.setXLink(linked)
         words = self._words if self._is_live else f"time after {track.zero or 'the first sample'} [s]"
         plot.relabel("z [mm]" if name == "speed over z" else words, _LABELS[name])
+        is_trigger = name == "trigger"
+        if plot.in_decades is not is_trigger:
+            plot.show_decades(wanted=is_trigger)
         values = _values(name, track)
         seen = plot.draw(*values)
-        plot.level.setVisible(name not in ("x", "y"))
+        plot.level.setVisible(name not in ("x", "y", "trigger"))
+        self.trigger.setVisible(is_trigger)
+        if is_trigger:
+            # from what is quiet to above the line, whatever shakes
+            seen = np.append(seen, (0.0, self.trigger.value() + 0.3))
         # the residual over its own time: a fall is a small part of what a sphere does that bounces
         own = values[0][np.isfinite(values[0])] if name in _OTHER_AXIS else np.empty(0)
         times = np.sort(own) if own.size else track.time_s
@@ -240,6 +311,9 @@ class TrackCurves(QWidget):
             # what was shown before has no say in the range of what comes
             plot.steady = SteadyRange()
             plot.setYRange(0.0, 1.0, padding=0)
+        if is_trigger:
+            self._say_level()
+            return
         missing = track.zero and name in _OF_RESULTS and not np.isfinite(values[1]).any()
         nothing = "no fall was fitted" if name == "residual" else "of joint and flights only"
         plot.write_inside(nothing if missing else "")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,9 +18,18 @@ from radargui.gui.plots.envelope import thin
 from radargui.gui.plots.key import ColourBar
 from radargui.gui.plots.plot import Plot
 from radargui.gui.theme import Theme, even_font, scaled_px
-from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space, live_track, result_track, space_of
+from radargui.gui.track.shown_track import (
+    NO_TRACK,
+    LiveImpacts,
+    ShownTrack,
+    Space,
+    live_track,
+    result_track,
+    space_of,
+)
 from radargui.gui.track.speed_colours import SpeedColours, SpeedTrail
 from radargui.gui.track.track_curves import TrackCurves
+from radargui.live.track import LiveTrack
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN, with_sign
@@ -114,6 +124,7 @@ class TrackPanel(QWidget):
         self._feed: Feed | None = None
         self._drawn = -1
         self._moved: int | None = None
+        self._impacts = LiveImpacts()
         self.shown: ShownTrack | None = None
         self.result: RunResult | None = None
         self._held_until = 0.0
@@ -194,7 +205,7 @@ class TrackPanel(QWidget):
 
     def show_feed(self, feed: Feed | None) -> None:
         """Follow another acquisition; None keeps what is shown."""
-        self._feed, self._drawn, self._moved = feed, -1, None
+        self._feed, self._drawn, self._moved, self._impacts = feed, -1, None, LiveImpacts()
         if feed is not None:
             self.show_setup(feed.setup)
         self._follow()
@@ -259,9 +270,19 @@ class TrackPanel(QWidget):
         if self.isVisible():
             rows: FloatArray = thin(np.vstack([span.index[None], span.position_m]), _MOST_LIVE_POINTS)
             track = live_track((rows[0] - self._drawn) / feed.rate_hz, rows[1:])
+            track = self._with_events(track, feed, live)
             self._draw(track)
             self.curves.show_live(track)
             self._show_where(track.position_mm[:, -1])
+
+    def _with_events(self, track: ShownTrack, feed: Feed, live: LiveTrack) -> ShownTrack:
+        """Return the trail with what is drawn beside its places: impacts, and what the trigger saw."""
+        self._impacts.look(live, feed, self._space.gravity_m_s2)
+        first = self._drawn - feed.samples(LIVE_S)
+        seen = self._impacts.found[:, self._impacts.found[0] >= first]
+        index, shaking = live.shaken_since(first)
+        at_s, looked_s = ((one - self._drawn) / feed.rate_hz for one in (seen[0], index))
+        return replace(track, impact_time_s=at_s, impact_mm=seen[1:], shaken=np.stack([looked_s, shaking]))
 
     def _say_why_empty(self) -> None:
         """Say in the empty plot that there will be no track; where there can be one, what to do."""

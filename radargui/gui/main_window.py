@@ -1,10 +1,12 @@
 """The main window: puts panels, state, messages and health together and lets them know of each other."""
 
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtGui import QCloseEvent
+from PySide6.QtGui import QAction, QCloseEvent
 from PySide6.QtWidgets import QLabel, QMainWindow, QMessageBox, QVBoxLayout, QWidget
 
 from radargui.experiment.calibrating import Calibrate, calibrate_files
@@ -16,10 +18,12 @@ from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
 from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
 from radargui.gui.dock_titles import DockTitles
 from radargui.gui.guide import EmptyPlots, FirstSteps
+from radargui.gui.history import History
 from radargui.gui.layout import boxed, having, ticking
 from radargui.gui.log_window import LogWindow
 from radargui.gui.notices import NoticeBoard, NoticeStrip
 from radargui.gui.opengl_probe import OpenGLProbe
+from radargui.gui.palette import Palette
 from radargui.gui.panels import About, Actions, FocusMark, Panels, RunKeys, fill_menus, show_help
 from radargui.gui.runs.across import AcrossView
 from radargui.gui.runs.run_controller import RunController
@@ -31,6 +35,7 @@ from radargui.gui.scopes.iq_plane_panel import IQPlanePanel
 from radargui.gui.scopes.scope_panel import WINDOWS_S, ScopePanel
 from radargui.gui.series import SeriesPanel
 from radargui.gui.services import Services
+from radargui.gui.sessions.arrivals import Arrivals
 from radargui.gui.sessions.browser import SessionBrowser
 from radargui.gui.sessions.offers import LaterOffer, RecoveryOffer
 from radargui.gui.sessions.session_controller import SessionController
@@ -40,8 +45,9 @@ from radargui.gui.setup.antenna_panel import AntennaPanel
 from radargui.gui.setup.hardware_panel import FindDevices, HardwarePanel
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupFileController, first_setup
-from radargui.gui.setup.words import is_of_antenna
+from radargui.gui.setup.words import called, is_of_antenna, kind_of, words_of
 from radargui.gui.theme import Theme
+from radargui.gui.track.result_track import ResultTrack
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.gui.wiring_check import WiringCheck
 from radargui.model.errors import SessionError
@@ -91,7 +97,8 @@ class MainWindow(QMainWindow):
         self.control = RunControl(source_maker, self)
         self.actions_ = Actions(self)
         self.work = WorkStrip(self.jobs)
-        services = Services(theme, settings, board, self.jobs, self.work, self.control, Glances(), self)
+        self.history = History()
+        services = Services(theme, settings, board, self.jobs, self.work, self.control, Glances(), self.history, self)
         self.opengl_answer = ""
         self._health_due = 0.0
         self._left = self._turn = False
@@ -103,12 +110,13 @@ class MainWindow(QMainWindow):
         self.scopes = ScopePanel(theme, settings.number("scope_window_s", 3.0, WINDOWS_S[0], WINDOWS_S[-1]))
         self.planes = IQPlanePanel(theme)
         self.track = TrackPanel(theme, self.setup_model.setup, self.jobs.start)
-        self.runs = RunListPanel(self.actions_)
-        self.run = RunPanel(theme, self.jobs.start)
+        self.runs = RunListPanel(theme, self.actions_)
         self.series = SeriesPanel(self.runs, self.actions_, services)
+        self.run = RunPanel(theme, self.jobs.start, self.series, self._track_of_runs)
+        self.run.figures.differences = self.setup_model.differences
         forms, live = (self.hardware, self.antennas, self.session_panel), (self.scopes, self.planes, self.track)
         self.browser = SessionBrowser(services, lambda: self.session_panel.data_folder)
-        self.panels = Panels(*forms, *live, self.runs, self.run, self.series, self.browser)
+        self.panels = Panels(*forms, *live, self.runs, self.run, self.run.figures, self.browser)
         self.bar = ControlBar(theme, self.panels.tabs, self.actions_.start, self.actions_.record, self.actions_.stop)
         self.bar.runs.setValue(int(settings.number("runs", 1, 1, MOST_RUNS)))
         self.strip = NoticeStrip(board)
@@ -129,8 +137,6 @@ class MainWindow(QMainWindow):
         self.guide = FirstSteps(self.hardware, self.panels, services)
         self.empty = EmptyPlots(self.panels.held, self.control, self)
         self.log = LogWindow(self.setup_model, services)
-        self.theme_actions = fill_menus(self.menuBar(), self.actions_, self.panels, theme, settings)
-
         model, does = self.setup_model, self.actions_
         self.setup_file = SetupFileController(model, services)
         self.run_controller = RunController(self.runs, self.run, self.track, services)
@@ -142,6 +148,10 @@ class MainWindow(QMainWindow):
         self.sessions = SessionController(*parts, services)
         self.calibration = CalibrationController(self.sessions, self.antennas.calibration, calibrator)
         self.transfer = TransferController(self.sessions)
+        self.arrivals = Arrivals(self.sessions, self.transfer, services)
+        several = {"panels": self.panels.fill, "views": self.run.fill, "recent": self.arrivals.fill}
+        self.theme_actions = fill_menus(self.menuBar(), self.actions_, theme, settings, **several)
+        self.palette_ = Palette(self.menuBar(), self._why_not, self)
         self._connect()
         self.panels.restore_within(self, settings, ready=self.setup_model.valid)
         self._show_setup()
@@ -225,12 +235,14 @@ class MainWindow(QMainWindow):
         self.panels.bring_up("scopes")
 
     def _connect(self) -> None:
-        does = self.actions_
+        does, history = self.actions_, self.history
         does.connect_to(self)
-        self.panels.docks["track"].topLevelChanged.connect(
-            lambda _floating: QTimer.singleShot(0, self.track.renew_space_view)
-        )
-        does.in_space.toggled.connect(self.track.use_space_view)
+        for changed in (history.canUndoChanged, history.canRedoChanged):
+            changed.connect(lambda _can: self._show_actions())
+        self.theme.application.focusChanged.connect(history.seal)
+        self.setup_model.edited.connect(self._edited)
+        self.session_panel.edited.connect(partial(history.note, "the session", value="session"))
+        self._follow_space(self.track, "track")
         does.in_space.triggered.connect(lambda on: self.settings.put("track_view", "space" if on else "projections"))
 
         does.pause.toggled.connect(self.scopes.pause.setChecked)
@@ -240,7 +252,8 @@ class MainWindow(QMainWindow):
         self.setup_model.changed.connect(self._show_setup)
         self.situation.changed.connect(self._show_situation)
 
-        self.browser.compare_asked.connect(lambda _sessions: self.panels.bring_up("series"))
+        self.browser.compare_asked.connect(lambda _sessions: self.show_view("table"))
+        self.run.view_asked.connect(self.show_view)
         self.browser.compare_asked.connect(self.series.show_beside)
         self.sessions.opened.connect(lambda: self.panels.bring_up("runs"))
         self.sessions.setup_taken.connect(lambda: self.panels.bring_up("hardware"))
@@ -289,7 +302,8 @@ class MainWindow(QMainWindow):
 
     def _show_actions(self) -> None:
         state = self.control.state
-        self.actions_.enable(state, valid=self.setup_model.valid)
+        edits = {"undo": self.history.canUndo(), "redo": self.history.canRedo()}
+        self.actions_.enable(state, valid=self.setup_model.valid, **edits)
         self.bar.runs.setEnabled(not state.running or state is AppState.LIVE)
 
     def _show_session(self) -> None:
@@ -303,6 +317,15 @@ class MainWindow(QMainWindow):
             self.planes.clear()
         self._write_title()
 
+    def _edited(self, key: str, back: Callable[[], object], again: Callable[[], object]) -> None:
+        # what is typed is one edit as long as it is typed, what is chosen each time
+        typed = bool(key) and not words_of(key).choices and kind_of(key) != "boolean"
+        self.history.note(called(key) if key else "the setup", back, again, key if typed else "")
+
+    def _why_not(self, action: QAction) -> str:
+        """Say why an action cannot be chosen now."""
+        return self.opengl_answer if action is self.actions_.in_space else str(action.data() or "")
+
     def go_to_field(self, key: str) -> None:
         """Show the field of a value of the setup, and give it the keys."""
         panel = "antennas" if is_of_antenna(key) else "hardware"
@@ -311,6 +334,23 @@ class MainWindow(QMainWindow):
         # of a place in space the first coordinate
         if (field := named.get(key) or named.get(f"{key}[1]")) is not None:
             field.setFocus(Qt.FocusReason.ShortcutFocusReason)
+
+    def show_view(self, name: str) -> None:
+        """Show another view of the run or of the series, see `VIEWS`."""
+        self.panels.bring_up("run")
+        self.run.choose(name)
+
+    def _track_of_runs(self) -> ResultTrack:
+        """Return the track that stands among the views of a run."""
+        made = ResultTrack(self.theme, self.setup_model.setup, self.jobs.start)
+        made.use_space_view(self.actions_.in_space.isChecked())
+        self._follow_space(made, "run")
+        return made
+
+    def _follow_space(self, track: TrackPanel, dock: str) -> None:
+        """Let a track be shown in space where that is switched on."""
+        self.panels.docks[dock].topLevelChanged.connect(lambda _off: QTimer.singleShot(0, track.renew_space_view))
+        self.actions_.in_space.toggled.connect(track.use_space_view)
 
     def find_sessions(self) -> None:
         """Let the operator search what was recorded before."""
@@ -368,6 +408,7 @@ class MainWindow(QMainWindow):
             self.jobs.rest,
             self.sessions.leave_folder,
             self.log.end,
+            self.history.clear,
             self._timer.stop,
             self._remember,
             event.accept,

@@ -1,6 +1,7 @@
 """What the window can do and what it holds: actions with their keys and menus, the dockable panels, what Help tells."""
 
 import platform
+from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from operator import attrgetter
@@ -31,7 +32,7 @@ TITLES = {
     "track": "Track",
     "runs": "Runs",
     "run": "Run",
-    "series": "Series",
+    "result": "Result",
     "browser": "All sessions",
 }
 """Kept names and the words shown; a name must never change, layouts are remembered by it."""
@@ -56,7 +57,7 @@ class Workspace(NamedTuple):
 WORKSPACES = {
     "prepare": Workspace("Prepare", ("hardware", "antennas")),
     "measure": Workspace("Measure", ("track", "scopes", "planes"), ("runs", "session")),
-    "analyse": Workspace("Analyse", ("runs", "run", "series"), ("track",)),
+    "analyse": Workspace("Analyse", ("runs", "run", "result")),
     "sessions": Workspace("Sessions", ("session", "browser")),
 }
 """By the names under which their layouts are remembered, in the order of their keys."""
@@ -95,8 +96,8 @@ def _arrangement(name: str, *, narrow: bool) -> Split:
         return Split(True, (("session",), ("browser",)), (30, 70))
     if name == "analyse":
         if narrow:
-            return Split(False, (("runs",), ("run", "series", "track")), (40, 60))
-        return Split(True, (Split(False, (("runs",), ("run", "series")), (35, 65)), ("track",)), (46, 54))
+            return Split(False, (("runs",), Split(True, (("run",), ("result",)), (65, 35))), (30, 70))
+        return Split(True, (("runs",), ("run",), ("result",)), (12, 66, 22))
     lists = ("runs", "session")
     if narrow:
         return Split(True, (("track",), Split(False, (("scopes", "planes"), lists), (65, 35))), (62, 38))
@@ -309,13 +310,11 @@ class Panels(QtWidgets.QMainWindow):
     def bring_up(self, name: str) -> None:
         """Show a panel that the operator's own action asks for, as `go_to` does, but leave the keys where they are.
 
-        It stays away where the operator closed it, or follows the series where it would stand.
+        It stays away where the operator closed it.
         """
         self._go_where(name)
-        dock, series = self.docks[name], self.docks["series"]
-        beside = self.tabifiedDockWidgets(dock)
-        follows_series = name != "series" and series.widget().isVisible() and series in beside
-        if not follows_series and (beside or not dock.isHidden()):
+        dock = self.docks[name]
+        if self.tabifiedDockWidgets(dock) or not dock.isHidden():
             dock.raise_()
 
     @property
@@ -355,7 +354,8 @@ class Actions:
     """One attribute an action, named as in `resources/window/actions.toml`, which has their words and keys."""
 
     def __init__(self, window: QtWidgets.QMainWindow) -> None:
-        self._entries = resource_table("window/actions")["actions"]
+        table = resource_table("window/actions")
+        self._entries, self._unmet = table["actions"], table["unmet"]
         self._made: dict[str, QtGui.QAction] = {}
         reach = Qt.ShortcutContext
         for name, entry in self._entries.items():
@@ -381,13 +381,16 @@ class Actions:
             if "calls" in entry:
                 self._made[name].triggered.connect(attrgetter(entry["calls"])(window))
 
-    def enable(self, state: AppState, *, valid: bool) -> None:
-        """Let be chosen what can be done in a state, with a setup that is `valid` or not."""
+    def enable(self, state: AppState, *, valid: bool, undo: bool = False, redo: bool = False) -> None:
+        """Let be chosen what can be done in a state, with a setup that is `valid` or not, edits to undo and redo."""
         rest = not state.running
         now = {"at rest": rest, "at rest or live": rest or state is AppState.LIVE, "running": not rest, "right": valid}
+        now |= {"an edit": undo, "an edit taken back": redo}
         for name, entry in self._entries.items():
+            unmet = [one for one in entry.get("needs", ()) if not now[one]]
+            self._made[name].setData("; ".join(self._unmet[one] for one in unmet))
             if "needs" in entry:
-                self._made[name].setEnabled(all(now[one] for one in entry["needs"]))
+                self._made[name].setEnabled(not unmet)
 
 
 class RunKeys(QObject):
@@ -435,9 +438,16 @@ def _takes_words(widget: QtWidgets.QWidget) -> bool:
 
 
 def fill_menus(
-    bar: QtWidgets.QMenuBar, does: Actions, panels: Panels, theme: Theme, settings: Settings
+    bar: QtWidgets.QMenuBar,
+    does: Actions,
+    theme: Theme,
+    settings: Settings,
+    **several: Callable[[QtWidgets.QMenu], None],
 ) -> QtGui.QActionGroup:
-    """Fill the bar; return the group that chooses the look, each action's data is its choice."""
+    """Fill the bar; return the group that chooses the look, each action's data is its choice.
+
+    `several` add more than one entry each to a menu, by the names under which they stand in the table.
+    """
     group = QtGui.QActionGroup(bar)
 
     def add_looks(view: QtWidgets.QMenu) -> None:
@@ -452,7 +462,7 @@ def fill_menus(
         settings.put("theme", action.data())
 
     group.triggered.connect(choose_look)
-    several = {"panels": panels.fill, "looks": add_looks}
+    several["looks"] = add_looks
     for title, parts in resource_table("window/actions")["menus"].items():
         menu = bar.addMenu(title)
         for part in parts:

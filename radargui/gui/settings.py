@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QDialog, QSplitter, QWidget
 from radargui.gui.table import RowTable
 from radargui.gui.theme import CHOICES, ThemeChoice
 
-LAYOUT_VERSION = 3
+LAYOUT_VERSION = 4
 """Of the panels: one more where they change so that a layout kept before no longer fits; that one is then left out."""
 
 

@@ -26,7 +26,7 @@ from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry, entry_of_recorded, with_record
 from radargui.gui.runs.run_panel import SCREEN_COLUMNS, RunPanel
 from radargui.gui.services import Services
-from radargui.gui.sessions.session_model import entry_of
+from radargui.gui.sessions.session_model import entry_of, thumbnail_of
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.model.errors import CancelledError, FileError
 from radargui.model.result import RunResult
@@ -59,7 +59,7 @@ class RunController:
         self._kept: dict[Path, RunResult] = {}
         self._wanted: Path | None = None
         self._reading: Task | None = None
-        self.report_preview = ReportPreview(services)
+        self.report_preview = ReportPreview(services, self.report)
         for changed in (runs.model.rowsInserted, runs.model.dataChanged):
             changed.connect(lambda *_: self.report_preview.refresh())
         self._late = ticking(self._window, _LATE_MS, run.forget, once=True)
@@ -131,6 +131,12 @@ class RunController:
             self._has_no_result(recorded.path)
             return
         self._keep(recorded.path, result)
+        path = recorded.path
+        self._jobs.start(
+            "the picture of a run",
+            partial(thumbnail_of, path),
+            lambda picture: self.runs.change(path, thumbnail=picture),
+        )
         if not follows:
             self._show(recorded.path, result)
             self._glance(recorded.path)

@@ -150,7 +150,7 @@ def take(window: MainWindow, clock: HeldClock, data: Path) -> Iterator[tuple[str
     for name, page in (("speeds", window.series.pages.page("speeds")), ("falls", window.series.pages.page("falls"))):
         window.series.pages.setCurrentWidget(page)
         wait(partial(is_idle, window))
-        yield name, part_of(window, window.panels.docks["series"])
+        yield name, part_of(window, window.panels.docks["run"])
 
 
 def falling_once_more(window: MainWindow, clock: HeldClock) -> QImage:

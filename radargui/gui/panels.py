@@ -97,7 +97,7 @@ def _arrangement(name: str, *, narrow: bool) -> Split:
     if name == "analyse":
         if narrow:
             return Split(False, (("runs",), Split(True, (("run",), ("result",)), (65, 35))), (30, 70))
-        return Split(True, (("runs",), ("run",), ("result",)), (12, 66, 22))
+        return Split(True, (("runs",), ("run",), ("result",)), (_RUNS[0], 78 - _RUNS[0], 22))
     lists = ("runs", "session")
     if narrow:
         return Split(True, (("track",), Split(False, (("scopes", "planes"), lists), (65, 35))), (62, 38))
@@ -107,6 +107,8 @@ def _arrangement(name: str, *, narrow: bool) -> Split:
 _FORMS = ("hardware", "session")
 _WIDEST_FORM = 520
 """In pixels at the usual font. Lines of numbers do not get better by being wider; what is left belongs to the plots."""
+_RUNS = (12, 46)
+"""Width of the list of runs in percent: as pictures, and as a table."""
 _LEAST_ROOM = QSize(230, 116)
 """Of a panel: three beside each other and two above each other fit 960 x 540 (1920 x 1080 at scale 2)."""
 _NARROW = 1100
@@ -299,6 +301,15 @@ class Panels(QtWidgets.QMainWindow):
         here = WORKSPACES[self._shown]
         if name not in (*here.own, *here.guests) and self.docks[name].isHidden():
             self.work_in(next(where for where, one in WORKSPACES.items() if name in one.own))
+
+    def turn_runs(self) -> None:
+        """Give the list of runs the width for a table, or take it back for pictures."""
+        self._go_where("runs")
+        beside = [self.docks[name] for name in ("runs", "run", "result")]
+        least, most = _RUNS
+        share = least if 100 * beside[0].width() > (least + most) // 2 * self.width() else most
+        shares = (share, 78 - share, 22)
+        self.resizeDocks(beside, [one * self.width() // 100 for one in shares], Qt.Orientation.Horizontal)
 
     def next_plot(self) -> None:
         """Give the keys to the next plot that is seen, so that it is zoomed and copied without a mouse."""

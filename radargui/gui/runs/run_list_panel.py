@@ -73,7 +73,8 @@ class RunListPanel(QWidget):
         self.rejected.toggled.connect(self._hide_rows)
         does.show_rejected.toggled.connect(self.rejected.setChecked)
         # what has no room on a narrow screen is behind an arrow
-        buttons = self.preview, self.report, self.open_report, self.open_folder, self.export
+        turn = button("Table", does.turn_runs.trigger, does.turn_runs.toolTip())
+        buttons = turn, self.preview, self.report, self.open_report, self.open_folder, self.export
         row = holding(QToolBar(), self.rejected, *buttons)
         # one line, whatever it says: two would push the buttons out of a low panel
         self.series = having(PlainLabel(), wordWrap=False)

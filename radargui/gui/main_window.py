@@ -51,6 +51,7 @@ from radargui.gui.track.result_track import ResultTrack
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.gui.wiring_check import WiringCheck
 from radargui.model.errors import SessionError
+from radargui.model.resources import resource_table
 from radargui.report.facts import Glances
 from radargui.session.info import default_data_folder
 from radargui.sources.factory import SourceKind, make_source
@@ -168,7 +169,7 @@ class MainWindow(QMainWindow):
 
     def start(self) -> None:
         """Show what the source gives, without recording."""
-        if self._ready():
+        if not self.control.state.running and self._ready():
             # who reads a moment looks at the channels
             if not self.hardware.channels.is_reading:
                 self.follow_live()
@@ -215,7 +216,7 @@ class MainWindow(QMainWindow):
             self.planes.refresh()
 
     def _ready(self) -> bool:
-        if self.closing.active or (self.control.state.running and self.control.state is not AppState.LIVE):
+        if self.closing.active or not self.control.state.may_record:
             return False
         self.session_panel.folder.fault.say("")
         if fault := self.setup_model.error or self.hardware.check():
@@ -304,7 +305,7 @@ class MainWindow(QMainWindow):
         state = self.control.state
         edits = {"undo": self.history.canUndo(), "redo": self.history.canRedo()}
         self.actions_.enable(state, valid=self.setup_model.valid, **edits)
-        self.bar.runs.setEnabled(not state.running or state is AppState.LIVE)
+        self.bar.runs.setEnabled(state.may_record)
 
     def _show_session(self) -> None:
         session = self.control.session
@@ -370,8 +371,9 @@ class MainWindow(QMainWindow):
             self.actions_.in_space.setChecked(True)
 
     def open_help(self) -> None:
-        """Show the help."""
-        show_help(self, self.settings)
+        """Show the help, opened at the page of what has the keys."""
+        pages = resource_table("window/guide")["help"]
+        show_help(self, self.settings, pages.get(self.panels.with_keys, ""))
 
     def show_about(self) -> None:
         """Show the facts about the program."""

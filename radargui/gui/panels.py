@@ -199,6 +199,13 @@ class Panels(QtWidgets.QMainWindow):
         self.tabs.currentChanged.connect(lambda index: self.work_in(list(WORKSPACES)[index]))
 
     @property
+    def with_keys(self) -> str:
+        """Name of the panel that has the keys; empty where none has."""
+        focus = QtWidgets.QApplication.focusWidget()
+        held = ((name, panel) for name, panel in self.held.items() if focus is not None)
+        return next((name for name, panel in held if panel is focus or panel.isAncestorOf(focus)), "")
+
+    @property
     def workspace(self) -> str:
         """Name of the workspace that is shown."""
         return self._shown
@@ -395,8 +402,8 @@ class Actions:
     def enable(self, state: AppState, *, valid: bool, undo: bool = False, redo: bool = False) -> None:
         """Let be chosen what can be done in a state, with a setup that is `valid` or not, edits to undo and redo."""
         rest = not state.running
-        now = {"at rest": rest, "at rest or live": rest or state is AppState.LIVE, "running": not rest, "right": valid}
-        now |= {"an edit": undo, "an edit taken back": redo}
+        now = {"at rest": rest, "running": not rest, "right": valid, "an edit": undo, "an edit taken back": redo}
+        now["not recording"] = state.may_record
         for name, entry in self._entries.items():
             unmet = [one for one in entry.get("needs", ()) if not now[one]]
             self._made[name].setData("; ".join(self._unmet[one] for one in unmet))
@@ -502,9 +509,11 @@ class About(Dialog):
         self.lay_out(view, fill(QtWidgets.QHBoxLayout(), 1, button("Close", self.reject, default=True)))
 
 
-def show_help(parent: QWidget, settings: Settings | None = None) -> None:
-    """Open the help; without a browser it is shown here."""
+def show_help(parent: QWidget, settings: Settings | None = None, name: str = "") -> None:
+    """Open the help, at a page by its name where there is one; without a browser it is shown here."""
     page = help_page()
+    if name and (named := page.with_name(f"{name}{page.suffix}")).is_file():
+        page = named
     url = QUrl.fromLocalFile(str(page))
     if page.suffix != ".html" or not QtGui.QDesktopServices.openUrl(url):
         HelpBrowser(url, parent, settings).show()

@@ -190,9 +190,7 @@ def test_the_key_of_many_sessions_takes_the_lines_it_needs(window: MainWindow, w
         wait_for(lambda key=key: key.height() >= key.heightForWidth(key.width()))
         assert key.height() > key.fontMetrics().height() * 1.5
         assert "2026-05-14" in key.text()
-        assert window.panels.docks["run"].widget().verticalScrollBar().maximum() == 0, (
-            "the plots have room beside it"
-        )
+        assert window.panels.docks["run"].widget().verticalScrollBar().maximum() == 0, "the plots have room beside it"
     panel.alone.click()
 
 

@@ -92,7 +92,6 @@ class Instant(QObject):
             line = self._lines[plot][0] if plot in self._lines else self._line_in(plot)
             # what is there before anything is processed counts from the first sample
             self._lines[plot] = line, 0.0 if "first sample" in plot.words("bottom") else zero_s
-        self._lines = {plot: one for plot, one in self._lines.items() if isValid(plot)}
         self._show()
 
     def _line_in(self, plot: Plot) -> pg.InfiniteLine:
@@ -104,6 +103,8 @@ class Instant(QObject):
         return line
 
     def _show(self) -> None:
+        # plots of samples are made anew where there are more receivers
+        self._lines = {plot: one for plot, one in self._lines.items() if isValid(plot) and isValid(one[0])}
         pen = pg.mkPen(self._theme.colours.mark, style=Qt.PenStyle.DotLine)
         for plot, (line, zero_s) in self._lines.items():
             line.setPen(pen)

@@ -20,6 +20,7 @@ from radargui.files.overview import read_overview
 from radargui.files.run_card import RunCard, summarise
 from radargui.files.stored_results import read_stored_results
 from radargui.gui.background import Task
+from radargui.gui.control.state import RunWord
 from radargui.gui.layout import ticking
 from radargui.gui.runs.figures_view import ReportPreview
 from radargui.gui.runs.run_list_panel import RunListPanel
@@ -142,6 +143,19 @@ class RunController:
             self._glance(recorded.path)
         elif recorded.path == self._wanted:
             self._show(recorded.path, result, with_track=self._track.result is not None)
+
+    def renew(self) -> None:
+        """Look anew at the runs that had no result: theirs may have been computed while others are recorded."""
+        session, known = self._session, self.runs.model.entries
+        paths = [one.path for one in known if one.word is RunWord.NOT_COMPUTED and not one.waits]
+
+        def show(entries: list[RunEntry]) -> None:
+            for entry in entries:
+                self.runs.put(entry)
+
+        self._jobs.start(
+            "results", lambda: [entry_of(path) for path in paths], show, wanted=lambda: session is self._session
+        )
 
     def _has_no_result(self, path: Path) -> None:
         """Show a run that was left for later without the preliminary figures that stood there: they are not kept."""

@@ -104,7 +104,9 @@ class ThumbnailView(QListView):
         self.setModel(runs.model() if isinstance(runs, RowTable) else runs)
         if isinstance(runs, RowTable):
             self.setSelectionModel(runs.selectionModel())
-            self.setSelectionMode(self.SelectionMode.ExtendedSelection)
+            # the table knows whole rows alone
+            mode, rows = self.SelectionMode.ExtendedSelection, self.SelectionBehavior.SelectRows
+            having(self, selectionMode=mode, selectionBehavior=rows)
             self.addActions(runs.actions())
             self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 

@@ -136,7 +136,7 @@ class MainWindow(QMainWindow):
         self._keys = (FocusMark(self, theme.application), RunKeys(self, theme.application))
         self.titles = DockTitles(self.panels, theme)
         self.guide = FirstSteps(self.hardware, self.panels, services)
-        self.empty = EmptyPlots(self.panels.held, self.control, self)
+        self.empty = EmptyPlots(self.panels.held | {"run": self.run.tabs}, self.control, self)
         self.log = LogWindow(self.setup_model, services)
         model, does = self.setup_model, self.actions_
         self.setup_file = SetupFileController(model, services)

@@ -64,6 +64,7 @@ class Palette(Dialog):
         self.line = having(QLineEdit(placeholderText="some letters of it"), accessibleName="What shall be done")
         self.table = WordTable(("What", "Keys", "Where"), "palette")
         having(self.table, focusPolicy=Qt.FocusPolicy.NoFocus, sortingEnabled=False)
+        self.line.setToolTip("Some letters of a command, in their order; Enter does the first, the arrow keys choose")
         self.line.textChanged.connect(self._offer)
         self.line.installEventFilter(self)
         self.line.returnPressed.connect(self.do)

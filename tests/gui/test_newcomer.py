@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,9 @@ from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit
+from support.processing_here import ProcessingHere
 
+from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.palette import rank
 from radargui.gui.runs.run_panel import VIEWS
@@ -239,3 +242,33 @@ def test_the_list_of_runs_is_pictures_or_a_table(clean: MainWindow, record_one: 
     clean.actions_.turn_runs.trigger()
     settle()
     assert pictures.isVisible()
+
+
+def test_a_further_run_is_recorded_while_a_former_one_is_computed(
+    clean: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    go = threading.Event()
+
+    class Held(ProcessingHere):
+        """Computes once it may, or is told to end."""
+
+        def process(self, job: Any, progress: Any, *rest: Any) -> Any:
+            while not go.wait(0.01):
+                progress(0.5)
+            return super().process(job, progress, *rest)
+
+    monkeypatch.setattr("radargui.experiment.series.ProcessingApart", Held)
+    monkeypatch.setattr("radargui.experiment.reprocess.ProcessingApart", ProcessingHere)
+    record, control = clean.actions_.record, clean.control
+    record.trigger()
+    wait_for(lambda: control.state is AppState.PROCESSING)
+    assert record.isEnabled()
+    record.trigger()
+    assert not record.isEnabled()
+    wait_for(lambda: control.state in (AppState.ARMED, AppState.RECORDING))
+    # the former one has its result while the next is recorded or computed
+    wait_for(lambda: len(clean.runs.model.entries) == 2 and clean.runs.model.entries[0].has_e)
+    assert control.state is AppState.PROCESSING
+    go.set()
+    wait_for(lambda: control.state is AppState.DONE)
+    assert [entry.has_e for entry in clean.runs.model.entries] == [True, True]

@@ -22,7 +22,9 @@ from radargui.model.rounding import with_sign
 
 _STEP = 0.01
 """Share of the run that an arrow key moves the moment by; with Shift a tenth of it."""
-_SCRUB = "The whole run: click, drag, or use the arrow keys (Shift: finer) to move the moment that is looked at"
+_SCRUB = (
+    "The whole run: click, drag, or use the arrow keys (F4, then arrows; Shift: finer) to move the moment looked at"
+)
 _MOST_BINS = 700
 """Of the whole run, two points each: about the pixels of its plot."""
 
@@ -129,8 +131,6 @@ class ScrubPlot(Plot):
         self._curve = self.still_line("track", "the whole run")
         having(self, accessibleName="The whole run", toolTip=_SCRUB)
         self.setMinimumHeight(scaled_px(58))
-        # whoever has no mouse scrubs by the arrow keys
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         instant.follow([self], 0.0)
         self.view.dragged = lambda _begin, now: self.view.pointed.emit(now.x())
 

@@ -62,7 +62,7 @@ class RunListPanel(QWidget):
         self._looks = holding(QStackedWidget(), self.table, self.pictures)
 
         self.report = button("Make report", does.report.trigger)
-        self.preview = button("Report…", does.preview.trigger)
+        self.preview = button("Report…", does.preview.trigger, does.preview.toolTip())
         # where no program opens it, its first page is shown here
         self.open_report = button("Open report", lambda: self._open(self._report_file, self._preview_instead))
         self.open_folder = button("Open folder", lambda: self._open(self.folder, self._say_not_opened))

@@ -113,11 +113,11 @@ class RunPanel(QWidget):
         pages = dict.fromkeys(page for _, page in VIEWS.values())
         later["track"] = make_track
         self.tabs = Pages({name: name for name in pages}, later, samples=self.samples, series=series)
-        self.tabs.tabBar().hide()
+        self.tabs.hide_tabs()
         self.instant = Instant(theme)
         self.overview = ScrubPlot(theme, self.instant)
         self.view = having(Choice((name, words) for name, (words, _) in VIEWS.items()), accessibleName="View")
-        self.view.setMaxVisibleItems(len(VIEWS))
+        having(self.view, maxVisibleItems=len(VIEWS), toolTip="What is shown of the run, or of its series")
         self.view.currentIndexChanged.connect(self._turn)
         self.tabs.currentChanged.connect(self._draw)
         self.instant.moved.connect(self._say_where)

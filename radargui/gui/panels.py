@@ -202,8 +202,9 @@ class Panels(QtWidgets.QMainWindow):
     def with_keys(self) -> str:
         """Name of the panel that has the keys; empty where none has."""
         focus = QtWidgets.QApplication.focusWidget()
-        held = ((name, panel) for name, panel in self.held.items() if focus is not None)
-        return next((name for name, panel in held if panel is focus or panel.isAncestorOf(focus)), "")
+        if focus is None:
+            return ""
+        return next((name for name, panel in self.held.items() if panel is focus or panel.isAncestorOf(focus)), "")
 
     @property
     def workspace(self) -> str:

@@ -144,13 +144,13 @@ def take(window: MainWindow, clock: HeldClock, data: Path) -> Iterator[tuple[str
     sessions = [recorded(data / "series", height) for height in HEIGHTS_M]
     window.sessions.open(sessions[0])
     wait(partial(is_idle, window))
-    window.panels.go_to("series")
+    window.show_view("table")
     window.series.show_beside(tuple(sessions[1:]))
     wait(lambda: window.series.facts is not None and len(window.series.facts.sessions) == len(sessions))
     for name, page in (("speeds", window.series.pages.page("speeds")), ("falls", window.series.pages.page("falls"))):
         window.series.pages.setCurrentWidget(page)
         wait(partial(is_idle, window))
-        yield name, part_of(window, window.panels.docks["series"])
+        yield name, part_of(window, window.panels.docks["run"])
 
 
 def falling_once_more(window: MainWindow, clock: HeldClock) -> QImage:

@@ -105,6 +105,11 @@ class Pages(QtWidgets.QTabWidget):
                 page.setSizePolicy(needs, needs)
         self.updateGeometry()
 
+    def hide_tabs(self) -> None:
+        """Let the page be chosen elsewhere alone; Tab would stop at the hidden tabs else."""
+        self.tabBar().hide()
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+
     @property
     def shown(self) -> str:
         """Name of the page in front."""

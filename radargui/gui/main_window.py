@@ -2,10 +2,12 @@
 
 import threading
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtGui import QCloseEvent
+from PySide6.QtGui import QAction, QCloseEvent
 from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout, QWidget
 
 from radargui.acquisition.run_output import MINIMUM_FREE_BYTES, free_bytes
@@ -19,10 +21,12 @@ from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
 from radargui.gui.dock_titles import DockTitles
 from radargui.gui.full_view import FullView
 from radargui.gui.guide import EmptyPlots, FirstSteps
+from radargui.gui.history import History
 from radargui.gui.layout import boxed, having, ticking
 from radargui.gui.log_window import LogWindow
 from radargui.gui.notices import NoticeBoard, NoticeStrip
 from radargui.gui.opengl_probe import OpenGLProbe
+from radargui.gui.palette import Palette
 from radargui.gui.panels import About, Actions, FocusMark, Panels, RunKeys, fill_menus, show_help
 from radargui.gui.runs.across import AcrossView
 from radargui.gui.runs.drops_panel import DropsPanel
@@ -35,6 +39,7 @@ from radargui.gui.scopes.iq_plane_panel import IQPlanePanel
 from radargui.gui.scopes.scope_panel import WINDOWS_S, ScopePanel
 from radargui.gui.series import SeriesPanel
 from radargui.gui.services import Services
+from radargui.gui.sessions.arrivals import Arrivals
 from radargui.gui.sessions.browser import SessionBrowser
 from radargui.gui.sessions.offers import LaterOffer, RecoveryOffer
 from radargui.gui.sessions.session_controller import SessionController
@@ -46,12 +51,14 @@ from radargui.gui.setup.geometry_sketch import GeometrySketch
 from radargui.gui.setup.hardware_panel import FindDevices, HardwarePanel
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupFileController, first_setup
-from radargui.gui.setup.words import is_of_antenna
+from radargui.gui.setup.words import called, is_of_antenna, kind_of, words_of
 from radargui.gui.theme import Theme
+from radargui.gui.track.result_track import ResultTrack
 from radargui.gui.track.track_curves import LEVEL_KEY
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.gui.wiring_check import WiringCheck
 from radargui.model.errors import SessionError
+from radargui.model.resources import resource_table
 from radargui.report.facts import Glances
 from radargui.session.info import default_data_folder
 from radargui.sources.factory import SourceKind, make_source
@@ -98,7 +105,8 @@ class MainWindow(QMainWindow):
         self.control = RunControl(source_maker, self)
         self.actions_ = Actions(self)
         self.work = WorkStrip(self.jobs)
-        services = Services(theme, settings, board, self.jobs, self.work, self.control, Glances(), self)
+        self.history = History()
+        services = Services(theme, settings, board, self.jobs, self.work, self.control, Glances(), self.history, self)
         self.opengl_answer = ""
         self._health_due = 0.0
         self._left = self._turn = False
@@ -110,16 +118,17 @@ class MainWindow(QMainWindow):
         self.scopes = ScopePanel(theme, settings.number("scope_window_s", 3.0, WINDOWS_S[0], WINDOWS_S[-1]))
         self.planes = IQPlanePanel(theme)
         self.track = TrackPanel(theme, self.setup_model.setup, self.jobs.start)
-        self.runs = RunListPanel(self.actions_)
-        self.run = RunPanel(theme, self.jobs.start)
+        self.runs = RunListPanel(theme, self.actions_)
         self.series = SeriesPanel(self.runs, self.actions_, services)
+        self.run = RunPanel(theme, self.jobs.start, self.series, self._track_of_runs)
+        self.run.figures.differences = self.setup_model.differences
         forms, live = (self.hardware, self.antennas, self.session_panel), (self.scopes, self.planes, self.track)
         self.browser = SessionBrowser(services, lambda: self.session_panel.data_folder)
         self.drops = DropsPanel(theme, self.runs.model)
         self.sketch = GeometrySketch(self.setup_model, theme)
         self.channels = ChannelPanel(self.setup_model, self.actions_, services)
         seen = self.drops, self.sketch, self.channels
-        self.panels = Panels(*forms, *live, self.runs, self.run, self.series, self.browser, *seen)
+        self.panels = Panels(*forms, *live, self.runs, self.run, self.run.figures, self.browser, *seen)
         does = self.actions_
         sounds = does.sound, does.sound_trigger, does.sound_fault
         self.bar = ControlBar(theme, self.panels.tabs, (does.start, does.record, does.stop), sounds)
@@ -138,12 +147,10 @@ class MainWindow(QMainWindow):
         self._keys = (FocusMark(self, theme.application), RunKeys(self, theme.application))
         self.titles = DockTitles(self.panels, theme)
         self.guide = FirstSteps(self.hardware, self.panels, services)
-        self.empty = EmptyPlots(self.panels.held, self.control, self)
+        self.empty = EmptyPlots(self.panels.held | {"run": self.run.tabs}, self.control, self)
         self.log = LogWindow(self.setup_model, services)
-        self.theme_actions = fill_menus(self.menuBar(), self.actions_, self.panels, theme, settings)
-
-        model = self.setup_model
         self.full = FullView(self.panels, does)
+        model = self.setup_model
         self.setup_file = SetupFileController(model, services)
         self.run_controller = RunController(self.runs, self.run, self.track, services)
         self.situation = SituationModel(self.runs, self.strip, self._chosen_source, services)
@@ -154,6 +161,10 @@ class MainWindow(QMainWindow):
         self.sessions = SessionController(*parts, services)
         self.calibration = CalibrationController(self.sessions, self.antennas.calibration, calibrator)
         self.transfer = TransferController(self.sessions)
+        self.arrivals = Arrivals(self.sessions, self.transfer, services)
+        several = {"panels": self.panels.fill, "views": self.run.fill, "recent": self.arrivals.fill}
+        self.theme_actions = fill_menus(self.menuBar(), self.actions_, theme, settings, **several)
+        self.palette_ = Palette(self.menuBar(), self._why_not, self)
         self._connect()
         self.panels.restore_within(self, settings, ready=self.setup_model.valid)
         self._show_setup()
@@ -171,7 +182,7 @@ class MainWindow(QMainWindow):
 
     def start(self) -> None:
         """Show what the source gives, without recording."""
-        if self._ready():
+        if not self.control.state.running and self._ready():
             # who reads a moment looks at the channels
             if not self.channels.is_reading:
                 self.follow_live()
@@ -220,7 +231,7 @@ class MainWindow(QMainWindow):
             self.planes.refresh()
 
     def _ready(self) -> bool:
-        if self.closing.active or (self.control.state.running and self.control.state is not AppState.LIVE):
+        if self.closing.active or not self.control.state.may_record:
             return False
         self.session_panel.folder.fault.say("")
         if fault := self.setup_model.error or self.hardware.check():
@@ -240,12 +251,14 @@ class MainWindow(QMainWindow):
         self.panels.bring_up("scopes")
 
     def _connect(self) -> None:
-        does = self.actions_
+        does, history = self.actions_, self.history
         does.connect_to(self)
-        self.panels.docks["track"].topLevelChanged.connect(
-            lambda _floating: QTimer.singleShot(0, self.track.renew_space_view)
-        )
-        does.in_space.toggled.connect(self.track.use_space_view)
+        for changed in (history.canUndoChanged, history.canRedoChanged):
+            changed.connect(lambda _can: self._show_actions())
+        self.theme.application.focusChanged.connect(history.seal)
+        self.setup_model.edited.connect(self._edited)
+        self.session_panel.edited.connect(partial(history.note, "the session", value="session"))
+        self._follow_space(self.track, "track")
         does.in_space.triggered.connect(lambda on: self.settings.put("track_view", "space" if on else "projections"))
 
         does.pause.toggled.connect(self.scopes.pause.setChecked)
@@ -262,7 +275,8 @@ class MainWindow(QMainWindow):
         self.setup_model.changed.connect(self._show_setup)
         self.situation.changed.connect(self._show_situation)
 
-        self.browser.compare_asked.connect(lambda _sessions: self.panels.bring_up("series"))
+        self.browser.compare_asked.connect(lambda _sessions: self.show_view("table"))
+        self.run.view_asked.connect(self.show_view)
         self.browser.compare_asked.connect(self.series.show_beside)
         self.sessions.opened.connect(lambda: self.panels.bring_up("runs"))
         self.sessions.setup_taken.connect(lambda: self.panels.bring_up("hardware"))
@@ -334,8 +348,9 @@ class MainWindow(QMainWindow):
         # a run that is recorded keeps the level that it was begun with
         may_move = (not state.running or state is AppState.LIVE) and not self.setup_model.reviewed
         self.track.curves.show_level(self.setup_model.value(LEVEL_KEY), movable=may_move)
-        self.actions_.enable(state, valid=self.setup_model.valid)
-        self.bar.runs.setEnabled(not state.running or state is AppState.LIVE)
+        edits = {"undo": self.history.canUndo(), "redo": self.history.canRedo()}
+        self.actions_.enable(state, valid=self.setup_model.valid, **edits)
+        self.bar.runs.setEnabled(state.may_record)
 
     def _show_session(self) -> None:
         session = self.control.session
@@ -347,6 +362,15 @@ class MainWindow(QMainWindow):
             self.scopes.clear()
             self.planes.clear()
         self._write_title()
+
+    def _edited(self, key: str, back: Callable[[], object], again: Callable[[], object]) -> None:
+        # what is typed is one edit as long as it is typed, what is chosen each time
+        typed = bool(key) and not words_of(key).choices and kind_of(key) != "boolean"
+        self.history.note(called(key) if key else "the setup", back, again, key if typed else "")
+
+    def _why_not(self, action: QAction) -> str:
+        """Say why an action cannot be chosen now."""
+        return self.opengl_answer if action is self.actions_.in_space else str(action.data() or "")
 
     def go_to_field(self, key: str) -> None:
         """Show the field of a value of the setup, and give it the keys."""
@@ -362,6 +386,23 @@ class MainWindow(QMainWindow):
         """Analyse a run, also the one that is chosen already."""
         self.runs.table.clearSelection()
         self.runs.table.choose(lambda one: one.path == path)
+
+    def show_view(self, name: str) -> None:
+        """Show another view of the run or of the series, see `VIEWS`."""
+        self.panels.bring_up("run")
+        self.run.choose(name)
+
+    def _track_of_runs(self) -> ResultTrack:
+        """Return the track that stands among the views of a run."""
+        made = ResultTrack(self.theme, self.setup_model.setup, self.jobs.start)
+        made.use_space_view(self.actions_.in_space.isChecked())
+        self._follow_space(made, "run")
+        return made
+
+    def _follow_space(self, track: TrackPanel, dock: str) -> None:
+        """Let a track be shown in space where that is switched on."""
+        self.panels.docks[dock].topLevelChanged.connect(lambda _off: QTimer.singleShot(0, track.renew_space_view))
+        self.actions_.in_space.toggled.connect(track.use_space_view)
 
     def find_sessions(self) -> None:
         """Let the operator search what was recorded before."""
@@ -381,8 +422,9 @@ class MainWindow(QMainWindow):
             self.actions_.in_space.setChecked(True)
 
     def open_help(self) -> None:
-        """Show the help."""
-        show_help(self, self.settings)
+        """Show the help, opened at the page of what has the keys."""
+        pages = resource_table("window/guide")["help"]
+        show_help(self, self.settings, pages.get(self.panels.with_keys, ""))
 
     def show_about(self) -> None:
         """Show the facts about the program."""
@@ -419,6 +461,7 @@ class MainWindow(QMainWindow):
             self.jobs.rest,
             self.sessions.leave_folder,
             self.log.end,
+            self.history.clear,
             self._timer.stop,
             self._remember,
             event.accept,

@@ -1,6 +1,7 @@
 """What the window can do and what it holds: actions with their keys and menus, the dockable panels, what Help tells."""
 
 import platform
+from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from operator import attrgetter
@@ -31,7 +32,7 @@ TITLES = {
     "track": "Track",
     "runs": "Runs",
     "run": "Run",
-    "series": "Series",
+    "result": "Result",
     "browser": "All sessions",
     "drops": "Last drops",
     "geometry": "Geometry",
@@ -59,7 +60,7 @@ class Workspace(NamedTuple):
 WORKSPACES = {
     "prepare": Workspace("Prepare", ("hardware", "antennas", "geometry", "channels")),
     "measure": Workspace("Measure", ("track", "scopes", "planes", "drops"), ("runs", "session")),
-    "analyse": Workspace("Analyse", ("runs", "run", "series"), ("track",)),
+    "analyse": Workspace("Analyse", ("runs", "run", "result")),
     "sessions": Workspace("Sessions", ("session", "browser")),
 }
 """By the names under which their layouts are remembered, in the order of their keys."""
@@ -99,8 +100,8 @@ def _arrangement(name: str, *, narrow: bool) -> Split:
         return Split(True, (("session",), ("browser",)), (30, 70))
     if name == "analyse":
         if narrow:
-            return Split(False, (("runs",), ("run", "series", "track")), (40, 60))
-        return Split(True, (Split(False, (("runs",), ("run", "series")), (35, 65)), ("track",)), (46, 54))
+            return Split(False, (("runs",), Split(True, (("run",), ("result",)), (65, 35))), (30, 70))
+        return Split(True, (("runs",), ("run",), ("result",)), (_RUNS[0], 78 - _RUNS[0], 22))
     lists = ("drops", "runs", "session")
     if narrow:
         return Split(True, (("track",), Split(False, (("scopes", "planes"), lists), (65, 35))), (62, 38))
@@ -110,6 +111,8 @@ def _arrangement(name: str, *, narrow: bool) -> Split:
 _FORMS = ("hardware", "antennas", "session")
 _WIDEST_FORM = 520
 """In pixels at the usual font. Lines of numbers do not get better by being wider; what is left belongs to the plots."""
+_RUNS = (12, 46)
+"""Width of the list of runs in percent: as pictures, and as a table."""
 _LEAST_ROOM = QSize(230, 116)
 """Of a panel: three beside each other and two above each other fit 960 x 540 (1920 x 1080 at scale 2)."""
 _N_DIGITS = 10
@@ -202,6 +205,14 @@ class Panels(QtWidgets.QMainWindow):
         for number, one in enumerate(WORKSPACES.values(), 1):
             self.tabs.setTabToolTip(self.tabs.addTab(one.title), f"{one.title} (Ctrl+{number})")
         self.tabs.currentChanged.connect(lambda index: self.work_in(list(WORKSPACES)[index]))
+
+    @property
+    def with_keys(self) -> str:
+        """Name of the panel that has the keys; empty where none has."""
+        focus = QtWidgets.QApplication.focusWidget()
+        if focus is None:
+            return ""
+        return next((name for name, panel in self.held.items() if panel is focus or panel.isAncestorOf(focus)), "")
 
     @property
     def workspace(self) -> str:
@@ -312,6 +323,15 @@ class Panels(QtWidgets.QMainWindow):
         if name not in (*here.own, *here.guests) and self.docks[name].isHidden():
             self.work_in(next(where for where, one in WORKSPACES.items() if name in one.own))
 
+    def turn_runs(self) -> None:
+        """Give the list of runs the width for a table, or take it back for pictures."""
+        self._go_where("runs")
+        beside = [self.docks[name] for name in ("runs", "run", "result")]
+        least, most = _RUNS
+        share = least if 100 * beside[0].width() > (least + most) // 2 * self.width() else most
+        shares = (share, 78 - share, 22)
+        self.resizeDocks(beside, [one * self.width() // 100 for one in shares], Qt.Orientation.Horizontal)
+
     def next_plot(self) -> None:
         """Give the keys to the next plot that is seen, so that it is zoomed and copied without a mouse."""
         plots = [plot for plot in self.findChildren(Plot) if plot.isVisible()]
@@ -322,13 +342,11 @@ class Panels(QtWidgets.QMainWindow):
     def bring_up(self, name: str) -> None:
         """Show a panel that the operator's own action asks for, as `go_to` does, but leave the keys where they are.
 
-        It stays away where the operator closed it, or follows the series where it would stand.
+        It stays away where the operator closed it.
         """
         self._go_where(name)
-        dock, series = self.docks[name], self.docks["series"]
-        beside = self.tabifiedDockWidgets(dock)
-        follows_series = name != "series" and series.widget().isVisible() and series in beside
-        if not follows_series and (beside or not dock.isHidden()):
+        dock = self.docks[name]
+        if self.tabifiedDockWidgets(dock) or not dock.isHidden():
             dock.raise_()
 
     @property
@@ -369,7 +387,8 @@ class Actions:
     """One attribute an action, named as in `resources/window/actions.toml`, which has their words and keys."""
 
     def __init__(self, window: QtWidgets.QMainWindow) -> None:
-        self._entries = resource_table("window/actions")["actions"]
+        table = resource_table("window/actions")
+        self._entries, self._unmet = table["actions"], table["unmet"]
         self._made: dict[str, QtGui.QAction] = {}
         reach = Qt.ShortcutContext
         for name, entry in self._entries.items():
@@ -395,13 +414,16 @@ class Actions:
             if "calls" in entry:
                 self._made[name].triggered.connect(attrgetter(entry["calls"])(window))
 
-    def enable(self, state: AppState, *, valid: bool) -> None:
-        """Let be chosen what can be done in a state, with a setup that is `valid` or not."""
+    def enable(self, state: AppState, *, valid: bool, undo: bool = False, redo: bool = False) -> None:
+        """Let be chosen what can be done in a state, with a setup that is `valid` or not, edits to undo and redo."""
         rest = not state.running
-        now = {"at rest": rest, "at rest or live": rest or state is AppState.LIVE, "running": not rest, "right": valid}
+        now = {"at rest": rest, "running": not rest, "right": valid, "an edit": undo, "an edit taken back": redo}
+        now["not recording"] = state.may_record
         for name, entry in self._entries.items():
+            unmet = [one for one in entry.get("needs", ()) if not now[one]]
+            self._made[name].setData("; ".join(self._unmet[one] for one in unmet))
             if "needs" in entry:
-                self._made[name].setEnabled(all(now[one] for one in entry["needs"]))
+                self._made[name].setEnabled(not unmet)
 
 
 class RunKeys(QObject):
@@ -449,9 +471,16 @@ def _takes_words(widget: QtWidgets.QWidget) -> bool:
 
 
 def fill_menus(
-    bar: QtWidgets.QMenuBar, does: Actions, panels: Panels, theme: Theme, settings: Settings
+    bar: QtWidgets.QMenuBar,
+    does: Actions,
+    theme: Theme,
+    settings: Settings,
+    **several: Callable[[QtWidgets.QMenu], None],
 ) -> QtGui.QActionGroup:
-    """Fill the bar; return the group that chooses the look, each action's data is its choice."""
+    """Fill the bar; return the group that chooses the look, each action's data is its choice.
+
+    `several` add more than one entry each to a menu, by the names under which they stand in the table.
+    """
     group = QtGui.QActionGroup(bar)
 
     def add_looks(view: QtWidgets.QMenu) -> None:
@@ -466,7 +495,7 @@ def fill_menus(
         settings.put("theme", action.data())
 
     group.triggered.connect(choose_look)
-    several = {"panels": panels.fill, "looks": add_looks}
+    several["looks"] = add_looks
     for title, parts in resource_table("window/actions")["menus"].items():
         menu = bar.addMenu(title)
         for part in parts:
@@ -495,9 +524,11 @@ class About(Dialog):
         self.lay_out(view, fill(QtWidgets.QHBoxLayout(), 1, button("Close", self.reject, default=True)))
 
 
-def show_help(parent: QWidget, settings: Settings | None = None) -> None:
-    """Open the help; without a browser it is shown here."""
+def show_help(parent: QWidget, settings: Settings | None = None, name: str = "") -> None:
+    """Open the help, at a page by its name where there is one; without a browser it is shown here."""
     page = help_page()
+    if name and (named := page.with_name(f"{name}{page.suffix}")).is_file():
+        page = named
     url = QUrl.fromLocalFile(str(page))
     if page.suffix != ".html" or not QtGui.QDesktopServices.openUrl(url):
         HelpBrowser(url, parent, settings).show()

@@ -361,6 +361,8 @@ class SeriesPanel(QWidget):
         self.alone = button("Only this one", lambda: self.show_beside(()))
         top = fill(QHBoxLayout(), (self._title, 1), self.compare, self.alone, margins=(6, 3, 6, 0), spacing=6)
         fill(QVBoxLayout(self), top, (self.pages, 1), spacing=1)
+        # chosen where all views are
+        self.pages.hide_tabs()
         self.pages.currentChanged.connect(self._draw)
         for changed in (runs.model.rowsInserted, runs.model.dataChanged, runs.model.modelReset):
             changed.connect(lambda *_: self.refresh())
@@ -370,6 +372,10 @@ class SeriesPanel(QWidget):
         """Read what is new."""
         super().showEvent(event)
         self.refresh()
+
+    def show_part(self, name: str) -> None:
+        """Show one of the pages."""
+        self.pages.setCurrentIndex(list(_PAGES).index(name))
 
     def show_beside(self, sessions: tuple[Path, ...]) -> None:
         """Show these sessions beside the one that is open; none: that one alone."""

@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QWidget
 
 from radargui.gui.background import Jobs, WorkStrip
 from radargui.gui.control.run_control import RunControl
+from radargui.gui.history import History
 from radargui.gui.notices import NoticeBoard
 from radargui.gui.settings import Settings
 from radargui.gui.theme import Theme
@@ -14,7 +15,7 @@ from radargui.report.facts import Glances
 
 @dataclass(frozen=True, slots=True)
 class Services:
-    """Look, memory, messages, work, what runs, what was read for reports, and the widget that dialogs belong to."""
+    """Look, memory, messages, work, what runs, what was read for reports, what was edited, whom dialogs belong to."""
 
     theme: Theme
     settings: Settings
@@ -23,4 +24,5 @@ class Services:
     work: WorkStrip
     control: RunControl
     glances: Glances
+    history: History
     parent: QWidget

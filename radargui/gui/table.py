@@ -39,6 +39,8 @@ class RowModel(QAbstractTableModel, Generic[_R]):
         """Return what Qt asks of a cell; None where there is nothing to say."""
         if role == Qt.ItemDataRole.DisplayRole:
             return self._texts[column](entry)
+        if role == Qt.ItemDataRole.UserRole:
+            return entry
         # a tool tip that looks like markup would be taken for it
         return self._tip(entry).replace("<", "‹") if role == Qt.ItemDataRole.ToolTipRole else None
 

@@ -116,6 +116,10 @@ def test_every_column_of_the_runs_can_be_read_on_a_small_screen(small: MainWindo
         small.runs.put(RunEntry(tmp_path / f"run-{number:04d}.h5", started_at=now, origin=origin, **state))
     looked_at(small, "runs")
     table, model = small.runs.table, small.runs.model
+    if not table.isVisible():
+        small.actions_.turn_runs.trigger()
+        looked_at(small, "runs")
+    assert table.isVisible()
     last = model.columnCount() - 1
     for row, entry in enumerate(model.entries):
         inside = QRect(0, 0, table.columnWidth(last) - 8, 10_000)

@@ -60,10 +60,10 @@ def test_every_entry_of_every_menu_has_a_letter_of_its_own(window: MainWindow) -
     bar = [action.text() for action in window.menuBar().actions()]
     assert all(map(letter_of, bar))
     assert not doubles(bar)
-    # those of the bar, that of the look, and that of a plot
+    # those of the bar, of the look, of the views, of what was opened before, and of a plot
     every = [menu for menu in window.menuBar().findChildren(QMenu) if menu.title()]
     every.append(window.findChildren(Plot)[0].menu())
-    assert len(every) == len(bar) + 2
+    assert len(every) == len(bar) + 4
     for menu in every:
         texts = [action.text() for action in menu.actions() if not action.isSeparator()]
         assert all(map(letter_of, texts)), texts

@@ -38,7 +38,7 @@ def one_window(own_window: MainWindow, wait_for: Any) -> MainWindow:
     """A window with the keys, beside it the view across the room."""
     own_window.activateWindow()
     wait_for(own_window.isActiveWindow)
-    own_window.panels.go_to("series")
+    own_window.show_view("table")
     return own_window
 
 
@@ -69,7 +69,7 @@ def agree(window: MainWindow, wait_for: Any, word: str, e: str) -> None:
     # the line of the series, and its panel, which reads the files
     series = series_of([one.drop for one in window.runs.model.entries if not one.rejected])
     assert (f"e = {series.words}" if series.e.n else "") == (window.runs.series.text() if series.e.n else "")
-    window.panels.go_to("series")
+    window.show_view("table")
     wait_for(lambda: window.series.facts is not None and not window.jobs.running)
     (found,) = window.series.facts.findings.sessions
     assert (found.series.e.n, found.series.e.mean) == (series.e.n, series.e.mean)
@@ -180,7 +180,7 @@ def test_all_six_agree_where_a_recording_is_ended_by_hand_and_where_it_is_read_a
     window = seen_window
     window.activateWindow()
     wait_for(window.isActiveWindow)
-    window.panels.go_to("series")
+    window.show_view("table")
     window.actions_.record.trigger()
     wait_for(lambda: window.control.state is AppState.RECORDING)
     wait_for(lambda: window.control.recorded_s > 0.9)
@@ -259,7 +259,7 @@ def test_all_say_the_live_e_until_the_run_is_computed(make_window: Any, setup_pa
         return bool(window.runs.model.entries) and window.runs.model.entries[0].summary is not None
 
     wait_for(is_computed)
-    window.panels.go_to("series")
+    window.show_view("table")
     agree(window, wait_for, "FINAL", shown_e(window))
     results = [one.result for one in said if one.state.running and one.result]
     # a dash until then, and never again

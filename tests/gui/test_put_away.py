@@ -32,7 +32,7 @@ def test_nothing_of_a_session_stays_in_series_and_preview_when_another_is_opened
     window: MainWindow, wait_for: Any, two: list[Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     opened(window, two[0], wait_for)
-    window.panels.go_to("series")
+    window.show_view("table")
     window.actions_.preview.trigger()
     preview, panel = window.run_controller.report_preview, window.series
     idle(window, wait_for)
@@ -52,7 +52,7 @@ def test_nothing_of_a_session_stays_in_series_and_preview_when_another_is_opened
     assert panel.facts is None
     assert two[0].name not in preview.page.toPlainText()
     # and both read the other one when they are looked at
-    window.panels.go_to("series")
+    window.show_view("table")
     window.actions_.preview.trigger()
     wait_for(lambda: panel.facts is not None and panel.facts.findings.sessions[0].name == two[1].name)
     wait_for(lambda: two[1].name in preview.page.toPlainText())
@@ -73,7 +73,7 @@ def test_a_session_that_is_put_away_while_it_is_read_takes_its_fault_along(
         return glance(path, normal)
 
     monkeypatch.setattr(facts, "glance", damaged)
-    window.panels.go_to("series")
+    window.show_view("table")
     window.sessions.open(two[1])
     wait_for(lambda: window.control.session is not None and window.control.session.path == two[1])
     go.set()
@@ -94,7 +94,7 @@ def test_a_session_that_cannot_be_read_is_said_and_leaves_the_open_one_alone(
 
     monkeypatch.setattr(facts, "glance", damaged)
     opened(window, two[0], wait_for)
-    window.panels.go_to("series")
+    window.show_view("table")
     window.series.show_beside((two[1],))
     panel = window.series
     wait_for(lambda: window.board.notices and panel.facts is not None)

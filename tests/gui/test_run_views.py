@@ -12,7 +12,7 @@ import pyqtgraph as pg
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QTextDocument
-from PySide6.QtWidgets import QApplication, QTextBrowser
+from PySide6.QtWidgets import QApplication, QTextBrowser, QWidget
 from pytestqt.qtbot import QtBot
 from support.changed import changed
 from support.results import drop_result, rejected_result
@@ -26,6 +26,7 @@ from radargui.gui.runs.figures_view import SHEET, FiguresView, page_of
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
 from radargui.gui.runs.run_panel import RunPanel, boxes
 from radargui.gui.theme import Theme
+from radargui.gui.track.result_track import ResultTrack
 from radargui.gui.track.shown_track import result_track
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.model.finding import as_stored
@@ -50,10 +51,11 @@ def setup() -> Setup:
 
 
 @pytest.fixture
-def panel(qtbot: QtBot, theme: Theme) -> RunPanel:
-    panel = RunPanel(theme, at_once)
-    qtbot.addWidget(panel)
-    panel.show()
+def panel(qtbot: QtBot, theme: Theme, setup: Setup) -> RunPanel:
+    panel = RunPanel(theme, at_once, QWidget(), lambda: ResultTrack(theme, setup, at_once))
+    for one in (panel, panel.figures):
+        qtbot.addWidget(one)
+        one.show()
     return panel
 
 
@@ -225,7 +227,7 @@ def test_what_is_looked_for_stands_first_and_no_table_is_wider_than_the_panel(qt
     view = FiguresView(theme)
     qtbot.addWidget(view)
     # as wide as the panel on a screen of 1366 pixels
-    view.resize(474, 260)
+    view.resize(294, 400)
     view.show()
     result = drop_result(rate_hz=2000.0)
     view.notes = ("92878 samples, none lost",)
@@ -283,7 +285,7 @@ def test_window_and_report_count_bounces_from_the_trigger_and_the_table_from_the
 
 def test_a_page_needs_no_more_room_than_its_own(panel: RunPanel) -> None:
     heights = {}
-    for name in ("figures", "phase", "steps", "methods", "phase"):
+    for name in ("samples", "phase", "steps", "methods", "phase"):
         panel.tabs.setCurrentWidget(panel.tabs.page(name))
         QApplication.processEvents()
         heights.setdefault(name, []).append(panel.minimumSizeHint().height())

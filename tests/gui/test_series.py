@@ -53,7 +53,7 @@ def three(tmp_path: Path) -> list[Path]:
 
 def test_three_heights_are_compared(window: MainWindow, wait_for: Any, three: list[Path]) -> None:
     opened(window, three[0], wait_for)
-    window.panels.go_to("series")
+    window.show_view("table")
     panel = window.series
     wait_for(lambda: panel.facts is not None)
     assert panel.table.isColumnHidden(0), "of one session its name need not stand in each row"
@@ -140,13 +140,13 @@ def test_the_series_runs_along_with_each_run_and_reads_nothing_unseen(
     record_one(own_window)
     idle(own_window, wait_for)
     assert read == []
-    own_window.panels.go_to("series")
+    own_window.show_view("table")
     wait_for(lambda: own_window.series.facts is not None and own_window.series.table.rows.entries[0].found.n == 1)
     assert own_window.series.table.rows.entries[0].found == own_window.runs.model.series.e
     assert own_window.series._title.text().endswith("simulated, 1 run")
     # Record goes where it is measured; who comes back sees the series run along
     own_window.actions_.record.trigger()
-    own_window.panels.go_to("series")
+    own_window.show_view("table")
     wait_for(lambda: own_window.series.table.rows.entries[0].found.n == 2)
     assert own_window.series.table.rows.entries[0].found == own_window.runs.model.series.e
     assert cells(own_window.series.table, 0)[2] == "2"
@@ -160,7 +160,7 @@ def test_of_several_samples_each_fit_says_of_which_it_is(window: MainWindow, wai
         make_height(folder, 5, 0.18, sample="agate", target="glass"),
     ]
     opened(window, paths[0], wait_for)
-    window.panels.go_to("series")
+    window.show_view("table")
     window.series.show_beside(tuple(paths[1:]))
     panel = window.series
     wait_for(lambda: panel.facts is not None and len(panel.facts.sessions) == 2)
@@ -180,7 +180,7 @@ def test_of_several_samples_each_fit_says_of_which_it_is(window: MainWindow, wai
 def test_the_key_of_many_sessions_takes_the_lines_it_needs(window: MainWindow, wait_for: Any, tmp_path: Path) -> None:
     paths = [make_height(tmp_path / "data", 10 + day, 0.18) for day in range(5)]
     opened(window, paths[0], wait_for)
-    window.panels.go_to("series")
+    window.show_view("table")
     window.series.show_beside(tuple(paths[1:]))
     panel = window.series
     wait_for(lambda: panel.facts is not None and len(panel.facts.sessions) == 5)
@@ -190,9 +190,7 @@ def test_the_key_of_many_sessions_takes_the_lines_it_needs(window: MainWindow, w
         wait_for(lambda key=key: key.height() >= key.heightForWidth(key.width()))
         assert key.height() > key.fontMetrics().height() * 1.5
         assert "2026-05-14" in key.text()
-        assert window.panels.docks["series"].widget().verticalScrollBar().maximum() == 0, (
-            "the plots have room beside it"
-        )
+        assert window.panels.docks["run"].widget().verticalScrollBar().maximum() == 0, "the plots have room beside it"
     panel.alone.click()
 
 
@@ -201,7 +199,7 @@ def test_a_run_is_left_out_with_a_reason_that_window_and_report_know(
 ) -> None:
     path = make_height(tmp_path / "data", 7, 0.18, n_runs=3)
     opened(window, path, wait_for)
-    window.panels.go_to("series")
+    window.show_view("table")
     wait_for(lambda: window.series.facts is not None and window.series.table.rows.entries[0].found.n == 3)
     window.runs.table.selectRow(1)
     idle(window, wait_for)
@@ -359,7 +357,7 @@ def test_a_statistics_table_of_long_figures_fits_its_panel(qtbot: Any) -> None:
 
 
 def test_an_empty_series_says_what_to_wait_for(window: MainWindow, wait_for: Any) -> None:
-    window.panels.go_to("series")
+    window.show_view("table")
     idle(window, wait_for)
     assert window.series._title.text() == "No session"
     window.series.pages.setCurrentWidget(window.series.pages.page("speeds"))
@@ -373,7 +371,7 @@ def test_the_distribution_and_what_e_depends_on_are_those_of_the_report(
 ) -> None:
     path = make_height(tmp_path / "data", 4, 0.26, n_runs=5, sample="steel", target="glass")
     opened(window, path, wait_for)
-    window.panels.go_to("series")
+    window.show_view("table")
     panel = window.series
     wait_for(lambda: panel.facts is not None and len(panel.facts.sessions[0].runs) == 5)
     (own,) = report_facts([study_session(Session.open(path, write=False), stored_result)], "").findings.sessions

@@ -20,7 +20,7 @@ from radargui.files.run_writer import RunWriter
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.runs import run_controller
-from radargui.gui.runs.run_model import RunEntry
+from radargui.gui.runs.run_model import RunEntry, RunModel
 from radargui.gui.sessions import session_model
 from radargui.gui.sessions.browser import day_of
 from radargui.gui.sessions.session_model import COLUMNS, ThumbnailView, curves
@@ -77,8 +77,8 @@ def test_sessions_are_found_again_and_their_runs_seen(data_folder: Path, window:
     assert browser.search.faults["since"].text() == "Write it as 2026-01-31"
 
     browser.table.selectRow(0)
-    wait_for(lambda: len(browser.thumbnails.looks) == 2)
-    look = browser.thumbnails.looks[0]
+    wait_for(lambda: len(browser.runs.entries) == 2)
+    look = browser.runs.entries[0]
     assert look.thumbnail is not None
     assert sum(curve.size() for curve in curves(look.thumbnail, QRectF(0, 0, 100, 50))) > 50
     browser.thumbnails.grab()
@@ -254,12 +254,12 @@ def test_nothing_of_an_earlier_run_stands_beneath_the_name_of_another(
 
 
 def test_a_long_reason_stays_within_its_picture(theme: Theme, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
-    view = ThumbnailView(theme)
+    runs = RunModel()
+    view = ThumbnailView(theme, runs)
     qtbot.addWidget(view)
     view.resize(400, 150)
-    view.show_runs(
-        (RunEntry(Path("run-0001.h5"), problem="it cannot be read as a run file, however long one looks. " * 4),)
-    )
+    problem = "it cannot be read as a run file, however long one looks. " * 4
+    runs.replace_all([RunEntry(Path("run-0001.h5"), problem=problem)])
     written: list[tuple[QRectF, str]] = []
     draw = session_model.write
 

@@ -47,6 +47,8 @@ class RunControl(QObject):
     session_changed = Signal()
     failed = Signal(object)
     warned = Signal(str, str)
+    left = Signal(object)
+    """Runs whose results were still to come as another recording was asked for: they are to be computed beside it."""
 
     def __init__(self, make_source: MakeSource, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -72,6 +74,7 @@ class RunControl(QObject):
         self._setup, self.reached = setup, WorkerState()
         self._pulled: Acquisition | None = None
         self._next: RunRequest | None = None
+        self._left: tuple[Path, ...] = ()
         self._restarts, self._continuous, self.waits_for = 0, False, ""
         self.backlog = Backlog()
         self.kept = 0
@@ -141,10 +144,18 @@ class RunControl(QObject):
         self._launch(work, "live view")
 
     def record(self, request: RunRequest) -> None:
-        """Record runs one after the other; the first one makes the session. A live view is ended before."""
+        """Record runs one after the other; the first one makes the session.
+
+        A live view is ended before; results that are still to come are left, see `left`.
+        """
         if self.state is AppState.LIVE:
             self.stop()
             self._next = request
+            return
+        if self.state is AppState.PROCESSING:
+            left = tuple(self.backlog)
+            self.end(Asked.LEAVE)
+            self._next, self._left = request, left
             return
         if self.state.running:
             return
@@ -372,8 +383,11 @@ class RunControl(QObject):
             self._finish(AppState.IDLE if self.reached.stops else AppState.FAILED)
             self.failed.emit(error)
         elif request is not None:
+            left = self._left
             self._finish(AppState.IDLE)
             self.record(request)
+            if left:
+                self.left.emit(left)
         else:
             self._finish(AppState.DONE if self.kept else AppState.IDLE)
 

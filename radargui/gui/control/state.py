@@ -59,6 +59,11 @@ class AppState(Enum):
         return self not in (AppState.IDLE, AppState.DONE, AppState.FAILED)
 
     @property
+    def may_record(self) -> bool:
+        """Whether Record may be asked for: also while former runs are only computed."""
+        return not self.running or self in (AppState.LIVE, AppState.PROCESSING)
+
+    @property
     def holds_a_run(self) -> bool:
         """Whether stopping now would cut a run off."""
         return self in (AppState.RECORDING, AppState.PROCESSING)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, Qt
+from PySide6.QtCore import QEvent, QPointF, Qt
 from PySide6.QtGui import QAction, QContextMenuEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QApplication, QGraphicsItem, QMenu
 
@@ -116,6 +116,8 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         self.setToolTip(TIPS["plots"].get(left) or " against ".join(filter(None, (left, bottom))))
         # below that the words of the axes lie upon another: the panel scrolls instead
         self.setMinimumSize(scaled_px(80), scaled_px(86 if bottom else 62))
+        # files that are dropped are the window's
+        self.setAcceptDrops(False)
         # Tab goes through fields; a plot gets the keys by a click, or by its own key
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.relabel(bottom, left)
@@ -200,6 +202,13 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         if self.cursors is not None:
             self.cursors.remove()
         self.cursors = Cursors(self.view, self) if wanted else None
+
+    def measure(self, begin: QPointF, end: QPointF) -> None:
+        """Put the cursors at both ends of what was dragged over: they say duration, frequency, difference and slope."""
+        self.show_cursors(True)
+        for number, place in enumerate((begin, end)):
+            if self.cursors is not None:
+                self.cursors.put(number, place.x(), place.y())
 
     def menu(self) -> QMenu:
         """Return a menu of what can be done with the plot."""

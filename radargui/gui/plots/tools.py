@@ -28,6 +28,8 @@ _REACH_PX = 12.0
 """A cursor this near to a curve stands on it: a hand holds the mouse to a few pixels (chosen by hand)."""
 _PLACES = (0.1, 0.3)
 """Where the two stand at first, as shares of what is seen: beside the words in the upper right corner."""
+_RATES = {"mm": ("m/s", 1e-3), "µm": ("m/s", 1e-6), "turns": ("Hz", 1.0), "m/s": ("m/s²", 1.0)}
+"""What a change in a second is called, by the unit of what changes, and its scale."""
 _FAR_PX = 10
 """Pixels that an arrow with Shift moves a cursor; without it one."""
 
@@ -180,7 +182,10 @@ class Cursors:
             lines.append(f"{'AB'[number]}  {across}{plot.also(x)}   {up}{plot.also(y, 'left')}")
         dx, dy = (b - a for a, b in zip(*places, strict=True))
         also = f" = {abs(1.0 / dx):.4g} Hz" if x_unit == "s" and dx else plot.also(dx)
-        lines.append(f"B−A  {_said(dx, pixel_x, x_unit)}{also}   {_said(dy, pixel_y, y_unit)}{plot.also(dy, 'left')}")
+        unit, scale = _RATES.get(y_unit, ("", 0.0)) if x_unit == "s" and dx else ("", 0.0)
+        slope = f"   {scale * dy / dx:+.4g} {unit}" if unit else ""
+        across, up = _said(dx, pixel_x, x_unit), _said(dy, pixel_y, y_unit)
+        lines.append(f"B−A  {across}{also}   {up}{plot.also(dy, 'left')}{slope}")
         return lines
 
     def _write(self, *_: object) -> None:

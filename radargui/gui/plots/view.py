@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 import pyqtgraph as pg
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QPointF, Qt, Signal
 
 _AXES = ("xRange", "yRange")
 _STEP = 0.2
@@ -32,15 +32,21 @@ class View(pg.ViewBox):  # type: ignore[misc] # pyqtgraph has no types
         Whether the range was set by hand.
     by_hand
         Whether that happens just now.
+    dragged
+        Takes where the left button was pressed and where it is now, on the axes, instead of moving the view; the middle
+        one still moves it.
     """
 
     menu_asked = Signal(object)
+    pointed = Signal(float)
+    """Where the left button was clicked, on the lower axis."""
     zoom_changed = Signal()
 
     def __init__(self, *, live: bool) -> None:
         self._live = live
         self.by_hand = False
         self.zoomed = False
+        self.dragged: Callable[[QPointF, QPointF], object] | None = None
         self._whole: dict[str, Any] = {}
         self._auto = [False, False]
         super().__init__(enableMenu=False)
@@ -83,7 +89,11 @@ class View(pg.ViewBox):  # type: ignore[misc] # pyqtgraph has no types
             super().wheelEvent(event, axis)
 
     def mouseDragEvent(self, event: Any, axis: int | None = None) -> None:  # noqa: N802 - pyqtgraph's name
-        """Move the view with the left button, stretch it with the right one."""
+        """Move the view with the left button, or what `dragged` does; stretch it with the right one."""
+        if self.dragged is not None and axis is None and event.button() == Qt.MouseButton.LeftButton:
+            event.accept()
+            self.dragged(self.mapToView(event.buttonDownPos()), self.mapToView(event.pos()))
+            return
         with self._hand():
             super().mouseDragEvent(event, axis)
 
@@ -95,6 +105,15 @@ class View(pg.ViewBox):  # type: ignore[misc] # pyqtgraph has no types
         elif event.double():
             event.accept()
             self.show_all()
+        else:
+            self.pointed.emit(self.mapToView(event.pos()).x())
+
+    def bring_in_sight(self, x: float) -> None:
+        """Let a place of the lower axis be seen where the view is zoomed."""
+        left, right = self.viewRange()[0]
+        if self.zoomed and self.linkedView(0) is None and not left <= x <= right:
+            with self._hand():
+                self.translateBy(x=x - 0.5 * (left + right))
 
     def meant(self, key: Qt.Key) -> Callable[[], None] | None:
         """Return how a key zooms or moves; None where it means nothing here."""

@@ -1,36 +1,59 @@
 """Figures of a run, and the report so far, as the report writes them."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from html import escape
+from typing import Any
 
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QTextOption
-from PySide6.QtWidgets import QTextBrowser
+from PySide6.QtGui import QShowEvent, QTextOption
+from PySide6.QtWidgets import QHBoxLayout, QTextBrowser
 
 from radargui.gui.background import OneAtATime
 from radargui.gui.dialog import Dialog
-from radargui.gui.layout import having
+from radargui.gui.layout import button, fill, having
 from radargui.gui.services import Services
-from radargui.gui.setup.words import LINK, in_words
+from radargui.gui.setup.words import LINK, called, in_words, words_of
 from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
-from radargui.model.uncertainty_budget import SHARES, UncertaintyBudget, variance_shares
-from radargui.report.document import Grid, templates
+from radargui.model.rounding import plain
+from radargui.model.setup import Setup
+from radargui.model.uncertainty_budget import SHARES, UncertaintyBudget, budget_rows, variance_shares
+from radargui.report.document import Content, Facts, Grid, Note, templates
 from radargui.report.facts import Glances
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_section
 from radargui.session.session import Session
 
-_LETTERS = 66
-"""In which a table fits the panel on a screen of 1366 pixels."""
+_SIX = (
+    "Result",
+    "e of the first impact",
+    "g (combined u)",
+    "First fall",
+    "Flight before the first impact seen",
+    "g against the site",
+    "Correction, geometry",
+)
+"""What the report says of a run that stands first here: of the two flights a run has one."""
+_LEAST_LETTERS = 34
+"""Of a table: in fewer it has no columns to part."""
+_MOST_DIFFERENT = 12
+"""Values of the setup that are named; more are counted."""
 LEAST_SHOWN = 0.005
 """Share of a variance below which a part of the budget is no stripe that anybody would see."""
 
 
 class FiguresView(QTextBrowser):
-    """Everything selectable; what is said of a value of the setup leads to its field."""
+    """What the run gave: the result in six lines, what is to be known before, budget, setup, and all figures.
+
+    Everything is selectable; what is said of a value of the setup leads to its field.
+
+    Attributes
+    ----------
+    differences
+        Tells of a setup which values are not those of the window: each key with that of the run and the window's.
+    """
 
     field_asked = Signal(str)
 
@@ -40,6 +63,7 @@ class FiguresView(QTextBrowser):
         self.setAccessibleName("Result of the run")
         self._theme = theme
         self._result: RunResult | None = None
+        self.differences: Callable[[Setup], Sequence[tuple[str, Any, Any]]] = lambda _setup: ()
         self.notes: tuple[str, ...] = ()
         """How the run was recorded, one line each; written beneath the figures."""
         # no word of a title is broken
@@ -47,8 +71,13 @@ class FiguresView(QTextBrowser):
         theme.changed.connect(self._write)
 
     def show_result(self, result: RunResult) -> None:
-        """Write the figures of a result."""
+        """Write the figures of a result, once they are looked at."""
         self._result = result
+        self._write()
+
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
+        """Write what came while it was hidden."""
+        super().showEvent(event)
         self._write()
 
     def clear(self) -> None:
@@ -57,9 +86,20 @@ class FiguresView(QTextBrowser):
         super().clear()
 
     def _write(self) -> None:
-        if self._result is not None:
+        if self._result is not None and self.isVisible():
             notes = "<br>".join(map(escape, self.notes))
-            self.setHtml(f"{page_of(self._result, self._theme)}<p>{notes}</p>")
+            letters = max(_LEAST_LETTERS, self.viewport().width() // self.fontMetrics().horizontalAdvance("0") - 2)
+            self.setHtml(f"{page_of(self._result, self._theme, letters, self._setup_words())}<p>{notes}</p>")
+
+    def _setup_words(self) -> str:
+        """Return what of the run's setup is otherwise than in the panels, each with a link to its field, as HTML."""
+        lines = [
+            f'<a href="{LINK}{key}">{escape(called(key))}</a>: {escape(words_of(key).with_unit(was))}'
+            f" (panels: {escape(words_of(key).with_unit(now))})"
+            for key, was, now in (self.differences(self._result.setup) if self._result else ())
+        ]
+        more = [f"and {len(lines) - _MOST_DIFFERENT} more"] if len(lines) > _MOST_DIFFERENT else []
+        return "<br>".join((*lines[:_MOST_DIFFERENT], *more)) or "as in the panels"
 
 
 SHEET = """<style>
@@ -73,13 +113,31 @@ th, td {{ font-weight: normal; padding: 1px 4px; text-align: right; }}
 """Titles and sentences may take several lines, figures are never broken."""
 
 
-def page_of(result: RunResult, theme: Theme) -> str:
-    """Return what the report says of a run in simple HTML; what it warns of in the colour of an alarm."""
+def page_of(result: RunResult, theme: Theme, letters: int = 66, setup_words: str = "") -> str:
+    """Return what the report says of a run in simple HTML; what it warns of in the colour of an alarm.
+
+    Parameters
+    ----------
+    letters
+        In which a table fits.
+    setup_words
+        What is said of the run's setup, as HTML; empty: nothing.
+    """
     blocks = run_section(take_facts(result, "", columns=0), result.setup).blocks
-    shown = [part for one in blocks for part in (one.within(_LETTERS) if isinstance(one, Grid) else (one,))]
-    said = in_words(templates().get_template("blocks.html").render(blocks=shown), linked=True)
+    shown = [part for one in blocks for part in (one.within(letters) if isinstance(one, Grid) else (one,))]
+    # what speaks against the figures stands before them
+    first = next((place for place, one in enumerate(shown) if isinstance(one, Facts)), len(shown))
+    rows = dict(one.rows) if first < len(shown) and isinstance(one := shown[first], Facts) else {}
+    six = {name: rows.pop(name) for name in _SIX if name in rows}
     stripes = _stripes(result.uncertainty_budget, theme) if result.uncertainty_budget else ()
-    return SHEET.format(alarm=theme.colours.alarm) + said + "".join(stripes)
+    above = _written(*shown[:first], Facts.of(six))
+    setup = f"<h3>Setup of this run</h3><p>{setup_words}</p>" if setup_words else ""
+    below = _written(Facts.of(rows, "All figures" if rows else ""), *shown[first + 1 :])
+    return "".join((SHEET.format(alarm=theme.colours.alarm), above, *stripes, setup, below))
+
+
+def _written(*blocks: Content) -> str:
+    return in_words(templates().get_template("blocks.html").render(blocks=blocks), linked=True)
 
 
 def _stripes(budget: UncertaintyBudget, theme: Theme) -> Iterator[str]:
@@ -93,16 +151,48 @@ def _stripes(budget: UncertaintyBudget, theme: Theme) -> Iterator[str]:
             yield f"<table width='100%' cellspacing='0'><tr>{''.join(bar)}</tr></table>"
 
 
-class ReportPreview(Dialog):
-    """Reads what the results say, in a thread, and only while it is seen; a run is read again when its file changes."""
+class BudgetView(QTextBrowser):
+    """Whose share of the uncertainty is how large: as a table, and as stripes."""
 
-    def __init__(self, services: Services) -> None:
-        super().__init__("Preview of the report", (760, 820), services.parent, "report_preview", services.settings)
+    def __init__(self, theme: Theme) -> None:
+        super().__init__()
+        self.setAccessibleName("Uncertainty budget")
+        self._theme = theme
+
+    def show_result(self, result: RunResult) -> None:
+        """Write the budget of a result."""
+        budget = result.uncertainty_budget
+        if budget is None:
+            self.setPlainText("This run has no budget: it needs a track.")
+            return
+        header, *rows = budget_rows(budget)
+        assumed = ", ".join(f"{key} {plain(u, 2)}" for key, u in budget.assumed.items())
+        said = _written(Grid(header, tuple(rows), "Standard uncertainties", left=(0,)))
+        more = _written(Note(f"Assumed, because the setup does not say: {assumed}.")) if assumed else ""
+        self.setHtml(
+            SHEET.format(alarm=self._theme.colours.alarm) + said + "".join(_stripes(budget, self._theme)) + more
+        )
+
+
+class ReportPreview(Dialog):
+    """The report as it would be now, to be saved.
+
+    It reads what the results say, in a thread, and only while it is seen; a run is read again when its file changes.
+
+    Parameters
+    ----------
+    save
+        Makes the report.
+    """
+
+    def __init__(self, services: Services, save: Callable[[], object]) -> None:
+        super().__init__("Report", (760, 820), services.parent, "report_preview", services.settings)
         self._services = services
         self._session: Session | None = None
         self._reads = OneAtATime(services.jobs, "the preview of the report", self.refresh)
         self.page = having(QTextBrowser(openLinks=False), accessibleName="The report so far")
-        self.lay_out((self.page, 1))
+        self.save = button("Save", save, "Writes the report as PDF, HTML, CSV and JSON", default=True)
+        self.lay_out((self.page, 1), fill(QHBoxLayout(), 1, self.save, button("Close", self.reject)))
         services.theme.changed.connect(self.refresh)
 
     def show_session(self, session: Session | None) -> None:

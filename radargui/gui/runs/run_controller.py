@@ -20,13 +20,14 @@ from radargui.files.overview import read_overview
 from radargui.files.run_card import RunCard, summarise
 from radargui.files.stored_results import read_stored_results
 from radargui.gui.background import Task
+from radargui.gui.control.state import RunWord
 from radargui.gui.layout import ticking
 from radargui.gui.runs.figures_view import ReportPreview
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry, entry_of_recorded, with_record
 from radargui.gui.runs.run_panel import SCREEN_COLUMNS, RunPanel
 from radargui.gui.services import Services
-from radargui.gui.sessions.session_model import entry_of
+from radargui.gui.sessions.session_model import entry_of, thumbnail_of
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.model.errors import CancelledError, FileError
 from radargui.model.result import RunResult
@@ -59,7 +60,7 @@ class RunController:
         self._kept: dict[Path, RunResult] = {}
         self._wanted: Path | None = None
         self._reading: Task | None = None
-        self.report_preview = ReportPreview(services)
+        self.report_preview = ReportPreview(services, self.report)
         for changed in (runs.model.rowsInserted, runs.model.dataChanged):
             changed.connect(lambda *_: self.report_preview.refresh())
         self._late = ticking(self._window, _LATE_MS, run.forget, once=True)
@@ -131,11 +132,30 @@ class RunController:
             self._has_no_result(recorded.path)
             return
         self._keep(recorded.path, result)
+        path = recorded.path
+        self._jobs.start(
+            "the picture of a run",
+            partial(thumbnail_of, path),
+            lambda picture: self.runs.change(path, thumbnail=picture),
+        )
         if not follows:
             self._show(recorded.path, result)
             self._glance(recorded.path)
         elif recorded.path == self._wanted:
             self._show(recorded.path, result, with_track=self._track.result is not None)
+
+    def renew(self) -> None:
+        """Look anew at the runs that had no result: theirs may have been computed while others are recorded."""
+        session, known = self._session, self.runs.model.entries
+        paths = [one.path for one in known if one.word is RunWord.NOT_COMPUTED and not one.waits]
+
+        def show(entries: list[RunEntry]) -> None:
+            for entry in entries:
+                self.runs.put(entry)
+
+        self._jobs.start(
+            "results", lambda: [entry_of(path) for path in paths], show, wanted=lambda: session is self._session
+        )
 
     def _has_no_result(self, path: Path) -> None:
         """Show a run that was left for later without the preliminary figures that stood there: they are not kept."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -139,13 +140,27 @@ class RunKeeping(QObject):
         return entries
 
     def _set_aside(self, entries: Sequence[RunEntry], reason: str, *, back: bool) -> None:
+        session, before = self.control.session, [one.rejected or "" for one in entries]
+
+        def put(reasons: Sequence[str]) -> None:
+            if session is self.control.session:
+                self._put_aside(entries, reasons)
+
+        after = ["" if back else reason] * len(entries)
+        self.services.history.note(f"whether {_named(entries)} counts", partial(put, before), partial(put, after))
+        put(after)
+
+    def _put_aside(self, entries: Sequence[RunEntry], reasons: Sequence[str]) -> None:
+        """Set runs aside, each for its reason; without one it counts again."""
+        back = not any(reasons)
+
         def work() -> None:
-            for entry in entries:
-                self.control.reject(entry.path, reason, back=back)
+            for entry, reason in zip(entries, reasons, strict=True):
+                self.control.reject(entry.path, reason, back=not reason)
 
         def show(_done: object) -> None:
-            for entry in entries:
-                self.runs.change(entry.path, rejected="" if back else reason)
+            for entry, reason in zip(entries, reasons, strict=True):
+                self.runs.change(entry.path, rejected=reason)
             are, them, counts = ("is", "it", "counts") if len(entries) == 1 else ("are", "them", "count")
             words = f"{are} rejected: kept, not counted. The same key (Del) takes {them} back."
             if not back:

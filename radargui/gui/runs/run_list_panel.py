@@ -6,13 +6,15 @@ from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QSignalBlocker, QUrl, Signal
-from PySide6.QtGui import QDesktopServices
-from PySide6.QtWidgets import QCheckBox, QSizePolicy, QToolBar, QVBoxLayout, QWidget
+from PySide6.QtGui import QDesktopServices, QResizeEvent
+from PySide6.QtWidgets import QCheckBox, QSizePolicy, QStackedWidget, QToolBar, QVBoxLayout, QWidget
 
 from radargui.gui.layout import PlainLabel, button, fill, having, holding, ticking
 from radargui.gui.panels import Actions
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
+from radargui.gui.sessions.session_model import ThumbnailView
 from radargui.gui.table import RowTable
+from radargui.gui.theme import Theme, scaled_px
 
 _MOST_FITTED = 50
 """Runs that columns and lines are fitted to when a session is opened; all of ten thousand would take a second."""
@@ -25,8 +27,12 @@ _MOST_LINES = 3
 """Of a verdict (chosen by hand): a long reason would push the other runs out of the list; its tip has all of it."""
 
 
+_PICTURES = 290
+"""Pixels of width below which runs are pictures with their e: a table would show two of its columns."""
+
+
 class RunListPanel(QWidget):
-    """Lists runs; choosing one asks for its result to be shown."""
+    """Lists runs, as a table or as pictures; choosing one asks for its result to be shown."""
 
     run_chosen = Signal(object)
     not_opened = Signal(str)
@@ -34,7 +40,7 @@ class RunListPanel(QWidget):
     run_wanted = Signal()
     """The operator has chosen a run, and wants to look at it."""
 
-    def __init__(self, does: Actions) -> None:
+    def __init__(self, theme: Theme, does: Actions) -> None:
         super().__init__()
         self.model = RunModel()
         # a verdict takes further lines on a narrow screen
@@ -52,9 +58,11 @@ class RunListPanel(QWidget):
         self.table.model().layoutChanged.connect(self._hide_rows)
         for action in (does.reject, does.exclude, does.note_run):
             self.table.addAction(action)
+        self.pictures = ThumbnailView(theme, self.table)
+        self._looks = holding(QStackedWidget(), self.table, self.pictures)
 
         self.report = button("Make report", does.report.trigger)
-        self.preview = button("Preview", does.preview.trigger)
+        self.preview = button("Report…", does.preview.trigger, does.preview.toolTip())
         # where no program opens it, its first page is shown here
         self.open_report = button("Open report", lambda: self._open(self._report_file, self._preview_instead))
         self.open_folder = button("Open folder", lambda: self._open(self.folder, self._say_not_opened))
@@ -65,17 +73,23 @@ class RunListPanel(QWidget):
         self.rejected.toggled.connect(self._hide_rows)
         does.show_rejected.toggled.connect(self.rejected.setChecked)
         # what has no room on a narrow screen is behind an arrow
-        buttons = self.report, self.preview, self.open_report, self.open_folder, self.export
+        turn = button("Table", does.turn_runs.trigger, does.turn_runs.toolTip())
+        buttons = turn, self.preview, self.report, self.open_report, self.open_folder, self.export
         row = holding(QToolBar(), self.rejected, *buttons)
         # one line, whatever it says: two would push the buttons out of a low panel
         self.series = having(PlainLabel(), wordWrap=False)
         self.series.setContentsMargins(6, 0, 6, 0)
         self.series.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-        fill(QVBoxLayout(self), (self.table, 1), self.series, row)
+        fill(QVBoxLayout(self), (self._looks, 1), self.series, row)
 
         self._report_busy = self._by_program = False
         self.show_series("")
         self.show_session(None, [])
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
+        """Show pictures where there is no room for a table."""
+        super().resizeEvent(event)
+        self._looks.setCurrentIndex(int(self.width() < scaled_px(_PICTURES)))
 
     @property
     def counting(self) -> tuple[Path, ...]:
@@ -141,7 +155,9 @@ class RunListPanel(QWidget):
     def _hide_rows(self) -> None:
         for row, entry in enumerate(self.model.entries):
             hidden = bool(entry.rejected) and not self.rejected.isChecked()
-            self.table.setRowHidden(self.table.shown_row(row), hidden)
+            shown = self.table.shown_row(row)
+            self.table.setRowHidden(shown, hidden)
+            self.pictures.setRowHidden(shown, hidden)
         self.table.setColumnHidden(list(COLUMNS).index("Note"), not any(one.note for one in self.model.entries))
         count = sum(bool(entry.rejected) for entry in self.model.entries)
         self.rejected.setText(f"Show rejected ({count})" if count else "Show rejected")

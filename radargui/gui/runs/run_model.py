@@ -60,7 +60,7 @@ class RunEntry:
     live
         e of its first bounce as the live track saw it, while its result is still to come; empty where unknown.
     thumbnail
-        z(t) in small, for the browser; None where there is none, or nobody wants to see it.
+        z(t) in small; None where there is none, or as it was known before.
     """
 
     path: Path
@@ -243,7 +243,7 @@ class RunModel(RowModel[RunEntry]):
             self.entries.insert(row, entry)
             self.endInsertRows()
         else:
-            names = ("started_at", "agreement", "health", "ending", "origin")
+            names = ("started_at", "agreement", "health", "ending", "origin", "thumbnail")
             known: dict[str, Any] = {name: getattr(entry, name) or getattr(old, name) for name in names}
             known |= {name: getattr(old, name) for name in ("rejected", "note") if getattr(entry, name) is None}
             row = self.entries.index(old)

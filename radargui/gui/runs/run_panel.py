@@ -1,22 +1,26 @@
-"""The panel of one run: figures, the correction at work, phase and path lengths, methods, all samples at a glance."""
+"""The panel of one run and of its series: one view at a time, chosen by name, above all of the run to scrub in."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import partial
+from typing import Any
 
 import numpy as np
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+from PySide6.QtGui import QActionGroup, QShowEvent
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QVBoxLayout, QWidget
 
 from radargui.files.overview import Overview
 from radargui.gui.background import StartWork
-from radargui.gui.layout import Pages, fill, take_out
+from radargui.gui.layout import Choice, OneLine, Pages, fill, having, labelled, take_out
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.runs.correction_view import CorrectionView, MethodsView
-from radargui.gui.runs.figures_view import FiguresView
+from radargui.gui.runs.figures_view import BudgetView, FiguresView
+from radargui.gui.runs.instant import Instant, ScrubPlot, Whole, whole_of
+from radargui.gui.runs.signal_view import PlanesView, SignalView, motion_of
+from radargui.gui.scopes.spectrum_view import SpectrumView, WaterfallView
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
@@ -29,8 +33,38 @@ SCREEN_COLUMNS = 20_000
 LONG_S = 60.0
 """From here on processing takes minutes: who chose such a run sees its samples at once instead of an empty page."""
 _TURN = 2.0 * np.pi  # radians
-_PAGES = {"figures": "Result", "steps": "Correction", "phase": "Phase and path", "methods": "Methods"}
-"""Of a result; that of the samples comes after them."""
+VIEWS: dict[str, tuple[str, str]] = {
+    "height": ("Height z(t)", "track"),
+    "space": ("Track in 3D", "track"),
+    "speed": ("Speed", "track"),
+    "acceleration": ("Acceleration", "track"),
+    "speed over z": ("Speed over height", "track"),
+    "residual": ("Residual of the fall", "track"),
+    "x": ("x(t)", "track"),
+    "y": ("y(t)", "track"),
+    "samples": ("I and Q, all samples", "samples"),
+    "planes": ("IQ planes", "planes"),
+    "steps": ("Correction at work", "steps"),
+    "phase": ("Phase and path", "phase"),
+    "spectrum": ("Spectrum", "spectrum"),
+    "waterfall": ("Waterfall", "waterfall"),
+    "methods": ("Corrections side by side", "methods"),
+    "budget": ("Uncertainty budget", "budget"),
+    "speeds": ("Series: e against impact speed", "series"),
+    "spread": ("Series: distribution of e", "series"),
+    "falls": ("Series: falls over one parabola", "series"),
+    "table": ("Series: statistics", "series"),
+    "words": ("Series: in words", "series"),
+}
+"""What can be chosen: its words, and the page that shows it; a page of several is told which."""
+_MADE_BY: dict[str, Callable[[RunResult], Any]] = {
+    **dict.fromkeys(("steps", "phase", "planes"), partial(take_curves, columns=SCREEN_COLUMNS)),
+    **dict.fromkeys(("spectrum", "waterfall"), motion_of),
+}
+"""What a page draws, made of a result in the background; the others take the result itself."""
+_NOT_OF_RESULT = ("samples", "series")
+_OVERVIEW = 8
+"""Share of the height that belongs to the whole of the run, in percent."""
 
 
 class RunPanel(QWidget):
@@ -42,27 +76,82 @@ class RunPanel(QWidget):
         Look.
     start
         Runs work away from the thread that draws, see `Jobs.start`.
+    series, make_track
+        Pages that are made elsewhere: of the series, and of the track once it is looked at.
+
+    Attributes
+    ----------
+    figures
+        The result in words; stands in a panel of its own.
     """
 
     methods_asked = Signal(object)
     """Names of the corrections that shall be laid over the one that is shown."""
+    view_asked = Signal(str)
+    """A view that was chosen in the menu."""
 
-    def __init__(self, theme: Theme, start: StartWork) -> None:
+    def __init__(self, theme: Theme, start: StartWork, series: QWidget, make_track: Callable[[], QWidget]) -> None:
         super().__init__()
         self.result: RunResult | None = None
-        self._curves: RunCurves | None = None
-        self._curves_of: RunResult | None = None
+        self._made: dict[Callable[[RunResult], Any], Any] = {}
+        self._making: set[Callable[[RunResult], Any]] = set()
         self._stale: set[str] = set()
         self._why = ""
-        self._title = QLabel("No run chosen")
-        self._title.setContentsMargins(6, 3, 6, 0)
+        self._title, self._there = (
+            OneLine("No run chosen"),
+            having(QLabel(), toolTip="At the line: click, or scrub below"),
+        )
         self._start = start
         self.figures, self.samples = FiguresView(theme), SamplesView(theme)
         later: dict[str, Callable[[], QWidget]] = {"steps": partial(CorrectionView, theme)}
         later |= {"phase": partial(PhaseView, theme), "methods": partial(MethodsView, theme, self.methods_asked.emit)}
-        self.tabs = Pages({**_PAGES, "samples": "Samples"}, later, figures=self.figures, samples=self.samples)
+        later |= {"planes": partial(PlanesView, theme), "budget": partial(BudgetView, theme)}
+        later |= {
+            "spectrum": lambda: SignalView(SpectrumView(theme)),
+            "waterfall": lambda: SignalView(WaterfallView(theme)),
+        }
+        pages = dict.fromkeys(page for _, page in VIEWS.values())
+        later["track"] = make_track
+        self.tabs = Pages({name: name for name in pages}, later, samples=self.samples, series=series)
+        self.tabs.hide_tabs()
+        self.instant = Instant(theme)
+        self.overview = ScrubPlot(theme, self.instant)
+        self.view = having(Choice((name, words) for name, (words, _) in VIEWS.items()), accessibleName="View")
+        having(self.view, maxVisibleItems=len(VIEWS), toolTip="What is shown of the run, or of its series")
+        self.view.currentIndexChanged.connect(self._turn)
         self.tabs.currentChanged.connect(self._draw)
-        fill(QVBoxLayout(self), self._title, (self.tabs, 1))
+        self.instant.moved.connect(self._say_where)
+        above = (labelled("View", self.view), self.view, (self._title, 1), self._there)
+        top = fill(QHBoxLayout(), *above, margins=(6, 3, 6, 0), spacing=6)
+        fill(QVBoxLayout(self), top, (self.tabs, 100 - _OVERVIEW), (self.overview, _OVERVIEW))
+
+    @property
+    def chosen(self) -> str:
+        """Name of the view that is shown."""
+        return str(self.view.currentData())
+
+    def choose(self, name: str) -> None:
+        """Show another view, see `VIEWS`."""
+        self.view.setCurrentIndex(self.view.findData(name))
+
+    def fill(self, menu: QMenu) -> None:
+        """Add a menu of the views to another one."""
+        inner, group = menu.addMenu("View of the run"), QActionGroup(menu)
+        for name, (words, _) in VIEWS.items():
+            action = inner.addAction(words, partial(self.view_asked.emit, name))
+            group.addAction(having(action, checkable=True))
+        inner.aboutToShow.connect(lambda: group.actions()[self.view.currentIndex()].setChecked(True))
+
+    def _turn(self) -> None:
+        """Show the page of the view that was chosen."""
+        page = VIEWS[self.chosen][1]
+        shown = self.tabs.page(page)
+        if (show_part := getattr(shown, "show_part", None)) is not None:
+            show_part(self.chosen)
+        for one in (self.overview, self._there):
+            one.setVisible(page != "series")
+        self.tabs.setCurrentIndex(list(dict.fromkeys(one for _, one in VIEWS.values())).index(page))
+        self._draw()
 
     def clear(self) -> None:
         """Forget the run that was shown."""
@@ -78,17 +167,21 @@ class RunPanel(QWidget):
         why
             What stands in the empty plots; empty: what to do.
         """
-        self.result = self._curves = self._curves_of = None
+        self.result = None
+        self._made, self._making = {}, set()
         self._stale.clear()
-        for page in self.tabs.made.values():
-            if page is not self.samples:
+        for name, page in self.tabs.made.items():
+            if name not in _NOT_OF_RESULT:
                 page.clear()
+        self.figures.clear()
+        self._show_whole(None)
         self._why = why
         self._say_why()
 
     def _say_why(self) -> None:
-        for plot in self.findChildren(Plot):
-            plot.when_empty = self._why
+        for name, page in self.tabs.made.items():
+            for plot in page.findChildren(Plot) if name != "series" else ():
+                plot.when_empty = self._why
 
     def say(self, name: str, words: str = "reading and processing …") -> None:
         """Say what becomes of a run that is not shown yet."""
@@ -98,57 +191,77 @@ class RunPanel(QWidget):
         """Show all samples at a glance; of a long run, whose processing takes its time, `in_front`."""
         self.samples.show_overview(overview)
         if in_front and overview.n_samples > LONG_S * overview.sample_rate_hz:
-            self.tabs.setCurrentWidget(self.samples)
+            self.choose("samples")
 
     def show_result(self, result: RunResult, name: str, notes: Iterable[str] = ()) -> None:
         """Show what a run gave; `notes`: how it was recorded, one line each."""
         self.figures.notes = tuple(filter(None, notes))
-        self.result, self._curves = result, None
+        self.result, self._made, self._making = result, {}, set()
         self._title.setText(f"{name}, preliminary" if result.preliminary else name)
-        self._stale = {*_PAGES}
+        self._stale = {*_pages_of_result(), "overview"}
         self._why = ""
         self._say_why()
+        self.figures.show_result(result)
         self._draw()
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         """Draw what changed while the panel was hidden."""
         super().showEvent(event)
-        self._draw()
+        self._turn()
 
     def _draw(self, _index: int = 0) -> None:
         page, result = self.tabs.shown, self.result
         if result is None:
             # a page is made when it is first looked at
             self._say_why()
-        if result is None or page not in self._stale or not self.isVisible():
+        if result is None or not self.isVisible():
             return
-        view = self.tabs.page(page)
-        if isinstance(view, CorrectionView | PhaseView):
-            if self._curves is None:
-                self._make_curves(result)
+        if "overview" in self._stale and (whole := self._of(whole_of, result, "overview")) is not None:
+            self._show_whole(whole)
+        if page in self._stale:
+            view, make = self.tabs.page(page), _MADE_BY.get(page)
+            if make is None:
+                view.show_result(result)
+            elif (made := self._of(make, result, page)) is not None:
+                view.show_curves(result, made)
+            else:
                 return
-            view.show_curves(result, self._curves)
-        else:
-            view.show_result(result)
-        self._stale.discard(page)
+            self._stale.discard(page)
+        if page != "series":
+            self.instant.follow(self.tabs.page(page).findChildren(Plot), result.zero[0])
 
-    def _make_curves(self, result: RunResult) -> None:
-        if self._curves_of is result:
-            return
-        self._curves_of = result
+    def _of(self, make: Callable[[RunResult], Any], result: RunResult, page: str) -> Any:
+        """Return what is made of the result, None where it is made now: the page is drawn once it is there."""
+        if make not in self._made and make not in self._making:
+            self._making.add(make)
 
-        def take(curves: RunCurves | None) -> None:
-            self._curves, self._curves_of = curves, None
-            # without samples there is nothing to draw
-            self._stale -= set() if curves else {"steps", "phase"}
-            self._draw()
+            def take(made: Any) -> None:
+                self._made[make] = made
+                # without samples there is nothing to draw
+                self._stale -= {page} if made is None else set()
+                self._draw()
 
-        def failed(error: BaseException) -> None:
-            self._curves_of = None
-            self._title.setText(f"{self._title.text()}: {error}")
+            def failed(error: BaseException) -> None:
+                self._title.setText(f"{self._title.text()}: {error}")
 
-        work = partial(take_curves, result, SCREEN_COLUMNS)
-        self._start("the curves of the run", work, take, failed, lambda: self.result is result)
+            self._start("the curves of the run", partial(make, result), take, failed, lambda: self.result is result)
+        return self._made.get(make)
+
+    def _show_whole(self, whole: Whole | None) -> None:
+        self._stale.discard("overview")
+        self.overview.show_whole(whole)
+        self._say_where()
+
+    def _say_where(self) -> None:
+        """Say where the sphere is at the instant, here and in space."""
+        place_mm = self.overview.place_mm
+        self._there.setText(self.overview.said)
+        if place_mm is not None and "track" in self.tabs.made:
+            self.tabs.made["track"].show_sphere(place_mm)
+
+
+def _pages_of_result() -> set[str]:
+    return {page for _, page in VIEWS.values()} - set(_NOT_OF_RESULT)
 
 
 class SamplesView(QWidget):

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLineEdit, QSplitter, QV
 
 from radargui.gui.background import OneAtATime, Task
 from radargui.gui.layout import FRAMED, TIPS, FaultText, PlainLabel, button, fill, having, labelled, ticking
-from radargui.gui.runs.run_model import RunEntry
+from radargui.gui.runs.run_model import COLUMNS as RUN_COLUMNS, RunEntry
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_model import COLUMNS, ThumbnailView, look_at
 from radargui.gui.table import RowModel, RowTable
@@ -131,7 +131,8 @@ class SessionBrowser(QWidget):
             self.table.fit(list(COLUMNS).index(name), scaled_px(width))
         self.words = PlainLabel()
         self.details = PlainLabel()
-        self.thumbnails = ThumbnailView(services.theme)
+        self.runs = RowModel[RunEntry](RUN_COLUMNS, lambda run: f"{run.name}: {run.verdict}")
+        self.thumbnails = ThumbnailView(services.theme, self.runs)
         self.review = button("Open for review", lambda: self._ask(self.open_asked))
         self.take_setup = button("Set up as in this session", lambda: self._ask(self.setup_asked))
         self.calibrate = button("What do these drops say about the antennas?", lambda: self._ask(self.calibrate_asked))
@@ -189,7 +190,7 @@ class SessionBrowser(QWidget):
     def _chosen(self, *_selections: object) -> None:
         self._show_buttons()
         chosen = self.table.chosen
-        self.thumbnails.show_runs(())
+        self.runs.replace_all(())
         self.details.setText(f"{chosen.name}: reading …" if chosen else "")
         if chosen is None:
             return
@@ -198,7 +199,7 @@ class SessionBrowser(QWidget):
             runs, calibration, busy = look
             said = (chosen.name, chosen.problem, calibration, busy and f"for looking only: {busy}")
             self.details.setText(" · ".join(filter(None, said)))
-            self.thumbnails.show_runs(runs)
+            self.runs.replace_all(runs)
 
         self._jobs.start(
             "looking at a session",

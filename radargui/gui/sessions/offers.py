@@ -129,6 +129,7 @@ class LaterOffer(_Offer):
     def __init__(self, panel: SessionPanel, services: Services) -> None:
         super().__init__(panel, services)
         self._control.state_changed.connect(self._look_again)
+        self._control.left.connect(self.compute)
 
     def _find(self, folder: Path, task: Task) -> tuple[RunLine, ...]:
         with Catalogue(folder) as catalogue:
@@ -152,8 +153,11 @@ class LaterOffer(_Offer):
 
     def _accept(self) -> None:
         self.hide()
-        paths, start = [run.path for run in self.runs], self._services.work.start
-        what = f"computing {len(paths)} results"
+        self.compute([run.path for run in self.runs])
+
+    def compute(self, paths: Sequence[Path]) -> None:
+        """Compute results in the background, also while further runs are recorded."""
+        start, what = self._services.work.start, f"computing {counted(len(paths), 'result')}"
         start(what, lambda task: compute_later(paths, task.report), self._done, cancelled=self.computed.emit)
 
     def _done(self, outcomes: tuple[Outcome[RunResult], ...]) -> None:

@@ -246,7 +246,9 @@ class SessionController(QObject):
     def reread(self) -> None:
         """Show anew what may have changed on the disk: the list of runs, the browser."""
         session = self.control.session
-        if session is not None and not self.control.state.running:
+        if session is not None and self.control.state.running:
+            self.run_controller.renew()
+        elif session is not None:
             chosen = self.runs.table.chosen
             self.run_controller.show_session(session, chosen.path if chosen else None)
         if self.browser.isVisible():

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
-from PySide6.QtWidgets import QListWidget, QListWidgetItem, QStyledItemDelegate, QStyleOptionViewItem
+from PySide6.QtWidgets import QListView, QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
 from radargui.files.run_card import Thumbnail, read_run_card, read_thumbnail
 from radargui.gui.control.control_bar import wrapped
 from radargui.gui.layout import having
 from radargui.gui.runs.run_model import RunEntry
-from radargui.gui.table import Index
+from radargui.gui.table import Index, RowModel, RowTable
 from radargui.gui.theme import Theme, scaled_px, write
 from radargui.model.calibrated_setup import calibration_words
 from radargui.model.errors import RadarGuiError
@@ -56,10 +56,7 @@ def look_at(session: Path) -> tuple[tuple[RunEntry, ...], str, str]:
     """Return the runs of a session, some milliseconds each, its calibration, and who writes to it now; else empty."""
     owner, info = owner_of(session), read_info(session)
     busy = f"{owner} writes to it" if owner is not None and not owner.is_me else ""
-    entries = [
-        replace(entry_of(path), rejected=info.rejected.get(path.name), thumbnail=_thumbnail(path))
-        for path in run_paths(session)
-    ]
+    entries = [replace(entry_of(path), rejected=info.rejected.get(path.name)) for path in run_paths(session)]
     labels = drop_labels((entry.name, entry.origin, entry.is_drop) for entry in entries)
     labelled = tuple(replace(entry, label=labels[entry.name]) for entry in entries)
     return labelled, calibration_words(info.setup), busy
@@ -72,10 +69,12 @@ def entry_of(path: Path) -> RunEntry:
     except RadarGuiError as error:
         return RunEntry(path, problem=str(error))
     problem = "" if card.finished else "not finished"
-    return RunEntry(path, card.started_at, card.summary or None, problem, origin=card.origin)
+    picture = thumbnail_of(path)
+    return RunEntry(path, card.started_at, card.summary or None, problem, origin=card.origin, thumbnail=picture)
 
 
-def _thumbnail(path: Path) -> Thumbnail | None:
+def thumbnail_of(path: Path) -> Thumbnail | None:
+    """Return z(t) of a run in small; None where there is none."""
     with suppress(RadarGuiError):
         return read_thumbnail(path)
     return None
@@ -87,25 +86,29 @@ _WIDTH, _HEIGHT, _GAP = 148, 96, 5
 """
 
 
-class ThumbnailView(QListWidget):
-    """The runs of a session as pictures."""
+class ThumbnailView(QListView):
+    """Runs as pictures, each with its number and e.
 
-    def __init__(self, theme: Theme) -> None:
+    Parameters
+    ----------
+    runs
+        The runs, also as a table shows them; whose selection is shared where it has one.
+    """
+
+    def __init__(self, theme: Theme, runs: RowTable[RunEntry] | RowModel[RunEntry]) -> None:
         super().__init__()
-        self.looks: tuple[RunEntry, ...] = ()
         self.setItemDelegate(_Painter(theme, self))
         having(self, viewMode=self.ViewMode.IconMode, movement=self.Movement.Static, resizeMode=self.ResizeMode.Adjust)
         having(self, uniformItemSizes=True, selectionMode=self.SelectionMode.NoSelection)
         having(self, minimumHeight=scaled_px(_HEIGHT) + 2 * _GAP, accessibleName="Height against time of each run")
-
-    def show_runs(self, runs: tuple[RunEntry, ...]) -> None:
-        """Show other runs."""
-        self.looks = runs
-        self.clear()
-        for look in runs:
-            item = QListWidgetItem(look.name, self)
-            # a tool tip that looks like markup would be taken for it
-            item.setToolTip(f"{look.name}: {look.verdict}".replace("<", "‹"))
+        self.setModel(runs.model() if isinstance(runs, RowTable) else runs)
+        if isinstance(runs, RowTable):
+            self.setSelectionModel(runs.selectionModel())
+            # the table knows whole rows alone
+            mode, rows = self.SelectionMode.ExtendedSelection, self.SelectionBehavior.SelectRows
+            having(self, selectionMode=mode, selectionBehavior=rows)
+            self.addActions(runs.actions())
+            self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
 
 class _Painter(QStyledItemDelegate):
@@ -113,7 +116,7 @@ class _Painter(QStyledItemDelegate):
 
     def __init__(self, theme: Theme, view: ThumbnailView) -> None:
         super().__init__(view)
-        self._theme, self._view = theme, view
+        self._theme = theme
 
     def sizeHint(self, _option: QStyleOptionViewItem, _index: Index) -> QSize:  # noqa: N802 - Qt's name
         """Return the size of one picture."""
@@ -121,11 +124,12 @@ class _Painter(QStyledItemDelegate):
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         """Draw one picture."""
-        look = self._view.looks[index.row()]
+        look: RunEntry = index.data(Qt.ItemDataRole.UserRole)
         colours = self._theme.colours
         box = QRectF(option.rect).adjusted(_GAP, _GAP, -_GAP, -_GAP)
         painter.save()
-        painter.setPen(QPen(QColor(colours.line)))
+        chosen = bool(option.state & QStyle.StateFlag.State_Selected)
+        painter.setPen(QPen(option.palette.highlight().color(), 3.0) if chosen else QPen(QColor(colours.line)))
         painter.drawRect(box)
         line = painter.fontMetrics().height()
         head = having(box.adjusted(4, 1, -4, 0), height=line + 2)

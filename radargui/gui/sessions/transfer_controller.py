@@ -1,6 +1,6 @@
 """Import, export and processing again: the dialogs, the work behind them, and what is said afterwards."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -233,10 +233,12 @@ class TransferController:
         self.dialog: QDialog | None = None
         self._say = partial(services.board.post, "info")
 
-    def ask_import(self) -> None:
-        """Let the operator choose what to import."""
+    def ask_import(self, files: Sequence[Path] = ()) -> None:
+        """Let the operator choose what to import, or how `files` are."""
         dialog = ImportDialog(self.services, self.setup_model, self.sessions.panel)
         self._show(dialog, dialog.ordered, self.bring_in)
+        if files:
+            dialog.choose(list(files))
 
     def ask_export(self) -> None:
         """Let the operator choose what to export."""

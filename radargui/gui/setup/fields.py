@@ -113,8 +113,12 @@ class LineField(QtWidgets.QLineEdit):
     def event(self, event: QEvent) -> bool:
         """Leave the key that undoes the value to its action: on Linux Qt would empty the field instead."""
         if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
-            key = QKeySequence(event.keyCombination())
-            if key == UNDO_KEY:
+            keys = QKeySequence.StandardKey
+            # what was typed here is taken back here; once it is gone, what was edited before
+            done = (event.matches(keys.Undo) and not self.isUndoAvailable()) or (
+                event.matches(keys.Redo) and not self.isRedoAvailable()
+            )
+            if done or QKeySequence(event.keyCombination()) == UNDO_KEY:
                 event.ignore()
                 return True
         return bool(super().event(event))

@@ -18,6 +18,8 @@ class SessionPanel(QWidget):
     """Data folder, operator, sample, target, notes, and the folder of the session that is open."""
 
     details_changed = Signal()
+    edited = Signal(object, object)
+    """What takes back what was just typed, and what does it again."""
     folder_changed = Signal()
     mark_asked = Signal(str)
 
@@ -34,6 +36,8 @@ class SessionPanel(QWidget):
         self._notes = QPlainTextEdit(placeholderText="what else is worth knowing …", tabChangesFocus=True)
         having(self._notes, objectName="session.notes", minimumHeight=48, maximumHeight=90)
         self._notes.textChanged.connect(self.details_changed)
+        self._known = self.details
+        self.details_changed.connect(self._tell)
         self.mark = QLineEdit(placeholderText="kept with time and sample")
         having(self.mark, objectName="session.mark", accessibleName="Note now")
         self.mark.returnPressed.connect(self.ask_mark)
@@ -57,6 +61,17 @@ class SessionPanel(QWidget):
         operator, sample, target = (line.text().strip() for line in self._lines.values())
         return Details(operator, self._notes.toPlainText().strip(), sample, target)
 
+    def _tell(self) -> None:
+        before, after = self._known, self.details
+        if after != before:
+            self._known = after
+            self.edited.emit(lambda: self._type(before), lambda: self._type(after))
+
+    def _type(self, details: Details) -> None:
+        """Type other details in the operator's place."""
+        self.set_details(details.operator, details.notes, details.sample, details.target)
+        self.details_changed.emit()
+
     def set_details(self, operator: str, notes: str, sample: str = "", target: str = "") -> None:
         """Show what a session that was opened says of itself."""
         for line, text in zip(self._lines.values(), (operator, sample, target), strict=True):
@@ -64,6 +79,7 @@ class SessionPanel(QWidget):
             line.setText(text)
         with QSignalBlocker(self._notes):
             self._notes.setPlainText(notes)
+        self._known = self.details
 
     def say_at_field(self, error: BaseException) -> None:
         """Say what is wrong with the data folder, where it is that."""

@@ -1,8 +1,9 @@
 """The setup that is edited: a draft that may be wrong for a moment, the last one that was right, and its file."""
 
 from collections.abc import Callable, Sequence
+from copy import deepcopy
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from pydantic import BaseModel, ValidationError
 from PySide6.QtCore import QObject, Signal
@@ -24,6 +25,9 @@ _DEFAULTS = {name: table.model_dump() for name, table in _TABLES.items() if isin
 """What holds where the draft says nothing; of antennas nothing does."""
 
 
+_State: TypeAlias = tuple[Path | None, Setup, dict[str, Any]]
+
+
 class SetupModel(QObject):
     """Keeps the draft, validates it at each change, reads and writes the setup file.
 
@@ -37,6 +41,9 @@ class SetupModel(QObject):
     """
 
     changed = Signal()
+    edited = Signal(str, object, object)
+    """What the operator has edited of his own setup (a key; empty: more than one value), with what takes it back and
+    what does it again."""
 
     def __init__(self, setup: Setup, path: Path | None = None, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -135,6 +142,13 @@ class SetupModel(QObject):
         """Return the keys whose values are not those of another setup."""
         return list(keys_unlike(other, self.setup))
 
+    def differences(self, other: Setup) -> list[tuple[str, Any, Any]]:
+        """Return the keys whose values are not those of the operator's own setup: with the other's, and his."""
+        own = dict(flattened(self.own_setup.model_dump(), every=True))
+        return [
+            (key, was, own.get(key)) for key, was in _changes(other.model_dump(), self.own_setup.model_dump()).items()
+        ]
+
     def undo(self, key: str) -> None:
         """Take back a value that was changed since the file was read or saved."""
         self.assign(key, _found(plain(self._saved), key))
@@ -145,9 +159,33 @@ class SetupModel(QObject):
 
     def take(self, setup: Setup, path: Path | None = None) -> None:
         """Begin with a setup; without a path it belongs to no file."""
-        self._own, self.reviewed = None, ""
-        self.path, self._saved, self._of_file = path, setup, setup.model_dump()
-        self.replace(setup)
+        self.end_review()
+        before = self._state
+        self._begin(path, setup, plain(setup))
+        self._tell(before)
+
+    def _begin(self, path: Path | None, saved: Setup, draft: dict[str, Any]) -> None:
+        self.path, self._saved, self._of_file, self._draft = path, saved, saved.model_dump(), draft
+        self._validate()
+
+    @property
+    def _state(self) -> _State:
+        """The draft and its file, to come back to."""
+        return self.path, self._saved, deepcopy(self._draft)
+
+    def _tell(self, before: _State, key: str = "") -> None:
+        """Say that something was edited since, where it was; with the file that it was edited in."""
+        after = self._state
+        if after == before:
+            return
+
+        def go_to(state: _State) -> None:
+            self.end_review()
+            # where no other file was opened, what was saved meanwhile is saved
+            path, saved = self._state[:2] if before[0] == after[0] else state[:2]
+            self._begin(path, saved, deepcopy(state[2]))
+
+        self.edited.emit(key, lambda: go_to(before), lambda: go_to(after))
 
     def save(self, path: Path) -> None:
         """Write the setup; comments of a file that is there survive, else those of the file it came from.
@@ -158,13 +196,16 @@ class SetupModel(QObject):
             The file cannot be written.
         """
         write_setup(self.setup, path, self.path)
-        self.take(self.setup, path)
+        self._own, self.reviewed = None, ""
+        self._begin(path, self.setup, plain(self.setup))
 
     def replace(self, setup: Setup) -> None:
         """Take over a whole setup."""
         self.end_review()
+        before = self._state
         self._draft = plain(setup)
         self._validate()
+        self._tell(before)
 
     def value(self, key: str) -> Any:
         """Return what the draft says, else the default, None where there is none (or no such receiver)."""
@@ -176,6 +217,12 @@ class SetupModel(QObject):
     def assign(self, key: str, value: object) -> None:
         """Set a value of the operator's own draft; None takes the key out, so that the default holds."""
         self.end_review()
+        before = self._state
+        self._put(key, value)
+        self._validate()
+        self._tell(before, key)
+
+    def _put(self, key: str, value: object) -> None:
         *way, name = parts_of(key)
         table: Any = self._draft
         for number, part in enumerate(way):
@@ -190,27 +237,27 @@ class SetupModel(QObject):
         elif isinstance(table, list) and isinstance(name, int):
             table[name] = ""
             if not any(table):
-                self.assign(".".join(str(one) for one in way), None)
-                return
+                self._put(".".join(str(one) for one in way), None)
         elif isinstance(table, dict):
             table.pop(name, None)
-        self._validate()
 
     def add_receiver(self) -> None:
         """Add a receiver that continues the ring of those there."""
-        receivers = self._draft["receiver"]
+        before, receivers = self._state, self._draft["receiver"]
         if len(receivers) < MOST_RECEIVERS:
             azimuth = receivers[-1].get("azimuth_deg", 0.0)
             turned = (azimuth + 90.0) % 360.0 if isinstance(azimuth, (int, float)) else 0.0
             receivers.append({**receivers[-1], "azimuth_deg": turned})
             self._receivers_changed()
+            self._tell(before)
 
     def remove_receiver(self, number: int) -> None:
         """Take receiver `number` (from 1) out; the last one stays."""
-        receivers = self._draft["receiver"]
+        before, receivers = self._state, self._draft["receiver"]
         if len(receivers) > 1:
             del receivers[number - 1]
             self._receivers_changed(number)
+            self._tell(before)
 
     def _receivers_changed(self, removed: int | None = None) -> None:
         channels = self._draft.get("daq", {}).get("channels")

@@ -110,6 +110,10 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         impacts = track.impact_mm.T.astype(np.float32)
         self._impacts.setData(pos=impacts[np.isfinite(impacts).all(axis=1)], color=self._rgba("mark"))
 
+    def show_sphere(self, place_mm: FloatArray) -> None:
+        """Draw the sphere elsewhere, shape (3, 1)."""
+        self._sphere.setData(pos=place_mm.T.astype(np.float32), color=self._rgba("text"))
+
     @staticmethod
     def _draw_line(item: Any, points: Points, colour: tuple[float, float, float, float] | Points) -> None:
         """Draw a line in one colour, or in one a point, shape (n, 4)."""

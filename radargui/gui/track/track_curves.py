@@ -234,6 +234,12 @@ class TrackCurves(QWidget):
         """Draw something else below the height."""
         self.tabs.setCurrentIndex(list(_LABELS).index(detail))
 
+    def choose_of_result(self, detail: Detail) -> None:
+        """Draw something else below the height of a result, also of one that is still to come."""
+        self._chosen[False] = detail
+        if not self._is_live:
+            self.choose(detail)
+
     def follow(self, now: bool) -> None:
         """Say on the axes of the live trail whether their right edge is now."""
         self._words = NOW if now else LAST

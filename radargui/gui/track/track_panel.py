@@ -82,6 +82,11 @@ class Projections(QWidget):
             impacts.setData(track.impact_mm[across], track.impact_mm[up])
             sphere.show_at(track.sphere_mm[across], track.sphere_mm[up])
 
+    def show_sphere(self, place_mm: FloatArray) -> None:
+        """Draw the sphere elsewhere, shape (3, 1)."""
+        for across, up, *_, sphere in self._parts:
+            sphere.show_at(place_mm[across], place_mm[up])
+
 
 _MOST_LIVE_POINTS = 1500
 """One each 2.7 ms of `LIVE_S`: 8 mm at the 3.1 m/s of a drop of half a metre."""
@@ -145,9 +150,9 @@ class TrackPanel(QWidget):
         self._title = QLabel()
         self._title.setContentsMargins(6, 3, 6, 0)
 
-        view = boxed(QVBoxLayout(), (self._stack, 1), fill(QHBoxLayout(), 1, self.speed_bar), spacing=0)
-        lower = Turning(scaled_px(_BESIDE), (view, 3, 3), (self.curves.below, 2, 2))
-        splitter = holding(QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False), self.curves, lower)
+        self._view = boxed(QVBoxLayout(), (self._stack, 1), fill(QHBoxLayout(), 1, self.speed_bar), spacing=0)
+        self._lower = Turning(scaled_px(_BESIDE), (self._view, 3, 3), (self.curves.below, 2, 2))
+        splitter = holding(QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False), self.curves, self._lower)
         for place, share in enumerate(_SHARES):
             splitter.setStretchFactor(place, share)
         having(splitter, objectName="track.heights", sizes=[100 * share for share in _SHARES])
@@ -165,6 +170,16 @@ class TrackPanel(QWidget):
     def view(self) -> SpaceView | Projections:
         """The view in space, or the projections."""
         return self._space_view or self.projections
+
+    def show_only(self, part: str) -> None:
+        """Show one part alone: "height", "space" or "curve"; which run it is of is said elsewhere then."""
+        self._title.hide()
+        self.curves.tabs.hide()
+        parts = {"height": (self.curves, self.curves.words), "space": (self._view,), "curve": (self.curves.below,)}
+        for name, widgets in parts.items():
+            for widget in widgets:
+                widget.setVisible(part == name)
+        self._lower.setVisible(part != "height")
 
     def use_space_view(self, wanted: bool) -> None:
         """Show the track in space; only where the test of OpenGL said yes."""

@@ -21,7 +21,7 @@ from radargui.restitution.speed_models import preferred, title_of
 from radargui.restitution.statistics import OUTLIER_RULE, Statistics, probability
 from radargui.session.info import JournalEntry
 
-_HALF_MM, _WHOLE_MM, _SPREAD_MM, _FALLS_MM = (88.0, 88.0), (180.0, 80.0), (180.0, 50.0), (180.0, 80.0)
+_HALF_MM, _WHOLE_MM, _SPREAD_MM, _FALLS_MM = (88.0, 100.0), (180.0, 100.0), (180.0, 50.0), (180.0, 80.0)
 """Sizes of figures: two beside each other, one alone, and of the second page (chosen by hand)."""
 _DIGEST = 16
 """Letters of a checksum that people see; report.json has all of them."""

@@ -1,6 +1,7 @@
 """What all figures share: sizes, style, colours and scales, and the small parts that several of them draw."""
 
 import io
+import re
 from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -37,8 +38,12 @@ DASHED, DOTTED = (0.0, (3.0, 2.0)), (0.0, (1.0, 1.5))
 """As matplotlib takes lines and gaps."""
 _MARGIN = 0.06
 """Of the range of curves, left free above and below (chosen by hand)."""
+_SIZE = 6.5
+"""Of words in a figure, in points; the style has the same."""
 _LETTER_SHARE = 0.62
 """Width of a letter over the size of its font, on average (chosen by hand): for words beside each other."""
+_PLACES, _DIGITS = re.compile(r' d="[^"]*"'), re.compile(r"(\.\d\d)\d+")
+"""Of paths in SVG: a hundredth of a point is not seen, and is written in half of the room."""
 _STYLE = Path(__file__).with_name("page.mplstyle")
 _FONTS = ("Microsoft YaHei", "Yu Gothic", "Malgun Gothic", "PingFang SC", "Noto Sans CJK SC", "Noto Sans CJK JP")
 """Of Windows and macOS, then free ones: for scripts that matplotlib's own font lacks."""
@@ -68,7 +73,7 @@ def svg_of(figure: Figure) -> str:
     text = io.StringIO()
     with mpl.rc_context({"svg.fonttype": "none"}):
         figure.savefig(text, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
-    return text.getvalue()
+    return _PLACES.sub(lambda found: _DIGITS.sub(r"\1", found[0]), text.getvalue())
 
 
 def scaled(unit: str, largest: float) -> tuple[float, str]:
@@ -78,10 +83,10 @@ def scaled(unit: str, largest: float) -> tuple[float, str]:
     """
     if unit == "m" and 1e-3 <= largest < 10.0:
         return 1e3, "mm"
-    for factor, prefix in ((1.0, ""), (1e3, "m"), (1e6, "µ"), (1e9, "n")):
-        if largest * factor >= 1.0:
-            return factor, prefix + unit
-    return (1.0, unit) if largest <= 0.0 else (1e12, "p" + unit)
+    for number, prefix in enumerate(("", "m", "µ", "n", "p", "f", "a")):
+        if largest * 10.0 ** (3 * number) >= 1.0:
+            return 10.0 ** (3 * number), prefix + unit
+    return 1.0, unit
 
 
 def largest(curves: Iterable[Curve]) -> float:
@@ -117,12 +122,12 @@ def dots(axes: Axes, x: FloatArray, y: FloatArray, colour: str, size: float = 0.
 
 def key(axes: Axes, names: Sequence[tuple[str, str]]) -> None:
     """Write names in their colours above the right end of a frame, the last one outermost."""
-    size, right = float(mpl.rcParams["axes.titlesize"]), 0.0
+    right = 0.0
     for name, colour in reversed(names):
         axes.annotate(
-            name, (1.0, 1.0), (-right, 2.0), "axes fraction", "offset points", color=colour, ha="right", size=size
+            name, (1.0, 1.0), (-right, 2.0), "axes fraction", "offset points", color=colour, ha="right", size=_SIZE
         )
-        right += (len(name) + 1) * _LETTER_SHARE * size
+        right += (len(name) + 1) * _LETTER_SHARE * _SIZE
 
 
 def say(axes: Axes, text: str) -> None:
@@ -136,8 +141,10 @@ def without_numbers(axes: Axes) -> None:
     axes.set_xlabel("")
 
 
+_MOST_TICKS, _LOW_MM = 4, 30.0
+"""Steps of an axis, of y half as many where a row is lower than this (chosen by hand)."""
 _LEFT_MM, _RIGHT_MM, _TOP_MM, _BOTTOM_MM, _ACROSS_MM = 9.5, 2.0, 4.0, 7.5, 11.0
-"""About the frames of a page: the numbers of y, half of the last one of x, a title, numbers and name of x; between two."""
+"""About the frames of a page: numbers of y, half of the last one of x, a title, numbers and name of x; between two."""
 
 
 def frames(
@@ -146,6 +153,7 @@ def frames(
     columns: int = 1,
     *,
     fixed_mm: float | None = None,
+    below_mm: float = 0.0,
     heights: Sequence[float] | None = None,
     widths: Sequence[float] | None = None,
 ) -> tuple[Figure, Any]:
@@ -160,6 +168,8 @@ def frames(
     fixed_mm
         Between two rows, with margins that are enough for numbers of four digits; None: matplotlib finds margins in
         which every number and name has its room, which takes it twice the time.
+    below_mm
+        What is left free under fixed frames.
     heights, widths
         Of rows and columns against each other.
     """
@@ -167,8 +177,14 @@ def frames(
     ratios: dict[str, Any] = {"height_ratios": heights, "width_ratios": widths}
     if fixed_mm is not None:
         width, height = size_mm
-        inner = width - _LEFT_MM - _RIGHT_MM, height - _TOP_MM - _BOTTOM_MM
+        bottom = _BOTTOM_MM + below_mm
+        inner = width - _LEFT_MM - _RIGHT_MM, height - _TOP_MM - bottom
         mean = (inner[0] - (columns - 1) * _ACROSS_MM) / columns, (inner[1] - (rows - 1) * fixed_mm) / rows
         ratios |= {"left": _LEFT_MM / width, "right": 1.0 - _RIGHT_MM / width, "wspace": _ACROSS_MM / mean[0]}
-        ratios |= {"bottom": _BOTTOM_MM / height, "top": 1.0 - _TOP_MM / height, "hspace": fixed_mm / mean[1]}
-    return figure, figure.subplots(rows, columns, squeeze=False, gridspec_kw=ratios)
+        ratios |= {"bottom": bottom / height, "top": 1.0 - _TOP_MM / height, "hspace": fixed_mm / mean[1]}
+    made = figure.subplots(rows, columns, squeeze=False, gridspec_kw=ratios)
+    for axes in made.flat:
+        # half of the time of drawing goes with their number
+        axes.locator_params("x", nbins=_MOST_TICKS)
+        axes.locator_params("y", nbins=_MOST_TICKS if size_mm[1] > rows * _LOW_MM else _MOST_TICKS // 2)
+    return figure, made

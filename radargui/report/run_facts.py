@@ -21,9 +21,9 @@ from radargui.model.rounding import UNKNOWN
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
 from radargui.model.words import counted
+from radargui.report.content import Plot
 from radargui.report.curves import RunCurves, fall_curves, take_curves
 from radargui.report.decimation import COLUMNS, COMPACT, Curve
-from radargui.report.content import Plot
 from radargui.restitution.site_gravity import SiteCheck, site_check
 
 if TYPE_CHECKING:

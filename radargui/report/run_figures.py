@@ -1,19 +1,45 @@
-"""Figures of a run: its IQ, the correction at work, phase and path length, the fall; on its page, alone, or in detail."""
+"""Figures of a run: IQ, the correction at work, phase and path length, the fall; on its page, alone, or in detail."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from radargui.model.arrays import FloatArray
-from radargui.model.rounding import COVERAGE
+from radargui.model.rounding import COVERAGE, plain
 from radargui.report import plots
-from radargui.report.curves import Banded, CircleCurves, MotionFigures, ReceiverCurves, RunCurves, StepCurves
-from radargui.report.curves import TrackFigures
+from radargui.report.curves import (
+    Banded,
+    CircleCurves,
+    MotionFigures,
+    ReceiverCurves,
+    RunCurves,
+    StepCurves,
+    TrackFigures,
+)
 from radargui.report.decimation import Curve
-from radargui.report.plots import BROAD, DASHED, FIT_COLOUR, I_COLOUR, Q_COLOUR, RAW_COLOUR, RECEIVER_COLOURS, THIN
-from radargui.report.plots import TEXT_WIDTH_MM, curve, dots, frames, key, largest, say, scaled, span_of
+from radargui.report.plots import (
+    BROAD,
+    DASHED,
+    FIT_COLOUR,
+    I_COLOUR,
+    Q_COLOUR,
+    RAW_COLOUR,
+    RECEIVER_COLOURS,
+    TEXT_WIDTH_MM,
+    THIN,
+    curve,
+    dots,
+    frames,
+    key,
+    largest,
+    say,
+    scaled,
+    span_of,
+)
 
 _LIMIT = 1.6
 """Amplitudes: where corrected IQ is cut (chosen by hand). The circle keeps 5/8 of the height, whatever samples do."""
@@ -33,7 +59,7 @@ def over_time(axes: Axes, curves: RunCurves, title: str, *, bottom: bool = True)
     axes.set_title(title)
     for first, last in curves.gaps_s:
         axes.axvspan(first, last, color=plots.GAP_COLOUR, linewidth=0.0)
-    upright = {"transform": axes.get_xaxis_transform()}
+    upright: dict[str, Any] = {"transform": axes.get_xaxis_transform()}
     if curves.restarts_s:
         axes.vlines(curves.restarts_s, 0.0, 1.0, plots.GAP_COLOUR, linewidth=1.0, **upright)
     if curves.impacts:
@@ -71,18 +97,46 @@ def signals(axes: Axes, curves: RunCurves, receiver: ReceiverCurves, *, correcte
 
 def plane(axes: Axes, curves: RunCurves, receiver: ReceiverCurves, *, corrected: bool) -> None:
     """Draw Q against I: raw with the origin, corrected with the unit circle."""
-    i, q, drawn = receiver.corrected if corrected else receiver.raw
-    factor, unit = (1.0, "") if corrected else scaled(curves.unit, largest([i, q]))
-    limit = _LIMIT if corrected else max(map(abs, span_of([i, q], factor)))
+    factor, limit, unit = _scale(curves, receiver, corrected=corrected)
     axes.set(xlim=(-limit, limit), ylim=(-limit, limit), aspect="equal")
-    axes.set_title("corrected" if corrected else f"Q against I / {unit}")
+    axes.set_title("Q against I" if corrected else f"Q against I / {unit}")
     axes.locator_params(nbins=3)
+    _in_plane(axes, receiver, factor, limit, corrected=corrected)
+
+
+def _scale(curves: RunCurves, receiver: ReceiverCurves, *, corrected: bool) -> tuple[float, float, str]:
+    """Return what volts or amplitudes are multiplied by, how far the plane then reaches, and the unit."""
+    if corrected:
+        return 1.0, _LIMIT, ""
+    factor, unit = scaled(curves.unit, largest(receiver.raw[:2]))
+    return factor, max(map(abs, span_of(receiver.raw[:2], factor))), unit
+
+
+def _in_plane(
+    axes: Axes, receiver: ReceiverCurves, factor: float, arm: float, *, corrected: bool, x: float = 0.0, y: float = 0.0
+) -> None:
+    drawn = (receiver.corrected if corrected else receiver.raw).plane
     known = np.isfinite(drawn.y)
-    dots(axes, factor * drawn.x[known], factor * drawn.y[known], I_COLOUR if corrected else RAW_COLOUR)
+    across, up = x + factor * drawn.x[known], y + factor * drawn.y[known]
+    dots(axes, across, up, I_COLOUR if corrected else RAW_COLOUR)
     turn = np.linspace(0.0, 2.0 * np.pi, 61)
-    arm = 0.06 * limit
-    cross = Curve(np.array([-arm, arm, np.nan, 0.0, 0.0]), np.array([0.0, 0.0, np.nan, -arm, arm]))
-    curve(axes, Curve(np.cos(turn), np.sin(turn)) if corrected else cross, plots.FRAME_COLOUR, 0.4)
+    cross = np.array([[-0.06, 0.06, np.nan, 0.0, 0.0], [0.0, 0.0, np.nan, -0.06, 0.06]]) * arm
+    shape = factor * np.stack([np.cos(turn), np.sin(turn)]) if corrected else cross
+    curve(axes, Curve(x + shape[0], y + shape[1]), plots.FRAME_COLOUR, 0.4)
+
+
+def planes(axes: Axes, curves: RunCurves, kinds: Sequence[bool]) -> None:
+    """Draw the planes of all receivers beside each other in one frame, each with what half of its square is."""
+    n = len(curves.receivers) * len(kinds)
+    axes.set(xlim=(-1.0, 2.0 * n - 1.0), ylim=(-1.0, 1.0), aspect="equal", xticks=[], yticks=[], anchor="W")
+    axes.vlines(
+        2.0 * np.arange(1, n) - 1.0, 0.0, 1.0, plots.FRAME_COLOUR, linewidth=0.5, transform=axes.get_xaxis_transform()
+    )
+    for number, (receiver, corrected) in enumerate((one, kind) for one in curves.receivers for kind in kinds):
+        factor, limit, unit = _scale(curves, receiver, corrected=corrected)
+        _in_plane(axes, receiver, factor / limit, 1.0, corrected=corrected, x=2.0 * number)
+        said = "corrected" if corrected else "raw"
+        axes.text(2.0 * number - 1.0, 1.03, f"{receiver.name}: {said}, ± {plain(limit, 2)} {unit}".rstrip())
 
 
 def correction(
@@ -160,7 +214,7 @@ def height(
 
 
 def residual(axes: Axes, curves: RunCurves, track: TrackFigures) -> None:
-    """Draw what the fitted fall leaves of the height, over its own time: a small part of what a sphere does that bounces."""
+    """Draw what the fitted fall leaves of the height, over its own time: a small part of that of a run."""
     left = track.residual
     if left is None or not left.largest:
         say(axes, "no fall was fitted")
@@ -177,21 +231,13 @@ def iq_figure(curves: RunCurves) -> Figure:
     """Return the signals of every receiver, raw and corrected, against time and in the plane; one column each."""
     known = any(np.isfinite(one.corrected.i.y).any() for one in curves.receivers)
     n, kinds = len(curves.receivers), (False, True) if known else (False,)
-    # the axis of time is named between the last signals and the planes
-    heights = [*[_SIGNAL_MM] * len(kinds), _PLANE_MM + _NAMED_GAP_MM - _GAP_MM]
-    high = sum(heights) + len(kinds) * _GAP_MM + _NAMED_GAP_MM
-    figure, rows = frames((TEXT_WIDTH_MM, high), len(heights), n, fixed_mm=_GAP_MM, heights=heights)
+    square = min(_PLANE_MM, (TEXT_WIDTH_MM - _GAP_MM) / (n * len(kinds)))
+    high = len(kinds) * (_SIGNAL_MM + _GAP_MM) + _NAMED_GAP_MM
+    figure, rows = frames((TEXT_WIDTH_MM, high + square), len(kinds), n, fixed_mm=_GAP_MM, below_mm=square + _GAP_MM)
     for number, receiver in enumerate(curves.receivers):
         for row, corrected in zip(rows, kinds, strict=False):
             signals(row[number], curves, receiver, corrected=corrected, bottom=corrected == kinds[-1])
-        below = rows[-1][number]
-        below.set_axis_off()
-        for place, corrected in enumerate(kinds):
-            inset = below.inset_axes((0.52 * place, 0.0, 0.48 if known else 1.0, _PLANE_MM / heights[-1]))
-            plane(inset, curves, receiver, corrected=corrected)
-            inset.set_anchor("E" if place else "W")
-            if place:
-                inset.set_yticks([])
+    planes(figure.add_axes((0.005, 0.01, 0.99, square / (high + square))), curves, kinds)
     return figure
 
 
@@ -210,14 +256,14 @@ def fall_figure(curves: RunCurves) -> Figure:
 
 def single_figures(name: str, curves: RunCurves, width_mm: float) -> Iterator[tuple[str, Figure]]:
     """Yield every figure of a run alone, as wide as a column, with its name."""
-    beside = 2 if width_mm > 2.0 * _DETAIL_MM else 1
     for one in curves.receivers:
         own = f"{name}-receiver-{one.name}"
         kinds = (False, True) if np.isfinite(one.corrected.i.y).any() else (False,)
-        figure, rows = frames((width_mm, 0.62 * width_mm * len(kinds) / beside), len(kinds), 2, widths=(1.7, 1.0))
-        for row, corrected in zip(rows, kinds, strict=True):
-            signals(row[0], curves, one, corrected=corrected)
-            plane(row[1], curves, one, corrected=corrected)
+        heights = [*[1.0] * len(kinds), 1.3]
+        figure, rows = frames((width_mm, 0.36 * width_mm * len(heights)), len(heights), heights=heights)
+        for row, corrected in zip(rows, kinds, strict=False):
+            signals(row[0], curves, one, corrected=corrected, bottom=corrected == kinds[-1])
+        planes(rows[-1, 0], replace(curves, receivers=(one,)), kinds)
         yield f"{own}-iq", figure
         parts: tuple[StepCurves | CircleCurves, ...] = one.steps or one.circles
         if parts:
@@ -237,13 +283,13 @@ def single_figures(name: str, curves: RunCurves, width_mm: float) -> Iterator[tu
         yield f"{name}-fall", figure
 
 
-def _page(rows: int, columns: int, **ratios: Sequence[float]) -> tuple[Figure, FloatArray]:
+def _page(rows: int, columns: int, **ratios: Any) -> tuple[Figure, Any]:
     high = min(plots.PAGE_HEIGHT_MM, rows * _DETAIL_MM)
     return frames((TEXT_WIDTH_MM, high), rows, columns, fixed_mm=_NAMED_GAP_MM, **ratios)
 
 
 def signals_page(curves: RunCurves) -> Figure:
-    """Return the page: of each receiver raw and, where there is any, corrected IQ; time at the left, the plane at right."""
+    """Return the page: raw and, where there is any, corrected IQ of each receiver against time and in the plane."""
     known = any(np.isfinite(one.corrected.i.y).any() for one in curves.receivers)
     shown = [(one, corrected) for one in curves.receivers for corrected in ((False, True) if known else (False,))]
     figure, rows = _page(len(shown), 2, widths=(3.0, 1.0))
@@ -268,14 +314,21 @@ def paths_page(curves: RunCurves) -> Figure:
     figure, rows = _page(len(own) + 1, 2)
     lost = ", path lost at each yellow line: another zero" if curves.restarts_s else ""
     for (one, colour), (left, right) in zip(own, rows, strict=False):
-        several(left, curves, f"Phase of receiver {one.name}", [(one.phase, "black", BROAD), (one.phase_raw, RAW_COLOUR, 1.5)])
+        several(
+            left,
+            curves,
+            f"Phase of receiver {one.name}",
+            [(one.phase, "black", BROAD), (one.phase_raw, RAW_COLOUR, 1.5)],
+        )
         key(left, [("uncorrected", RAW_COLOUR), ("corrected", "black")])
         u = np.interp(one.change.x, one.u_change.x, one.u_change.y) if len(one.u_change.x) else 0.0
         ends = [(Curve(one.change.x, one.change.y + sign * COVERAGE * u), colour, 0.2) for sign in (-1.0, 1.0)]
         several(right, curves, f"L{one.name} ± {COVERAGE:g} u{lost}", [(one.change, colour, BROAD), *ends], "m")
     names = [(one.name, colour) for one, colour in own]
     left, right = rows[-1]
-    several(left, curves, "Uncorrected − corrected phase", [(one.phase_difference, colour, BROAD) for one, colour in own])
+    several(
+        left, curves, "Uncorrected − corrected phase", [(one.phase_difference, colour, BROAD) for one, colour in own]
+    )
     several(right, curves, "u(L)", [(one.u_change, colour, BROAD) for one, colour in own], "m", from_zero=True)
     for axes in (left, right):
         key(axes, names)
@@ -288,7 +341,8 @@ def several(
     """Draw curves over time into one frame, the first on top."""
     drawn = [one for one, _, _ in lines]
     factor, prefixed = scaled(unit, largest(drawn)) if unit else (1.0, "rad")
-    if not any([curve(axes, one, colour, width, factor=factor) for one, colour, width in reversed(lines)]):
+    known = [curve(axes, one, colour, width, factor=factor) for one, colour, width in reversed(lines)]
+    if not any(known):
         say(axes, "not known")
     low, high = span_of(drawn, factor)
     axes.set_ylim(0.0 if from_zero else low, high)
@@ -308,7 +362,8 @@ def track_page(curves: RunCurves, track: TrackFigures, floor_m: float | None) ->
     `floor_m` is the height of the centre of the sphere at contact; None where the setup does not say.
     """
     figure = plots.new_figure()
-    upper, middle, lower = figure.subfigures(3, 1, height_ratios=(1.9, 1.0, 1.0))
+    parts: Any = figure.subfigures(3, 1, height_ratios=(1.9, 1.0, 1.0))
+    upper, middle, lower = parts
     above, below = upper.subplots(2, 1, height_ratios=(1.6, 1.0))
     height(above, curves, track, floor_m=floor_m)
     _name_impacts(above, curves)
@@ -324,7 +379,7 @@ def track_page(curves: RunCurves, track: TrackFigures, floor_m: float | None) ->
     middle.subplots_adjust(0.06, 0.18, 0.99, 0.92, wspace=0.14)
     if np.isfinite(track.places_m).any():
         _places(lower, track.places_m)
-        lower.subplots_adjust(0.06, 0.14, 0.99, 0.96, wspace=0.32)
+        lower.subplots_adjust(0.06, 0.14, 0.96, 0.96, wspace=0.32)
     return figure
 
 
@@ -362,20 +417,22 @@ def _banded(of: Banded, colour: str) -> _Lines:
 
 def _places(figure: Figure, places_m: FloatArray) -> None:
     """Draw the track in three planes and in space."""
-    middle, half = 1e3 * np.nanmean(places_m, axis=1), 1e3 * _half_span(places_m)
-    line = {"color": RECEIVER_COLOURS[0], "linewidth": BROAD}
+    half = 1e3 * _half_span(places_m)
+    line: dict[str, Any] = {"color": RECEIVER_COLOURS[0], "linewidth": BROAD}
     places = 1e3 * places_m
+    middle = 0.5 * (np.nanmin(places, axis=1) + np.nanmax(places, axis=1))
     for number, (across, up) in enumerate(((0, 2), (1, 2), (0, 1)), 1):
         axes = figure.add_subplot(1, 4, number)
         axes.plot(places[across], places[up], **line)
         own = half if up == 2 else 1e3 * _half_span(places_m[:2])
-        middle = 0.5 * (np.nanmin(places, axis=1) + np.nanmax(places, axis=1))
         axes.set(xlim=(middle[across] - own, middle[across] + own), ylim=(middle[up] - own, middle[up] + own))
         axes.set(title=f"{'xyz'[up]} / mm", xlabel=f"{'xyz'[across]} / mm", aspect="equal")
     space = figure.add_subplot(1, 4, 4, projection="3d", **_VIEW)
     space.plot(*places, **line)
     limits = {f"{name}lim": (centre - half, centre + half) for name, centre in zip("xyz", middle, strict=True)}
     space.set(**limits, xlabel="x", ylabel="y", zlabel="z", xticks=[], yticks=[], zticks=[])
+    for axis in (space.xaxis, space.yaxis, space.zaxis):
+        axis.labelpad = -15.0
     space.set_title(f"In space, cube of {2.0 * half:.0f} mm")
 
 

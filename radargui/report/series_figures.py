@@ -2,6 +2,7 @@
 
 import textwrap
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -73,24 +74,31 @@ def speeds_figure(facts: ReportFacts, size_mm: tuple[float, float]) -> Figure:
     vague = f"; {n_vague} with u > {100.0 * WORST_SHARE:g} % of e left out" if n_vague else ""
     title = f"e of valid impacts, bars ± {COVERAGE:g} statistical u{unnamed}{outside}{vague}"
     axes.set_title(textwrap.fill(title, int(_LETTERS_A_MM * size_mm[0])))
-    handles, labels = axes.get_legend_handles_labels()
+    handles = {label: handle for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
     if handles:
         # as many beside each other as the figure is wide
-        columns = max(1, int(_LETTERS_A_MM * size_mm[0] / (max(map(len, labels)) + 6)))
-        figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+        columns = max(1, int(_LETTERS_A_MM * size_mm[0] / (max(map(len, handles)) + 6)))
+        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=columns)
     return figure
 
 
 def _draw_points(axes: Axes, points: FloatArray, number: int, name: str = "") -> None:
     x, e, u = points
-    bars = {"fmt": _MARKS[session_look(number)[1]], "color": _colour(number), "markersize": 2.5, "elinewidth": 0.6}
+    bars: dict[str, Any] = {
+        "fmt": _MARKS[session_look(number)[1]],
+        "color": _colour(number),
+        "markersize": 2.5,
+        "elinewidth": 0.6,
+    }
     axes.errorbar(x, e, COVERAGE * u, **bars, label=name[:_NAME_LETTERS].lstrip("_"))
 
 
 def _draw_fit(axes: Axes, fit: SpeedFit) -> None:
     speed = np.linspace(max(fit.speed_low_m_s, 1e-3), fit.speed_high_m_s, 80)
     e, u = fit.e(speed)
-    axes.plot(speed, e, color=FIT_COLOUR, linewidth=0.9, linestyle=DASHED, label=f"{title_of(fit.model)} ± {COVERAGE:g} u")
+    axes.plot(
+        speed, e, color=FIT_COLOUR, linewidth=0.9, linestyle=DASHED, label=f"{title_of(fit.model)} ± {COVERAGE:g} u"
+    )
     further = fit.prediction(speed)
     for ends, dashes, name in ((COVERAGE * u, "-", ""), (further, DOTTED, "one more impact, 95 %")):
         axes.plot(speed, e - ends, color=FIT_COLOUR, linewidth=THIN, linestyle=dashes, label=name)
@@ -132,11 +140,11 @@ def spread_figure(facts: ReportFacts, size_mm: tuple[float, float]) -> Figure:
 def tracks_figure(sessions: Sequence[Sequence[RunFacts]], size_mm: tuple[float, float]) -> Figure:
     """Return the height of the sphere against time of every run that has a track, as coloured as its falls."""
     figure, ((axes,),) = frames(size_mm)
-    runs = [(run, colour) for run, colour in _coloured(sessions) if run.height is not None]
-    for run, colour in runs:
-        curve(axes, run.height, colour, 0.5, factor=1e3)
+    runs = [(run, run.height, colour) for run, colour in _coloured(sessions) if run.height is not None]
+    for _, height, colour in runs:
+        curve(axes, height, colour, 0.5, factor=1e3)
     axes.set_title(f"Height / mm, {len(runs)} run{'s' * (len(runs) > 1)}")
-    since = {run.since for run, _ in runs}
+    since = {run.since for run, _, _ in runs}
     axes.set_xlabel(f"time after {since.pop()} / s" if len(since) == 1 else "time / s")
     return figure
 

@@ -58,14 +58,18 @@ class Pages:
         FileError
             The typesetter cannot be loaded or cannot do it.
         """
-        about = {"title": printable(title), "author": printable(author), "made_with": f"RadarGUI {__version__}"}
+        about = {
+            "title": " ".join(printable(title).split()),
+            "author": printable(author),
+            "made_with": f"RadarGUI {__version__}",
+        }
         data = {**about, "paper": _NAMES[paper], "chapters": self._chapters}
         (self._folder / "data.json").write_text(json.dumps(data), encoding="utf-8")
         template = (resources.files("radargui.report") / "templates" / "report.typ").read_bytes()
         (self._folder / "report.typ").write_bytes(template)
         # a folder of their own: beside them lies one that has a box for every letter that the others lack
         fonts = self._folder / "fonts"
-        fonts.mkdir()
+        fonts.mkdir(exist_ok=True)
         for name in _FONTS:
             shutil.copyfile(Path(mpl.get_data_path(), "fonts", "ttf", name), fonts / name)
         try:

@@ -42,7 +42,7 @@ _SIZE = 6.5
 """Of words in a figure, in points; the style has the same."""
 _LETTER_SHARE = 0.62
 """Width of a letter over the size of its font, on average (chosen by hand): for words beside each other."""
-_PLACES, _DIGITS = re.compile(r' d="[^"]*"'), re.compile(r"(\.\d\d)\d+")
+_PLACES, _DIGITS = re.compile(r' d="[^"]*"'), re.compile(r"(?<=\.\d\d)\d+")
 """Of paths in SVG: a hundredth of a point is not seen, and is written in half of the room."""
 _STYLE = Path(__file__).with_name("page.mplstyle")
 _FONTS = ("Microsoft YaHei", "Yu Gothic", "Malgun Gothic", "PingFang SC", "Noto Sans CJK SC", "Noto Sans CJK JP")
@@ -73,7 +73,7 @@ def svg_of(figure: Figure) -> str:
     text = io.StringIO()
     with mpl.rc_context({"svg.fonttype": "none"}):
         figure.savefig(text, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
-    return _PLACES.sub(lambda found: _DIGITS.sub(r"\1", found[0]), text.getvalue())
+    return _PLACES.sub(lambda found: _DIGITS.sub("", found[0]), text.getvalue())
 
 
 def scaled(unit: str, largest: float) -> tuple[float, str]:
@@ -138,7 +138,7 @@ def say(axes: Axes, text: str) -> None:
 def without_numbers(axes: Axes) -> None:
     """Leave out ticks and numbers of the axis of x, which a frame below has too; ticks are what costs time."""
     axes.xaxis.set_major_locator(NullLocator())
-    axes.set_xlabel("")
+    axes.xaxis.set_label_coords(0.5, 0.0)
 
 
 _MOST_TICKS, _LOW_MM = 4, 30.0
@@ -184,7 +184,9 @@ def frames(
         ratios |= {"bottom": bottom / height, "top": 1.0 - _TOP_MM / height, "hspace": fixed_mm / mean[1]}
     made = figure.subplots(rows, columns, squeeze=False, gridspec_kw=ratios)
     for axes in made.flat:
-        # half of the time of drawing goes with their number
-        axes.locator_params("x", nbins=_MOST_TICKS)
+        # half of the time of drawing goes with their number, and some with looking for a place for names of y
+        if fixed_mm is not None:
+            axes.yaxis.set_label_coords(0.0, 0.5)
+        axes.locator_params("x", nbins=_MOST_TICKS + 1)
         axes.locator_params("y", nbins=_MOST_TICKS if size_mm[1] > rows * _LOW_MM else _MOST_TICKS // 2)
     return figure, made

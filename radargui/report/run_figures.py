@@ -135,8 +135,9 @@ def planes(axes: Axes, curves: RunCurves, kinds: Sequence[bool]) -> None:
     for number, (receiver, corrected) in enumerate((one, kind) for one in curves.receivers for kind in kinds):
         factor, limit, unit = _scale(curves, receiver, corrected=corrected)
         _in_plane(axes, receiver, factor / limit, 1.0, corrected=corrected, x=2.0 * number)
-        said = "corrected" if corrected else "raw"
-        axes.text(2.0 * number - 1.0, 1.03, f"{receiver.name}: {said}, ± {plain(limit, 2)} {unit}".rstrip())
+        whose = f"{receiver.name}: " if len(curves.receivers) > 1 else ""
+        said = f"{'corrected' if corrected else 'raw'}, ± {plain(limit, 2)} {unit}"
+        axes.text(2.0 * number - 1.0, 1.03, f"{whose}{said}".rstrip())
 
 
 def correction(

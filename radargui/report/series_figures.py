@@ -44,6 +44,8 @@ from radargui.restitution.dependence import COVARIATES
 from radargui.restitution.speed_models import SpeedFit, title_of
 
 _MARKS = "os^Dv"
+_GAP_MM = 10.0
+"""Between the falls and what they leave: numbers, and a title (chosen by hand)."""
 _LETTERS_A_MM = 0.62
 """Of a title, at 6.5 points (chosen by hand)."""
 _NAME_LETTERS = 24
@@ -139,7 +141,7 @@ def spread_figure(facts: ReportFacts, size_mm: tuple[float, float]) -> Figure:
 
 def tracks_figure(sessions: Sequence[Sequence[RunFacts]], size_mm: tuple[float, float]) -> Figure:
     """Return the height of the sphere against time of every run that has a track, as coloured as its falls."""
-    figure, ((axes,),) = frames(size_mm)
+    figure, ((axes,),) = frames(size_mm, fixed_mm=0.0)
     runs = [(run, run.height, colour) for run, colour in _coloured(sessions) if run.height is not None]
     for _, height, colour in runs:
         curve(axes, height, colour, 0.5, factor=1e3)
@@ -155,7 +157,7 @@ def falls_figure(sessions: Sequence[Sequence[RunFacts]], size_mm: tuple[float, f
     Of several sessions each has one colour, which is that of `speeds_figure`.
     """
     falls = [(*run.falls, colour) for run, colour in _coloured(sessions) if run.falls is not None]
-    figure, ((upper,), (lower,)) = frames(size_mm, 2, heights=(1.6, 1.0))
+    figure, ((upper,), (lower,)) = frames(size_mm, 2, fixed_mm=_GAP_MM, heights=(1.6, 1.0))
     t = np.linspace(0.0, max(float(np.nanmax(fallen.x)) for fallen, _, _ in falls), 100)
     mean = mean_gravity([run for session in sessions for run in session])
     label = f"g t² / 2, g = {plain(mean, 5)} m/s²"

@@ -388,7 +388,7 @@ def _name_impacts(axes: Axes, curves: RunCurves) -> None:
     """Write number and e beside each impact, as much as there is room for before the next."""
     begin, end = curves.span_s
     ends = [time_s for time_s, _ in curves.impacts[1:]] + [end]
-    for number, ((time_s, e), until) in enumerate(zip(curves.impacts, ends, strict=True), 1):
+    for number, ((time_s, e), until) in enumerate(zip(curves.impacts, ends, strict=False), 1):
         letters = 120.0 * (min(until, end) - time_s) / (end - begin)
         texts = [f"{number}: e = {e}", f"{number}", ""] if e else [f"{number}", ""]
         if begin <= time_s <= end:

@@ -199,7 +199,7 @@ def test_long_tables_flow_over_pages_with_their_heads_and_a_long_word_is_broken(
     assert len(made) > 3
     assert "$\\frac{broken" in "".join(made)
     of_table = [words for words in made if "run-00" in words or "run-01" in words]
-    assert len(of_table) > 2
+    assert len(of_table) > 1
     assert all("reason" in words for words in of_table)
     assert sum(words.count("0.8000 ± 0.0012") for words in made) == len(rows), "no number is broken"
     assert sum(words.count("w" * 20) for words in made) > 20, "many lines of it"

@@ -16,7 +16,7 @@ USES = {
     "filelock": "one program writes to a session, one to the index",
     "h5py": "run files, MATLAB 7.3",
     "jinja2": "the report as HTML",
-    "matplotlib": "figures, the report as PDF",
+    "matplotlib": "figures",
     "nidaqmx": "NI devices, here and behind NI's gRPC server",
     "npTDMS": "NI TDMS, read and written",
     "numpy": "all numbers",
@@ -31,6 +31,7 @@ USES = {
     "threadpoolctl": "one thread of linear algebra while many small matrices are solved, four times faster",
     "tomlkit": "setups written so that comments stay",
     "typer": "the command line",
+    "typst": "pages of the report as PDF",
 }
 IMPORTED = {"npTDMS": "nptdms", "PyOpenGL": "OpenGL", "PySide6-Essentials": "PySide6"}
 HEAD = """# Dependencies

@@ -20,7 +20,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 QUICK = ROOT / "docs" / "examples" / "quick.toml"
-LARGEST_MB, LONGEST_START_S, LONGEST_S, OPENING_S = 320.0, 2.0, 120.0, 15.0
+LARGEST_MB, LONGEST_START_S, LONGEST_S, OPENING_S = 420.0, 2.0, 120.0, 15.0
 
 
 def main() -> int:

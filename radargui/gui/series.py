@@ -20,7 +20,7 @@ from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme
 from radargui.model.rounding import COVERAGE, UNKNOWN, alone, plain
 from radargui.model.words import counted
-from radargui.report.document import with_powers
+from radargui.report.content import with_powers
 from radargui.report.facts import (
     ReportFacts,
     e_label,

@@ -8,7 +8,7 @@ from radargui.model.drop import gravity_words, restitution_words
 from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.model.uncertainty_budget import SHARES, BudgetLine, variance_shares
 from radargui.model.words import percent, sentence
-from radargui.report.document import Chapter, Content, Drawing, Facts, Grid, Note
+from radargui.report.content import Answer, Chapter, Content, Facts, Grid, Note, Plot, Plots
 from radargui.report.facts import ReportFacts, SessionFacts, dependences_on, fit_cells, session_cells
 from radargui.report.provenance import RunProvenance
 from radargui.report.publication import bibtex, methods
@@ -21,8 +21,8 @@ from radargui.restitution.speed_models import preferred, title_of
 from radargui.restitution.statistics import OUTLIER_RULE, Statistics, probability
 from radargui.session.info import JournalEntry
 
-_SPEEDS_MM, _SPREAD_MM, _FALLS_MM = 62.0, 42.0, 70.0
-"""Heights of the frames, of 253 mm that A4 has for a text page (chosen by hand)."""
+_HALF_MM, _WHOLE_MM, _SPREAD_MM, _FALLS_MM = (88.0, 100.0), (180.0, 100.0), (180.0, 50.0), (180.0, 80.0)
+"""Sizes of figures: two beside each other, one alone, and of the second page (chosen by hand)."""
 _DIGEST = 16
 """Letters of a checksum that people see; report.json has all of them."""
 
@@ -33,8 +33,8 @@ def front_chapters(facts: ReportFacts) -> list[Chapter]:
     chapters = [Chapter(title, tuple(findings_blocks(facts))), Chapter("Runs and series", tuple(_series(facts)))]
     for found, one in zip(facts.findings.sessions, facts.sessions, strict=True):
         of = f" of {found.name}" if len(facts.sessions) > 1 else ""
-        chapters.append(Chapter(f"Setup and provenance{of}", tuple(_provenance(one))))
-    return [*chapters, Chapter("Methods and citation", (Note(methods(facts)), Note(bibtex(facts))))]
+        chapters.append(Chapter(f"Setup and provenance{of}", tuple(_provenance(one)), follows=True))
+    return [*chapters, Chapter("Methods and citation", (Note(methods(facts)), Note(bibtex(facts))), follows=True)]
 
 
 def _title(facts: ReportFacts) -> str:
@@ -47,8 +47,9 @@ def _title(facts: ReportFacts) -> str:
 def findings_blocks(facts: ReportFacts) -> Iterator[Content]:
     """Give the first page: it answers what fell on what, how often, and what came out."""
     found = facts.findings
-    yield Note(found.sentence)
     several = len(found.sessions) > 1
+    value = _answer(found)
+    yield Answer(value, found.sentence) if value else Note(found.sentence)
     if several:
         yield _sessions(found)
         for words in (one.words for one in (found.samples_compared, found.sessions_compared) if one):
@@ -60,17 +61,39 @@ def findings_blocks(facts: ReportFacts) -> Iterator[Content]:
             yield Note(f"{one.name}: {text}" if several else text, warning=True)
     for words in found.cautions:
         yield Note(words, warning=True)
-    from radargui.report.series_figures import draw_speeds
-
-    if any(session.runs for session in facts.sessions):
-        yield Drawing("e against the impact speed", partial(draw_speeds, facts=facts), _SPEEDS_MM)
+    names = {one.name: f" ({one.name})" if several else "" for one in found.sessions}
     for one in found.sessions:
-        named = f" ({one.name})" if several else ""
         if one.e_budget.combined is not None or one.g_budget_m_s2.combined is not None:
-            yield _budget(one, named)
+            yield _budget(one, names[one.name])
+    yield from _overview(facts)
+    for one in found.sessions:
         if one.excluded:
             rows = ({"run": run.run, "": run.kind, "reason": run.reason or UNKNOWN} for run in one.excluded)
-            yield Grid.of(rows, f"Not in the mean of e{named}", left=(0, 1, 2))
+            yield Grid.of(rows, f"Not in the mean of e{names[one.name]}", left=(0, 1, 2))
+
+
+def _answer(found: Findings) -> str:
+    """Return e with its uncertainty: of a session, or of the sessions of one sample; empty where there is no such e."""
+    if len(found.sessions) == 1:
+        e = found.sessions[0].series.e
+        return f"e = {e.words()}" if e.mean is not None else ""
+    pooled = [one.repeatability for one in found.samples]
+    return f"e = {quantity(pooled[0].mean, pooled[0].u_mean)}" if len(pooled) == 1 and pooled[0] else ""
+
+
+def _overview(facts: ReportFacts) -> Iterator[Content]:
+    """Give e against the speed, beside it the tracks where there are any."""
+    # matplotlib is loaded only where figures are drawn
+    from radargui.report.series_figures import speeds_figure, tracks_figure
+
+    runs = [one.runs for one in facts.sessions]
+    tracks = any(run.height is not None for session in runs for run in session)
+    size = _HALF_MM if tracks else _WHOLE_MM
+    plots = [Plot("e against the impact speed", partial(speeds_figure, facts, size))]
+    if tracks:
+        plots.append(Plot("Track", partial(tracks_figure, runs, size)))
+    if any(runs):
+        yield Plots(tuple(plots))
 
 
 def _found(one: SessionFindings, session: SessionFacts) -> Iterator[Content]:
@@ -159,15 +182,16 @@ def _series(facts: ReportFacts) -> Iterator[Content]:
     spread = {one.name: sentence(one.distribution.words) for one in found.sessions if one.distribution}
     if spread:
         yield Facts.of(spread, "Distribution of e of the first impacts")
-    from radargui.report.series_figures import draw_falls, draw_spread
+    from radargui.report.series_figures import falls_figure, spread_figure
 
     if spread or any(dependences_on(facts, on) for on in COVARIATES):
-        yield Drawing("Distribution of e, and what it may depend on", partial(draw_spread, facts=facts), _SPREAD_MM)
+        title = "Distribution of e, and what it may depend on"
+        yield Plots((Plot(title, partial(spread_figure, facts, _SPREAD_MM)),))
 
     runs = [one.runs for one in facts.sessions]
     if any(run.falls is not None for session in runs for run in session):
         colours = ", each session in its colour of e against the impact speed" if several else ""
-        yield Drawing(f"Falls{colours}", partial(draw_falls, sessions=runs), _FALLS_MM)
+        yield Plots((Plot(f"Falls{colours}", partial(falls_figure, runs, _FALLS_MM)),))
     for one, session in zip(found.sessions, facts.sessions, strict=True):
         if session.runs:
             yield runs_table(one, session.runs, f" of {one.name}" if several else "")

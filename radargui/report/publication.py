@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from radargui import __version__
 from radargui.model.rounding import alone, concise, plain
-from radargui.report.document import templates
+from radargui.report.content import templates
 from radargui.report.facts import ReportFacts, SessionFacts, fit_cells, session_cells
 from radargui.restitution.findings import SampleFindings
 from radargui.restitution.speed_models import speed_model, title_of

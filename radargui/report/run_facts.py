@@ -21,15 +21,13 @@ from radargui.model.rounding import UNKNOWN
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
 from radargui.model.words import counted
+from radargui.report.content import Plot
 from radargui.report.curves import RunCurves, fall_curves, take_curves
 from radargui.report.decimation import COLUMNS, COMPACT, Curve
-from radargui.report.document import Picture
 from radargui.restitution.site_gravity import SiteCheck, site_check
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from radargui.report.sheet import Paper
 
 _logger = logging.getLogger(__name__)
 ResultOf = Callable[[Path, Setup], RunResult]
@@ -65,6 +63,8 @@ class RunFacts:
         Quality of each receiver, and what the correction chose by evidence.
     added
         Pages of plug-ins.
+    height
+        Of the sphere against time, in m; of its track.
     falls
         Way fallen and residual of the first fall, see `TrackCurves`.
     """
@@ -94,7 +94,8 @@ class RunFacts:
     site_check: SiteCheck | None = None
     uncertainty_budget: UncertaintyBudget | None = None
     warnings: tuple[str, ...] = ()
-    added: tuple[Picture, ...] = field(default=(), repr=False)
+    added: tuple[Plot, ...] = field(default=(), repr=False)
+    height: Curve | None = field(default=None, repr=False)
     curves: RunCurves | None = field(default=None, repr=False)
     falls: FallCurves | None = field(default=None, repr=False)
 
@@ -208,6 +209,7 @@ def take_facts(result: RunResult, name: str, columns: int = COLUMNS) -> RunFacts
         uncertainty_budget=result.uncertainty_budget,
         warnings=result.warnings,
         added=added_pictures(result) if curves is not None else (),
+        height=drawn.height if drawn and columns == COMPACT else None,
         curves=curves,
         falls=falls,
     )
@@ -247,15 +249,15 @@ def glance(path: Path, normal: tuple[float, float, float]) -> RunFacts:
     )
 
 
-AddedFigure = Callable[[RunResult], "Callable[[Paper], Figure] | None"]
+AddedFigure = Callable[[RunResult], "Callable[[], Figure] | None"]
 """A plug-in of the group `radargui.figures`.
 
-Given a result it returns what draws its page on a paper (`report.sheet.new_page`), or None where there is nothing to
-draw. What draws keeps only what the page needs: a night has many runs.
+Given a result it returns what draws its figure (`report.plots.new_figure`), or None where there is nothing to draw.
+What draws keeps only what the figure needs: a night has many runs.
 """
 
 
-def added_pictures(result: RunResult) -> tuple[Picture, ...]:
+def added_pictures(result: RunResult) -> tuple[Plot, ...]:
     """Return the figures that plug-ins draw of a result; one that fails is left out and logged."""
     pictures = []
     for name in plugins("figures"):
@@ -267,5 +269,5 @@ def added_pictures(result: RunResult) -> tuple[Picture, ...]:
             _logger.exception("The figure %s was left out", name)
             continue
         if draw is not None:
-            pictures.append(Picture(name.replace("-", " "), draw))
+            pictures.append(Plot(name.replace("-", " "), draw))
     return tuple(pictures)

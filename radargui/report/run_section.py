@@ -10,7 +10,7 @@ from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import budget_rows, variance_shares
 from radargui.model.words import percent, sentence, written_time
-from radargui.report.document import Chapter, Content, Drawing, Facts, Grid, Note, Picture
+from radargui.report.content import Chapter, Content, Facts, Grid, Note, Plot, Plots
 from radargui.report.run_facts import RunFacts
 
 
@@ -30,7 +30,7 @@ def run_page(run: RunFacts) -> Chapter:
     if run.failure or run.curves is None:
         return Chapter(_title(run), (Note(f"No result: {run.failure or 'no samples'}", warning=True),))
     # matplotlib is loaded only where a report is made: the window shows the same words without it
-    from radargui.report.run_figures import run_figures, run_on_screen
+    from radargui.report.run_figures import fall_figure, iq_figure
 
     recorded = filter(None, (_when(run), run.origin or run.device or run.source.file, _samples(run)))
     rows = dict(_result_rows(run)) | {"Recorded": "; ".join(recorded)}
@@ -45,10 +45,11 @@ def run_page(run: RunFacts) -> Chapter:
         *further,
         *(replace(block, title="") for block in _quality(run) if isinstance(block, Grid)),
         *([Note(_cut(" ".join(map(sentence, warnings))), warning=True)] if warnings else []),
-        Drawing("", partial(run_figures, curves=run.curves)),
     ]
-    shown_there = "Phase and height" if run.curves.has_phase else "I and Q"
-    screen = (*_words(run), Drawing(shown_there, partial(run_on_screen, curves=run.curves), 52.0))
+    iq = Plot("I and Q", partial(iq_figure, run.curves))
+    fall = Plot("Phase and height", partial(fall_figure, run.curves)) if run.curves.has_phase else None
+    blocks.append(Plots((iq, fall) if fall else (iq,), fitted=True))
+    screen = (*_words(run), Plots((fall or iq,)))
     return Chapter(_title(run), tuple(blocks), run.added, small=True, screen=screen)
 
 
@@ -233,20 +234,20 @@ def _calibration(run: RunFacts) -> Iterator[Content]:
         yield Note(f"Assumed, because the setup does not say: {said}.")
 
 
-def _pictures(run: RunFacts, setup: Setup) -> tuple[Picture, ...]:
+def _pictures(run: RunFacts, setup: Setup) -> tuple[Plot, ...]:
     curves = run.curves
     if curves is None:
         return run.added
     # matplotlib is loaded only where a report is made: the window shows the same words without it
     from radargui.report.run_figures import motion_page, paths_page, signals_page, steps_page, track_page
 
-    pictures = [Picture("raw and corrected IQ" if run.correction else "raw IQ", partial(signals_page, curves))]
+    pictures = [Plot("raw and corrected IQ" if run.correction else "raw IQ", partial(signals_page, curves))]
     if any(receiver.steps for receiver in curves.receivers):
-        pictures.append(Picture("steps of the published correction", partial(steps_page, curves)))
+        pictures.append(Plot("steps of the published correction", partial(steps_page, curves)))
     if curves.has_phase:
-        pictures.append(Picture("phase and path length", partial(paths_page, curves)))
+        pictures.append(Plot("phase and path length", partial(paths_page, curves)))
     if curves.track is not None and curves.track.places_m.size:
-        pictures.append(Picture("track", partial(track_page, curves, curves.track, setup.floor.height_m)))
+        pictures.append(Plot("track", partial(track_page, curves, curves.track, setup.floor.height_m)))
     if curves.motion is not None:
-        pictures.append(Picture("velocity and acceleration", partial(motion_page, curves, curves.motion)))
+        pictures.append(Plot("velocity and acceleration", partial(motion_page, curves, curves.motion)))
     return (*pictures, *run.added)

@@ -19,7 +19,7 @@ from radargui.model.radar import Transmitter
 from radargui.model.rounding import UNKNOWN, plain, quantity
 from radargui.model.setup import Setup
 from radargui.model.words import sentence
-from radargui.report.document import Content, Facts, Grid, Note
+from radargui.report.content import Content, Facts, Grid, Note
 
 _MOST_NAMED = 8
 """Pairs in a sentence (chosen by hand); the others are counted."""

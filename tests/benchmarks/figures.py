@@ -42,7 +42,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 from radargui.motion.free_flight import fall_below_apex
 from radargui.processing.process import process
-from radargui.report.sheet import I_COLOUR, Q_COLOUR, RAW_COLOUR, RECEIVER_COLOURS, page_style
+from radargui.report.plots import I_COLOUR, Q_COLOUR, RAW_COLOUR, RECEIVER_COLOURS, page_style
 from radargui.restitution.joint_bounces import joint_bounces
 
 METHODS = ("published", "ellipse", "adaptive", "joint")

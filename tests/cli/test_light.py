@@ -19,8 +19,8 @@ from radargui.cli.app import app
 from radargui.cli.console import guarded
 unwanted, sessions, commands = json.loads(sys.argv[1])
 if ["figures", "SESSION"] in [command[:2] for command in commands]:
-    from radargui.report import report
-    report.FORMATS = ("svg",)  # the report has loaded what the others need
+    from radargui.report import column_figures
+    column_figures.FORMATS = ("svg",)  # the report has loaded what the others need
 statuses = []
 for command in commands:
     newest = str(next(Path(sessions).glob("*"), ""))
@@ -29,7 +29,7 @@ loaded = {name.partition(".")[0] for name in sys.modules}
 print(json.dumps([statuses, sorted(loaded & set(unwanted))]))
 """
 QT = ("PySide6", "shiboken6", "pyqtgraph", "OpenGL")
-HEAVY = (*QT, "numpy", "scipy", "h5py", "matplotlib", "rich", "nidaqmx", "jinja2")
+HEAVY = (*QT, "numpy", "scipy", "h5py", "matplotlib", "rich", "nidaqmx", "jinja2", "typst")
 
 
 def load(unwanted: tuple[str, ...], *commands: list[str], folder: Path) -> tuple[list[int], list[str], str]:

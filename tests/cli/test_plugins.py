@@ -84,7 +84,7 @@ def test_a_figure_stands_in_the_section_of_the_run(run: radargui.Run) -> None:
     (brief,) = run_page(facts).pictures
     (picture,) = [one for one in run_section(facts, run.setup).pictures if one.title == brief.title]
     assert picture.title == "speed over time"
-    (line,) = picture.draw("letter").axes[0].lines
+    (line,) = picture.draw().axes[0].lines
     fastest = max(bounce.speed_before_m_s for bounce in result.bounces.impacts)
     assert np.nanmax(line.get_ydata()) == pytest.approx(fastest, rel=0.1)
 

@@ -88,7 +88,7 @@ def there(laboratory: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr("radargui.session.catalogue.default_index_path", lambda _folder: tmp_path / "index.sqlite3")
     monkeypatch.setattr("radargui.session.map_memory.default_memory_path", lambda: tmp_path / "channel-maps.json")
     monkeypatch.setattr("radargui.experiment.series.ProcessingApart", ProcessingHere)
-    monkeypatch.setattr("radargui.report.report.FORMATS", ("svg",))
+    monkeypatch.setattr("radargui.report.column_figures.FORMATS", ("svg",))
     return folder
 
 

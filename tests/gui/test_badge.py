@@ -13,7 +13,7 @@ from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.model.drop import RunOrigin
 from radargui.processing.result_of_run import stored_result
-from radargui.report.document import Facts
+from radargui.report.content import Facts
 from radargui.report.facts import report_facts
 from radargui.report.findings_section import front_chapters
 from radargui.report.report import study_session

@@ -33,7 +33,7 @@ from radargui.model.finding import as_stored
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.process import process
-from radargui.report.document import Grid, templates
+from radargui.report.content import Grid, templates
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_section
 from radargui.report.tables import write_tables

@@ -26,7 +26,7 @@ from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.run_model import RunEntry
 from radargui.model.drop import RunOrigin
 from radargui.model.errors import FileError
-from radargui.report.document import Grid
+from radargui.report.content import Grid
 from radargui.report.facts import SessionFacts, report_facts
 from radargui.report.findings_section import front_chapters
 from radargui.report.run_facts import RunFacts, glance, study

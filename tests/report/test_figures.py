@@ -2,33 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from support.changed import changed
+from support.figure_text import faults_of
+from support.pdf_text import pdf_pages
 from support.results import default_setup, drop_result, quiet_result, rejected_result
 
-from radargui.model.arrays import FloatArray
 from radargui.model.finding import as_stored
 from radargui.model.recording import Gap
 from radargui.model.result import Bounces, RunResult
-from radargui.report.canvas import Canvas, Line, Panel
+from radargui.report.content import Chapter, Facts, Grid, Note
 from radargui.report.curves import take_curves
-from radargui.report.decimation import COMPACT, Curve
-from radargui.report.document import Chapter, Drawing, Facts, Grid, Note
+from radargui.report.decimation import COMPACT
 from radargui.report.facts import ReportFacts, SessionFacts, report_facts
-from radargui.report.flow import text_pages
-from radargui.report.rendering import body, drawn_alone
-from radargui.report.run_facts import take_facts
+from radargui.report.plots import page_style, scaled
+from radargui.report.run_facts import RunFacts, take_facts
+from radargui.report.run_figures import fall_figure, iq_figure
 from radargui.report.run_section import run_page, run_section
-from radargui.report.series_figures import draw_falls, draw_speeds
-from radargui.report.sheet import Area, Paper, new_figure, page_style, scaled, size_mm
+from radargui.report.series_figures import falls_figure, speeds_figure
+from radargui.report.typesetting import Pages, Paper
 from radargui.session.info import SessionInfo
 
 
@@ -40,33 +41,11 @@ def style() -> Iterator[None]:
 
 def pages(result: RunResult) -> dict[str, Figure]:
     section = run_section(take_facts(result, "run-0001"), result.setup)
-    return {picture.title: picture.draw("a4") for picture in section.pictures}
+    return {picture.title: picture.draw() for picture in section.pictures}
 
 
-def everything_is_on_the_page(page: Figure) -> bool:
-    width_mm, height_mm = size_mm(page)
-    for canvas in (one for one in page.get_children() if isinstance(one, Canvas)):
-        for left, right, base, _ in canvas.words:
-            if not (left >= 0.0 and right <= width_mm and 2.0 <= base <= height_mm - 1.0):
-                return False
-    if not page.axes:
-        return True
-    renderer = FigureCanvasAgg(page).get_renderer()
-    page.draw(renderer)
-    boxes = [axes.get_tightbbox(renderer) for axes in page.axes]
-    low = all(min(box.x0, box.y0) >= 0.0 for box in boxes)
-    return low and all(box.x1 <= page.bbox.width and box.y1 <= page.bbox.height for box in boxes)
-
-
-def overlapping(page: Figure) -> list[tuple[str, str]]:
-    """Return words on one line that lie on each other."""
-    words = [word for one in page.get_children() if isinstance(one, Canvas) for word in one.words if word[3].strip()]
-    return [
-        (one[3], other[3])
-        for number, one in enumerate(words)
-        for other in words[:number]
-        if abs(one[2] - other[2]) < 1.5 and min(one[1], other[1]) - max(one[0], other[0]) > 0.1
-    ]
+def texts_of(figure: Figure) -> list[str]:
+    return [one.get_text() for one in figure.findobj(Text)]
 
 
 def test_a_whole_drop_has_four_pages_and_nothing_leaves_them() -> None:
@@ -78,9 +57,7 @@ def test_a_whole_drop_has_four_pages_and_nothing_leaves_them() -> None:
         "track",
     ]
     for page in drawn.values():
-        assert everything_is_on_the_page(page)
-        assert overlapping(page) == []
-        assert 0 <= body(page).y0 < body(page).y1 < 11.69
+        assert faults_of(page) == []
 
 
 @pytest.mark.parametrize("n_receivers", [1, 2])
@@ -94,7 +71,7 @@ def test_fewer_receivers_have_no_track_page(n_receivers: int) -> None:
 def test_a_run_without_result_shows_its_raw_signals_only(make: object) -> None:
     drawn = pages(make())
     assert list(drawn) == ["raw IQ"]
-    assert everything_is_on_the_page(drawn["raw IQ"])
+    assert faults_of(drawn["raw IQ"]) == []
 
 
 def test_lost_samples_are_shaded_and_break_the_curves() -> None:
@@ -128,9 +105,8 @@ def test_no_curve_joins_two_pieces_of_a_path_and_the_recorded_signals_go_on() ->
         assert np.isfinite(curve.y).all()
     assert np.isnan(curves.track.places_m).all(axis=0).sum() == 1
     drawn = pages(result)
-    canvases = [one for one in drawn["phase and path length"].get_children() if isinstance(one, Canvas)]
-    assert sum("path lost" in text for one in canvases for *_, text in one.words) == 3
-    assert everything_is_on_the_page(drawn["phase and path length"])
+    assert sum("path lost" in text for text in texts_of(drawn["phase and path length"])) == 3
+    assert faults_of(drawn["phase and path length"]) == []
 
 
 def test_the_raw_phase_of_an_inverted_q_goes_the_same_way_and_its_voltages_are_drawn_as_recorded() -> None:
@@ -199,7 +175,17 @@ def test_axis_prefixes_follow_the_size_of_the_values() -> None:
     assert scaled("V", 0.0) == (1.0, "V")
 
 
-def test_long_tables_and_notes_flow_over_pages_and_stay_inside() -> None:
+def set_on(paper: Paper, folder: Path, *chapters: Chapter) -> list[str]:
+    """Return the words of the pages that chapters fill."""
+    folder.mkdir(exist_ok=True)
+    pages = Pages(folder)
+    for one in chapters:
+        pages.put(one)
+    pages.write(folder / "pages.pdf", paper, "title", "", "2026-11-20T15:04:05+00:00")
+    return pdf_pages(folder / "pages.pdf")
+
+
+def test_long_tables_flow_over_pages_with_their_heads_and_a_long_word_is_broken(tmp_path: Path) -> None:
     rows = tuple((f"run-{k:04d}", "0.8000 ± 0.0012", "a reason that is long " * 6) for k in range(120))
     section = Chapter(
         "Long",
@@ -209,26 +195,36 @@ def test_long_tables_and_notes_flow_over_pages_and_stay_inside() -> None:
             Note("w" * 3000, warning=True),
         ),
     )
-    made = list(text_pages(section))
-    assert len(made) > 4
-    for page in made:
-        assert everything_is_on_the_page(page)
+    made = set_on("a4", tmp_path, section)
+    assert len(made) > 3
+    assert "$\\frac{broken" in "".join(made)
+    of_table = [words for words in made if "run-00" in words or "run-01" in words]
+    assert len(of_table) > 1
+    assert all("reason" in words for words in of_table)
+    assert sum(words.count("0.8000 ± 0.0012") for words in made) == len(rows), "no number is broken"
+    assert sum(words.count("w" * 20) for words in made) > 20, "many lines of it"
 
 
 @pytest.mark.parametrize("paper", ["a4", "letter"])
 @pytest.mark.parametrize("n_receivers", [1, 3])
-def test_a_run_is_one_page_on_any_paper_and_nothing_leaves_it(paper: Paper, n_receivers: int) -> None:
+def test_a_run_is_one_page_on_any_paper_whatever_it_warns_of(tmp_path: Path, paper: Paper, n_receivers: int) -> None:
     result = drop_result(rate_hz=5000.0, n_receivers=n_receivers)
     long = replace(result, findings=(as_stored("a warning that does not end " * 40),) * 5)
-    (page,) = text_pages(run_page(take_facts(long, "run-0001", COMPACT)), paper)
-    assert everything_is_on_the_page(page)
-    assert overlapping(page) == []
+    (words,) = set_on(paper, tmp_path, run_page(take_facts(long, "run-0001", COMPACT)))
+    assert "Phase / rad" in words
 
 
 @pytest.mark.parametrize("make", [quiet_result, rejected_result])
-def test_a_run_without_result_is_one_page_too(make: Callable[[], RunResult]) -> None:
-    (page,) = text_pages(run_page(take_facts(make(), "run-0001", COMPACT)))
-    assert everything_is_on_the_page(page)
+def test_a_run_without_result_is_one_page_too(tmp_path: Path, make: Callable[[], RunResult]) -> None:
+    (words,) = set_on("a4", tmp_path, run_page(take_facts(make(), "run-0001", COMPACT)))
+    assert "raw IQ" in words
+
+
+def test_the_figures_of_a_run_keep_their_words_apart() -> None:
+    curves = take_curves(drop_result(rate_hz=5000.0), COMPACT)
+    assert curves is not None
+    assert faults_of(iq_figure(curves)) == []
+    assert faults_of(fall_figure(curves)) == []
 
 
 def test_the_adaptive_estimate_shows_the_circle_that_it_found_and_what_that_leaves() -> None:
@@ -261,14 +257,6 @@ def test_the_joint_estimate_shows_its_model_and_what_the_samples_add_to_it() -> 
         assert in_i.fitted.largest == pytest.approx(in_i.signal.largest, abs=0.03)
 
 
-def test_the_page_of_a_track_fits_letter_paper() -> None:
-    result = drop_result(rate_hz=5000.0)
-    *_, track = run_section(take_facts(result, "run-0001"), result.setup).pictures
-    assert track.title == "track"
-    assert everything_is_on_the_page(track.draw("letter"))
-    assert overlapping(track.draw("letter")) == []
-
-
 def compared(n: int) -> ReportFacts:
     """Return so many sessions of one drop each, with names as sessions have them."""
     sessions = []
@@ -279,81 +267,39 @@ def compared(n: int) -> ReportFacts:
     return report_facts(sessions, "now")
 
 
-@pytest.mark.parametrize("n", [2, 5, 12, 20])
-def test_sessions_beside_each_other_look_different_and_their_names_lie_on_nothing(
-    n: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    facts, named, dotted = compared(n), dict[str, object](), set[object]()
-    write, draw = Panel.key, Panel.dots
-
-    def key(panel: Panel, name: str, line: Line, mark: int | None = None) -> None:
-        named[name] = (line.colour, mark)
-        write(panel, name, line, mark)
-
-    def dots(panel: Panel, x: FloatArray, y: FloatArray, colour: str, size: float = 0.35, mark: int = 0) -> None:
-        dotted.add((colour, mark))
-        draw(panel, x, y, colour, size, mark)
-
-    monkeypatch.setattr(Panel, "key", key)
-    monkeypatch.setattr(Panel, "dots", dots)
-    drawn = drawn_alone(Drawing("", partial(draw_speeds, facts=facts), 62.0))
-    looks = [named[one.name] for one in facts.findings.sessions]
+@pytest.mark.parametrize("n", [2, 20])
+def test_sessions_beside_each_other_look_different_and_their_names_lie_on_nothing(n: int) -> None:
+    facts = compared(n)
+    drawn = speeds_figure(facts, (180.0, 80.0))
+    (legend,) = drawn.legends
+    labels = [text.get_text() for text in legend.get_texts()]
+    names = [one.name for one in facts.findings.sessions]
+    assert [name for name in labels if name in names] == names
+    (axes,) = drawn.axes
+    bars = [one for one in axes.containers if isinstance(one, ErrorbarContainer)]
+    looks = [(one.lines[0].get_color(), one.lines[0].get_marker()) for one in bars]
     assert len(set(looks)) == n
-    assert dotted == set(looks)
-    assert overlapping(drawn) == []
-    assert everything_is_on_the_page(drawn)
     for one, other in pairwise(looks):
         assert one[0] != other[0]
         assert one[1] != other[1]
+    assert faults_of(drawn) == []
 
 
 def test_sessions_too_many_to_look_different_are_counted() -> None:
-    drawn = drawn_alone(Drawing("", partial(draw_speeds, facts=compared(21)), 62.0))
-    (canvas,) = (one for one in drawn.get_children() if isinstance(one, Canvas))
-    assert any("; 21 sessions" in text for *_, text in canvas.words)
-    assert overlapping(drawn) == []
+    drawn = speeds_figure(compared(21), (88.0, 88.0))
+    assert any("; 21 sessions" in " ".join(text.split()) for text in texts_of(drawn))
+    assert faults_of(drawn) == []
 
 
-def test_the_falls_of_a_session_have_its_colour_and_those_of_a_single_one_their_own(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    colours: list[str] = []
-    draw = Panel.curve
-
-    def curve(panel: Panel, of: Curve, line: Line, factor: float = 1.0, name: str = "") -> bool:
-        colours.append(line.colour)
-        return draw(panel, of, line, factor, name)
-
-    monkeypatch.setattr(Panel, "curve", curve)
+def test_the_falls_of_a_session_have_its_colour_and_those_of_a_single_one_their_own() -> None:
     runs = compared(1).sessions[0].runs * 3
-    drawn_alone(Drawing("", partial(draw_falls, sessions=[runs]), 70.0))
-    assert len(set(colours[1:4])) == 3
-    colours.clear()
-    drawn_alone(Drawing("", partial(draw_falls, sessions=[runs[:1], runs[:2]]), 70.0))
-    first, second, third = colours[1:4]
+
+    def colours(sessions: Sequence[Sequence[RunFacts]]) -> list[object]:
+        upper, lower = falls_figure(sessions, (180.0, 80.0)).axes
+        of_falls = [line.get_color() for line in upper.lines[1:]]
+        assert [line.get_color() for line in lower.lines] == of_falls
+        return of_falls
+
+    assert len(set(colours([runs]))) == 3
+    first, second, third = colours([runs[:1], runs[:2]])
     assert first != second == third
-    assert colours[4:] == [first, second, third]
-
-
-@pytest.mark.parametrize(
-    ("span", "numbers"),
-    [
-        ((0.79, 0.8105), ["0.790", "0.795", "0.800", "0.805", "0.810"]),
-        ((-0.2, 1.0), ["0.0", "0.5", "1.0"]),
-        ((-210.0, 210.0), ["−200", "−100", "0", "100", "200"]),
-        ((0.0, 2e-9), ["0", "5e−10", "1e−09", "1.5e−09", "2e−09"]),
-    ],
-)
-def test_all_numbers_of_an_axis_have_the_same_decimals(span: tuple[float, float], numbers: list[str]) -> None:
-    figure = new_figure(60.0, 50.0)
-    Panel(Canvas(figure), Area(10.0, 5.0, 48.0, 30.0), (0.0, 10.0), span).frame("y")
-    (canvas,) = (one for one in figure.get_children() if isinstance(one, Canvas))
-    assert [text for _, right, _, text in canvas.words if right < 10.0] == numbers
-
-
-def test_where_numbers_of_an_axis_have_no_room_some_are_left_out_and_zero_stays() -> None:
-    figure = new_figure(60.0, 50.0)
-    Panel(Canvas(figure), Area(10.0, 5.0, 18.0, 20.0), (-4100.0, 4100.0), (0.0, 1.0)).frame("y")
-    (canvas,) = (one for one in figure.get_children() if isinstance(one, Canvas))
-    assert [text for _, _, base, text in canvas.words if base > 27.0] == ["−4000", "0", "4000"]
-    assert overlapping(figure) == []

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from support.results import drop_result
 
-from radargui.report.document import Grid
+from radargui.report.content import Grid
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_section
 

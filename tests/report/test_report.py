@@ -9,7 +9,6 @@ import json
 import re
 import subprocess
 import sys
-import zlib
 from dataclasses import replace
 from datetime import UTC, datetime
 from html.parser import HTMLParser
@@ -18,27 +17,29 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
-from support.pdf_text import pdf_bookmarks, pdf_words
+from pypdf import PdfReader
+from support.pdf_text import pdf_bookmarks, pdf_pages, pdf_words
 from support.results import default_setup, drop_result, quiet_result
 
 from radargui.model.errors import CancelledError, FileError
 from radargui.model.recording import Block, Excerpt, Gap, Recording
 from radargui.model.rounding import quantity
 from radargui.processing.result_of_run import result_of_run
+from radargui.report.content import Grid
 from radargui.report.decimation import COMPACT
-from radargui.report.document import Grid
 from radargui.report.facts import SessionFacts, report_facts
 from radargui.report.findings_section import front_chapters
-from radargui.report.flow import text_pages
+from radargui.report.plots import page_style
 from radargui.report.provenance import RunProvenance, provenance_of
 from radargui.report.report import REPORT_FILES, PageLayout, WrittenReport, write_report
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import _impacts, run_page
-from radargui.report.sheet import Paper
+from radargui.report.typesetting import Pages, Paper
 from radargui.session.session import Session
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
 EVIL = '<script>alert("1")</script>'
+MARKUP = '#panic("x") *a* _b_ $x^2$ \\ [c] `d` @e <f> // g /* h */ ~ -- 20 °C'
 
 
 class Reader(HTMLParser):
@@ -72,7 +73,7 @@ def add_run(session: Session, recording: Recording) -> None:
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Session, WrittenReport, list[float]]:
     """A session of a drop, a quiet run and a broken file, and its report."""
-    session = new_session(tmp_path_factory.mktemp("data"), operator=EVIL, notes=f"=1+1\n{EVIL} $x^2$")
+    session = new_session(tmp_path_factory.mktemp("data"), operator=EVIL, notes=f"=1+1\n{MARKUP}")
     add_run(session, drop_result(rate_hz=8000.0).recording)
     add_run(session, quiet_result(samples=2000).recording)
     (session.path / "run-0003.h5").write_bytes(b"this is no run file")
@@ -95,42 +96,43 @@ def test_progress_rises_to_one(made: tuple[Session, WrittenReport, list[float]])
     assert shares[-1] == 1.0
 
 
-def test_the_pdf_has_one_page_a_run_bookmarks_fonts_and_says_who_made_it(
+def test_the_pdf_has_one_page_a_run_bookmarks_and_fonts_and_says_who_made_it(
     made: tuple[Session, WrittenReport, list[float]],
 ) -> None:
-    content = made[1].pdf.read_bytes()
-    assert content.startswith(b"%PDF-")
-    assert content.rstrip().endswith(b"%%EOF")
+    reader = PdfReader(made[1].pdf)
     titles = ["Session 2026-11-20T15-04-05", "Runs and series", "Setup and provenance", "Methods and citation"]
     runs = ["Run 0001", "Run 0002 (no motion)", "Run 0003 (failed)"]
-    assert pdf_bookmarks(made[1].pdf) == [*titles, *runs]
+    leads = pdf_bookmarks(made[1].pdf)
+    assert list(leads) == [*titles, *runs]
+    assert list(leads.values()) == sorted(leads.values())
     # notes and script of the operator may take a line more, never a page
-    assert len(re.findall(rb"/Type /Page\b", content)) == len(titles) + len(runs)
-    assert content.count(b"/FontFile2") == content.count(b"/FontDescriptor /FontName") > 0
-    assert b"RadarGUI" in content
-    assert b"/DisplayDocTitle true" in content
+    assert [leads[run] for run in runs] == list(range(len(reader.pages) - len(runs), len(reader.pages)))
+    for title, number in leads.items():
+        assert title in reader.pages[number].extract_text()
+    about = reader.metadata
+    assert about is not None
+    assert about.title == "RadarGUI report: 2026-11-20T15-04-05"
+    assert about.author == EVIL
+    assert about.subject.startswith("RadarGUI")
+    fonts = [font for page in reader.pages for font in page["/Resources"]["/Font"].values()]
+    assert all("FontFile" in str(one["/DescendantFonts"][0]["/FontDescriptor"].keys()) for one in fonts)
 
 
-def test_the_pages_stand_in_the_order_of_the_bookmarks(made: tuple[Session, WrittenReport, list[float]]) -> None:
-    content = made[1].pdf.read_bytes()
-    (kids,) = re.findall(rb"/Type /Pages /Kids \[([^\]]*)\]", content)
-    targets = re.findall(rb"/Dest \[ (\d+) 0 R", content)
-    assert re.findall(rb"(\d+) 0 R", kids) == targets
+def test_every_page_has_its_number_and_the_title(made: tuple[Session, WrittenReport, list[float]]) -> None:
+    pages = pdf_pages(made[1].pdf)
+    for number, words in enumerate(pages, 1):
+        assert f"{number} / {len(pages)}" in words
+        assert "RadarGUI report: 2026-11-20T15-04-05" in words
 
 
-def test_every_page_has_its_number_also_those_that_were_put_in_front(
+def test_the_first_page_is_the_answer_with_its_budget_e_against_the_speed_and_the_track(
     made: tuple[Session, WrittenReport, list[float]],
 ) -> None:
-    content = made[1].pdf.read_bytes()
-    (kids,) = re.findall(rb"/Type /Pages /Kids \[([^\]]*)\]", content)
-    pages = re.findall(rb"(\d+) 0 R", kids)
-    said = []
-    for page in pages:
-        (number,) = re.findall(rb"\n" + page + rb" 0 obj\n<<.*?/Contents \[ \d+ 0 R (\d+) 0 R \]", content, re.DOTALL)
-        (body,) = re.findall(rb"\n" + number + rb" 0 obj\n.*?stream\r?\n(.*?)endstream", content, re.DOTALL)
-        said += re.findall(rb"\((.*?)\) Tj", zlib.decompress(body))
-    assert said == [f"{number} / {len(pages)}".encode() for number in range(1, len(pages) + 1)]
-    assert content.count(b"/BaseFont /Helvetica") == 1
+    first, document = pdf_pages(made[1].pdf)[0], json.loads(made[1].json.read_text(encoding="utf-8"))
+    e = document["series"]["e_first_bounce"]
+    assert f"e = {quantity(e['mean'], e['combined'] or e['u_single'])}" in first
+    for title in ("Standard uncertainty of a single drop", "e against the impact speed", "Track", "Height / mm"):
+        assert title in first
 
 
 def test_the_pdf_holds_the_numbers_of_the_json(made: tuple[Session, WrittenReport, list[float]]) -> None:
@@ -143,16 +145,31 @@ def test_the_pdf_holds_the_numbers_of_the_json(made: tuple[Session, WrittenRepor
     assert len(impacts) > 3
     for impact in impacts[:6]:
         assert f"{impact['time_s'] - document['runs'][0]['zero_time_s']:.5f}" in words
-        u = impact["u_e_combined"] or impact["u_e"]
-        assert quantity(impact["e"], u) in words.split("\n")
+        assert quantity(impact["e"], impact["u_e_combined"] or impact["u_e"]) in words
 
 
 def test_what_the_operator_wrote_is_text_on_paper_too(made: tuple[Session, WrittenReport, list[float]]) -> None:
     words = pdf_words(made[1].pdf)
-    assert EVIL in words
-    assert f"{EVIL} $x^2$" in words
-    assert "=1+1" in words.split("\n")
+    for text in (f"Operator {EVIL}", f"Notes =1+1 {MARKUP}", "$x^2$"):
+        assert text in words
     assert "'=1+1" not in words
+
+
+def test_the_same_session_makes_the_same_pdf(tmp_path: Path) -> None:
+    session = new_session(tmp_path / "data")
+    first, again = (write_report(session, result_of_run, tmp_path / name, now=NOW).pdf for name in "ab")
+    assert first.read_bytes() == again.read_bytes()
+
+
+def test_without_the_typesetter_all_is_written_but_the_pdf_and_one_sentence_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "typst", None)
+    session = new_session(tmp_path / "data")
+    with pytest.raises(FileError, match=r"could not be typeset: .*typst.* the other files of the report were\.$"):
+        write_report(session, result_of_run, tmp_path / "out", now=NOW)
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == set(REPORT_FILES) - {"report.pdf"}
 
 
 def test_the_html_needs_no_other_file_and_runs_only_its_own_script(
@@ -169,8 +186,8 @@ def test_the_html_needs_no_other_file_and_runs_only_its_own_script(
     assert all(address.startswith(("data:image/svg+xml,", "#part-", "#run-")) for address in reader.addresses)
     assert EVIL not in text
     assert "&lt;script&gt;" in text
-    # e against speed, falls, phase and fall of the drop, raw signals of the quiet run
-    assert reader.tags.count("img") == 2 + 1 + 1
+    # e against speed, track, falls, phase and fall of the drop, raw signals of the quiet run
+    assert reader.tags.count("img") == 3 + 1 + 1
     assert "prefers-color-scheme: dark" in text
 
 
@@ -179,7 +196,7 @@ def test_the_pictures_are_svg_without_script_or_outside_address(
 ) -> None:
     text = made[1].html.read_text(encoding="utf-8")
     pictures = re.findall(r"data:image/svg\+xml,([^\"]+)", text)
-    assert len(pictures) == text.count("<img") == 4
+    assert len(pictures) == text.count("<img") == 5
     for encoded in pictures:
         picture = unquote(encoded)
         assert picture.rstrip().endswith("</svg>")
@@ -190,11 +207,10 @@ def test_the_pictures_are_svg_without_script_or_outside_address(
 @pytest.mark.parametrize(("paper", "size"), [("a4", (595.3, 841.9)), ("letter", (612.0, 792.0))])
 def test_every_page_has_the_paper_that_was_asked_for(tmp_path: Path, paper: Paper, size: tuple[float, float]) -> None:
     session = new_session(tmp_path / "data")
-    content = write_report(session, result_of_run, layout=PageLayout(paper), now=NOW).pdf.read_bytes()
-    boxes = re.findall(rb"/MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]", content)
-    assert len(boxes) > 2
-    for box in boxes:
-        assert tuple(map(float, box)) == pytest.approx(size, abs=0.1)
+    pages = PdfReader(write_report(session, result_of_run, layout=PageLayout(paper), now=NOW).pdf).pages
+    assert len(pages) > 1
+    for page in pages:
+        assert tuple(map(float, page.mediabox[2:])) == pytest.approx(size, abs=0.1)
 
 
 def test_a_report_that_is_cancelled_leaves_the_one_before_and_no_part(tmp_path: Path) -> None:
@@ -296,7 +312,7 @@ def test_an_imported_session_names_file_and_program_and_claims_no_device(tmp_pat
 
 
 def test_the_report_never_loads_pyplot_or_qt() -> None:
-    names = ("matplotlib.pyplot", "PySide6", "pyqtgraph", "tkinter")
+    names = ("matplotlib.pyplot", "PySide6", "pyqtgraph", "tkinter", "typst")
     code = f"import sys, radargui.report.report; print([name for name in {names} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
@@ -304,7 +320,7 @@ def test_the_report_never_loads_pyplot_or_qt() -> None:
 
 def test_the_templates_are_part_of_the_package() -> None:
     names = {item.name for item in (resources.files("radargui.report") / "templates").iterdir()}
-    assert {"begin.html", "blocks.html", "section.html", "sort.js"} <= names
+    assert {"begin.html", "blocks.html", "section.html", "sort.js", "report.typ"} <= names
 
 
 def test_gaps_of_an_excerpt_are_told_where_they_lie_in_the_whole() -> None:
@@ -330,7 +346,7 @@ def test_e_of_time_and_of_height_have_no_more_digits_than_its_uncertainty() -> N
     assert [grid.rows[0][column] for column in (4, 6, 7)] == ["0.800 ± 0.031", "0.800", "0.800"]
 
 
-def test_a_report_of_ten_drops_has_sixteen_pages_at_the_most(tmp_path: Path) -> None:
+def test_a_report_of_ten_drops_has_fourteen_pages_at_the_most(tmp_path: Path) -> None:
     session = new_session(tmp_path, notes="what the operator noted " * 40)
     one = take_facts(drop_result(rate_hz=4000.0), "run-0001", COMPACT)
     runs = tuple(replace(one, name=f"run-{number:04d}", label=str(number)) for number in range(1, 11))
@@ -339,5 +355,10 @@ def test_a_report_of_ten_drops_has_sixteen_pages_at_the_most(tmp_path: Path) -> 
     facts = SessionFacts(session.info, runs, replace(provenance, runs=files))
     chapters = [*front_chapters(report_facts([facts], NOW.isoformat())), *map(run_page, runs)]
     papers: tuple[Paper, ...] = ("a4", "letter")
-    for paper in papers:
-        assert sum(len(text_pages(chapter, paper)) for chapter in chapters) <= 16
+    (tmp_path / "work").mkdir()
+    with page_style():
+        pages = Pages(tmp_path / "work")
+        pages.put_in_front(chapters)
+        for paper in papers:
+            pages.write(tmp_path / "report.pdf", paper, "ten drops", "", NOW.isoformat())
+            assert len(PdfReader(tmp_path / "report.pdf").pages) <= 14

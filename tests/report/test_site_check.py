@@ -11,7 +11,7 @@ from support.results import drop_result
 from radargui.gui.runs.figures_view import FiguresView
 from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
-from radargui.report.document import Facts, Note
+from radargui.report.content import Facts, Note
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_section
 

@@ -21,11 +21,12 @@ from radargui.files.run_results import write_results
 from radargui.model.words import sentence
 from radargui.processing.process import STOPPED, cut_short, process
 from radargui.processing.result_of_run import result_of_run, stored_or_computed
-from radargui.report.document import Note
+from radargui.report.content import Note
 from radargui.report.facts import SessionFacts, report_facts
 from radargui.report.findings_section import front_chapters
+from radargui.report.numbers import write_numbers
 from radargui.report.provenance import provenance_of
-from radargui.report.report import write_report
+from radargui.report.report import study_session
 from radargui.report.run_facts import study, take_facts
 from radargui.report.run_section import run_section
 from radargui.report.tables import write_tables
@@ -33,17 +34,6 @@ from radargui.session.session import Session
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
 NO_COMPUTING = "radargui.processing.result_of_run.process"
-
-
-class NoPages:
-    """Writes nothing."""
-
-    def __init__(self, pdf: object) -> None:
-        self.sections: list[tuple[str, str, str]] = []
-
-    def put(self, chapter: object) -> None: ...
-
-    def put_front(self, facts: object) -> None: ...
 
 
 def assert_close(found: object, wanted: object, name: str = "") -> None:
@@ -84,16 +74,19 @@ def test_tables_are_equal_and_curves_to_single_precision(
 
 
 def test_the_report_does_not_compute_what_the_files_hold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radargui.report.report._Writer", NoPages)
+    def numbers(name: str) -> Path:
+        write_numbers(report_facts([study_session(session, result_of_run)], "now"), tmp_path / name)
+        return tmp_path / name
+
     session = Session.open(make_session(tmp_path / "data", 4))
-    wanted = write_report(session, result_of_run, tmp_path / "wanted", now=NOW)
+    wanted = numbers("wanted")
     (run,) = session.run_paths()
     with h5py.File(run, "r+") as file:
         del file["results"]
-    computed = write_report(session, result_of_run, tmp_path / "computed", now=NOW)
+    computed = numbers("computed")
     for name in ("report.csv", "report-series.csv", "report.tex"):
-        assert wanted.csv.with_name(name).read_bytes() == computed.csv.with_name(name).read_bytes()
-    documents = [json.loads(one.json.read_bytes()) for one in (wanted, computed)]
+        assert (wanted / name).read_bytes() == (computed / name).read_bytes()
+    documents = [json.loads((one / "report.json").read_bytes()) for one in (wanted, computed)]
     # the file is another one without its results, and its checksum says so
     provenances = [one.pop("provenance")["runs"][0] for one in documents]
     assert documents[0] == documents[1]

@@ -3,28 +3,33 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
+from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from support.pdf_text import pdf_words
 from support.results import BUDGET, default_setup, drop_result, quiet_result, rejected_result
 
 from radargui.model.drop import RunOrigin
 from radargui.model.result import Bounces
 from radargui.model.uncertainty_budget import budget_rows
-from radargui.report.canvas import Canvas
+from radargui.report.content import Answer, Chapter, Facts, Grid, Note, Plots, templates
 from radargui.report.curves import take_curves
 from radargui.report.decimation import COMPACT
-from radargui.report.document import Chapter, Drawing, Facts, Grid, Note, templates
 from radargui.report.facts import ReportFacts, SessionFacts, report_facts
 from radargui.report.findings_section import findings_blocks, front_chapters
-from radargui.report.flow import text_pages
 from radargui.report.publication import latex_tables, methods
-from radargui.report.rendering import drawn_alone
 from radargui.report.run_facts import RunFacts, take_facts
-from radargui.report.run_figures import run_figures
+from radargui.report.run_figures import iq_figure
 from radargui.report.run_section import run_page, run_section
-from radargui.report.series_figures import draw_speeds
+from radargui.report.series_figures import speeds_figure
+from radargui.report.typesetting import Pages
 from radargui.session.info import SessionInfo
+
+
+def texts_of(figure: Figure) -> list[str]:
+    return [one.get_text() for one in figure.findobj(Text)]
 
 
 def facts_of(*sessions: tuple[RunFacts, ...]) -> ReportFacts:
@@ -64,6 +69,14 @@ def test_one_run_is_spoken_of_as_one(n: int, warning: str, dropped: str) -> None
     assert f" impacts of {runs} (* best described)" in speeds.title
 
 
+def test_the_answer_stands_first_with_what_it_is_of() -> None:
+    facts = facts_of(simulated(3))
+    first, *_ = findings_blocks(facts)
+    assert first == Answer(f"e = {facts.findings.sessions[0].series.e.words()}", facts.findings.sentence)
+    quiet = facts_of((take_facts(quiet_result(), "run-0001", COMPACT),))
+    assert next(iter(findings_blocks(quiet))) == Note(quiet.findings.sentence), "of no drop there is no e"
+
+
 def test_the_mean_of_sessions_says_what_is_not_in_its_interval_and_what_its_p_tests() -> None:
     sentence = facts_of(simulated(2), simulated(2, e=0.81)).findings.sentence
     assert "without what these share, such as calibration and sphere" in sentence
@@ -100,9 +113,7 @@ def test_the_figure_of_e_says_whose_uncertainty_its_bars_are_and_which_impacts_i
     first, *others = run.bounces.impacts
     vague = replace(run, bounces=replace(run.bounces, impacts=(*others, replace(first, u_e=0.2))))
     for one, left_out in ((run, ""), (vague, "; 1 with u > 10 % of e left out")):
-        drawn = drawn_alone(Drawing("", partial(draw_speeds, facts=facts_of((one,))), 62.0))
-        (canvas,) = (child for child in drawn.get_children() if isinstance(child, Canvas))
-        texts = [text for *_, text in canvas.words]
+        texts = texts_of(speeds_figure(facts_of((one,)), (180.0, 80.0)))
         assert f"e of valid impacts, bars ± 2 statistical u{left_out}" in texts
         assert any(text.endswith(" ± 2 u") for text in texts), "of the model, whose band is drawn too"
 
@@ -124,18 +135,16 @@ def test_a_receiver_without_corrected_signal_is_said_to_have_none() -> None:
     unknown[1] = float("nan")
     curves = take_curves(replace(result, corrected=replace(result.corrected, i=unknown, q=unknown)), COMPACT)
     assert curves is not None
-    drawn = drawn_alone(Drawing("", partial(run_figures, curves=curves), 200.0))
-    (canvas,) = (child for child in drawn.get_children() if isinstance(child, Canvas))
-    assert [text for *_, text in canvas.words].count("not known") == 1
+    assert texts_of(iq_figure(curves)).count("not known") == 1
 
 
 def test_no_figure_on_the_screen_is_without_a_caption() -> None:
     facts = facts_of(simulated(2))
     quiet = take_facts(quiet_result(), "run-0001", COMPACT)
     pages = [*front_chapters(facts), run_page(facts.sessions[0].runs[0]), run_page(quiet)]
-    shown = [block for page in pages for block in (page.screen or page.blocks) if isinstance(block, Drawing)]
-    titles = [one.title for one in shown]
-    assert titles == ["e against the impact speed", "Falls", "Phase and height", "I and Q"]
+    shown = [block for page in pages for block in (page.screen or page.blocks) if isinstance(block, Plots)]
+    titles = [one.title for block in shown for one in block.plots]
+    assert titles == ["e against the impact speed", "Track", "Falls", "Phase and height", "I and Q"]
 
 
 def test_of_a_single_drop_no_scatter_no_interval_and_no_outlier_test_is_told() -> None:
@@ -167,16 +176,17 @@ def test_the_methods_of_a_session_without_a_valid_drop_tell_of_no_uncertainty() 
     assert "stands with" not in said
 
 
-def test_powers_of_ten_stand_in_html_and_pdf_as_people_write_them() -> None:
+def test_powers_of_ten_stand_in_html_and_pdf_as_people_write_them(tmp_path: Path) -> None:
     blocks = (
         Facts((("u", "(1.0 ± 8.9e-06) m"),)),
         Grid(("receiver", "u"), (("1", "9.6e-06"), ("2", "1.2e+07"))),
         Note("p is 4.5e-08. Taken from run 3e-05.csv."),
     )
     page = templates().get_template("blocks.html").render(blocks=blocks)
-    figures = text_pages(Chapter("", blocks))
-    drawn = [text for one in figures[0].get_children() if isinstance(one, Canvas) for *_, text in one.words]
-    for text in (page, " ".join(drawn)):
+    pages = Pages(tmp_path)
+    pages.put(Chapter("Powers", blocks))
+    pages.write(tmp_path / "page.pdf", "a4", "", "", "2026-11-20T15:04:05+00:00")
+    for text in (page, pdf_words(tmp_path / "page.pdf")):
         for power in ("8.9 × 10⁻⁶", "9.6 × 10⁻⁶", "1.2 × 10⁷", "4.5 × 10⁻⁸"):
             assert power in text
         assert "3e-05.csv" in text, "a name is no number"

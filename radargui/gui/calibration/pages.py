@@ -27,7 +27,7 @@ from radargui.model.resources import resources_folder
 from radargui.model.rounding import UNKNOWN, plain, with_sign
 from radargui.model.setup import Setup
 from radargui.model.words import sentence
-from radargui.report.document import with_powers
+from radargui.report.content import with_powers
 
 _RECORDINGS = f"Recordings ({' '.join('*' + suffix for suffix in SUFFIXES)});;All files (*)"
 _PATHS = "Known motions (*.toml *.csv);;All files (*)"

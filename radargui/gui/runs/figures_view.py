@@ -20,7 +20,7 @@ from radargui.model.result import RunResult
 from radargui.model.rounding import plain
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import SHARES, UncertaintyBudget, budget_rows, variance_shares
-from radargui.report.document import Content, Facts, Grid, Note, templates
+from radargui.report.content import Content, Facts, Grid, Note, templates
 from radargui.report.facts import Glances
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_section
@@ -221,7 +221,7 @@ def _front_page(session: Session, glances: Glances, alarm: str) -> str:
     """Return the page; in the thread of the work, where matplotlib may take its time."""
     from radargui.report.facts import report_facts
     from radargui.report.findings_section import findings_blocks, runs_table
-    from radargui.report.rendering import pixels_of
+    from radargui.report.html import pixels_of
     from radargui.report.report import labels_of
 
     labels, found = labels_of(session), glances.session_facts(session)

@@ -10,14 +10,14 @@ from matplotlib.figure import Figure
 
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
-from radargui.report.sheet import Paper, new_page
+from radargui.report.plots import new_figure
 
 STEP = 20
 """Samples between two points: what is drawn is kept until the report is written, so it is kept small."""
 
 
-def speed_over_time(result: RunResult) -> Callable[[Paper], Figure] | None:
-    """Return what draws the page; None where there is no track."""
+def speed_over_time(result: RunResult) -> Callable[[], Figure] | None:
+    """Return what draws the figure; None where there is no track."""
     if result.track is None:
         return None
     time_s, position_m = result.track.time_s[::STEP], result.track.position_m[:, ::STEP]
@@ -25,11 +25,11 @@ def speed_over_time(result: RunResult) -> Callable[[Paper], Figure] | None:
     return partial(draw, time_s - result.zero[0], speed_m_s)
 
 
-def draw(time_s: FloatArray, speed_m_s: FloatArray, paper: Paper) -> Figure:
-    """Return the page."""
-    page = new_page(paper)
-    axes = page.add_axes((0.12, 0.6, 0.8, 0.3))
+def draw(time_s: FloatArray, speed_m_s: FloatArray) -> Figure:
+    """Return the figure, as wide as the text of the report; it gets a page of its own."""
+    figure = new_figure(height_mm=90.0, layout="constrained")
+    axes = figure.subplots()
     axes.plot(time_s, speed_m_s, linewidth=0.8)
     axes.set_xlabel("time / s")
     axes.set_ylabel("speed / (m/s)")
-    return page
+    return figure

@@ -1,4 +1,4 @@
-"""The report as chapters of blocks, from which PDF and HTML are both drawn."""
+"""What a report says, made once: chapters of blocks, from which PDF and HTML are written."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 if TYPE_CHECKING:
     from jinja2 import Environment
     from matplotlib.figure import Figure
-
-    from radargui.report.sheet import Area, Paper
 
 
 _POWER = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]\d+)(?!\w|\.\w)")
@@ -77,34 +75,49 @@ class Note:
 
 
 @dataclass(frozen=True, slots=True)
-class Drawing:
-    """Figures between the text.
+class Answer:
+    """What a report is opened for, set large; beneath it what it is."""
+
+    value: str
+    words: str
+    kind: Literal["answer"] = "answer"
+
+
+@dataclass(frozen=True, slots=True)
+class Plot:
+    """A figure, drawn when it is needed.
 
     Attributes
     ----------
     title
         Written above; the bookmark of a page of its own.
     draw
-        Draws into an area of a figure, which has room for labels left of it and beneath.
-    height_mm
-        Without labels; None: what the page has left.
+        Returns it, as large as it is printed.
     """
 
     title: str
-    draw: Callable[[Figure, Area], None] = field(repr=False)
-    height_mm: float | None = None
-    kind: Literal["drawing"] = "drawing"
+    draw: Callable[[], Figure] = field(repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Picture:
-    """A page of figures, drawn when it is needed."""
+class Plots:
+    """Figures between the text.
 
-    title: str
-    draw: Callable[[Paper], Figure] = field(repr=False)
+    Attributes
+    ----------
+    plots
+        Beside each other where they are narrow enough, else beneath.
+    fitted
+        Whether they are made smaller where the page has less room left for them.
+    """
+
+    plots: tuple[Plot, ...]
+    fitted: bool = False
+    kind: Literal["plots"] = "plots"
 
 
-Content: TypeAlias = Facts | Grid | Note | Drawing
+Content: TypeAlias = Facts | Grid | Note | Answer | Plots
+"""What a chapter holds between its title and its pictures."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,21 +127,24 @@ class Chapter:
     Attributes
     ----------
     title
-        On every page of it.
+        Above it, and its bookmark.
     blocks
         Text, tables and figures below each other.
     pictures
-        Pages of figures behind them.
+        Figures behind them, each on a page of its own.
     small
         Whether text is set small, to fit one page.
+    follows
+        Whether it may begin below what stands before it, else on a page of its own.
     screen
         What HTML shows instead of `blocks`.
     """
 
     title: str
     blocks: tuple[Content, ...] = ()
-    pictures: tuple[Picture, ...] = ()
+    pictures: tuple[Plot, ...] = ()
     small: bool = False
+    follows: bool = False
     screen: tuple[Content, ...] | None = None
 
 

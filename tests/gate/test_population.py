@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from _pytest.mark.structures import ParameterSet
 from benchmarks.gate.score import Score
 from benchmarks.gate.worker import process
 

@@ -25,7 +25,7 @@ def drawn(seed: int, n_rest: int, lengths: list[float]) -> tuple[NormalMatrix, M
     return random_normal(np.random.default_rng(seed), spline, n_rest + len(lengths) - 1), spline
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.integers(0, 10**6), st.integers(1, 20), LENGTHS)
 def test_the_bordered_band_is_solved_as_the_dense_matrix_is(seed: int, n_rest: int, lengths: list[float]) -> None:
     normal, spline = drawn(seed, n_rest, lengths)
@@ -57,7 +57,7 @@ def test_what_is_added_to_the_diagonal_stands_there(seed: int, n_rest: int, leng
     assert found.log_determinant() == pytest.approx(np.linalg.slogdet(whole)[1], rel=1e-9)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.integers(0, 10**6), st.integers(1, 20), LENGTHS)
 def test_covariances_of_the_motion_equal_the_dense_ones(seed: int, n_rest: int, lengths: list[float]) -> None:
     normal, spline = drawn(seed, n_rest, lengths)

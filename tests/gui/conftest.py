@@ -115,8 +115,8 @@ def windows(
     # the live track may be late here: time runs faster than for an operator, on a machine that does other things
     monkeypatch.setattr("radargui.acquisition.stream.LONGEST_LAG_S", 4.0)
     monkeypatch.setattr("radargui.experiment.series.ProcessingApart", ProcessingHere)
-    # nobody follows a sphere here: a sixth of the pictures says as much
-    monkeypatch.setattr("radargui.gui.main_window.FRAME_MS", 200)
+    # nobody follows a sphere here: a third of the pictures says as much
+    monkeypatch.setattr("radargui.gui.main_window.FRAME_MS", 100)
     made: list[MainWindow] = []
 
     def make(setup_path: Path | None = None, **options: Any) -> MainWindow:

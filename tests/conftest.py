@@ -28,9 +28,18 @@ settings.register_profile("seeded", derandomize=True, deadline=None, max_example
 settings.load_profile("seeded")
 
 
+LONG = ("gate", "processing", "gui", "cli")
+"""Folders whose files take longest: begun last, one of them would keep one process at work alone."""
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--hardware", action="store_true", help="run the tests that need a real NI device")
     parser.addoption("--slow", action="store_true", help="run the long tests too: many seeds, walls sought, a cluster")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    # pytest-xdist would begin with the files of many tests, not with the long ones
+    config.option.loadscopereorder = False
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -38,6 +47,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         slow = [item for item in items if "slow" in item.keywords]
         items[:] = [item for item in items if "slow" not in item.keywords]
         config.hook.pytest_deselected(items=slow)
+    items.sort(key=lambda item: item.path.parent.name not in LONG)
     if config.getoption("--hardware"):
         return
     skip = pytest.mark.skip(reason="needs a real NI device: run with --hardware")
@@ -47,7 +57,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 @pytest.fixture(autouse=True, scope="module")
-def collected_in_the_main_thread_only() -> Iterator[None]:
+def collected_in_the_main_thread_only(request: pytest.FixtureRequest) -> Iterator[None]:
     """Collect after each module: a library's thread that finds a dead window's objects would end the whole process."""
     gc.disable()
     if not gc.get_freeze_count():
@@ -55,6 +65,9 @@ def collected_in_the_main_thread_only() -> Iterator[None]:
         gc.freeze()
     yield
     gc.collect()
+    if request.path.parent.name != "gui":
+        # what is left is caches and what was imported meanwhile: the next collection need not look at it
+        gc.freeze()
 
 
 def pytest_sessionfinish() -> None:

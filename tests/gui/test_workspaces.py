@@ -51,8 +51,7 @@ def plot_shares(window: MainWindow) -> list[float]:
 
 
 @pytest.fixture
-def small(make_window: MakeWindow, setup_path: Path, wait_for: Any) -> MainWindow:
-    window = make_window(setup_path)
+def small(window: MainWindow, wait_for: Any) -> MainWindow:
     window.resize(*SIZE)
     window.activateWindow()
     wait_for(window.isActiveWindow)

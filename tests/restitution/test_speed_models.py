@@ -177,7 +177,7 @@ impacts = st.builds(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.lists(impacts, max_size=14))
 def test_any_impacts_give_finite_numbers_or_a_reason(points: list[ImpactPoint]) -> None:
     for fit in fit_speed_models(points):

@@ -27,6 +27,7 @@ from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.signals import ScaledSignals
 from radargui.geometry.exchange import changes_faster
 from radargui.geometry.path_length import path_gradient
+from radargui.geometry.plate import Plate
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.finding import Finding, refuse
 from radargui.model.setup import Setup
@@ -268,7 +269,9 @@ def _begun(
     flights = start.flights
     # a fall that ends dead ends on the floor
     touch = flights.position_m(np.append(flights.impact_s, start.end_s)[:1])
-    surface = float(touch[2, 0]) - 0.5 * setup.tracer.diameter_m - DROP.plate_m
+    surface = float(touch[2, 0]) - 0.5 * setup.tracer.diameter_m
+    # of a plate that is stated what is touched reflects
+    surface -= 0.0 if Plate.of(setup.floor) is not None else DROP.plate_m
     prior = start.model.mean.flights, start.model.deviation.flights
     model = drop_model(signals, setup, start.model.bins, prior, surface, known, _whole(), front_ends)
     own, image = _own_and_image(start)

@@ -195,10 +195,12 @@ def make_prior(
     for m, plane in enumerate(planes):
         # T and R of one surface share their deviation: where one is hardly seen, the others say how large it is
         reflections = [layout.transmitter_reflection, *(own.receiver_reflection for own in receivers)]
-        group(
-            [of_mirror(places, m) for places in reflections],
-            settings.reflection if plane.name == FLOOR else settings.wall_reflection,
-        )
+        # what is stated of a floor is a term of its own (`stated_floor`): the deviation of one holds nothing
+        if plane.surface is None:
+            group(
+                [of_mirror(places, m) for places in reflections],
+                settings.reflection if plane.name == FLOOR else settings.wall_reflection,
+            )
         group([of_mirror(own.double_reflection, m) for own in receivers], settings.double_reflection)
     bias = settings.bias_beside_floor if has_floor(planes) else settings.bias
     # slow noise keeps N(0, 1) of its own functions, measured on the rest: the motion would lend it everything slow

@@ -13,6 +13,7 @@ from radargui.gui.layout import PlainLabel, button, fill, having, holding, ticki
 from radargui.gui.panels import Actions
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
 from radargui.gui.table import RowTable
+from radargui.model.rounding import UNKNOWN
 
 _MOST_FITTED = 50
 """Runs that columns and lines are fitted to when a session is opened; all of ten thousand would take a second."""
@@ -142,7 +143,9 @@ class RunListPanel(QWidget):
         for row, entry in enumerate(self.model.entries):
             hidden = bool(entry.rejected) and not self.rejected.isChecked()
             self.table.setRowHidden(self.table.shown_row(row), hidden)
-        self.table.setColumnHidden(list(COLUMNS).index("Note"), not any(one.note for one in self.model.entries))
+        for title in ("Note", "e of times"):
+            column = list(COLUMNS).index(title)
+            self.table.setColumnHidden(column, all(one.cells[column] in ("", UNKNOWN) for one in self.model.entries))
         count = sum(bool(entry.rejected) for entry in self.model.entries)
         self.rejected.setText(f"Show rejected ({count})" if count else "Show rejected")
 

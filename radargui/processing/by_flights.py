@@ -34,7 +34,7 @@ guess (method 6, Quality)."""
 
 
 STRONG = 0.5
-"""|R| of a floor from which on circles say nothing of wires: at times the waves over it nearly cancel the direct one."""
+"""|R| of a floor from which on circles say nothing of wires: the waves over it nearly cancel the direct one."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,6 +23,7 @@ from radargui.estimation.flights.setup_unknowns import StatedSetup, setup_unknow
 from radargui.estimation.flights.start import START, DropStart, followed_until, start_drop
 from radargui.estimation.forward.bins import BinSettings, bin_by_fringe, clear_of_holder_s, pool
 from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere, supposed_spheres
+from radargui.estimation.forward.stated_floor import begun_as_stated
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.signals import ScaledSignals
 from radargui.geometry.exchange import changes_faster
@@ -288,7 +289,7 @@ def _begun(
         # no mixer is farther off than this: what a start of few fringes finds beyond is its own error
         theta[now.log_gain] = np.clip(np.log(np.abs(front_end[number])), -DROP.most_off, DROP.most_off)
         theta[now.quadrature_error] = np.clip(np.angle(front_end[number]), -DROP.most_off, DROP.most_off)
-    return model, start.at.values._replace(theta=theta)
+    return model, start.at.values._replace(theta=begun_as_stated(theta, layout, model.inputs))
 
 
 def _whole() -> LinearPart:

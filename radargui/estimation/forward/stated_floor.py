@@ -73,6 +73,27 @@ def stated_term(theta: FloatArray, layout: Layout, inputs: ModelInputs) -> State
     return StatedTerm(residual, slopes, float(np.log(u).sum() + np.log(u_phase).sum()))
 
 
+def begun_as_stated(theta: FloatArray, layout: Layout, inputs: ModelInputs) -> FloatArray:
+    """Return theta with T and R as the plate has them where the plane stands; as it is where no plate is stated.
+
+    A floor an eighth of a wave off is nearly as good with T of another phase, and that valley is not left again.
+    """
+    if not has_floor(inputs.planes) or inputs.planes[0].surface is None or inputs.planes[0].surface.plate is None:
+        return theta
+    out = theta.copy()
+    _, by_theta, cosine = _of_surface(theta, layout, inputs, inputs.planes[0])
+    expected, _ = _expected(inputs.planes[0].surface, cosine, inputs)
+    for own, row, reflected in zip(_reflections(layout), by_theta, expected, strict=True):
+        # what T is multiplied with is q
+        t = -reflected / row[own.start]
+        out[own][:2] = t.real, t.imag
+    return out
+
+
+def _reflections(layout: Layout) -> list[slice]:
+    return [layout.transmitter_reflection, *(own.receiver_reflection for own in layout.receivers)]
+
+
 def _expected(surface: StatedSurface, cosine: FloatArray, inputs: ModelInputs) -> tuple[ComplexArray, FloatArray]:
     """Return R as each antenna, at a cosine of the angle, counts it, and its uncertainty as a share; (1 + n,) both."""
     u = np.full(cosine.size, surface.u_reflection / surface.reflection)
@@ -105,10 +126,9 @@ def _of_surface(
         for pointed, at in ((axis, points), (plane.turned(axis, unknown), images))
     )
     functions = np.stack([(q_floor - q_direct) / LOBE_UNITS[1], (q_floor**2 - q_direct**2) / LOBE_UNITS[2]], axis=-1)
-    reflections = [layout.transmitter_reflection, *(own.receiver_reflection for own in layout.receivers)]
     lobes = [layout.transmitter_lobe, *(own.receiver_lobe for own in layout.receivers)]
     q, by_theta = np.empty(len(points), complex), np.zeros((len(points), layout.size), complex)
-    for number, (places, lobe) in enumerate(zip(reflections, lobes, strict=True)):
+    for number, (places, lobe) in enumerate(zip(_reflections(layout), lobes, strict=True)):
         back = np.exp(-1j * k * way[number] - theta[lobe][1:3] @ functions[number])
         q[number] = complex(*theta[places][:2]) * back
         row = by_theta[number]

@@ -244,10 +244,12 @@ def with_polarisation(prior: Prior, layout: Layout, sphere: PolarisedSphere) -> 
 
 
 def with_known_front_ends(prior: Prior, layout: Layout, known: Sequence[LogFrontEnd]) -> Prior:
-    """Return a prior in which ln g and eps are those of earlier runs, one a receiver."""
+    """Return a prior in which ln g, eps and harmonics are those of earlier runs, one a receiver."""
     mean, sd = prior.mean.copy(), prior.sd.copy()
     for own, front_end in zip(layout.receivers, known, strict=True):
         mean[own.log_gain], sd[own.log_gain] = front_end.log_gain, front_end.u_log_gain
         mean[own.quadrature_error] = front_end.quadrature_error_rad
         sd[own.quadrature_error] = front_end.u_quadrature_error_rad
+        if front_end.harmonics:
+            mean[own.harmonics], sd[own.harmonics] = front_end.harmonics, front_end.u_harmonics
     return Prior(mean, sd, prior.groups)

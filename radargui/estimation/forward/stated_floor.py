@@ -18,8 +18,9 @@ from radargui.estimation.forward.signal_model import ModelInputs
 from radargui.geometry.plate import StatedSurface
 from radargui.model.arrays import ComplexArray, FloatArray
 
-U_LOBE = 0.1
-"""Of what comes over a floor, as a share: an antenna that points some degrees beside the centre."""
+U_WAY = 0.1
+"""Of what comes over a floor, as a share: an antenna that points some degrees beside the centre changes its size, a
+plate 0.2 mm thicker than it is called its phase."""
 _LEAST = 1e-6  # of |q|, whose logarithm changes with T
 
 
@@ -66,11 +67,9 @@ def stated_term(theta: FloatArray, layout: Layout, inputs: ModelInputs) -> State
         slopes = (np.conj(share) * by_share.T).T.real / (size * u)[:, None]
         return StatedTerm(residual, slopes, float(np.log(u).sum()))
     wrong = share - 1.0
-    # the phase has nothing of the lobe
-    u_phase = np.sqrt(np.maximum(u**2 - U_LOBE**2, 0.0))
-    residual = np.concatenate([wrong.real / u, wrong.imag / u_phase])
-    slopes = np.concatenate([by_share.real / u[:, None], by_share.imag / u_phase[:, None]])
-    return StatedTerm(residual, slopes, float(np.log(u).sum() + np.log(u_phase).sum()))
+    residual = np.concatenate([wrong.real / u, wrong.imag / u])
+    slopes = np.concatenate([by_share.real / u[:, None], by_share.imag / u[:, None]])
+    return StatedTerm(residual, slopes, 2.0 * float(np.log(u).sum()))
 
 
 def begun_as_stated(theta: FloatArray, layout: Layout, inputs: ModelInputs) -> FloatArray:
@@ -98,14 +97,14 @@ def _expected(surface: StatedSurface, cosine: FloatArray, inputs: ModelInputs) -
     """Return R as each antenna, at a cosine of the angle, counts it, and its uncertainty as a share; (1 + n,) both."""
     u = np.full(cosine.size, surface.u_reflection / surface.reflection)
     if surface.plate is None:
-        return np.full(cosine.size, surface.reflection, complex), np.hypot(u, U_LOBE)
+        return np.full(cosine.size, surface.reflection, complex), np.hypot(u, U_WAY)
     expected = np.full(cosine.size, surface.plate.straight_down(inputs.wavenumber))
     if inputs.sphere is None:
         electric, magnetic = surface.plate.coefficients(cosine, inputs.wavenumber)
         middle, half = 0.5 * (electric + magnetic), 0.5 * np.abs(electric - magnetic)
         u = np.hypot(u, half / np.abs(expected))
         expected = np.where(np.abs(middle) > surface.u_reflection, middle, expected)
-    return expected, np.hypot(u, U_LOBE)
+    return expected, np.hypot(u, U_WAY)
 
 
 def _of_surface(

@@ -17,8 +17,9 @@ class PoolSettings:
 
     Attributes
     ----------
-    change_gain, change_deg
-        What a front end may change between runs of a session: gain ratio as a share, quadrature error.
+    change_gain, change_deg, change_harmonic
+        What a front end may change between runs of a session: gain ratio as a share, quadrature error, harmonics over
+        the echo.
     disagrees
         A run contradicts the pool beyond so many standard uncertainties of the difference: three of 1000 by chance
         with six numbers.
@@ -28,6 +29,7 @@ class PoolSettings:
 
     change_gain: float = 1e-3
     change_deg: float = 0.05
+    change_harmonic: float = 1e-4
     disagrees: float = 3.5
     twice: float = 0.5
 
@@ -51,13 +53,24 @@ def pool_constants(runs: Sequence[tuple[FrontEnd, ...]]) -> tuple[FrontEnd, ...]
     for own in zip(*runs, strict=True):
         gain, u_gain = _pool([c.gain_ratio for c in own], [c.u_gain_ratio for c in own])
         angle, u_angle = _pool([c.quadrature_error_deg for c in own], [c.u_quadrature_error_deg for c in own])
+        # runs of a version that did not store them know nothing of them
+        known = [c for c in own if c.harmonics]
+        parts = zip(*(zip(c.harmonics, c.u_harmonics, strict=True) for c in known), strict=True)
+        harmonics = [_pool(*zip(*part, strict=True)) for part in parts]
         pooled.append(
-            FrontEnd(gain, float(np.hypot(u_gain, POOL.change_gain)), angle, float(np.hypot(u_angle, POOL.change_deg)))
+            FrontEnd(
+                gain,
+                float(np.hypot(u_gain, POOL.change_gain)),
+                angle,
+                float(np.hypot(u_angle, POOL.change_deg)),
+                tuple(mean for mean, _ in harmonics),
+                tuple(float(np.hypot(u, POOL.change_harmonic)) for _, u in harmonics),
+            )
         )
     return tuple(pooled)
 
 
-def _pool(values: list[float], u: list[float]) -> tuple[float, float]:
+def _pool(values: Sequence[float], u: Sequence[float]) -> tuple[float, float]:
     weight = 1.0 / np.square(u)
     mean = float((weight * values).sum() / weight.sum())
     # runs that agree better than their u lets expect do so by chance: below one it does not count
@@ -93,22 +106,26 @@ def knows_more(prior: Sequence[FrontEnd], own: Sequence[FrontEnd]) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class LogFrontEnd:
-    """What earlier runs say about one receiver's ln g and eps, standard uncertainties beside them."""
+    """What earlier runs say about one receiver's ln g, eps and harmonics, standard uncertainties beside them."""
 
     log_gain: float
     u_log_gain: float
     quadrature_error_rad: float
     u_quadrature_error_rad: float
+    harmonics: tuple[float, ...] = ()
+    u_harmonics: tuple[float, ...] = ()
 
 
 def as_prior(constants: Sequence[FrontEnd]) -> tuple[LogFrontEnd, ...]:
-    """Return constants as the joint estimate has them: ln g, and eps in rad."""
+    """Return constants as the joint estimate has them: ln g, eps in rad, harmonics."""
     return tuple(
         LogFrontEnd(
             log_gain=float(np.log(own.gain_ratio)),
             u_log_gain=own.u_gain_ratio / own.gain_ratio,
             quadrature_error_rad=float(np.radians(own.quadrature_error_deg)),
             u_quadrature_error_rad=float(np.radians(own.u_quadrature_error_deg)),
+            harmonics=own.harmonics,
+            u_harmonics=own.u_harmonics,
         )
         for own in constants
     )

@@ -234,5 +234,6 @@ def _constants(chosen: ChosenModel) -> tuple[FrontEnd, ...]:
     for own in solution.problem.layout.receivers:
         gain, angle = float(np.exp(theta[own.log_gain])), float(np.degrees(theta[own.quadrature_error]))
         u_gain, u_angle = gain * float(u[own.log_gain]), float(np.degrees(u[own.quadrature_error]))
-        out.append(FrontEnd(gain, u_gain, angle, u_angle))
+        harmonics, u_harmonics = (tuple(values[own.harmonics].tolist()) for values in (theta, u))
+        out.append(FrontEnd(gain, u_gain, angle, u_angle, harmonics, u_harmonics))
     return tuple(out)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -106,7 +106,7 @@ def channel_qualities(
     """
     # of one channel, over the typical amplitude: 10 log10(A^2 / 2 sigma^2) is the SNR
     noise = signals.sigma.reshape(-1, 2).mean(axis=1) / amplitude
-    return tuple(
+    found = (
         assess(
             str(n + 1),
             iq=np.stack([iq[0][n, moving], iq[1][n, moving]]),
@@ -122,4 +122,8 @@ def channel_qualities(
             chi_square=float(chi_square[n]),
         )
         for n, own in enumerate(constants)
+    )
+    return tuple(
+        replace(one, harmonics=own.harmonics, u_harmonics=own.u_harmonics)
+        for one, own in zip(found, constants, strict=True)
     )

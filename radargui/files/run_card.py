@@ -64,7 +64,8 @@ def summarise(result: RunResult) -> dict[str, object]:
     Returns
     -------
     dict
-        `status`, `reason`, `drop_height_m`, `impact_speed_m_s`, `e`, `u_e`, `u_e_combined`, `g_m_s2`, `u_g_m_s2`,
+        `status`, `reason`, `drop_height_m`, `impact_speed_m_s`, `e`, `u_e`, `u_e_combined`, `e_times`,
+        `u_e_times` (from times alone), `g_m_s2`, `u_g_m_s2`,
         `u_g_combined_m_s2` (combined: with what calibration and sphere leave open; else statistical), `correction`,
         `geometry`, `version`, `n_bounces` (all impacts), `verdict` (the worst receiver's), `preliminary` (see
         `RunResult`), `from_rest` (whether the rest before the motion was recorded), `warnings`. JSON can hold it.
@@ -78,7 +79,7 @@ def summarise(result: RunResult) -> dict[str, object]:
         "reason": result.reason,
         "drop_height_m": _finite(fall, "drop_height_m"),
         "impact_speed_m_s": _finite(bounce, "speed_before_m_s"),
-        **{key: _finite(bounce, key) for key in ("e", "u_e", "u_e_combined")},
+        **{key: _finite(bounce, key) for key in ("e", "u_e", "u_e_combined", "e_times", "u_e_times")},
         **{key: _finite(fall, key) for key in ("g_m_s2", "u_g_m_s2")},
         "u_g_combined_m_s2": budget.g_m_s2.combined if fall and budget else None,
         "correction": corrected.method if corrected else result.setup.processing.correction,

@@ -192,7 +192,7 @@ _BESIDE = ("normal", "u_tilt_deg", "braked_1_m", "walls_s", "with_walls_s")
 _METHOD_BYTES = 40  # in UTF-8: rows of a table are of one length, longer names are cut (chosen by hand)
 _BOUNCE_UNITS = (
     *("s", "m/s", "m/s", "1", "1", "text", "1", "1", "1", "1"),
-    *("m", "m", "m", "m", "m/s", "m/s", "deg", "deg", "m/s", "m/s", "1", "1", "1", "1"),
+    *("m", "m", "m", "m", "m/s", "m/s", "deg", "deg", "m/s", "m/s", "1", "1", "1", "1", "1", "1"),
 )
 _KINDS: dict[type, Any] = {float: "<f8", bool: "?", str: h5py.string_dtype("utf-8", _METHOD_BYTES)}
 BOUNCE_TYPE = np.dtype([(name, _KINDS[kind]) for name, kind in get_type_hints(Bounce).items()])

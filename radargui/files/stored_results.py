@@ -53,6 +53,7 @@ _BUDGET = TypeAdapter[UncertaintyBudget | None](UncertaintyBudget | None)
 _SETUP = TypeAdapter(tuple[SetupValue, ...])
 _SETUP_PRIOR = TypeAdapter[SetupPrior | None](SetupPrior | None)
 _PRIOR = TypeAdapter[FrontEndPrior | None](FrontEndPrior | None)
+_FRONT_END = TypeAdapter[FrontEnd](FrontEnd)
 _LEFT_OUT = ("piece", "u_combined_m")
 """Arrays that not every result has."""
 
@@ -195,7 +196,9 @@ def read_front_ends(path: Path) -> StoredFrontEnds | None:
             return None
         setup = parse_setup(hdf5.text(attributes, "setup"), "setup in the results")
         keys = [one.name for one in fields(FrontEnd)]
-        front_ends = tuple(FrontEnd(*(float(getattr(one, key)) for key in keys)) for one in channels)
+        numbers = [{key: getattr(one, key) for key in keys} for one in channels]
+        # of None there is no number
+        front_ends = tuple(_FRONT_END.validate_python(row) for row in numbers)
         _want_possible(front_ends)
         return StoredFrontEnds(path.stem, setup, front_ends)
     return None
@@ -283,7 +286,7 @@ def _want_possible(front_ends: Iterable[FrontEnd]) -> None:
     if any(
         not value > 0.0
         for one in front_ends
-        for value in (one.gain_ratio, one.u_gain_ratio, one.u_quadrature_error_deg)
+        for value in (one.gain_ratio, one.u_gain_ratio, one.u_quadrature_error_deg, *one.u_harmonics)
     ):
         raise ValueError
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from radargui.model.air import ASSUMED_AIR
 from radargui.model.calibrated_setup import agreeing, setup_key
-from radargui.model.radar import Receiver, Tracer, Transmitter
+from radargui.model.radar import Floor, Receiver, Tracer, Transmitter
 from radargui.model.section import Section
 from radargui.model.setup import Setup, moved
 
@@ -24,6 +24,7 @@ ASSUMED = {
     "u_refractive_index": 0.02,
     "u_polarization_deg": 5.0,
     "floor.u_tilt_deg": 0.3,
+    "u_reflection": 0.05,
     "u_clock_ppm": 50.0,
     **ASSUMED_AIR,
 }
@@ -195,4 +196,11 @@ def _of_calibration(setup: Setup) -> tuple[tuple[str, ...], list[UncertainInput]
 def assumed_uncertainties(setup: Setup) -> dict[str, float]:
     """Return the uncertainties that the setup does not give, by the key that would give them, and the values taken."""
     of_air = {f"air.{name}": u for name, u in setup.air.assumed.items()}
-    return {one.u_key: one.u for one in uncertain_inputs(setup) if one.assumed} | of_air
+    floor = setup.floor
+    of_floor = {"floor.u_reflection": u_reflection(floor)} if floor.is_stated and floor.u_reflection is None else {}
+    return {one.u_key: one.u for one in uncertain_inputs(setup) if one.assumed} | of_air | of_floor
+
+
+def u_reflection(floor: Floor) -> float:
+    """Return the uncertainty of what a floor is said to reflect."""
+    return ASSUMED["u_reflection"] if floor.u_reflection is None else floor.u_reflection

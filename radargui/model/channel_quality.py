@@ -35,6 +35,8 @@ class ChannelQuality:
         Why the receiver is not good; the finding refuses it, or warns of a usable one.
     u_gain_ratio, u_quadrature_error_deg
         Standard uncertainties of gain ratio and quadrature error.
+    harmonics, u_harmonics
+        As of `FrontEnd`.
     prior_runs
         Runs of the session whose gain ratio and quadrature error were the prior of these; empty where none was used.
     """
@@ -52,6 +54,8 @@ class ChannelQuality:
     u_gain_ratio: float | None = None
     u_quadrature_error_deg: float | None = None
     prior_runs: tuple[str, ...] = ()
+    harmonics: tuple[float, ...] = ()
+    u_harmonics: tuple[float, ...] = ()
 
     @property
     def verdict(self) -> str:

@@ -22,12 +22,17 @@ class FrontEnd:
         Amplitude of Q over amplitude of I.
     quadrature_error_deg, u_quadrature_error_deg
         Departure of Q from 90 degrees after I.
+    harmonics, u_harmonics
+        What a mixer makes of the echo that turns at -3 and +3 times its phase, over the echo: real and imaginary parts
+        by turns, four numbers; none where they are not known.
     """
 
     gain_ratio: float
     u_gain_ratio: float
     quadrature_error_deg: float
     u_quadrature_error_deg: float
+    harmonics: tuple[float, ...] = ()
+    u_harmonics: tuple[float, ...] = ()
 
     @property
     def quadrature_error_rad(self) -> float:
@@ -37,9 +42,10 @@ class FrontEnd:
     def with_phase_sign(self, phase_sign: int) -> FrontEnd:
         """Return the constants of the signals that `with_phase_sign` makes of these; its own inverse, too.
 
-        Q = g A sin(phase + eps) with an inverted phase is -g A sin(phase - eps).
+        Q = g A sin(phase + eps) with an inverted phase is -g A sin(phase - eps); harmonics become their conjugates.
         """
-        return replace(self, quadrature_error_deg=phase_sign * self.quadrature_error_deg)
+        turned = tuple(one * (phase_sign if part % 2 else 1) for part, one in enumerate(self.harmonics))
+        return replace(self, quadrature_error_deg=phase_sign * self.quadrature_error_deg, harmonics=turned)
 
     def after(self, first: FrontEnd) -> FrontEnd:
         """Return the constants of what was taken off first and of these, which were found in what was left.

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
-from pydantic import Field, PrivateAttr, field_validator, model_validator
+from pydantic import BeforeValidator, Field, PrivateAttr, WithJsonSchema, field_validator, model_validator
 
 from radargui.model.section import Coordinate, ExactWhole, Real, Section, Vector
 
@@ -213,8 +214,35 @@ class Tracer(Section):
         return self.refractive_index or PLASTICS.get(self.material)
 
 
+PLATES = {"glass": 2.545 + 0.005j, "acrylic": 1.61 + 0.01j, "granite": 2.445 + 0.01j}
+"""Refractive indices at 10 GHz, the imaginary part their loss."""
+AIR, METAL = "air", "metal"
+Index = Annotated[Real, Field(gt=1.0, le=10.0)]
+
+
+def _backing(value: object) -> object:
+    if value in (AIR, METAL):
+        return value
+    try:
+        # typed into a field it is a text
+        index = float(value) if isinstance(value, str | int | float) and not isinstance(value, bool) else math.nan
+    except ValueError:
+        index = math.nan
+    if not 1.0 <= index <= 10.0:
+        raise ValueError(f"allowed: {_BACKINGS}")
+    return index
+
+
+_BACKINGS = "air, metal, or a refractive index from 1 to 10"
+Backing = Annotated[
+    str | float,
+    BeforeValidator(_backing),
+    WithJsonSchema({"anyOf": [{"type": "string", "description": _BACKINGS}, {"type": "number"}]}),
+]
+
+
 class Floor(Section):
-    """Where the sphere's centre is when it touches, and the direction away from the floor.
+    """Where the sphere's centre is when it touches, the direction away from the floor, and what the floor reflects.
 
     Attributes
     ----------
@@ -224,11 +252,53 @@ class Floor(Section):
         Direction away from the floor, of any length; left out: level, and found from the impacts where they tell.
     u_tilt_deg
         Of the normal, in each of two directions.
+    reflection, u_reflection
+        |R| straight down, of the field, where it is known: 1 of metal; u 0.05 where it is left out. Its phase stays
+        unknown: nobody says what lies how far below. Left out, and no material given: found.
+    material, refractive_index
+        Instead: of what the plate is that the sphere falls on, by name or by its refractive index at the radar's
+        frequency (glass 2.55, granite 2.45, acrylic 1.61). R then follows for the angle and the polarisation of each
+        path, its phase too; `u_reflection` may stand beside it.
+    thickness_m
+        Of the plate; of steel it does not matter.
+    backing
+        What the plate lies on: air, metal, or the refractive index of something thick (wood 1.5). It decides: acrylic
+        of 10 mm reflects 0.12 in the air and 0.96 on metal.
     """
 
     height_m: Coordinate | None = None
     normal: Vector = (0.0, 0.0, 1.0)
     u_tilt_deg: AngleUncertainty | None = None
+    reflection: Annotated[Real, Field(gt=0.0, le=1.0)] | None = None
+    u_reflection: Uncertainty | None = None
+    material: Literal["steel", "glass", "acrylic", "granite"] | None = None
+    refractive_index: Index | None = None
+    thickness_m: Annotated[Real, Field(gt=0.0, le=1.0)] | None = None
+    backing: Backing | None = None
+
+    @model_validator(mode="after")
+    def _says_in_one_way_what_it_reflects(self) -> Floor:
+        ways = [name for name in ("reflection", "material", "refractive_index") if getattr(self, name) is not None]
+        if len(ways) > 1:
+            raise ValueError(f"{self._given(ways[1])} beside {self._given(ways[0])}, allowed: one of them")
+        if self.u_reflection is not None and not ways:
+            raise ValueError(f"{self._given('u_reflection')}, allowed: together with reflection or material")
+        of_plate = ("thickness_m", "backing")
+        alone = next((name for name in of_plate if getattr(self, name) is not None), None)
+        if alone and (not ways or ways[0] == "reflection"):
+            raise ValueError(f"{self._given(alone)}, allowed: together with material or refractive_index")
+        if ways and ways[0] != "reflection" and self.material != "steel" and self.thickness_m is None:
+            raise ValueError(f"thickness_m left out, allowed: above 0 to 1 beside {self._given(ways[0])}")
+        return self
+
+    def _given(self, name: str) -> str:
+        value = getattr(self, name)
+        return f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {value:g}"
+
+    @property
+    def is_stated(self) -> bool:
+        """Whether it says what it reflects."""
+        return any(one is not None for one in (self.reflection, self.material, self.refractive_index))
 
     @field_validator("normal")
     @classmethod

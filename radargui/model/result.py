@@ -53,6 +53,9 @@ class Bounce:
     e_t, u_e_t
         Component of the velocity along the floor after the impact in the direction of the one before, over that before;
         NaN where that is zero within three times its uncertainty.
+    e_times, u_e_times
+        From times alone: the flight after the impact over the one before, under the air's drag, and its standard
+        uncertainty, that of the instants. NaN without a next impact, and where the flights were not fitted.
     mu, u_mu
         Apparent friction: the change of the velocity along the floor over that along the normal, a lower limit of the
         coefficient of sliding friction.
@@ -85,6 +88,8 @@ class Bounce:
     u_e_t: float = float("nan")
     mu: float = float("nan")
     u_mu: float = float("nan")
+    e_times: float = float("nan")
+    u_e_times: float = float("nan")
 
     @property
     def u_stated(self) -> float:

@@ -18,7 +18,7 @@ from radargui.estimation.signals import ScaledSignals, remaining, scaled_signals
 from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.assumed import DIAMETER
 from radargui.model.errors import ProcessingError, SolveError
-from radargui.model.finding import Finding, error_of, warn
+from radargui.model.finding import Finding, error_of, refuse, warn
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.result import CorrectedIQ, PathLengths, Track, whole_milliseconds
 from radargui.model.setup import Setup
@@ -31,6 +31,10 @@ from radargui.restitution.setup_outlier import wrong_value
 MOST_CHI_SQUARE = 2.0
 """Of residuals averaged over 5 ms: above it more than noise is left, and uncertainties that are widened by it are a
 guess (method 6, Quality)."""
+
+
+STRONG = 0.5
+"""|R| of a floor from which on circles say nothing of wires: the waves over it nearly cancel the direct one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +68,14 @@ class MeasuredDrop:
         left = beyond / unexplained if unexplained else 0.0
         by = other.diameter_m - setup.tracer.diameter_m
         return wrong_value(DIAMETER, by, other.gain, left, setup, motion.flights.cause)
+
+    @property
+    def strong_floor(self) -> Finding | None:
+        """What is to blame where nothing stands and the floor that the flights met reflects strongly; else None."""
+        share = _reflection(self.estimate)
+        if self.estimate.flights.impact_s.size == 0 or share < STRONG:
+            return None
+        return refuse("strong_floor", share=share)
 
     @property
     def is_explained(self) -> bool:
@@ -162,10 +174,14 @@ def measure_by_flights(
     return MeasuredDrop(found, estimate, signals)
 
 
+def _reflection(estimate: DropEstimate) -> float:
+    return float(np.hypot(*estimate.at.values.theta[estimate.model.layout.transmitter_reflection]))
+
+
 def _findings(estimate: DropEstimate) -> tuple[Finding, ...]:
     found, misfit = [], float(estimate.block_chi_square.max())
     if misfit > MOST_CHI_SQUARE:
-        found.append(warn("flights_misfit", misfit=misfit))
+        found.append(warn("flights_misfit", misfit=misfit, is_strong=_reflection(estimate) >= STRONG))
     if estimate.start.why is not None:
         found.append(warn("flights_end_early", cause=estimate.start.why))
     return tuple(found)

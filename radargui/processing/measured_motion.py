@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -83,6 +84,12 @@ class MeasuredMotion:
             return self
         motion = self.refused(cause, self.rejected) if self.rejected.any() else self
         return replace(motion, flights=replace(self.flights, cause=cause))
+
+    def blamed(self, codes: Sequence[str], cause: Finding) -> MeasuredMotion:
+        """Return it with receivers that were rejected by some findings rejected by another one."""
+        wrong = [one.finding is not None and one.finding.code in codes for one in self.corrected.channels]
+        refused = [one.verdict == "rejected" for one in self.corrected.channels]
+        return self.refused(cause, np.array(wrong, dtype=np.bool_) & refused) if any(wrong) else self
 
     def refused(self, finding: Finding, receivers: BoolArray | None = None) -> MeasuredMotion:
         """Return it with receivers, shape (n_receivers,), rejected by a finding; None: all of them."""

@@ -54,6 +54,14 @@ _OF_CIRCLES = (
     "several_frequencies",
 )
 """What is said of a receiver whose I and Q run on no circle."""
+_OF_WIRES = (
+    *(code for code in _OF_CIRCLES if code.startswith(("pair", "phase", "several"))),
+    "mixer_impossible",
+    "no_single_body",
+    "echo_of_another",
+    "phase_led_astray",
+)
+"""Which of this, and of motions, a floor that reflects strongly does as well."""
 
 OnPreliminary = Callable[[RunResult], None]
 
@@ -129,11 +137,13 @@ def process(
             whole = replace(part, faults=tuple(None if one and one.code in _OF_CIRCLES else one for one in part.faults))
             drop = _drop(whole, done, front_ends, drop)
             motion = _of_drop(recording, whole, drop, done, on_preliminary, front_ends, others)
-            part, motion = (whole, motion) if motion else by_circles(part)
+            part, motion = (whole, motion) if motion else by_circles(_over_strong_floor(part, drop))
             if isinstance(drop, Finding):
                 motion = motion.said(warn("no_flights", cause=drop))
             elif drop is not None and not motion.unexplained:
                 motion = motion.contradicted(drop.wrong_diameter(whole.setup, motion))
+                if floor := drop.strong_floor:
+                    motion = motion.blamed(_OF_WIRES, floor)
             return part, motion
 
         part, motion = _explained(part, by_flights)
@@ -142,6 +152,14 @@ def process(
             part, motion = _explained(part.without(failed), by_circles)
         done.reach(0.97)
         return _result(recording, part, motion)
+
+
+def _over_strong_floor(part: Part, drop: MeasuredDrop | Finding | None) -> Part:
+    """Return the part with faults of wires blamed on a floor that reflects strongly, where the flights met one."""
+    floor = None if drop is None or isinstance(drop, Finding) else drop.strong_floor
+    if floor is None:
+        return part
+    return replace(part, faults=tuple(floor if one and one.code in _OF_WIRES else one for one in part.faults))
 
 
 def _explained(part: Part, measure: Callable[[Part], tuple[Part, MeasuredMotion]]) -> tuple[Part, MeasuredMotion]:

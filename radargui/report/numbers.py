@@ -27,6 +27,7 @@ IMPACT_HEADER = (
     *("e", "u_e", "u_e_combined", "valid", "method", "drop_height_m", "g_m_s2", "u_g_m_s2", "source", "reason"),
     *("e_flight_time", "e_height", "x_m", "y_m", "z_m", "u_position_m", "u_speed_before_m_s", "u_speed_after_m_s"),
     *("angle_deg", "u_angle_deg", "vt_before_m_s", "vt_after_m_s", "e_t", "u_e_t", "mu", "u_mu"),
+    *("e_times", "u_e_times"),
 )
 SERIES_HEADER = (
     *("session", "quantity", "n", "mean", "standard_error", "standard_deviation", "u_combined", "interval_low"),

@@ -136,6 +136,7 @@ def _impacts(run: RunFacts) -> Iterator[Content]:
             "e": quantity(impact.e, impact.u_stated),
             "statistical u": plain(impact.u_e, 2),
             # no digits beyond those that the fit supports
+            "e of times alone": quantity(impact.e_times, impact.u_e_times),
             "e of flight time": alone(impact.e_flight_time, impact.u_stated),
             "e of height": alone(impact.e_height, impact.u_stated),
             "valid": "yes" if impact.valid else "no",
@@ -144,7 +145,7 @@ def _impacts(run: RunFacts) -> Iterator[Content]:
         for number, impact in enumerate(run.bounces.impacts, 1)
     )
     if run.bounces.impacts:
-        yield Grid.of(rows, "Impacts", left=(0, 8, 9))
+        yield Grid.of(rows, "Impacts", left=(0, 9, 10))
         yield from _oblique(run)
 
 

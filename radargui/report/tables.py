@@ -98,6 +98,11 @@ def result_document(result: RunResult) -> dict[str, object]:
         "channels": quality and [channel.document() for channel in quality.channels],
         "air": air_document(result.setup),
         "free_fall": result.bounces.free_fall and free_fall_document(result.bounces.free_fall, site_check(result)),
+        "e_by_times": [
+            {"time_s": one.time_s, "e": one.e_times, "u_e": one.u_e_times}
+            for one in result.bounces.impacts
+            if math.isfinite(one.e_times)
+        ],
         "uncertainty_budget": result.uncertainty_budget,
         "setup_posterior": setup_posterior_document(result.setup_posterior),
         "warnings": result.warnings,

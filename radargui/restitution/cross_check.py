@@ -1,8 +1,12 @@
-"""Two other ways to e, from the flight after the impact: its duration and its height (method 5, Cross-check)."""
+"""Other ways to e: the duration and the height of the flight after the impact, and times alone.
+
+Method 5, Cross-check.
+"""
 
 import itertools
 import math
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -64,12 +68,72 @@ def cross_check(
     return replace(bounces, impacts=tuple(impacts))
 
 
+class TimesOfFlights(NamedTuple):
+    """When flights between impacts begin and end, as they were measured.
+
+    Attributes
+    ----------
+    time_s, covariance
+        When a fall from rest would have begun, then the impacts, (1 + n_impacts,), and their covariance.
+    g_m_s2, drag_1_m, slow_m_s
+        Gravity along the normal, drag k and its v1.
+    """
+
+    time_s: FloatArray
+    covariance: FloatArray
+    g_m_s2: float
+    drag_1_m: float
+    slow_m_s: float
+
+    def restitution(self, time_s: FloatArray) -> FloatArray:
+        """Return e of all impacts but the last for times (1 + n_impacts,), shape (n_impacts - 1,).
+
+        A fall of t from rest ends with g t (1 - g k t^2 / 3 - k v1 t / 2). A flight of T over a level floor begins with
+        (g T / 2) (1 + g k T^2 / 16 + k v1 T / 6), and drag takes up as much upwards as it takes downwards: it ends
+        with what that leaves of g T. All to first order in k. Without drag g cancels.
+        """
+        g, k, linear = self.g_m_s2, self.drag_1_m, self.drag_1_m * self.slow_m_s
+        lasts = np.diff(time_s)
+        fall, flights = lasts[:1], lasts[1:]
+        begins = 0.5 * g * flights * (1.0 + g * k * flights**2 / 16.0 + linear * flights / 6.0)
+        falls = g * fall * (1.0 - g * k * fall**2 / 3.0 - 0.5 * linear * fall)
+        return np.asarray(begins / np.concatenate([falls, g * flights - begins])[: begins.size])
+
+
+_TIME_STEP_S = 1e-6
+
+
+def with_e_by_times(bounces: Bounces, times: TimesOfFlights) -> Bounces:
+    """Return the bounces with e by the times of flights, which path lengths and antennas do not change.
+
+    Parameters
+    ----------
+    bounces
+        Impacts in order.
+    times
+        Of the first of them; a flight that met a wall is none of these.
+    """
+    e = times.restitution(times.time_s)
+    steps = _TIME_STEP_S * np.eye(times.time_s.size)
+    slopes = np.array([times.restitution(times.time_s + step) - e for step in steps]).T / _TIME_STEP_S
+    u = np.sqrt(np.maximum(np.einsum("et,tu,eu->e", slopes, times.covariance, slopes), 0.0))
+    impacts = list(bounces.impacts)
+    for number, (own, u_own, at) in enumerate(zip(e.tolist(), u.tolist(), times.time_s[1:].tolist(), strict=False)):
+        if number < len(impacts) and abs(impacts[number].time_s - at) < _SAME_S:
+            impacts[number] = replace(impacts[number], e_times=own, u_e_times=u_own)
+    return replace(bounces, impacts=tuple(impacts))
+
+
+_SAME_S = 1e-4  # of two times of one impact
+
+
 def without_checks_by_walls(bounces: Bounces) -> Bounces:
-    """Return the bounces without the two other e where the flight after met a wall, whose friction changes both."""
+    """Return the bounces without the other e where the flight after met a wall, whose friction changes them."""
     impacts = list(bounces.impacts)
     for number, (impact, following) in enumerate(itertools.pairwise(impacts)):
         if any(impact.time_s < wall_s < following.time_s for wall_s in bounces.walls_s):
-            impacts[number] = replace(impact, e_flight_time=math.nan, e_height=math.nan)
+            nan = math.nan
+            impacts[number] = replace(impact, e_flight_time=nan, e_height=nan, e_times=nan, u_e_times=nan)
     return replace(bounces, impacts=tuple(impacts))
 
 

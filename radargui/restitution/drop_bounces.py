@@ -10,7 +10,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.result import Bounce, Bounces, FreeFall, VelocitiesAtImpacts
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
-from radargui.restitution.cross_check import cross_check
+from radargui.restitution.cross_check import TimesOfFlights, cross_check, with_e_by_times
 from radargui.restitution.floor_normal import FloorNormal, normal_of_impacts
 from radargui.restitution.settings import FLIGHTS
 from radargui.restitution.track_response import tilt_and_clock
@@ -42,7 +42,21 @@ def drop_bounces(estimate: DropEstimate, setup: Setup) -> Bounces:
     )
     time = np.arange(flights.onset_s, estimate.end_s, FLIGHTS.check_step_s)
     height = floor.normal @ flights.position_m(time)
-    return cross_check(bounces, time, height, flights.g_m_s2 * z, flights.drag_1_m, flights.slow_m_s)
+    checked = cross_check(bounces, time, height, flights.g_m_s2 * z, flights.drag_1_m, flights.slow_m_s)
+    return with_e_by_times(checked, _times(estimate, z))
+
+
+def _times(estimate: DropEstimate, upright: float) -> TimesOfFlights:
+    """Return the times of flights; the fall counts from when it would have begun at rest."""
+    flights, layout = estimate.flights, estimate.flights.layout
+    columns = np.zeros((1 + flights.impact_s.size, layout.size))
+    columns[0, layout.onset], columns[0, layout.velocity(0).start + 2] = 1.0, 1.0 / flights.g_m_s2
+    columns[1:, layout.impacts] = np.eye(flights.impact_s.size)
+    by_unknowns = estimate.by_unknowns(columns)
+    begins_s = flights.onset_s + float(flights.velocity_m_s[0, 2]) / flights.g_m_s2
+    covariance = estimate.widening**2 * by_unknowns @ estimate.covariance @ by_unknowns.T
+    times = np.append(begins_s, flights.impact_s)
+    return TimesOfFlights(times, covariance, flights.g_m_s2 * upright, flights.drag_1_m, flights.slow_m_s)
 
 
 def _normal(estimate: DropEstimate, setup: Setup, velocity: FloatArray, covariance: FloatArray) -> FloorNormal:

@@ -16,9 +16,9 @@ from radargui.estimation.readout.motion_posterior import AlternativeMotion, Moti
 from radargui.model.arrays import BoolArray, FloatArray, runs_of
 from radargui.model.result import Bounce, Bounces, FreeFall
 from radargui.model.setup import Setup
-from radargui.restitution.cross_check import cross_check, without_checks_by_walls
+from radargui.restitution.cross_check import TimesOfFlights, cross_check, with_e_by_times, without_checks_by_walls
 from radargui.restitution.flight_fit import FlightFit, fit_flights
-from radargui.restitution.flight_unknowns import FlightPlan
+from radargui.restitution.flight_unknowns import FlightPlan, impact_rows
 from radargui.restitution.floor_normal import FloorNormal, normal_of_impacts
 from radargui.restitution.input_changes import SetupResponses
 from radargui.restitution.joint_impacts import JointImpacts
@@ -305,7 +305,23 @@ def _checked(bounces: Bounces, posterior: MotionPosterior, fit: FlightFit | None
     g, drag = (free.gravity_m_s2, 0.0) if fit is None else (fit.g_m_s2, fit.drag_1_m)
     height, along = normal @ free.position_m(time), g * float(normal[2])
     checked = cross_check(bounces, time, height, along, drag, free.drag.slow_m_s)
+    if fit is not None and fit.impact_s.size:
+        checked = with_e_by_times(checked, _times(fit, float(normal[2]), free.drag.slow_m_s))
     return without_checks_by_walls(checked)
+
+
+def _times(fit: FlightFit, upright: float, slow_m_s: float) -> TimesOfFlights:
+    """Return the times of flights; the first counts from its apex, the start of a fall from rest."""
+    g, k = fit.g_m_s2, fit.drag_1_m
+    speed = -float(fit.before_m_s[0, 2])
+    # of a fall from rest, to first order in k
+    fall_s = speed / g * (1.0 + k * speed**2 / (3.0 * g) + 0.5 * k * slow_m_s * speed / g)
+    times = np.append(fit.impact_s[0] - fall_s, fit.impact_s)
+    by_values = np.zeros((times.size, fit.values.size))
+    at = impact_rows(np.arange(float(fit.values.size))).astype(np.intp)
+    by_values[np.arange(1, times.size), at[:, 0]] = 1.0
+    by_values[0, [at[0, 0], at[0, 3]]] = 1.0, 1.0 / g
+    return TimesOfFlights(times, by_values @ fit.covariance @ by_values.T, g * upright, k, slow_m_s)
 
 
 def _free_fall(posterior: MotionPosterior, fit: FlightFit, normal: FloatArray, bounces: tuple[Bounce, ...]) -> FreeFall:

@@ -145,10 +145,19 @@ def _finding(
         place=place,
         beside="exchanged" if may_be_exchanged else "others" if others else "",
         others=" or ".join(others),
+        or_else=_or_else(place, off),
         adding=tuple(_by(inputs[key], one) for key, one in off.items() if abs(one) > _WORTH_NAMING),
         times_u=max(abs(by) for by in off.values()),
         left=left,
     )
+
+
+def _or_else(place: str, off: dict[str, float]) -> str:
+    """Return what a laboratory may have that moves the same value: a holder beside the rest, a horn near by."""
+    if place.startswith("tracer.release"):
+        return "holder"
+    is_antenna = place.startswith(("receiver", "transmitter"))
+    return "horn" if is_antenna and any(key.endswith("distance_m") for key in off) else ""
 
 
 def _by(one: UncertainInput, off: float) -> str:

@@ -227,3 +227,36 @@ def test_a_plastic_sphere_has_an_index_that_can_be_wrong() -> None:
     (one,) = (one for one in uncertain_inputs(named) if one.key == "tracer.refractive_index")
     assert one.assumed
     assert one.moved(named).tracer.index == pytest.approx(1.52 + one.u)
+
+
+@pytest.mark.parametrize(
+    ("table", "line"),
+    [
+        ("reflection = 1.2", "floor.reflection = 1.2, allowed: a number above 0 to 1"),
+        ("u_reflection = 0.1", "floor.u_reflection = 0.1, allowed: together with reflection or material"),
+        ('material = "wood"', 'floor.material = "wood", allowed: steel, glass, acrylic, granite'),
+        ('material = "glass"', 'floor.thickness_m left out, allowed: above 0 to 1 beside material = "glass"'),
+        (
+            'reflection = 0.5\nmaterial = "steel"',
+            'floor.material = "steel" beside reflection = 0.5, allowed: one of them',
+        ),
+        ("thickness_m = 0.01", "floor.thickness_m = 0.01, allowed: together with material or refractive_index"),
+        (
+            'refractive_index = 2.5\nthickness_m = 0.01\nbacking = "wood"',
+            'floor.backing = "wood", allowed: air, metal, or',
+        ),
+        ("refractive_index = 2.5\nthickness_m = 0.01\nbacking = 0.5", "floor.backing = 0.5, allowed: air, metal, or"),
+    ],
+)
+def test_what_a_floor_reflects_is_said_in_one_way_and_whole(table: str, line: str) -> None:
+    assert line in line_of(f"{GOOD}[floor]\n{table}\n")
+
+
+def test_what_a_floor_lies_on_is_a_name_or_an_index_and_its_uncertainty_is_assumed() -> None:
+    setup = parse_setup(f"{GOOD}[floor]\nmaterial = 'glass'\nthickness_m = 0.01\nbacking = 1.5\n")
+    assert setup.floor.backing == 1.5
+    assert parse_setup(dump_setup(setup)) == setup
+    assert assumed_uncertainties(setup)["floor.u_reflection"] == 0.05
+    assert "floor.u_reflection" not in assumed_uncertainties(parse_setup(GOOD))
+    told = f"{GOOD}[floor]\nreflection = 0.9\nu_reflection = 0.02\n"
+    assert "floor.u_reflection" not in assumed_uncertainties(parse_setup(told))

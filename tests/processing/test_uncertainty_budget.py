@@ -8,9 +8,10 @@ from benchmarks.world.generic.draw import draw_scene
 from benchmarks.world.generic.scene import make_record
 from support.changed import changed
 
-from radargui.model.result import RunResult
+from radargui.model.result import Bounce, Bounces, RunResult, Segment, Track
 from radargui.model.setup import Setup
 from radargui.processing.process import process
+from radargui.processing.uncertainty_budget import with_budget
 
 U_TILT_DEG = 0.5
 
@@ -72,3 +73,22 @@ def test_e_g_and_position_move_with_an_antenna_as_the_budget_says() -> None:
     # the wrong antenna bends the flights: that is told where its uncertainty does not hold it
     sure = process(recording, with_receiver(setup, tilt_deg=tilt + U_TILT_DEG, u_tilt_deg=0.0))
     assert [told(one) for one in (here, there, sure)] == [False, False, True]
+
+
+def test_what_a_single_phase_centre_leaves_of_horns_is_the_calibration_s_share() -> None:
+    setup = make_record(draw_scene(9, "physical", "drop", moving_s=0.2, rate_hz=1000.0)).setup
+    time_s = np.linspace(0.0, 0.2, 50)
+    place = np.array([0.0 * time_s, 0.0 * time_s, 0.1 - 5.0 * time_s**2])
+    track = Track(time_s, place, np.full((3, 50), 1e-5), np.ones(50, np.bool_), "exact")
+    bounces = Bounces((Bounce(0.15, 1.5, 1.2, 0.8, 1e-4, "made", valid=True),))
+
+    def share_mm(setup: Setup) -> float:
+        *_, budget = with_budget(track, bounces, (), Segment(0, 50, 0, 0), setup)
+        assert budget.e.calibration in (None, 0.0)
+        return 1e3 * (budget.position_m.calibration or 0.0)
+
+    assert share_mm(setup) == 0.0
+    one = with_receiver(setup, phase_centre_m=0.12)
+    every = changed(one, transmitter={"phase_centre_m": 0.12})
+    # 0.08 mm of a path of which a place is about half
+    assert 0.02 < share_mm(one) < share_mm(every) < 0.2

@@ -51,6 +51,7 @@ KEYS = [
     "channels",
     "air",
     "free_fall",
+    "e_by_times",
     "uncertainty_budget",
     "setup_posterior",
     "warnings",

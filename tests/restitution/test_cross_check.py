@@ -8,10 +8,12 @@ from scipy.integrate import solve_ivp
 
 from radargui.model.result import Bounce, Bounces
 from radargui.restitution.cross_check import (
+    TimesOfFlights,
     cross_check,
     disagreements,
     floor_and_wall,
     walls_met,
+    with_e_by_times,
     without_checks_by_walls,
 )
 
@@ -72,3 +74,33 @@ def test_an_impact_on_floor_and_wall_is_told_by_its_number() -> None:
     assert floor_and_wall(Bounces(impacts)) == []
     (finding,) = floor_and_wall(Bounces(impacts, with_walls_s=(0.3,)))
     assert finding.text.startswith("impact 2: a wall was met together with the floor")
+
+
+@pytest.mark.parametrize(("drag_1_m", "slow_m_s"), [(0.0, 0.0), (0.05, 0.4)])
+def test_e_from_times_alone_needs_no_length_and_has_the_uncertainty_of_the_times(
+    drag_1_m: float, slow_m_s: float
+) -> None:
+    e, height_m = 0.8, 0.3
+
+    def slopes(_: float, state: np.ndarray) -> list[float]:
+        return [state[1], -G - drag_1_m * (abs(state[1]) + slow_m_s) * state[1]]
+
+    def lands(_: float, state: np.ndarray) -> float:
+        return float(state[0])
+
+    lands.terminal, lands.direction = True, -1.0  # type: ignore[attr-defined]
+    times, state = [0.1], [height_m, 0.0]
+    for _ in range(3):
+        flight = solve_ivp(slopes, (0.0, 2.0), state, events=lands, rtol=1e-10, atol=1e-12)
+        times.append(times[-1] + float(flight.t_events[0][0]))
+        state = [1e-9, -e * float(flight.y_events[0][0][1])]
+    u_s = 1e-5
+    measured = TimesOfFlights(np.array(times), u_s**2 * np.eye(4), G, drag_1_m, slow_m_s)
+    impacts = tuple(Bounce(at, BEFORE, AFTER, e, 1e-4, "made", valid=True) for at in times[1:])
+    found = with_e_by_times(Bounces(impacts), measured).impacts
+    assert [one.e_times for one in found[:2]] == pytest.approx([e, e], rel=1e-3)
+    assert np.isnan(found[2].e_times)
+    # e = T / 2 t of the first
+    fall, flight_s = np.diff(times)[:2]
+    by_times = np.array([1.0, -1.0 - fall / flight_s, fall / flight_s]) * e / fall
+    assert found[0].u_e_times == pytest.approx(u_s * float(np.linalg.norm(by_times)), rel=0.02)

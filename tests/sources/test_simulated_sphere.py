@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.changed import changed
 from support.simulated_setup import perfect_setup
 
 from radargui.geometry.path_length import mirror, path_lengths, place_antennas
@@ -68,6 +69,23 @@ def test_every_pair_of_images_has_the_factor_of_its_own_scattered_field(reflecti
         np.testing.assert_allclose(ratio, ratio[0], rtol=1e-11)
     # and the receiver that was given an angle has it
     assert setup.received_fields()[0].angle_deg == 70.0
+
+
+@pytest.mark.parametrize("is_metal", [True, False])
+def test_a_floor_that_is_stated_reflects_so_unless_the_simulation_says_otherwise(is_metal: bool) -> None:
+    here, plain = places(5), changed(perfect_setup(), simulation={"reflection": None})
+    plain = polarised(plain) if is_metal else plain
+    of_steel = received(changed(plain, floor={"material": "steel"}), here)
+    # so thin on metal that it is metal
+    film = {"material": "glass", "thickness_m": 1e-7, "backing": "metal"}
+    np.testing.assert_allclose(received(changed(plain, floor=film), here), of_steel, rtol=1e-3)
+    direct, glass = received(plain, here), {"material": "glass", "thickness_m": 0.01}
+    of_glass = received(changed(plain, floor=glass), here)
+    assert 0.3 < np.abs(of_glass - direct).mean() / np.abs(of_steel - direct).mean() < 0.9
+    otherwise = changed(plain, floor=glass, simulation={"reflection": 0.0})
+    np.testing.assert_allclose(received(otherwise, here), direct)
+    by_modulus = reflectors_of(changed(plain, floor={"reflection": 0.4}))
+    assert abs(by_modulus[0].coefficient) == pytest.approx(0.4)
 
 
 def test_the_sphere_is_a_point_where_no_polarisation_is_given_unless_the_scene_says_metal() -> None:

@@ -23,10 +23,12 @@ from radargui.estimation.flights.setup_unknowns import StatedSetup, setup_unknow
 from radargui.estimation.flights.start import START, DropStart, followed_until, start_drop
 from radargui.estimation.forward.bins import BinSettings, bin_by_fringe, clear_of_holder_s, pool
 from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere, supposed_spheres
+from radargui.estimation.forward.stated_floor import begun_as_stated
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.signals import ScaledSignals
 from radargui.geometry.exchange import changes_faster
 from radargui.geometry.path_length import path_gradient
+from radargui.geometry.plate import Plate
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.finding import Finding, refuse
 from radargui.model.setup import Setup
@@ -268,7 +270,9 @@ def _begun(
     flights = start.flights
     # a fall that ends dead ends on the floor
     touch = flights.position_m(np.append(flights.impact_s, start.end_s)[:1])
-    surface = float(touch[2, 0]) - 0.5 * setup.tracer.diameter_m - DROP.plate_m
+    surface = float(touch[2, 0]) - 0.5 * setup.tracer.diameter_m
+    # of a plate that is stated what is touched reflects
+    surface -= 0.0 if Plate.of(setup.floor) is not None else DROP.plate_m
     prior = start.model.mean.flights, start.model.deviation.flights
     model = drop_model(signals, setup, start.model.bins, prior, surface, known, _whole(), front_ends)
     own, image = _own_and_image(start)
@@ -285,7 +289,7 @@ def _begun(
         # no mixer is farther off than this: what a start of few fringes finds beyond is its own error
         theta[now.log_gain] = np.clip(np.log(np.abs(front_end[number])), -DROP.most_off, DROP.most_off)
         theta[now.quadrature_error] = np.clip(np.angle(front_end[number]), -DROP.most_off, DROP.most_off)
-    return model, start.at.values._replace(theta=theta)
+    return model, start.at.values._replace(theta=begun_as_stated(theta, layout, model.inputs))
 
 
 def _whole() -> LinearPart:

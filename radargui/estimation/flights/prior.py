@@ -17,6 +17,7 @@ from radargui.estimation.forward.signal_model import ModelInputs
 from radargui.estimation.forward.sphere import EXCHANGE, U_EXCHANGE, PolarisedSphere
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.signals import ScaledSignals
+from radargui.geometry.plate import StatedSurface
 from radargui.model.arrays import FloatArray
 from radargui.model.gravity import drag_of_sphere, expected_gravity_m_s2, gravity_of_site, share_in_air
 from radargui.model.setup import Setup
@@ -41,8 +42,8 @@ class DropPrior:
         Of the plane that reflects: below the surface that is touched lie plates of millimetres to centimetres.
     unknown_floor_m
         The shift before an impact has told where the floor is.
-    reflection
-        Of real and imaginary part of T and R.
+    reflection, stated_reflection
+        Of real and imaginary part of T and R; the same where the setup says what the floor reflects.
     double_reflection
         Of X: what an even plate leaves.
     lobe_mean, lobe
@@ -61,6 +62,7 @@ class DropPrior:
     floor_shift_m: float = 0.008
     unknown_floor_m: float = 0.08
     reflection: float = 0.4
+    stated_reflection: float = 1.0
     double_reflection: float = 0.02
     lobe_mean: tuple[float, float, float] = (0.0, -0.9, 0.0)
     lobe: tuple[float, float, float] = (0.3, 2.0, 2.0)
@@ -140,7 +142,9 @@ def drop_model(
         )
     )
     release = np.array(setup.tracer.release_position_m)
-    plane = MirrorPlane(np.array([release[0], release[1], floor_m]), np.array(setup.floor.normal), FLOOR)
+    surface = StatedSurface.of(setup)
+    foot = np.array([release[0], release[1], floor_m])
+    plane = MirrorPlane(foot, np.array(setup.floor.normal), FLOOR, surface=surface)
     mean, deviation = np.zeros(layout.size), np.zeros(layout.size)
     mean[layout.transmitter_lobe] = PRIOR.lobe_mean
     mean[layout.exchange] = EXCHANGE
@@ -158,11 +162,13 @@ def drop_model(
         deviation[layout.planes.start + 2] = PRIOR.unknown_floor_m
     else:
         deviation[layout.planes] = PRIOR.floor_tilt_rad, PRIOR.floor_tilt_rad, PRIOR.floor_shift_m
-        deviation[layout.transmitter_reflection] = PRIOR.reflection
+        # what is stated is a term of its own
+        u_reflection = PRIOR.reflection if surface is None else PRIOR.stated_reflection
+        deviation[layout.transmitter_reflection] = u_reflection
         deviation[layout.exchange] = U_EXCHANGE
         deviation[layout.crosstalk] = PRIOR.crosstalk
         for number, own in enumerate(layout.receivers):
-            deviation[own.receiver_reflection] = PRIOR.reflection
+            deviation[own.receiver_reflection] = u_reflection
             deviation[own.double_reflection] = PRIOR.double_reflection
             deviation[own.log_gain], deviation[own.quadrature_error] = PRIOR.log_gain, PRIOR.quadrature_error_rad
             if front_ends is not None:

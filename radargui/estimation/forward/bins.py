@@ -10,6 +10,7 @@ from radargui.estimation.forward.setup_unknowns import SetupUnknowns
 from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere
 from radargui.estimation.signals import ScaledSignals
 from radargui.geometry.path_length import Antennas, place_antennas
+from radargui.geometry.plate import StatedSurface
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.radar import Walls
@@ -193,6 +194,8 @@ class BinnedData:
         What the setup leaves open; None: nothing.
     walls
         Of a container in the rays; None where none stands there.
+    surface
+        What the setup says that the floor reflects; None: nothing.
     """
 
     bins: Bins
@@ -208,6 +211,7 @@ class BinnedData:
     slow_noise: FloatArray | None = None
     setup: SetupUnknowns | None = None
     walls: Walls | None = None
+    surface: StatedSurface | None = None
 
     @staticmethod
     def of(bins: Bins, signals: ScaledSignals, setup: Setup) -> BinnedData:
@@ -225,6 +229,7 @@ class BinnedData:
             None if signals.before is None else Multiplexer(signals.before, 1.0 / signals.rate_hz),
             setup=SetupUnknowns.of(setup),
             walls=setup.container.walls,
+            surface=StatedSurface.of(setup),
         )
 
     @property

@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from radargui.geometry.path_length import mirror
+from radargui.geometry.plate import StatedSurface
 from radargui.model.arrays import ComplexArray, FloatArray
 
 FLOOR, WALL = "floor", "wall"
@@ -32,6 +33,8 @@ class MirrorPlane:
         Of the second tilt: 2 degrees, chosen by hand; tables and walls of a laboratory stand straighter.
     u_shift_m
         Of the shift: one wavelength at 10 GHz, chosen by hand; a floor is sought just below the lowest place.
+    surface
+        What the setup says that it reflects; None: nothing.
     """
 
     foot_m: FloatArray
@@ -40,6 +43,7 @@ class MirrorPlane:
     u_turn_rad: float = 0.03
     u_tilt_rad: float = 0.03
     u_shift_m: float = 0.03
+    surface: StatedSurface | None = None
 
     @property
     def deviations(self) -> tuple[float, float, float]:

@@ -109,8 +109,10 @@ class PolarisedSphere:
         self, place: FloatArray, antennas: Antennas, planes: Sequence[MirrorPlane], unknown: FloatArray
     ) -> ComplexArray:
         """Return `SphereFields.basis` without exchange; parameters as for `fields`."""
-        incident, sent, leaving, got = self._directions(place, antennas, planes, unknown)
-        return scattered_signals(self.sphere, incident[:, None], sent[:, None], leaving[:, None], got[:, None])
+        ways = self._ways(place, antennas, planes, unknown)
+        leaving, got = ways.leaving[:, None], ways.got[:, None]
+        fields = scattered_signals(self.sphere, ways.incident[:, None], ways.sent[:, None], leaving, got)
+        return ways.reflected(fields)
 
     def _exchanged(
         self,
@@ -129,12 +131,12 @@ class PolarisedSphere:
         way_m = np.linalg.norm(from_image) - np.linalg.norm(from_antenna)
         # T counts from the release and turns a vector; R of the plane itself is that of a conductor's image
         plain = -reflection * np.exp(-1j * wavenumber * way_m) / max(1.0, abs(reflection))
-        incident, sent, leaving, got = self._directions(place, antennas, planes[:1], unknown[:1])
-        ways, normal = leaving.shape[:2], floor.turned_normal(own)
-        ends = leaving.reshape(-1, *leaving.shape[2:]), got.reshape(-1, *got.shape[2:])
-        found = exchanged_signals(self.sphere, floor.height(place, own), plain, normal, incident, sent, *ends)
+        ways, normal = self._ways(place, antennas, planes[:1], unknown[:1]), floor.turned_normal(own)
+        back, ends = ways.leaving.shape[:2], (one.reshape(-1, *one.shape[2:]) for one in (ways.leaving, ways.got))
+        height_m = floor.height(place, own)
+        found = exchanged_signals(self.sphere, height_m, plain, normal, ways.incident, ways.sent, *ends)
         signal, by_height, by_log = (
-            np.moveaxis(one.reshape(len(incident), *ways, *one.shape[2:]), 1, 0)
+            ways.reflected(np.moveaxis(one.reshape(len(ways.incident), *back, *one.shape[2:]), 1, 0))
             for one in (found.signal, found.by_height, found.by_log_reflection)
         )
         # a floor that rises comes nearer to the sphere, and its image nearer to the release
@@ -143,16 +145,26 @@ class PolarisedSphere:
         by_shift = 1j * wavenumber * float(nearer) * by_log - rises * by_height
         return signal, by_height, by_shift, by_log / reflection
 
-    def _directions(
-        self, place: FloatArray, antennas: Antennas, planes: Sequence[MirrorPlane], unknown: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return ways in (1 + n_mirrors, 3, n) and their fields, ways out with the receivers first and theirs."""
+    def _ways(self, place: FloatArray, antennas: Antennas, planes: Sequence[MirrorPlane], unknown: FloatArray) -> _Ways:
         sent_m = np.array([antennas.transmitter_m, *self._images(antennas.transmitter_m, planes, unknown)])
         sent = np.array([self.transmitted, *self._turned(self.transmitted, planes, unknown)])
         got_m = np.array([[rx, *self._images(rx, planes, unknown)] for rx in antennas.receivers_m])
         got = np.array([[axes, *self._turned(axes, planes, unknown)] for axes in self.received])
         # two basis directions a side: angles of polarisation then cost no new sum over multipoles
-        return unit_vectors(place - sent_m[:, :, None]), sent, unit_vectors(got_m[..., None] - place), got
+        incident, leaving = unit_vectors(place - sent_m[:, :, None]), unit_vectors(got_m[..., None] - place)
+        plate = planes[0].surface.plate if has_floor(planes) and planes[0].surface is not None else None
+        if plate is None or plate.index is None:
+            return _Ways(incident, sent, leaving, got)
+        # it turns fields towards and from its normal: that is a third one
+        normal, wavenumber = planes[0].turned_normal(unknown[0]), 2.0 * np.pi / self.sphere.wavelength_m
+        shares = (
+            plate.parts(incident[1], normal, sent[1], wavenumber),
+            plate.parts(leaving[:, 1], normal, got[:, 1], wavenumber),
+        )
+        sent, got = (
+            np.concatenate([one, np.broadcast_to(normal, (*one.shape[:-2], 1, 3))], axis=-2) for one in (sent, got)
+        )
+        return _Ways(incident, sent, leaving, got, shares)
 
     @staticmethod
     def _images(point_m: FloatArray, planes: Sequence[MirrorPlane], unknown: FloatArray) -> list[FloatArray]:
@@ -195,6 +207,39 @@ class PolarisedSphere:
         direct = signal(incident, sent, leaving, got)
         by_transmitter = signal(low_incident, low_sent[:, None], leaving, got) / direct
         return by_transmitter, np.asarray(signal(incident, sent, low_leaving, low_got) / direct)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Ways:
+    """Ways in and out and their fields.
+
+    Attributes
+    ----------
+    incident, sent
+        Unit vectors, (1 + n_mirrors, 3, n), and fields, (1 + n_mirrors, 2, 3).
+    leaving, got
+        The same of each receiver, its number first.
+    shares
+        Where the first mirror is a plate that is no conductor: what it leaves of its images' fields and what it adds
+        of its normal (`Plate.parts`), of the transmitter and of the receivers. The normal is the third field then.
+    """
+
+    incident: FloatArray
+    sent: FloatArray
+    leaving: FloatArray
+    got: FloatArray
+    shares: tuple[tuple[ComplexArray, ComplexArray], tuple[ComplexArray, ComplexArray]] | None = None
+
+    def reflected(self, fields: ComplexArray) -> ComplexArray:
+        """Return what antennas get over a plate of fields as over a conductor, (n_receivers, ways, ways, s, t, n)."""
+        if self.shares is None:
+            return fields
+        (sent, sent_normal), (got, got_normal) = self.shares
+        out = fields[..., :2, :, :].copy()
+        out[:, 1] = sent * out[:, 1] + sent_normal[:, None] * fields[:, 1, :, 2:]
+        both = out[..., :2, :].copy()
+        both[:, :, 1] = got[:, None, None, None] * both[:, :, 1] + got_normal[:, None, None] * out[:, :, 1, :, 2:]
+        return both
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -315,7 +315,7 @@ class _Selection:
         """Return where the floor is sought for places (3, n)."""
         # the sphere cannot fall through it
         lowest = place[:, int(np.argmin(self.normal @ place))]
-        return MirrorPlane(lowest - depth_m * self.normal, self.normal, FLOOR)
+        return MirrorPlane(lowest - depth_m * self.normal, self.normal, FLOOR, surface=self.data.surface)
 
     def floor_compared_again(self, solution: Solution) -> tuple[Solution, float, tuple[Alternative, ...]]:
         """Return the solution with a floor or without, what the floor gains now, and the other where it is possible.

@@ -12,6 +12,7 @@ from scipy.sparse import csc_matrix
 
 from radargui.estimation.forward.signal_model import EVERY, nodes_of
 from radargui.estimation.forward.signal_slopes import receiver_slopes
+from radargui.estimation.forward.stated_floor import stated_term
 from radargui.estimation.solve.normal import WIDTH, FactoredNormal, NormalMatrix, band_times
 from radargui.estimation.solve.problem import BINS_TOGETHER, JointProblem, Linearised, State
 from radargui.model.arrays import FloatArray, IntArray, pieces
@@ -98,7 +99,12 @@ def assemble(problem: JointProblem, state: State, at: Linearised, sums: DataSums
         coupling = coupling.copy(order="F")
         coupling[:, moved] += (equation.rows.rows[flying].of_place.T @ weighted).toarray()
         corner[moved, moved] += (equation.by_global.T @ weighted).toarray()
-    slope = np.concatenate([sums.slope_motion[3:], sums.slope + (state.theta - prior.mean) / prior.sd**2])
+    by_theta = sums.slope + (state.theta - prior.mean) / prior.sd**2
+    stated = stated_term(state.theta, layout, problem.placed(state.theta).inputs)
+    if stated is not None:
+        corner += stated.slopes.T @ stated.slopes
+        by_theta += stated.slopes.T @ stated.residual
+    slope = np.concatenate([sums.slope_motion[3:], by_theta])
     slope += equation_slope(problem, at)
     return Assembled(NormalMatrix(band, coupling, corner), slope, np.r_[layout.breaks, layout.planes])
 

@@ -245,8 +245,9 @@ def mirrors_changed(
     fresh = np.setdiff1d(lobes, target)
     new_theta[fresh] = prior.mean[fresh]
     for was, now in zip(old.receivers, layout.receivers, strict=True):
-        for a, b in ((was.log_gain, now.log_gain), (was.quadrature_error, now.quadrature_error)):
-            prior.mean[b], prior.sd[b] = mean[a], sd[a]
+        of_hardware = (slice(one.log_gain, one.harmonics.stop) for one in (was, now))
+        a, b = of_hardware
+        prior.mean[b], prior.sd[b] = mean[a], sd[a]
     for values, known in ((prior.mean, mean), (prior.sd, sd)):
         values[polarisation_places(layout)] = known[polarisation_places(old)]
         values[layout.flight], values[layout.setup] = known[old.flight], known[old.setup]

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from radargui.estimation.forward.parameters import with_nearest_angles
+from radargui.estimation.forward.stated_floor import stated_term
 from radargui.estimation.solve.assemble import MOST_DAMPING, Assembled, DataSums, assemble, sum_data
 from radargui.estimation.solve.normal import FactoredNormal
 from radargui.estimation.solve.priors import PRIORS
@@ -231,12 +232,14 @@ def log_evidence(solution: Solution) -> float:
     and what the deviations' own priors say.
     """
     problem = solution.problem
+    stated = stated_term(solution.state.theta, problem.layout, problem.placed(solution.state.theta).inputs)
     # without the terms of the deviations a model could widen its priors until anything fits
     n_used = int(problem.use.sum())
     return (
         -solution.at.cost
         - 0.5 * solution.normal.log_determinant()
         - float(np.log(problem.prior.sd).sum())
+        - (0.0 if stated is None else stated.log_deviations)
         - 3.0 * float(np.log(problem.equation_sd).sum())
         - 2.0 * n_used * float(np.log(problem.noise_scale).sum())
         - sum(float(problem.prior.sd[one.index[0]]) / one.scale for one in problem.prior.groups)

@@ -195,10 +195,12 @@ def make_prior(
     for m, plane in enumerate(planes):
         # T and R of one surface share their deviation: where one is hardly seen, the others say how large it is
         reflections = [layout.transmitter_reflection, *(own.receiver_reflection for own in receivers)]
-        group(
-            [of_mirror(places, m) for places in reflections],
-            settings.reflection if plane.name == FLOOR else settings.wall_reflection,
-        )
+        # what is stated of a floor is a term of its own (`stated_floor`): the deviation of one holds nothing
+        if plane.surface is None:
+            group(
+                [of_mirror(places, m) for places in reflections],
+                settings.reflection if plane.name == FLOOR else settings.wall_reflection,
+            )
         group([of_mirror(own.double_reflection, m) for own in receivers], settings.double_reflection)
     bias = settings.bias_beside_floor if has_floor(planes) else settings.bias
     # slow noise keeps N(0, 1) of its own functions, measured on the rest: the motion would lend it everything slow
@@ -242,10 +244,12 @@ def with_polarisation(prior: Prior, layout: Layout, sphere: PolarisedSphere) -> 
 
 
 def with_known_front_ends(prior: Prior, layout: Layout, known: Sequence[LogFrontEnd]) -> Prior:
-    """Return a prior in which ln g and eps are those of earlier runs, one a receiver."""
+    """Return a prior in which ln g, eps and harmonics are those of earlier runs, one a receiver."""
     mean, sd = prior.mean.copy(), prior.sd.copy()
     for own, front_end in zip(layout.receivers, known, strict=True):
         mean[own.log_gain], sd[own.log_gain] = front_end.log_gain, front_end.u_log_gain
         mean[own.quadrature_error] = front_end.quadrature_error_rad
         sd[own.quadrature_error] = front_end.u_quadrature_error_rad
+        if front_end.harmonics:
+            mean[own.harmonics], sd[own.harmonics] = front_end.harmonics, front_end.u_harmonics
     return Prior(mean, sd, prior.groups)

@@ -22,6 +22,7 @@ from radargui.estimation.forward.signal_model import (
     waves_at,
 )
 from radargui.estimation.forward.sphere import PolarisedSphere
+from radargui.estimation.forward.stated_floor import stated_term
 from radargui.estimation.solve.priors import Prior
 from radargui.model.arrays import BoolArray, FloatArray, pieces
 from radargui.model.gravity import UNKNOWN_DRAG, Drag
@@ -211,6 +212,8 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
     rows, n_breaks = EquationRows.of(spline, problem.in_flight), spline.break_s.size
     equation = EquationDeviation.of(rows, state.coefficients, theta[layout.flight], problem.slow_m_s, n_breaks)
     loss += _prior_cost(problem, theta, equation)
+    stated = stated_term(theta, layout, problem.inputs)
+    loss += 0.0 if stated is None else stated.cost
     return Linearised(loss, residual, weight, signals, node_m, spline, series, motion, equation, excess, waves)
 
 

@@ -15,6 +15,7 @@ from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
 from radargui.gui.sessions.session_model import ThumbnailView
 from radargui.gui.table import RowTable
 from radargui.gui.theme import Theme, scaled_px
+from radargui.model.rounding import UNKNOWN
 
 _MOST_FITTED = 50
 """Runs that columns and lines are fitted to when a session is opened; all of ten thousand would take a second."""
@@ -158,7 +159,9 @@ class RunListPanel(QWidget):
             shown = self.table.shown_row(row)
             self.table.setRowHidden(shown, hidden)
             self.pictures.setRowHidden(shown, hidden)
-        self.table.setColumnHidden(list(COLUMNS).index("Note"), not any(one.note for one in self.model.entries))
+        for title in ("Note", "e of times"):
+            column = list(COLUMNS).index(title)
+            self.table.setColumnHidden(column, all(one.cells[column] in ("", UNKNOWN) for one in self.model.entries))
         count = sum(bool(entry.rejected) for entry in self.model.entries)
         self.rejected.setText(f"Show rejected ({count})" if count else "Show rejected")
 

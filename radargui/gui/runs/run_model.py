@@ -208,6 +208,7 @@ COLUMNS: dict[str, Callable[[RunEntry], str]] = {
     "Fall [mm]": lambda run: plain(figure_in(run.summary, "drop_height_m"), scale=1000.0),
     "Impact [m/s]": lambda run: plain(figure_in(run.summary, "impact_speed_m_s")),
     "e": RunEntry.restitution,
+    "e of times": lambda run: quantity(figure_in(run.summary, "e_times"), figure_in(run.summary, "u_e_times")),
     "g [m/s²]": lambda run: gravity_words(run.summary),
     "Note": lambda run: run.note or "",
     "Verdict": attrgetter("verdict"),

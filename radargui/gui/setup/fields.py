@@ -144,8 +144,16 @@ class ChoiceField(Choice):
         # grows with its form, but never makes the form wider than its panel
         self.setSizeAdjustPolicy(QtWidgets.QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.setMinimumContentsLength(8)
-        self.activated.connect(lambda _index: model.assign(key, self.currentData()))
-        self.changed = Changed(self, model, key, lambda: self.setCurrentIndex(self.findData(model.value(key))), _ARROW)
+        # what is chosen as an empty text is left out of the file
+        self.activated.connect(
+            lambda _index: model.assign(key, None if self.currentData() == "" else self.currentData())
+        )
+
+        def show() -> None:
+            value = model.value(key)
+            self.setCurrentIndex(self.findData("" if value is None else value))
+
+        self.changed = Changed(self, model, key, show, _ARROW)
 
 
 class CheckField(QtWidgets.QCheckBox):

@@ -8,6 +8,7 @@ import numpy as np
 
 from radargui.geometry.container import wall_factor
 from radargui.geometry.path_length import Antennas, mirror
+from radargui.geometry.plate import Plate
 from radargui.model import scattering
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.errors import SetupError, worded
@@ -77,6 +78,8 @@ class Antenna:
         sign stays in `coefficient`. Only a sphere with a size asks for it.
     walls
         Of a container in its rays; None of an image.
+    mirror
+        Of an image in a plate that is stated: the plate, and its normal, shape (3,).
     """
 
     place_m: FloatArray
@@ -85,6 +88,7 @@ class Antenna:
     coefficient: complex = 1.0
     field: FloatArray | None = None
     walls: Walls | None = None
+    mirror: tuple[Plate, FloatArray] | None = None
 
     def gain(self, position_m: FloatArray) -> FloatArray:
         """Return the gain of its lobe towards positions (3, n), shape (n,)."""
@@ -102,6 +106,26 @@ class Antenna:
         if self.walls is not None:
             wave = wave * wall_factor(position_m, self.place_m, self.walls, wavenumber)
         return wave if self.coefficient == 1.0 else self.coefficient * wave
+
+    def over_plate(
+        self, position_m: FloatArray, wavelength_m: float
+    ) -> tuple[ComplexArray | float, tuple[tuple[ComplexArray | float, FloatArray], ...]]:
+        """Return by what a point at positions (3, n) is lit, and with which fields (3,), each with its share.
+
+        Of all but the image in a plate that is 1, and the antenna's own field.
+        """
+        if self.mirror is None:
+            return 1.0, () if self.field is None else ((1.0, self.field),)
+        plate, normal = self.mirror
+        wavenumber = 2.0 * np.pi / wavelength_m
+        direction = scattering.unit_vectors(position_m - self.place_m[:, None])
+        if self.field is None:
+            # a point tells no polarisations apart
+            electric, magnetic = plate.coefficients(np.abs(normal @ direction), wavenumber)
+            return 0.5 * (electric + magnetic), ()
+        share, of_normal = plate.parts(direction, normal, self.field[None], wavenumber)
+        straight = plate.straight_down(wavenumber)
+        return 1.0, ((straight * share, self.field), (straight * of_normal[0], normal))
 
 
 class SceneWaves:
@@ -158,16 +182,19 @@ class SceneWaves:
         total: ComplexArray | float = 0.0
         for antenna in self._receivers[receiver][:n_images]:
             wave = antenna.wave(position_m, self._wavelength_m)
+            lit, answers = antenna.over_plate(position_m, self._wavelength_m)
+            sources = list(zip(self._transmitters, at_tracer, strict=False))
             # a point scatters alike in all directions: one factor for all pairs of images
-            if self._sphere is None or antenna.field is None:
-                total = total + sum(at_tracer) * wave
+            if self._sphere is None or not answers:
+                sent = sum(one * source.over_plate(position_m, self._wavelength_m)[0] for source, one in sources)
+                total = total + sent * lit * wave
                 continue
             field: ComplexArray | float = 0.0
-            for source, sent in zip(self._transmitters, at_tracer, strict=False):
-                if source.field is not None:
-                    ends = source.place_m, source.field, antenna.place_m
-                    field = field + sent * scattering.scattered_field(self._sphere, position_m, *ends)
-            total = total + (antenna.field @ field) * wave
+            for source, one in sources:
+                for share, own in source.over_plate(position_m, self._wavelength_m)[1]:
+                    ends = source.place_m, own, antenna.place_m
+                    field = field + one * share * scattering.scattered_field(self._sphere, position_m, *ends)
+            total = total + sum(share * (own @ field) for share, own in answers) * wave
         return np.asarray(self._scale[receiver] * total)
 
 
@@ -178,19 +205,23 @@ class Reflector(Plane):
     Attributes
     ----------
     coefficient
-        Complex reflection coefficient; of a wall, its magnitude.
+        Complex reflection coefficient; of a wall, its magnitude; of a plate what its own coefficients are taken times.
     wall
         Number of the wall from 0; None for the bottom.
+    plate
+        What the bottom is, where the setup states it.
     """
 
     coefficient: complex
     wall: int | None = None
+    plate: Plate | None = None
 
 
 def bottom_reflector(setup: Setup) -> Reflector:
     """Return the container's bottom: one radius of the sphere below its centre at the impact.
 
-    The coefficient's magnitude is the size of `reflection`, its phase is drawn from the seed.
+    It is the plate that `[floor]` states, or its coefficient's magnitude is the reflection stated there, else the size
+    of `reflection`, with a phase drawn from the seed; `simulation.reflection` goes before both.
 
     Raises
     ------
@@ -204,13 +235,20 @@ def bottom_reflector(setup: Setup) -> Reflector:
     if setup.simulation.scene == "bed":
         # the grains of the simulation let waves through: what reflects lies below where the sphere comes to rest
         distance -= setup.simulation.bed_depth_m
-    return Reflector(plane.normal, distance, complex(setup.simulation.size("reflection") * np.exp(1j * phase)))
+    floor, is_own = setup.floor, setup.simulation.reflection is not None
+    plate = None if is_own else Plate.of(floor)
+    if plate is not None:
+        # the tangential field turns over
+        return Reflector(plane.normal, distance, -1.0 + 0j, plate=plate)
+    size = setup.simulation.size("reflection") if is_own or floor.reflection is None else floor.reflection
+    return Reflector(plane.normal, distance, complex(size * np.exp(1j * phase)))
 
 
 def reflectors_of(setup: Setup) -> tuple[Reflector, ...]:
     """Return all reflectors of the scene: the bottom and the upright walls round the z axis, where they reflect."""
     simulation = setup.simulation
-    found = [bottom_reflector(setup)] if simulation.size("reflection") > 0.0 else []
+    states = simulation.reflection is None and setup.floor.is_stated
+    found = [bottom_reflector(setup)] if states or simulation.size("reflection") > 0.0 else []
     if simulation.wall_reflection != 0.0:
         walls = zip(simulation.wall_distance_m, simulation.wall_azimuth_deg, strict=True)
         for wall, (distance_m, azimuth_deg) in enumerate(walls):
@@ -243,6 +281,7 @@ def image_of(antenna: Antenna, reflector: Reflector, phase_rad: float, reference
         field=None if antenna.field is None else mirror(antenna.field, normal, 0.0),
         coefficient=reflector.coefficient,
         walls=None,
+        mirror=None if reflector.plate is None else (reflector.plate, normal),
     )
     if not is_wall:
         return image

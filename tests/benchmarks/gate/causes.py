@@ -46,6 +46,7 @@ _CODES: Mapping[Causes, str] = {
         signal_on_both cable_on_both pair_of_two_motions pair_not_in_quadrature pair_without_phase mixer_impossible""",
     _set("wiring sign"): "phase_reversed phase_sign_wrong receivers_backwards",
     _set("walls offsets") | STATED: "flights_misfit",
+    REFLECTORS | _set("horns"): "strong_floor",
     _set("wiring antennas clock sphere disturbance signal"): "no_single_body",
     _set("contact dip disturbance"): "noise_in_bursts",
     _set("contact dip disturbance gap"): "dip_unexplained",
@@ -198,6 +199,8 @@ def causes_of_finding(finding: Mapping[str, Any]) -> Causes | None:
             _set("sphere") if "diameter" in named_places else NOTHING,
             _set("wiring") if facts.get("beside") == "exchanged" else NOTHING,
         ]
+    if finding["code"] == "flights_misfit" and facts.get("is_strong"):
+        more.append(_set("floor plate"))
     # one may only pass on why something could not be done
     if isinstance(facts.get("cause"), Mapping):
         more.append(causes_of_finding(facts["cause"]) or NOTHING)

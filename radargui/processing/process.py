@@ -63,6 +63,8 @@ _MOST_ESTIMATES = 3
 record, too."""
 _OF_FLIGHTS = 0.1
 """Share of the bar that flights take before the joint estimate: 1 to 3 s of 10 to 20."""
+FLIGHTS_THROUGH = 0.3
+"""Share of the bar beyond which a drop is no longer begun by its flights."""
 
 
 def process(
@@ -125,9 +127,10 @@ def process(
 
         def by_flights(part: Part) -> tuple[Part, MeasuredMotion]:
             nonlocal drop
+            former = drop
             # flights that explain all receivers tell more of them than circles, which a strong floor bends
             whole = replace(part, faults=tuple(None if one and one.code in _OF_CIRCLES else one for one in part.faults))
-            whole, drop = _flown(whole, lambda part, former=drop: _drop(part, done, front_ends, former))
+            whole, drop = _flown(whole, lambda part: _drop(part, done, front_ends, former))
             motion = _of_drop(recording, whole, drop, done, on_preliminary, front_ends, others)
             part, motion = (whole, motion) if motion else by_circles(part)
             if isinstance(drop, Finding):

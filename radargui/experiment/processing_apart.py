@@ -229,9 +229,7 @@ def _send(
     send_arrays(connection, arrays)
 
 
-def _received(
-    connection: Connection, sent: tuple[bytes, Sequence[int]]
-) -> tuple[Key, RunResult, LiveAgreement | None]:
+def _received(connection: Connection, sent: tuple[bytes, Sequence[int]]) -> tuple[Key, RunResult, LiveAgreement | None]:
     data, sizes = sent
     found: tuple[Key, RunResult, LiveAgreement | None] = pickle.loads(  # noqa: S301 - from the process that we started
         data, buffers=received_arrays(connection, sizes)

@@ -312,7 +312,7 @@ class AcquisitionSeries:
             self._jobs.submit(self._apart.hear, job)
 
     def _take_early(self, path: Path, result: RunResult) -> None:
-        """Report what fall and first flight of a run gave, not before its file is closed, unless all of it came first."""
+        """Report what a part of a run gave, not before its file is closed, unless what all of it gave came first."""
         self._early = path, result
         self._report_early()
 

@@ -11,11 +11,10 @@ from radargui.files.run_results import write_results
 from radargui.live.track import LiveSpan
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.errors import CancelledError
-from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
-from radargui.processing.process import FLIGHTS_THROUGH, OnPreliminary, cut_short, process
+from radargui.processing.process import OnPreliminary, cut_short, process
 from radargui.session.front_ends import known_front_ends
 from radargui.session.known_setup import known_setup_of_run
 
@@ -122,20 +121,12 @@ class FinishedJob:
         Absolute index of its first sample.
     live
         Live estimates of its time; None where there are none.
-    so_far
-        Its samples as far as they have come, of one that is still recorded; None: they stand in its file.
     """
 
     path: Path
     setup: Setup
     first_index: int
     live: LiveSpan | None
-    so_far: Recording | None = None
-
-    @property
-    def key(self) -> tuple[Path, bool]:
-        """What its preliminary result is known by: a run may have one while it is recorded, and another one later."""
-        return self.path, self.so_far is not None
 
     @property
     def has_preliminary(self) -> bool:
@@ -146,8 +137,6 @@ class FinishedJob:
 def preliminary_result(job: FinishedJob) -> RunResult | None:
     """Return the preliminary result of a run, without computing the final one; None where there is none.
 
-    While it is still recorded that of a drop by its flights alone.
-
     Raises
     ------
     FileError
@@ -157,16 +146,13 @@ def preliminary_result(job: FinishedJob) -> RunResult | None:
     """
     found: list[RunResult] = []
 
-    def enough(share: float) -> None:
-        # circles tell of a part of a run no sooner than of all of it
-        if found or (job.so_far is not None and share > FLIGHTS_THROUGH):
+    def enough(_: float) -> None:
+        if found:
             raise CancelledError
 
     if job.has_preliminary:
         with contextlib.suppress(CancelledError):
-            process(job.so_far or read_for_processing(job.path), job.setup, enough, found.append)
-    if found and job.so_far is not None and (found[0].corrected is None or found[0].corrected.method != "flights"):
-        return None
+            process(read_for_processing(job.path), job.setup, enough, found.append)
     return found[0] if found else None
 
 

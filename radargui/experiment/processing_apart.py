@@ -23,9 +23,6 @@ from radargui.model.result import RunResult
 from radargui.model.workers import workers_ignoring_interrupts
 from radargui.processing.process import OnPreliminary
 
-Key = tuple[Path, bool]
-"""Of a job, see `FinishedJob.key`."""
-
 _logger = logging.getLogger(__name__)
 _STOP, _SOON = "stop", "soon"
 """Beside a job: end the one that is done now; look at one that waits meanwhile."""
@@ -47,7 +44,7 @@ class ProcessingApart:
         self._process: SpawnProcess | None = None
         self._connection: Connection | None = None
         self._sending = threading.Lock()
-        self._on_preliminary: dict[Key, OnPreliminary | None] = {}
+        self._on_preliminary: dict[Path, OnPreliminary | None] = {}
 
     def start(self) -> None:
         """Start the process, which takes a second, before there is a job; idempotent.
@@ -60,37 +57,12 @@ class ProcessingApart:
         self._connected()
 
     def announce(self, job: FinishedJob, on_preliminary: OnPreliminary) -> None:
-        """Let the preliminary result of a job that waits be computed between two rounds of the one that is done now.
-
-        That of a run that is still recorded at once, also where none is done: `hear` then has to follow.
-        """
-        self._on_preliminary[job.key] = on_preliminary
+        """Let the preliminary result of a job that waits be computed between two rounds of the one that is done now."""
+        self._on_preliminary[job.path] = on_preliminary
         connection = self._connection
         if connection is not None:
             with self._sending, contextlib.suppress(OSError):
                 connection.send((_SOON, job))
-
-    def hear(self, job: FinishedJob) -> None:
-        """Wait until there is an answer to a job that was announced while its run was recorded."""
-        connection = self._connection
-        try:
-            while connection is not None and self._on_preliminary.get(job.key) is not None:
-                kind, value = connection.recv()
-                if kind == "preliminary":
-                    self._report(*_received(connection, value)[:2])
-                elif kind == "nothing":
-                    self._on_preliminary[value] = None
-        # whoever has something to process will say that the process has ended
-        except (EOFError, OSError, pickle.PickleError):
-            _logger.info("There is no preliminary result of %s", job.path, exc_info=True)
-        self._on_preliminary.pop(job.key, None)
-
-    def _report(self, key: Key, result: RunResult) -> None:
-        report = self._on_preliminary.get(key)
-        # once, also where the job was announced before
-        self._on_preliminary[key] = None
-        if report is not None:
-            report(result)
 
     def process(
         self, job: FinishedJob, progress: Callable[[float], None], on_preliminary: OnPreliminary
@@ -103,7 +75,7 @@ class ProcessingApart:
             As raised there, or the process cannot be started, or ended without an answer.
         """
         connection = self._connected()
-        self._on_preliminary.setdefault(job.key, on_preliminary)
+        self._on_preliminary.setdefault(job.path, on_preliminary)
         stopped = False
         try:
             with self._sending:
@@ -121,18 +93,19 @@ class ProcessingApart:
                                 connection.send(_STOP)
                         stopped = True
                     continue
-                if kind == "nothing":
-                    self._on_preliminary[value] = None
-                    continue
-                key, result, agreement = _received(connection, value)
+                path, result, agreement = _received(connection, value)
                 if kind == "result":
                     return result, agreement
-                self._report(key, result)
+                report = self._on_preliminary.get(path)
+                # once, also where the job was announced before
+                self._on_preliminary[path] = None
+                if report is not None:
+                    report(result)
         except (EOFError, OSError, pickle.PickleError) as error:
             self.close()
             raise worded(ProcessingError, "process_ended") from error
         finally:
-            self._on_preliminary.pop(job.key, None)
+            self._on_preliminary.pop(job.path, None)
 
     def close(self) -> None:
         """End the process; idempotent."""
@@ -176,11 +149,9 @@ def _serve(connection: Connection) -> None:
     _lower_priority()
     with contextlib.suppress(EOFError, OSError), on_cores():
         while (job := connection.recv()) is not None:
-            # what was announced comes now itself but for a run that is recorded; what was to be stopped has ended
+            # what was announced comes now itself, and what was to be stopped has ended
             if isinstance(job, FinishedJob):
                 _answer(connection, job)
-            elif job != _STOP and job[1].so_far is not None:
-                _answer_soon(connection, job[1])
 
 
 def _answer(connection: Connection, job: FinishedJob) -> None:
@@ -207,31 +178,31 @@ def _answer(connection: Connection, job: FinishedJob) -> None:
 
 
 def _answer_soon(connection: Connection, job: FinishedJob) -> None:
-    preliminary = None
     try:
         preliminary = preliminary_result(job)
     except Exception:
         # reported when it is the turn of the job
         _logger.info("There is no preliminary result of %s", job.path, exc_info=True)
+        return
     if preliminary is not None:
         _send(connection, "preliminary", job, preliminary, None)
-    elif job.so_far is not None:
-        connection.send(("nothing", job.key))
 
 
 def _send(
     connection: Connection, kind: str, job: FinishedJob, result: RunResult, agreement: LiveAgreement | None
 ) -> None:
     buffers: list[pickle.PickleBuffer] = []
-    data = pickle.dumps((job.key, result, agreement), protocol=5, buffer_callback=buffers.append)
+    data = pickle.dumps((job.path, result, agreement), protocol=5, buffer_callback=buffers.append)
     arrays = [buffer.raw() for buffer in buffers]
     connection.send((kind, (data, [array.nbytes for array in arrays])))
     send_arrays(connection, arrays)
 
 
-def _received(connection: Connection, sent: tuple[bytes, Sequence[int]]) -> tuple[Key, RunResult, LiveAgreement | None]:
+def _received(
+    connection: Connection, sent: tuple[bytes, Sequence[int]]
+) -> tuple[Path, RunResult, LiveAgreement | None]:
     data, sizes = sent
-    found: tuple[Key, RunResult, LiveAgreement | None] = pickle.loads(  # noqa: S301 - from the process that we started
+    found: tuple[Path, RunResult, LiveAgreement | None] = pickle.loads(  # noqa: S301 - from the process that we started
         data, buffers=received_arrays(connection, sizes)
     )
     return found

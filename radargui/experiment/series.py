@@ -14,7 +14,7 @@ from pathlib import Path
 from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.health import hardly_seen
 from radargui.acquisition.recorder import Recorder
-from radargui.acquisition.run_output import FinishedRun, RunOutput
+from radargui.acquisition.run_output import FinishedRun
 from radargui.acquisition.run_plan import Ending, RecorderState
 from radargui.experiment.event import (
     EventKind,
@@ -36,7 +36,6 @@ from radargui.experiment.processing_apart import ProcessingApart
 from radargui.live.fall_test import FallTest
 from radargui.live.processor import LiveMemory, LiveProcessor
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, attempt
-from radargui.model.recording import Recording
 from radargui.model.result import Bounce, RunResult
 from radargui.model.rounding import quantity
 from radargui.model.setup import Setup
@@ -177,8 +176,6 @@ class AcquisitionSeries:
         self._n_processing = 0
         self._health_due_s = self._look_due_s = 0.0
         self._bounce: Bounce | None = None
-        self._early: tuple[Path, RunResult] | None = None
-        self._taken: FinishedRun | None = None
         self._next_number = order.publisher.number + 1
         self._outcomes: dict[int, RecordedRun] = {}
         self.failure: RadarGuiError | None = None
@@ -293,36 +290,6 @@ class AcquisitionSeries:
             self._bounce = bounce
             said = f"live e = {quantity(bounce.e, bounce.u_stated)}"
             self._order.publisher.report(EventKind.BOUNCE, said, bounce=bounce)
-            self._begin_early(output)
-
-    def _begin_early(self, output: RunOutput) -> None:
-        """Let fall and first flight be measured while the rest of the run is recorded."""
-        ring, digitisation = self._acquisition.ring, self._acquisition.digitisation
-        if not self._order.process or self._order.patient or ring is None or digitisation is None:
-            return
-        held = ring.blocks(output.first_index, ring.latest)
-        # no coefficient is computed across a gap
-        if len(held) != 1 or held[0].first_index != output.first_index:
-            return
-        so_far = Recording(output.path.stem, held[0].samples, digitisation)
-        job = FinishedJob(output.path, self._order.setup, output.first_index, None, so_far)
-        if job.has_preliminary:
-            self._early = None
-            self._apart.announce(job, lambda result: self._messages.put(partial(self._take_early, output.path, result)))
-            self._jobs.submit(self._apart.hear, job)
-
-    def _take_early(self, path: Path, result: RunResult) -> None:
-        """Report what a part of a run gave, not before its file is closed, unless what all of it gave came first."""
-        self._early = path, result
-        self._report_early()
-
-    def _report_early(self) -> None:
-        if self._early is None or self._taken is None:
-            return
-        path, result = self._early
-        if path == self._taken.path:
-            self._order.publisher.report(EventKind.PRELIMINARY, run=recorded(self._taken, result, None))
-            self._early = None
 
     def _take(self, message: Message) -> None:
         match message:
@@ -364,8 +331,6 @@ class AcquisitionSeries:
             self._order.session.reject(run.path, run.set_aside)
         seen, self._bounce = self._bounce, None
         publisher.report(EventKind.RECORDED, run=unprocessed(run, seen))
-        self._taken = None if run.set_aside else run
-        self._report_early()
         if run.set_aside or not self._order.process or self._order.is_cancelled:
             self._outcomes[run.number] = unprocessed(run)
         elif run.is_last:
@@ -447,14 +412,8 @@ class AcquisitionSeries:
 
     def _preliminary(self, run: FinishedRun) -> Callable[[RunResult], None]:
         """Return what reports the preliminary result of a run."""
-
-        def report(result: RunResult) -> None:
-            if self._taken is run:
-                # what comes of a part of it now comes too late
-                self._taken = None
-            self._order.publisher.report(EventKind.PRELIMINARY, run=recorded(run, result, None))
-
-        return lambda result: self._messages.put(partial(report, result))
+        report = partial(self._order.publisher.report, EventKind.PRELIMINARY)
+        return lambda result: self._messages.put(partial(report, run=recorded(run, result, None)))
 
     def _published(self, run: RecordedRun, *, is_last: bool) -> RecordedRun:
         if run.result is not None:

@@ -63,8 +63,6 @@ _MOST_ESTIMATES = 3
 record, too."""
 _OF_FLIGHTS = 0.1
 """Share of the bar that flights take before the joint estimate: 1 to 3 s of 10 to 20."""
-FLIGHTS_THROUGH = 0.3
-"""Share of the bar beyond which a drop is no longer begun by its flights."""
 
 
 def process(

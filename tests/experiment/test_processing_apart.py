@@ -20,7 +20,6 @@ from radargui.experiment.finished import FinishedJob
 from radargui.experiment.processing_apart import ProcessingApart
 from radargui.files.run_file import read_run
 from radargui.model.errors import CancelledError, FileError, ProcessingError
-from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.processing.process import STOPPED
 from radargui.session.session import Session
@@ -83,22 +82,6 @@ def test_a_process_apart_tells_what_stands_and_keeps_it_where_it_is_cancelled(
     summary = read_summary(stored.path)
     assert summary is not None
     assert (summary["correction"], summary["preliminary"]) == ("flights", True)
-
-
-@pytest.mark.parametrize("falls", [True, False])
-def test_a_run_that_is_still_recorded_has_a_preliminary_result_of_what_has_come(
-    apart: ProcessingApart, stored: FinishedJob, falls: bool
-) -> None:
-    whole, rate_hz = read_run(stored.path), stored.setup.daq.rate_hz
-    count = round((1.0 if falls else 0.2) * rate_hz)
-    so_far = Recording("run-0001", whole.raw[:, :count], whole.digitisation)
-    setup = changed(stored.setup, processing={"correction": "joint"})
-    job, told = FinishedJob(Path("not-closed-yet.h5"), setup, 0, None, so_far), list[RunResult]()
-    apart.announce(job, told.append)
-    apart.hear(job)
-    assert [(one.preliminary, one.recording.n_samples) for one in told] == ([(True, count)] if falls else [])
-    if falls:
-        assert told[0].bounces.impacts[0].e == pytest.approx(0.5, rel=0.01)
 
 
 @pytest.mark.slow

@@ -93,6 +93,7 @@ def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, ph
     motion = _widened(motion, doppler, echoes)
     (onset_s, rest_end_s), moving = rest_before(volts, time_s, motion), slice(motion.first, motion.last)
     faults = with_open(faults_of(volts, noise_v, usable, doppler, moving, phase_sign), opened[:, moving])
+    opened &= usable
     usable &= ~opened
     if stretch.tones_hz:
         only = refuse("tones_in_receiver", lines_hz=stretch.tones_hz[:NAMED_TONES])
@@ -104,6 +105,7 @@ def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, ph
         volts,
         at_one_time_v,
         usable,
+        opened,
         noise_v,
         Segment(motion.first, motion.last, 0, int(np.searchsorted(time_s, rest_end_s))),
         onset_s,

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from radargui.conditioning.echo import Echo
 
 
-_BY_CHANNEL, _BY_RECEIVER = ("volts", "at_one_time_v", "usable", "noise_v", "delay_s"), ("doppler", "echoes", "faults")
+_BY_CHANNEL = ("volts", "at_one_time_v", "usable", "opened", "noise_v", "delay_s")
+_BY_RECEIVER = ("doppler", "echoes", "faults")
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +44,9 @@ class Conditioned:
     at_one_time_v
         The same with the multiplexer's delay taken off: all channels interpolated to the time of channel 0.
     usable
-        False where a channel is clipped or was not a number, shape (2 n_receivers, n_samples).
+        False where a channel is clipped, open or was not a number, shape (2 n_receivers, n_samples).
+    opened
+        Where it looks open and nothing else is wrong with it, same shape.
     noise_v
         Standard deviation of each channel's white noise, shape (2 n_receivers,), above zero.
     segment
@@ -74,6 +77,7 @@ class Conditioned:
     volts: FloatArray = field(repr=False)
     at_one_time_v: FloatArray = field(repr=False)
     usable: BoolArray = field(repr=False)
+    opened: BoolArray = field(repr=False)
     noise_v: FloatArray
     segment: Segment
     onset_s: float
@@ -102,6 +106,11 @@ class Conditioned:
         usable = self.usable.copy()
         usable[2 * number : 2 * number + 2, slice(*np.searchsorted(self.time_s, [begin_s, end_s]))] = False
         return replace(self, usable=usable)
+
+    @property
+    def closed(self) -> Conditioned:
+        """The same with nothing taken for an open channel."""
+        return replace(self, usable=self.usable | self.opened, opened=np.zeros_like(self.opened))
 
     @property
     def valid(self) -> BoolArray:

@@ -32,6 +32,9 @@ MOST_CHI_SQUARE = 2.0
 """Of residuals averaged over 5 ms: above it more than noise is left, and uncertainties that are widened by it are a
 guess (method 6, Quality)."""
 
+UNCHANGED = 0.8
+"""Share of such residuals that stays where another size of the sphere has nothing to do with them."""
+
 
 STRONG = 0.5
 """|R| of a floor from which on circles say nothing of wires: the waves over it nearly cancel the direct one."""
@@ -55,19 +58,21 @@ class MeasuredDrop:
 
     def wrong_diameter(self, setup: Setup, motion: MeasuredMotion) -> Finding | None:
         """Return that the sphere's diameter is likely wrong, where something of a motion would be blamed on else."""
-        unexplained = max(float(self.estimate.block_chi_square.max()) - MOST_CHI_SQUARE, 0.0)
         # a receiver's gain and angle stand for a part of what a sphere of another size scatters
-        by_polarization = gained_by_polarization(motion)
-        # where the flights explain the signals with the size that is stated, it is something else
-        if not (unexplained or by_polarization) or not is_blamed(motion, setup):
+        if not is_blamed(motion, setup) or (other := other_diameter(self.estimate, setup)) is None:
             return None
-        other = other_diameter(self.estimate, setup)
-        if other is None or other.gain < by_polarization:
-            return None
-        beyond = max(float(other.block_chi_square.max()) - MOST_CHI_SQUARE, 0.0)
+        gain = other.gain / max(1.0, float(other.block_chi_square.mean()))
+        unexplained, beyond = (
+            max(float(each.max()) - MOST_CHI_SQUARE, 0.0)
+            for each in (self.estimate.block_chi_square, other.block_chi_square)
+        )
         left = beyond / unexplained if unexplained else 0.0
+        if gain < gained_by_polarization(motion):
+            return None
         by = other.diameter_m - setup.tracer.diameter_m
-        return wrong_value(DIAMETER, by, other.gain, left, setup, motion.flights.cause)
+        # what no size changes is something else's: a wall's, which flights do not place
+        left = 0.0 if left > UNCHANGED else left
+        return wrong_value(DIAMETER, by, gain, left, setup, motion.flights.cause)
 
     @property
     def strong_floor(self) -> Finding | None:

@@ -78,6 +78,12 @@ class Part:
         # two of three give no track: a run that lost one is refused, one that never had more is not
         return len(self.receivers) < LEAST_RECEIVERS <= len(self.faults)
 
+    @property
+    def closed(self) -> Part:
+        """The same with nothing taken for an open channel."""
+        faults = tuple(None if fault and fault.code == "channel_open" else fault for fault in self.faults)
+        return replace(self, whole=self.whole.closed, faults=faults)
+
     def without(self, faults: dict[int, Finding]) -> Part:
         """Return what is left without further receivers, by number, each with its reason."""
         return replace(self, faults=tuple(faults.get(number, fault) for number, fault in enumerate(self.faults)))

@@ -14,7 +14,7 @@ from benchmarks.world.kinds import PopulationRecord, draw
 from support.changed import changed
 from support.estimates import conditioned_of
 
-from radargui.estimation.flights.drop_model import DropModel, evaluate, slopes_of
+from radargui.estimation.flights.drop_model import DropModel, Parts, evaluate, slopes_of
 from radargui.estimation.flights.linear_part import LinearPart
 from radargui.estimation.flights.prior import drop_model, flights_prior
 from radargui.estimation.flights.setup_unknowns import setup_unknowns
@@ -197,19 +197,39 @@ def test_what_rests_to_its_end_is_told_so() -> None:
     assert result.corrected is None or result.corrected.method == "adaptive"
 
 
-@pytest.mark.parametrize("free_ways", [True, False])
-def test_derivatives_are_those_of_differences(
-    usual: tuple[PopulationRecord, Setup, RunResult], free_ways: bool
-) -> None:
+def _model_of(usual: tuple[PopulationRecord, Setup, RunResult], linear: LinearPart) -> tuple[DropModel, Parts]:
+    """Return the model of a drop with its first three flights, and where they are about."""
     record, setup, result = usual
     signals = scaled_signals(conditioned_of(record.recording, setup))
     bins, flights = pool(signals, 1e-3), flights_prior(setup, record.start_s)
     known = setup_unknowns(setup), polarised_sphere(setup)
     surface = float(setup.tracer.release_position_m[2]) - 0.21
-    model: DropModel = drop_model(signals, setup, bins, flights, surface, known, LinearPart(free_ways, 2))
+    model = drop_model(signals, setup, bins, flights, surface, known, linear)
     values = model.mean
     for impact in result.bounces.impacts[:2]:
         model, values = model.with_flight(values, impact.time_s, np.array([0.01, -0.02, impact.speed_after_m_s]))
+    return model, values
+
+
+def test_what_is_foretold_of_a_stretch_is_what_the_whole_shows_there(
+    usual: tuple[PopulationRecord, Setup, RunResult],
+) -> None:
+    model, values = _model_of(usual, LinearPart(True, 2))
+    model = model.renewed(values)
+    at = evaluate(model, model.unknowns(values))
+    # a bounce lower than the fall: the functions of the height are those of the fall all the same
+    stretch = np.flatnonzero(model.bins.time_s > values.flights[-1])[:40]
+    part = model.of_bins(model.bins.of(stretch), values, foretold=True)
+    again = evaluate(part, model.unknowns(values), coefficients=at.coefficients)
+    np.testing.assert_allclose(again.value, at.value[..., stretch], atol=1e-12)
+
+
+@pytest.mark.parametrize("free_ways", [True, False])
+def test_derivatives_are_those_of_differences(
+    usual: tuple[PopulationRecord, Setup, RunResult], free_ways: bool
+) -> None:
+    model, _ = _model_of(usual, LinearPart(free_ways, 2))
+    bins = model.bins
     unknowns = 0.02 * np.random.default_rng(1).standard_normal(model.n_unknowns)
     model = model.renewed(model.values(unknowns))
     at = evaluate(model, unknowns)

@@ -31,6 +31,11 @@ def test_codes_are_the_voltage_in_steps_and_stop_at_the_range() -> None:
     np.testing.assert_array_equal(codes[0], [0, round(32768 / 5.0), 32767, -32768])
 
 
+@pytest.mark.parametrize(("largest_v", "range_v"), [(0.1, 5.0), (5.0, 5.0), (5.1, 10.0), (21.0, 40.0)])
+def test_the_range_is_doubled_until_the_signals_fit(largest_v: float, range_v: float) -> None:
+    assert Converter(1000.0, 0.0, range_v=5.0).for_signals(largest_v).range_v == range_v
+
+
 def test_channels_are_converted_one_skew_after_the_other() -> None:
     converter = Converter(2000.0, 80e-6)
     np.testing.assert_allclose(converter.times_s(3, 5), [4e-4, 9e-4, 14e-4])

@@ -76,6 +76,8 @@ class DropModel:
         What of the forward model is made once a round: ways of the amplitude and what the sphere scatters.
     functions
         Of the height fallen at the bins, the first of them one, shape (1 + n_functions, n_bins).
+    heights_m
+        Highest and lowest place of the bins that these functions were made for: between them they go from -1 to 1.
     noise
         By which the noise of each receiver's bins is larger, shape (n_receivers,).
     least_sigma
@@ -99,6 +101,7 @@ class DropModel:
     deviation: Parts
     inputs: ModelInputs
     functions: FloatArray
+    heights_m: tuple[float, float]
     noise: FloatArray
     least_sigma: float
     turn: FloatArray
@@ -165,12 +168,16 @@ class DropModel:
         nodes = self.bins.time_s + np.array([-1.0, 1.0])[:, None] * self.bins.node_s
         return self.delay_s[:, None, None] + nodes
 
-    def of_bins(self, bins: Bins, values: Parts) -> DropModel:
-        """Return it with other bins of the same samples, renewed there."""
+    def of_bins(self, bins: Bins, values: Parts, *, foretold: bool = False) -> DropModel:
+        """Return it with other bins of the same samples, renewed there.
+
+        What is `foretold` by coefficients that were found in its own bins keeps the functions' heights.
+        """
         none = np.zeros((bins.n_bins, 0))
         drift = np.zeros((self.delay_s.size, bins.n_bins, 0))
         inputs = replace(self.inputs, bias=none, amplitude_map=none, drift=drift)
-        return replace(self, bins=bins, used=np.ones(bins.n_bins, np.bool_), inputs=inputs).renewed(values)
+        heights = self.heights_m if foretold else None
+        return replace(self, bins=bins, used=np.ones(bins.n_bins, np.bool_), inputs=inputs).renewed(values, heights)
 
     def with_flight(self, values: Parts, impact_s: float, velocity_m_s: FloatArray) -> tuple[DropModel, Parts]:
         """Return it and the values with one more flight after an impact, about which the prior says little."""
@@ -186,8 +193,11 @@ class DropModel:
         )
         return model, values._replace(flights=longer(values.flights, velocity_m_s, impact_s))
 
-    def renewed(self, values: Parts) -> DropModel:
-        """Return it with ways, scattering and functions as the flights have them, for another round."""
+    def renewed(self, values: Parts, heights_m: tuple[float, float] | None = None) -> DropModel:
+        """Return it with ways, scattering and functions as the flights have them, for another round.
+
+        Of the heights of its own bins where none are given.
+        """
         position = Flights.of(values.flights).position_m(self.bins.time_s)
         antennas, release = self.setup.antennas(values.setup), self.mean.setup[self.setup.release]
         sphere = None
@@ -199,9 +209,10 @@ class DropModel:
             sphere=sphere,
         )
         height = position[2]
-        fallen = (height - height.max()) / max(float(np.ptp(height[self.used])), 1e-3)
+        top, lowest = heights_m or (float(height.max()), float(height[self.used].min()))
+        fallen = (height - top) / max(top - lowest, 1e-3)
         functions = np.polynomial.legendre.legvander(2.0 * np.clip(fallen, -1.0, 0.0) + 1.0, self.linear.n_functions)
-        return replace(self, inputs=inputs, functions=functions.T)
+        return replace(self, inputs=inputs, functions=functions.T, heights_m=(top, lowest))
 
 
 @dataclass(frozen=True, slots=True)

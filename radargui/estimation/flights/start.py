@@ -219,7 +219,7 @@ class _Followed:
         while seen < START.longest_share * length:
             seen = min(2.0 * seen, START.longest_share * length)
             part = part_of(self.bins, begin - START.beside_s, min(begin + seen, self.last_s))
-            one = self.model.of_bins(part, values)
+            one = self.model.of_bins(part, values, foretold=True)
             _, own = with_last_flight(one, one.unknowns(values), self.at.coefficients)
             values = own.values
             begin, length = _last_flight(values)
@@ -227,7 +227,7 @@ class _Followed:
         if number <= START.fully_fitted:
             self._fit(end, values)
         else:
-            self.model = self.model.of_bins(part_of(self.bins, begin - START.beside_s, end), values)
+            self.model = self.model.of_bins(part_of(self.bins, begin - START.beside_s, end), values, foretold=True)
             self.unknowns, self.end_s = self.model.unknowns(values), end
             self.at = evaluate(self.model, self.unknowns, coefficients=self.at.coefficients)
         begin, length = _last_flight(self.at.values)
@@ -328,7 +328,7 @@ def _foretold(model: DropModel, bins: Bins, at: Evaluation, place: FloatArray) -
 
     What is linear stays as it was: the sphere has not moved far from where it was found. Shape (n_some, n_bins).
     """
-    part = model.of_bins(bins, at.values)
+    part = model.of_bins(bins, at.values, foretold=True)
     n_some, n_bins = place.shape[-2:]
     many = bins.of(np.tile(np.arange(bins.n_bins), n_some))
     fields = part.inputs.sphere

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,7 +85,7 @@ class Converter:
     crosstalk
         Share of the voltage of the conversion before that the sampling capacitor keeps.
     range_v
-        Codes cover +- this.
+        Codes cover +- this, or the range that whoever sets the board up takes instead (`for_signals`).
     """
 
     rate_hz: float
@@ -96,6 +97,11 @@ class Converter:
     def step_v(self) -> float:
         """Volts of one code."""
         return self.range_v / _CODES
+
+    def for_signals(self, largest_v: float) -> Converter:
+        """Return it with twice the range, and twice again, until the signals of a drop as it was foreseen fit in."""
+        doubled = max(0, math.ceil(math.log2(largest_v / self.range_v)))
+        return replace(self, range_v=self.range_v * 2.0**doubled)
 
     def times_s(self, count: int, channel: int) -> Array:
         """Return when a channel is converted, shape (n,)."""

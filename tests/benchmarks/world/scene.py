@@ -100,7 +100,7 @@ def record_of(world: World, stated_rate_hz: float) -> tuple[Recording, Truth]:
     count = int(drop.duration_s * converter.rate_hz)
     origin = np.zeros((3, 1))
     seen = EchoesAlong(world.room, drop) if drop.breaks_s else None
-    volts = np.empty((2 * len(world.mixers), count))
+    volts, largest_v = np.empty((2 * len(world.mixers), count)), 0.0
     for receiver, mixer in enumerate(world.mixers):
         size = abs(world.room.direct(receiver, origin)[0]) * np.exp(-1j * world.phases_rad[receiver])
         for part in range(2):
@@ -109,12 +109,15 @@ def record_of(world: World, stated_rate_hz: float) -> tuple[Recording, Truth]:
             place = drop.position(time_s)
             received = world.room.received(receiver, place) if seen is None else seen.at(receiver, time_s, place)
             echo = received / size
+            foreseen = mixer.volts(echo if world.phase_sign > 0 else echo.conj(), part)
+            largest_v = max(largest_v, float(np.abs(foreseen).max()))
             for one in world.disturbances:
                 echo = one.echo(receiver, time_s, place, echo)
             clean = mixer.volts(echo if world.phase_sign > 0 else echo.conj(), part)
             volts[channel] = clean + mixer.amplitude_v * world.noise.made(rng, count, converter.rate_hz)
             for one in world.disturbances:
                 volts[channel] = one.volts(channel, time_s, volts[channel], mixer.amplitude_v)
+    converter = converter.for_signals(largest_v)
     codes = converter.codes(volts)
     for one in world.disturbances:
         codes = one.codes(codes)

@@ -7,7 +7,7 @@ from PySide6.QtGui import QUndoCommand, QUndoStack
 Does = Callable[[], object]
 
 
-class _Step(QUndoCommand):
+class _Edit(QUndoCommand):
     """An edit that is done already when it is noted."""
 
     def __init__(self, words: str, back: Does, again: Does, key: str) -> None:
@@ -21,8 +21,8 @@ class _Step(QUndoCommand):
 
     def mergeWith(self, other: QUndoCommand) -> bool:  # noqa: N802 - Qt's name
         """Join the next step of the same value: what is typed in one go is one edit."""
-        joined = isinstance(other, _Step) and other.key == self.key
-        if joined and isinstance(other, _Step):
+        joined = isinstance(other, _Edit) and other.key == self.key
+        if joined and isinstance(other, _Edit):
             self.again = other.again
         return joined
 
@@ -37,7 +37,7 @@ class _Step(QUndoCommand):
         self._done = False
 
 
-class History(QUndoStack):
+class EditHistory(QUndoStack):
     """The edits of the window in their order; what they change while they are taken back is no new edit."""
 
     def __init__(self) -> None:
@@ -58,7 +58,7 @@ class History(QUndoStack):
             What it is of, where further ones of the same value belong to it until `seal`; empty: it stands alone.
         """
         if not self._replays:
-            self.push(_Step(words, self._replaying(back), self._replaying(again), value and f"{value} {self._sealed}"))
+            self.push(_Edit(words, self._replaying(back), self._replaying(again), value and f"{value} {self._sealed}"))
 
     def seal(self) -> None:
         """Let what is edited from now on be a step of its own."""

@@ -21,7 +21,7 @@ from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
 from radargui.gui.dock_titles import DockTitles
 from radargui.gui.full_view import FullView
 from radargui.gui.guide import EmptyPlots, FirstSteps
-from radargui.gui.history import History
+from radargui.gui.history import EditHistory
 from radargui.gui.layout import boxed, having, ticking
 from radargui.gui.log_window import LogWindow
 from radargui.gui.notices import NoticeBoard, NoticeStrip
@@ -105,7 +105,7 @@ class MainWindow(QMainWindow):
         self.control = RunControl(source_maker, self)
         self.actions_ = Actions(self)
         self.work = WorkStrip(self.jobs)
-        self.history = History()
+        self.history = EditHistory()
         services = Services(theme, settings, board, self.jobs, self.work, self.control, Glances(), self.history, self)
         self.opengl_answer = ""
         self._health_due = 0.0

@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QWidget
 
 from radargui.gui.background import Jobs, WorkStrip
 from radargui.gui.control.run_control import RunControl
-from radargui.gui.history import History
+from radargui.gui.history import EditHistory
 from radargui.gui.notices import NoticeBoard
 from radargui.gui.settings import Settings
 from radargui.gui.theme import Theme
@@ -24,5 +24,5 @@ class Services:
     work: WorkStrip
     control: RunControl
     glances: Glances
-    history: History
+    history: EditHistory
     parent: QWidget

@@ -75,7 +75,7 @@ class Note:
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class MainResult:
     """What a report is opened for, set large; beneath it what it is."""
 
     value: str
@@ -84,7 +84,7 @@ class Answer:
 
 
 @dataclass(frozen=True, slots=True)
-class Plot:
+class Picture:
     """A figure, drawn when it is needed.
 
     Attributes
@@ -111,12 +111,12 @@ class Plots:
         Whether they are made smaller where the page has less room left for them.
     """
 
-    plots: tuple[Plot, ...]
+    plots: tuple[Picture, ...]
     fitted: bool = False
     kind: Literal["plots"] = "plots"
 
 
-Content: TypeAlias = Facts | Grid | Note | Answer | Plots
+Content: TypeAlias = Facts | Grid | Note | MainResult | Plots
 """What a chapter holds between its title and its pictures."""
 
 
@@ -142,7 +142,7 @@ class Chapter:
 
     title: str
     blocks: tuple[Content, ...] = ()
-    pictures: tuple[Plot, ...] = ()
+    pictures: tuple[Picture, ...] = ()
     small: bool = False
     follows: bool = False
     screen: tuple[Content, ...] | None = None

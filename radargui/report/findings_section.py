@@ -8,7 +8,7 @@ from radargui.model.drop import gravity_words, restitution_words
 from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.model.uncertainty_budget import SHARES, BudgetLine, variance_shares
 from radargui.model.words import percent, sentence
-from radargui.report.content import Answer, Chapter, Content, Facts, Grid, Note, Plot, Plots
+from radargui.report.content import Chapter, Content, Facts, Grid, MainResult, Note, Picture, Plots
 from radargui.report.facts import ReportFacts, SessionFacts, dependences_on, fit_cells, session_cells
 from radargui.report.provenance import RunProvenance
 from radargui.report.publication import bibtex, methods
@@ -49,7 +49,7 @@ def findings_blocks(facts: ReportFacts) -> Iterator[Content]:
     found = facts.findings
     several = len(found.sessions) > 1
     value = _answer(found)
-    yield Answer(value, found.sentence) if value else Note(found.sentence)
+    yield MainResult(value, found.sentence) if value else Note(found.sentence)
     if several:
         yield _sessions(found)
         for words in (one.words for one in (found.samples_compared, found.sessions_compared) if one):
@@ -89,9 +89,9 @@ def _overview(facts: ReportFacts) -> Iterator[Content]:
     runs = [one.runs for one in facts.sessions]
     tracks = any(run.height is not None for session in runs for run in session)
     size = _HALF_MM if tracks else _WHOLE_MM
-    plots = [Plot("e against the impact speed", partial(speeds_figure, facts, size))]
+    plots = [Picture("e against the impact speed", partial(speeds_figure, facts, size))]
     if tracks:
-        plots.append(Plot("Track", partial(tracks_figure, runs, size)))
+        plots.append(Picture("Track", partial(tracks_figure, runs, size)))
     if any(runs):
         yield Plots(tuple(plots))
 
@@ -186,12 +186,12 @@ def _series(facts: ReportFacts) -> Iterator[Content]:
 
     if spread or any(dependences_on(facts, on) for on in COVARIATES):
         title = "Distribution of e, and what it may depend on"
-        yield Plots((Plot(title, partial(spread_figure, facts, _SPREAD_MM)),))
+        yield Plots((Picture(title, partial(spread_figure, facts, _SPREAD_MM)),))
 
     runs = [one.runs for one in facts.sessions]
     if any(run.falls is not None for session in runs for run in session):
         colours = ", each session in its colour of e against the impact speed" if several else ""
-        yield Plots((Plot(f"Falls{colours}", partial(falls_figure, runs, _FALLS_MM)),))
+        yield Plots((Picture(f"Falls{colours}", partial(falls_figure, runs, _FALLS_MM)),))
     for one, session in zip(found.sessions, facts.sessions, strict=True):
         if session.runs:
             yield runs_table(one, session.runs, f" of {one.name}" if several else "")

@@ -10,7 +10,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from radargui import __version__
-from radargui.report.content import Chapter, Plot, templates
+from radargui.report.content import Chapter, Picture, templates
 from radargui.report.plots import svg_of
 
 _SAFE = " /:;,=.()-+*!?@$&|{}~^_[]"
@@ -20,7 +20,7 @@ _PIXELS_PER_INCH = 100
 
 
 @lru_cache(maxsize=8)
-def drawn(plot: Plot) -> str:
+def drawn(plot: Picture) -> str:
     """Return a figure as SVG; PDF and HTML of a chapter draw it once."""
     return svg_of(plot.draw())
 
@@ -54,12 +54,12 @@ def write_html(path: Path, title: str, sections: Iterable[tuple[str, str, str]])
         file.write(f"<script>{script}</script>\n</body>\n</html>\n")
 
 
-def picture_of(plot: Plot) -> str:
+def picture_of(plot: Picture) -> str:
     """Return a figure as an address of data that holds SVG."""
     return "data:image/svg+xml," + quote(drawn(plot), safe=_SAFE)
 
 
-def pixels_of(plot: Plot) -> str:
+def pixels_of(plot: Picture) -> str:
     """Return a figure as an address of a PNG, for viewers that draw no SVG."""
     content = io.BytesIO()
     plot.draw().savefig(content, format="png", dpi=_PIXELS_PER_INCH)

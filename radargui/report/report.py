@@ -26,7 +26,7 @@ from radargui.report.plots import page_style
 from radargui.report.provenance import provenance_of
 from radargui.report.run_facts import ResultOf, RunFacts, study
 from radargui.report.run_section import run_page, run_section
-from radargui.report.typesetting import Pages, Paper
+from radargui.report.typesetting import Paper, Typesetter
 from radargui.restitution.series import drop_labels
 from radargui.restitution.speed_models import ModelName
 from radargui.session.info import REPORT_FOLDER, own_subfolder
@@ -80,7 +80,7 @@ class PageLayout:
 class _Writer:
     """PDF and HTML of a report while it grows: runs go out as they come, what stands before them is put there last."""
 
-    def __init__(self, pages: Pages) -> None:
+    def __init__(self, pages: Typesetter) -> None:
         self._pages = pages
         self._sections: list[tuple[str, str, str]] = []
 
@@ -113,7 +113,7 @@ class _Writer:
 def _writing() -> Iterator[_Writer]:
     """Hand out what writes PDF and HTML; figures wait in a folder that vanishes."""
     with page_style(), TemporaryDirectory(prefix="radargui-report-") as folder:
-        yield _Writer(Pages(Path(folder)))
+        yield _Writer(Typesetter(Path(folder)))
 
 
 def write_report(

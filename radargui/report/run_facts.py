@@ -21,7 +21,7 @@ from radargui.model.rounding import UNKNOWN
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
 from radargui.model.words import counted
-from radargui.report.content import Plot
+from radargui.report.content import Picture
 from radargui.report.curves import RunCurves, fall_curves, take_curves
 from radargui.report.decimation import COLUMNS, COMPACT, Curve
 from radargui.restitution.site_gravity import SiteCheck, site_check
@@ -94,7 +94,7 @@ class RunFacts:
     site_check: SiteCheck | None = None
     uncertainty_budget: UncertaintyBudget | None = None
     warnings: tuple[str, ...] = ()
-    added: tuple[Plot, ...] = field(default=(), repr=False)
+    added: tuple[Picture, ...] = field(default=(), repr=False)
     height: Curve | None = field(default=None, repr=False)
     curves: RunCurves | None = field(default=None, repr=False)
     falls: FallCurves | None = field(default=None, repr=False)
@@ -257,7 +257,7 @@ What draws keeps only what the figure needs: a night has many runs.
 """
 
 
-def added_pictures(result: RunResult) -> tuple[Plot, ...]:
+def added_pictures(result: RunResult) -> tuple[Picture, ...]:
     """Return the figures that plug-ins draw of a result; one that fails is left out and logged."""
     pictures = []
     for name in plugins("figures"):
@@ -269,5 +269,5 @@ def added_pictures(result: RunResult) -> tuple[Plot, ...]:
             _logger.exception("The figure %s was left out", name)
             continue
         if draw is not None:
-            pictures.append(Plot(name.replace("-", " "), draw))
+            pictures.append(Picture(name.replace("-", " "), draw))
     return tuple(pictures)

@@ -10,7 +10,7 @@ from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import budget_rows, variance_shares
 from radargui.model.words import percent, sentence, written_time
-from radargui.report.content import Chapter, Content, Facts, Grid, Note, Plot, Plots
+from radargui.report.content import Chapter, Content, Facts, Grid, Note, Picture, Plots
 from radargui.report.run_facts import RunFacts
 
 
@@ -46,8 +46,8 @@ def run_page(run: RunFacts) -> Chapter:
         *(replace(block, title="") for block in _quality(run) if isinstance(block, Grid)),
         *([Note(_cut(" ".join(map(sentence, warnings))), warning=True)] if warnings else []),
     ]
-    iq = Plot("I and Q", partial(iq_figure, run.curves))
-    fall = Plot("Phase and height", partial(fall_figure, run.curves)) if run.curves.has_phase else None
+    iq = Picture("I and Q", partial(iq_figure, run.curves))
+    fall = Picture("Phase and height", partial(fall_figure, run.curves)) if run.curves.has_phase else None
     blocks.append(Plots((iq, fall) if fall else (iq,), fitted=True))
     screen = (*_words(run), Plots((fall or iq,)))
     return Chapter(_title(run), tuple(blocks), run.added, small=True, screen=screen)
@@ -235,20 +235,20 @@ def _calibration(run: RunFacts) -> Iterator[Content]:
         yield Note(f"Assumed, because the setup does not say: {said}.")
 
 
-def _pictures(run: RunFacts, setup: Setup) -> tuple[Plot, ...]:
+def _pictures(run: RunFacts, setup: Setup) -> tuple[Picture, ...]:
     curves = run.curves
     if curves is None:
         return run.added
     # matplotlib is loaded only where a report is made: the window shows the same words without it
     from radargui.report.run_figures import motion_page, paths_page, signals_page, steps_page, track_page
 
-    pictures = [Plot("raw and corrected IQ" if run.correction else "raw IQ", partial(signals_page, curves))]
+    pictures = [Picture("raw and corrected IQ" if run.correction else "raw IQ", partial(signals_page, curves))]
     if any(receiver.steps for receiver in curves.receivers):
-        pictures.append(Plot("steps of the published correction", partial(steps_page, curves)))
+        pictures.append(Picture("steps of the published correction", partial(steps_page, curves)))
     if curves.has_phase:
-        pictures.append(Plot("phase and path length", partial(paths_page, curves)))
+        pictures.append(Picture("phase and path length", partial(paths_page, curves)))
     if curves.track is not None and curves.track.places_m.size:
-        pictures.append(Plot("track", partial(track_page, curves, curves.track, setup.floor.height_m)))
+        pictures.append(Picture("track", partial(track_page, curves, curves.track, setup.floor.height_m)))
     if curves.motion is not None:
-        pictures.append(Plot("velocity and acceleration", partial(motion_page, curves, curves.motion)))
+        pictures.append(Picture("velocity and acceleration", partial(motion_page, curves, curves.motion)))
     return (*pictures, *run.added)

@@ -22,7 +22,7 @@ _FONTS = ("DejaVuSans.ttf", "DejaVuSans-Bold.ttf")
 """Of matplotlib, in which the words of figures are set: Typst's own fonts have no such letters."""
 
 
-class Pages:
+class Typesetter:
     """Chapters of a PDF as they come: each is data at once, its figures are files.
 
     Parameters

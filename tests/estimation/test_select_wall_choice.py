@@ -30,6 +30,7 @@ def selection(monkeypatch: pytest.MonkeyPatch) -> _Selection:
     made.settings, made.normal, made.round_done, made.rough = ChoiceSettings(temper=10.0), UP, lambda: None, None
     made.foretold, made.compared, made.whole = None, [], SimpleNamespace(bins=SimpleNamespace(value=np.zeros(4)))
     made.found = SimpleNamespace(data=SimpleNamespace(onset_s=0.0))
+    made.data = SimpleNamespace(surface=None)
     monkeypatch.setattr(choose, "is_lost", lambda one, onset_s: False)
     monkeypatch.setattr(choose, "log_evidence", lambda one: one.evidence)
     monkeypatch.setattr(choose, "settle_breaks", lambda data, one, *given: one)

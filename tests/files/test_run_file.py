@@ -106,6 +106,8 @@ def test_the_summary_tells_the_first_bounce_and_the_worst_verdict(tmp_path: Path
         "e": 0.8,
         "u_e": 0.01,
         "u_e_combined": None,
+        "e_times": None,
+        "u_e_times": None,
         "g_m_s2": 9.81,
         "u_g_m_s2": 0.02,
         "u_g_combined_m_s2": None,

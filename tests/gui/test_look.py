@@ -105,7 +105,7 @@ def test_a_panel_says_its_title_once(window: MainWindow, wait_for: Any) -> None:
     wait_for(lambda: "Last drops" in titled(window))
     # and what belongs to another workspace leaves no tab behind
     window.panels.work_in("analyse")
-    wait_for(lambda: set(tabs_of(window)) == {"Run", "Series"})
+    wait_for(lambda: not tabs_of(window) and titled(window) == {"Runs", "Run", "Result"})
     window.panels.work_in("sessions")
     wait_for(lambda: not tabs_of(window) and titled(window) == {"Session", "All sessions"})
 

@@ -29,7 +29,7 @@ from radargui.report.run_facts import RunFacts, take_facts
 from radargui.report.run_figures import fall_figure, iq_figure
 from radargui.report.run_section import run_page, run_section
 from radargui.report.series_figures import falls_figure, speeds_figure
-from radargui.report.typesetting import Pages, Paper
+from radargui.report.typesetting import Paper, Typesetter
 from radargui.session.info import SessionInfo
 
 
@@ -178,7 +178,7 @@ def test_axis_prefixes_follow_the_size_of_the_values() -> None:
 def set_on(paper: Paper, folder: Path, *chapters: Chapter) -> list[str]:
     """Return the words of the pages that chapters fill."""
     folder.mkdir(exist_ok=True)
-    pages = Pages(folder)
+    pages = Typesetter(folder)
     for one in chapters:
         pages.put(one)
     pages.write(folder / "pages.pdf", paper, "title", "", "2026-11-20T15:04:05+00:00")

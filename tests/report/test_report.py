@@ -34,7 +34,7 @@ from radargui.report.provenance import RunProvenance, provenance_of
 from radargui.report.report import REPORT_FILES, PageLayout, WrittenReport, write_report
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import _impacts, run_page
-from radargui.report.typesetting import Pages, Paper
+from radargui.report.typesetting import Paper, Typesetter
 from radargui.session.session import Session
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
@@ -357,7 +357,7 @@ def test_a_report_of_ten_drops_has_fourteen_pages_at_the_most(tmp_path: Path) ->
     papers: tuple[Paper, ...] = ("a4", "letter")
     (tmp_path / "work").mkdir()
     with page_style():
-        pages = Pages(tmp_path / "work")
+        pages = Typesetter(tmp_path / "work")
         pages.put_in_front(chapters)
         for paper in papers:
             pages.write(tmp_path / "report.pdf", paper, "ten drops", "", NOW.isoformat())

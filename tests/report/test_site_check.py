@@ -41,6 +41,7 @@ def test_the_window_says_it_too_in_the_colour_of_an_alarm_where_they_differ(
 ) -> None:
     theme = Theme(qapp, "light")  # type: ignore[arg-type]
     view = FiguresView(theme)
+    view.show()
     view.show_result(result_at(g_m_s2))
     assert "g against the site" in view.toPlainText()
     warned = view.document().find("g is not that of the site")

@@ -14,7 +14,7 @@ from support.results import BUDGET, default_setup, drop_result, quiet_result, re
 from radargui.model.drop import RunOrigin
 from radargui.model.result import Bounces
 from radargui.model.uncertainty_budget import budget_rows
-from radargui.report.content import Answer, Chapter, Facts, Grid, Note, Plots, templates
+from radargui.report.content import Chapter, Facts, Grid, MainResult, Note, Plots, templates
 from radargui.report.curves import take_curves
 from radargui.report.decimation import COMPACT
 from radargui.report.facts import ReportFacts, SessionFacts, report_facts
@@ -24,7 +24,7 @@ from radargui.report.run_facts import RunFacts, take_facts
 from radargui.report.run_figures import iq_figure
 from radargui.report.run_section import run_page, run_section
 from radargui.report.series_figures import speeds_figure
-from radargui.report.typesetting import Pages
+from radargui.report.typesetting import Typesetter
 from radargui.session.info import SessionInfo
 
 
@@ -72,7 +72,7 @@ def test_one_run_is_spoken_of_as_one(n: int, warning: str, dropped: str) -> None
 def test_the_answer_stands_first_with_what_it_is_of() -> None:
     facts = facts_of(simulated(3))
     first, *_ = findings_blocks(facts)
-    assert first == Answer(f"e = {facts.findings.sessions[0].series.e.words()}", facts.findings.sentence)
+    assert first == MainResult(f"e = {facts.findings.sessions[0].series.e.words()}", facts.findings.sentence)
     quiet = facts_of((take_facts(quiet_result(), "run-0001", COMPACT),))
     assert next(iter(findings_blocks(quiet))) == Note(quiet.findings.sentence), "of no drop there is no e"
 
@@ -183,7 +183,7 @@ def test_powers_of_ten_stand_in_html_and_pdf_as_people_write_them(tmp_path: Path
         Note("p is 4.5e-08. Taken from run 3e-05.csv."),
     )
     page = templates().get_template("blocks.html").render(blocks=blocks)
-    pages = Pages(tmp_path)
+    pages = Typesetter(tmp_path)
     pages.put(Chapter("Powers", blocks))
     pages.write(tmp_path / "page.pdf", "a4", "", "", "2026-11-20T15:04:05+00:00")
     for text in (page, pdf_words(tmp_path / "page.pdf")):

@@ -29,7 +29,7 @@ _MOST_BINS = 700
 """Of the whole run, two points each: about the pixels of its plot."""
 
 
-class Whole(NamedTuple):
+class RunOverview(NamedTuple):
     """A run at a glance.
 
     Attributes
@@ -52,14 +52,14 @@ class Whole(NamedTuple):
     place_mm: FloatArray | None
 
 
-def whole_of(result: RunResult) -> Whole | None:
+def whole_of(result: RunResult) -> RunOverview | None:
     """Return a run at a glance: its height, without a track the first path; None where it has neither."""
     track, paths, (zero_s, zero) = result.track, result.paths, result.zero
     if track is not None and track.time_s.size:
         place_mm = 1e3 * track.position_m
-        return Whole(track.time_s - zero_s, zero_s, zero, place_mm[2], "z [mm]", place_mm)
+        return RunOverview(track.time_s - zero_s, zero_s, zero, place_mm[2], "z [mm]", place_mm)
     if paths is not None and paths.change_m.size:
-        return Whole(result.recording.time_s() - zero_s, zero_s, zero, 1e3 * paths.change_m[0], "ΔL [mm]", None)
+        return RunOverview(result.recording.time_s() - zero_s, zero_s, zero, 1e3 * paths.change_m[0], "ΔL [mm]", None)
     return None
 
 
@@ -124,7 +124,7 @@ class ScrubPlot(Plot):
     """The whole of a run, low; the mouse and the arrow keys move the moment that is looked at."""
 
     def __init__(self, theme: Theme, instant: Instant) -> None:
-        self._whole: Whole | None = None
+        self._whole: RunOverview | None = None
         super().__init__(theme, left_px=58)
         self.getPlotItem().getAxis("left").setStyle(showValues=False)
         self._instant = instant
@@ -139,7 +139,7 @@ class ScrubPlot(Plot):
         zero = self._whole.zero if self._whole else "the start"
         return f"time after {zero} [s]" if axis == "bottom" else self._whole.label if self._whole else ""
 
-    def show_whole(self, whole: Whole | None) -> None:
+    def show_whole(self, whole: RunOverview | None) -> None:
         """Draw another run; the moment that is looked at stays where the run has it."""
         self._whole = whole
         if whole is None:

@@ -18,7 +18,7 @@ from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.runs.correction_view import CorrectionView, MethodsView
 from radargui.gui.runs.figures_view import BudgetView, FiguresView
-from radargui.gui.runs.instant import Instant, ScrubPlot, Whole, whole_of
+from radargui.gui.runs.instant import Instant, RunOverview, ScrubPlot, whole_of
 from radargui.gui.runs.signal_view import PlanesView, SignalView, motion_of
 from radargui.gui.scopes.spectrum_view import SpectrumView, WaterfallView
 from radargui.gui.theme import Theme
@@ -247,7 +247,7 @@ class RunPanel(QWidget):
             self._start("the curves of the run", partial(make, result), take, failed, lambda: self.result is result)
         return self._made.get(make)
 
-    def _show_whole(self, whole: Whole | None) -> None:
+    def _show_whole(self, whole: RunOverview | None) -> None:
         self._stale.discard("overview")
         self.overview.show_whole(whole)
         self._say_where()

@@ -37,7 +37,7 @@ class SessionPanel(QWidget):
         having(self._notes, objectName="session.notes", minimumHeight=48, maximumHeight=90)
         self._notes.textChanged.connect(self.details_changed)
         self._known = self.details
-        self.details_changed.connect(self._tell)
+        self.details_changed.connect(self._announce)
         self.mark = QLineEdit(placeholderText="kept with time and sample")
         having(self.mark, objectName="session.mark", accessibleName="Note now")
         self.mark.returnPressed.connect(self.ask_mark)
@@ -61,7 +61,7 @@ class SessionPanel(QWidget):
         operator, sample, target = (line.text().strip() for line in self._lines.values())
         return Details(operator, self._notes.toPlainText().strip(), sample, target)
 
-    def _tell(self) -> None:
+    def _announce(self) -> None:
         before, after = self._known, self.details
         if after != before:
             self._known = after

@@ -162,7 +162,7 @@ class SetupModel(QObject):
         self.end_review()
         before = self._state
         self._begin(path, setup, plain(setup))
-        self._tell(before)
+        self._announce(before)
 
     def _begin(self, path: Path | None, saved: Setup, draft: dict[str, Any]) -> None:
         self.path, self._saved, self._of_file, self._draft = path, saved, saved.model_dump(), draft
@@ -173,7 +173,7 @@ class SetupModel(QObject):
         """The draft and its file, to come back to."""
         return self.path, self._saved, deepcopy(self._draft)
 
-    def _tell(self, before: _State, key: str = "") -> None:
+    def _announce(self, before: _State, key: str = "") -> None:
         """Say that something was edited since, where it was; with the file that it was edited in."""
         after = self._state
         if after == before:
@@ -205,7 +205,7 @@ class SetupModel(QObject):
         before = self._state
         self._draft = plain(setup)
         self._validate()
-        self._tell(before)
+        self._announce(before)
 
     def value(self, key: str) -> Any:
         """Return what the draft says, else the default, None where there is none (or no such receiver)."""
@@ -220,7 +220,7 @@ class SetupModel(QObject):
         before = self._state
         self._put(key, value)
         self._validate()
-        self._tell(before, key)
+        self._announce(before, key)
 
     def _put(self, key: str, value: object) -> None:
         *way, name = parts_of(key)
@@ -249,7 +249,7 @@ class SetupModel(QObject):
             turned = (azimuth + 90.0) % 360.0 if isinstance(azimuth, (int, float)) else 0.0
             receivers.append({**receivers[-1], "azimuth_deg": turned})
             self._receivers_changed()
-            self._tell(before)
+            self._announce(before)
 
     def remove_receiver(self, number: int) -> None:
         """Take receiver `number` (from 1) out; the last one stays."""
@@ -257,7 +257,7 @@ class SetupModel(QObject):
         if len(receivers) > 1:
             del receivers[number - 1]
             self._receivers_changed(number)
-            self._tell(before)
+            self._announce(before)
 
     def _receivers_changed(self, removed: int | None = None) -> None:
         channels = self._draft.get("daq", {}).get("channels")

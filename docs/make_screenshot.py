@@ -125,30 +125,24 @@ def take(window: MainWindow, clock: HeldClock, data: Path) -> Iterator[tuple[str
 
     window.runs.table.selectRow(0)
     wait(lambda: window.track.result is not None and is_idle(window))
-    yield "track", part_of(window, window.panels.docks["track"])
+    yield "track", part_of(window, window.panels.docks["run"])
     # wide and high, so that nothing is scrolled or cut
-    docks, turned = window.panels.docks, Qt.Orientation
     window.panels.go_to("run")
-    window.panels.resizeDocks([docks["run"], docks["track"]], [900, 540], turned.Horizontal)
-    window.panels.resizeDocks([docks["runs"], docks["run"]], [120, 640], turned.Vertical)
-    for name, page in (("correction", window.run.tabs.page("steps")), ("methods", window.run.tabs.page("methods"))):
-        window.run.tabs.setCurrentWidget(page)
+    for name, view in (("correction", "steps"), ("methods", "methods")):
+        window.run.choose(view)
         wait(partial(is_idle, window))
-        if page is window.run.tabs.page("methods"):
-            for method in ("published", "ellipse"):
-                page.boxes[method].setChecked(True)
-            page.compute.click()
-            wait(lambda: not window.work.busy and len(window.run.tabs.page("methods").table.rows.entries) == 3)
+        if view == "methods":
+            compare(window, "published", "ellipse")
         yield name, part_of(window, window.panels.docks["run"])
 
     sessions = [recorded(data / "series", height) for height in HEIGHTS_M]
     window.sessions.open(sessions[0])
     wait(partial(is_idle, window))
-    window.show_view("table")
+    window.show_view("speeds")
     window.series.show_beside(tuple(sessions[1:]))
     wait(lambda: window.series.facts is not None and len(window.series.facts.sessions) == len(sessions))
-    for name, page in (("speeds", window.series.pages.page("speeds")), ("falls", window.series.pages.page("falls"))):
-        window.series.pages.setCurrentWidget(page)
+    for name in ("speeds", "falls"):
+        window.show_view(name)
         wait(partial(is_idle, window))
         yield name, part_of(window, window.panels.docks["run"])
 
@@ -208,6 +202,15 @@ def part_of(window: MainWindow, panel: QWidget) -> QImage:
     fine = window.devicePixelRatioF()
     corner = panel.mapTo(window, QPoint(0, 0))
     return picture_of(window).copy(QRect(corner * fine, panel.size() * fine))
+
+
+def compare(window: MainWindow, *methods: str) -> None:
+    """Let other corrections compute the run that is shown, and wait for them."""
+    page = window.run.tabs.page("methods")
+    for method in methods:
+        page.boxes[method].setChecked(True)
+    page.compute.click()
+    wait(lambda: not window.work.busy and len(page.table.rows.entries) == 1 + len(methods))
 
 
 def drops(window: MainWindow) -> list[RunEntry]:

@@ -17,8 +17,8 @@ from radargui.restitution.series import Series
 
 N_SHOWN = 10
 """A hand's breadth tells so many apart, and whether they drift (the operators asked for ten)."""
-_LEFT = 58
-"""Width of the left axis in pixels, as beside the height."""
+_LEFT = 72
+"""Width of the left axis in pixels: e with four digits beside its name."""
 _ALONE = 1e-3
 """Half of the axis at the least: what is less than a thousandth of e is not read off a plot so low (by hand)."""
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QSignalBlocker, QUrl, Signal
+from PySide6.QtCore import QMargins, QSignalBlocker, QUrl, Signal
 from PySide6.QtGui import QDesktopServices, QResizeEvent
-from PySide6.QtWidgets import QCheckBox, QSizePolicy, QStackedWidget, QToolBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QStackedWidget, QToolBar, QVBoxLayout, QWidget
 
-from radargui.gui.layout import PlainLabel, button, fill, having, holding, ticking
+from radargui.gui.layout import OneLine, button, fill, having, holding, ticking
 from radargui.gui.panels import Actions
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
 from radargui.gui.sessions.session_model import ThumbnailView
@@ -78,9 +78,7 @@ class RunListPanel(QWidget):
         buttons = turn, self.preview, self.report, self.open_report, self.open_folder, self.export
         row = holding(QToolBar(), self.rejected, *buttons)
         # one line, whatever it says: two would push the buttons out of a low panel
-        self.series = having(PlainLabel(), wordWrap=False)
-        self.series.setContentsMargins(6, 0, 6, 0)
-        self.series.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self.series = having(OneLine(), contentsMargins=QMargins(6, 0, 6, 0))
         fill(QVBoxLayout(self), (self._looks, 1), self.series, row)
 
         self._report_busy = self._by_program = False
@@ -142,7 +140,8 @@ class RunListPanel(QWidget):
 
     def show_series(self, said: str) -> None:
         """Show what the drops that count gave together; empty: there are none."""
-        having(self.series, text=said, visible=bool(said))
+        self.series.setText(said)
+        self.series.setVisible(bool(said))
         self.series.setToolTip(f"Mean and standard error of e over the drops that count, each once. {said}")
 
     def _chosen(self) -> None:

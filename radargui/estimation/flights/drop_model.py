@@ -15,6 +15,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from radargui.estimation.flights.linear_part import LinearPart
 from radargui.estimation.flights.setup_unknowns import StatedSetup
+from radargui.estimation.flights.stated_plate import stated_floor
 from radargui.estimation.forward.bins import Bins, Multiplexer
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.parameters import Layout
@@ -30,7 +31,6 @@ from radargui.estimation.forward.signal_model import (
 )
 from radargui.estimation.forward.signal_slopes import receiver_slopes, setup_slopes
 from radargui.estimation.forward.sphere import PolarisedSphere
-from radargui.estimation.forward.stated_floor import stated_term
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
 from radargui.motion.flights import Flights
 
@@ -270,40 +270,8 @@ def robust_cost(model: DropModel, unknowns: FloatArray, at: Evaluation) -> float
     scaled = at.misfit / model.noise[:, None] ** 2
     data = (model.used * 2.0 * _BEND**2 * (np.sqrt(1.0 + scaled / _BEND**2) - 1.0)).sum() * 2.0
     linear = ((at.coefficients / model.linear_deviations) ** 2).sum()
-    residual, _ = _stated(model, at.values)
+    residual, _ = stated_floor(model, at.values, _inputs_at(model, at.values))
     return 0.5 * float(data + linear + unknowns @ unknowns + residual @ residual)
-
-
-U_SURFACE_M = 2e-4
-"""A plate is so flat, and what reflects of it is so well what is touched."""
-
-
-def _stated(model: DropModel, values: Parts) -> tuple[FloatArray, FloatArray]:
-    """Return what the setup says of the floor as residuals, (n,), and their slopes by the unknowns, (n, n_unknowns).
-
-    Of a plate it is known that what reflects is what the sphere touches. Of a start, whose ways are free, nothing is.
-    """
-    stated = None
-    if not model.linear.free_ways:
-        stated = stated_term(values.theta, model.layout, _inputs_at(model, values))
-    if stated is None:
-        return np.zeros(0), np.zeros((0, model.n_unknowns))
-    residual, rows = stated.residual, np.zeros((stated.residual.size + 1, model.free.size))
-    rows[:-1, model.stated.stop :] = stated.slopes
-    surface, flights = model.plane.surface, Flights.of(values.flights)
-    if surface is None or surface.plate is None or not flights.impact_s.size:
-        return residual, model.by_unknowns(rows[:-1])
-    lands_s = flights.impact_s[:1]
-    place, by_flights = flights.position_and_slopes(np.nextafter(lands_s, -np.inf))
-    unknown = model.layout.plane_unknowns(values.theta)[0]
-    normal = model.plane.turned_normal(unknown)
-    gap_m = float(model.plane.height(place, unknown)[0]) - surface.touch_m
-    rows[-1, model.flights] = by_flights[..., 0] @ normal
-    rows[-1, flights.layout.impacts.start] += float(normal @ flights.velocity_before_m_s()[0])
-    # below the release a plane that leans is hardly higher
-    rows[-1, model.stated.stop + model.layout.planes.start + 2] = -float(normal @ model.plane.normal)
-    rows[-1] /= U_SURFACE_M
-    return np.append(residual, gap_m / U_SURFACE_M), model.by_unknowns(rows)
 
 
 def sigma_of(model: DropModel) -> FloatArray:
@@ -468,7 +436,7 @@ def normal_equations(model: DropModel, unknowns: FloatArray, at: Evaluation) -> 
         matrix += rows.T @ rows - mixed.T @ solved
         slope -= rows.T @ residual[receiver].ravel()
         change.append(-solved)
-    off, rows = _stated(model, at.values)
+    off, rows = stated_floor(model, at.values, _inputs_at(model, at.values))
     return NormalEquations(matrix + rows.T @ rows, slope + rows.T @ off, np.array(change))
 
 

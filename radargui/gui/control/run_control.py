@@ -153,9 +153,8 @@ class RunControl(QObject):
             self._next = request
             return
         if self.state is AppState.PROCESSING:
-            left = tuple(self.backlog)
             self.end(Asked.LEAVE)
-            self._next, self._left = request, left
+            self._next, self._left = request, ()
             return
         if self.state.running:
             return
@@ -367,7 +366,11 @@ class RunControl(QObject):
     def _recorded(self, recorded: RecordedRun) -> None:
         if recorded.path is not None and recorded.path in self.backlog:
             self.backlog.remove(recorded.path)
-        self.kept += recorded.path is not None and not recorded.set_aside
+        counts = recorded.path is not None and not recorded.set_aside
+        self.kept += counts
+        # the backlog may not have heard of a run yet when Record is pressed: what comes without a result was left
+        if self._next is not None and counts and recorded.path and recorded.result is None and recorded.error is None:
+            self._left = (*self._left, recorded.path)
         self.run_recorded.emit(recorded)
 
     def _ended(self, error: BaseException | None) -> None:
@@ -383,7 +386,7 @@ class RunControl(QObject):
             self._finish(AppState.IDLE if self.reached.stops else AppState.FAILED)
             self.failed.emit(error)
         elif request is not None:
-            left = self._left
+            left, self._left = self._left, ()
             self._finish(AppState.IDLE)
             self.record(request)
             if left:

@@ -254,7 +254,7 @@ class MainWindow(QMainWindow):
         does, history = self.actions_, self.history
         does.connect_to(self)
         for changed in (history.canUndoChanged, history.canRedoChanged):
-            changed.connect(lambda _can: self._show_actions())
+            changed.connect(self._show_actions)
         self.theme.application.focusChanged.connect(history.seal)
         self.setup_model.edited.connect(self._edited)
         self.session_panel.edited.connect(partial(history.note, "the session", value="session"))

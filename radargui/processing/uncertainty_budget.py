@@ -90,6 +90,9 @@ def with_budget(
 
 U_HORN_M = 8e-5
 """Root mean square of path that no single phase centre can follow of a horn near by: 0.06 to 0.1 mm."""
+BEND_OF_FALL = 1.92
+"""Share of g by which a fall from rest seems faster, times what its heights are off over its height: where they are off
+by the second Legendre polynomial of the height, which is what a shift and a scale leave, and 1 and t^2 are fitted."""
 
 
 def changes_by_horns(
@@ -98,7 +101,8 @@ def changes_by_horns(
     """Return what the place changes by with what a single phase centre leaves of each horn.
 
     An antenna counts as one where the setup says that its phase centre lies elsewhere than the point that its distance
-    is measured to. What is left depends on the place: both speeds at an impact change alike, and e does not.
+    is measured to. What is left depends on the place: both speeds at an impact change alike, and e does not. A fall
+    bends by it (`BEND_OF_FALL`).
 
     Parameters
     ----------
@@ -116,13 +120,13 @@ def changes_by_horns(
     place = np.array([np.interp(time_s, track.time_s[known], row[known]) for row in track.position_m])
     gradient, none = path_gradient(place, antennas), np.zeros(len(bounces.impacts))
     units = np.vstack([np.ones(antennas.n_receivers), np.eye(antennas.n_receivers)])
-    return tuple(
-        InputChange(
-            f"horn[{number}]", "calibration", time_s, U_HORN_M * solve_gradient(gradient, unit[:, None]), none, 0.0
-        )
-        for number, unit in enumerate(units)
-        if horns[number]
-    )
+    g_m_s2, fallen_m = expected_gravity_m_s2(setup.site), max(float(np.ptp(place[2])), LEAST_M)
+    found = []
+    for number in np.flatnonzero(horns):
+        moved_m = U_HORN_M * solve_gradient(gradient, units[number][:, None])
+        bent = BEND_OF_FALL * g_m_s2 * float(np.sqrt((moved_m[2] ** 2).mean())) / fallen_m
+        found.append(InputChange(f"horn[{number}]", "calibration", time_s, moved_m, none, bent))
+    return tuple(found)
 
 
 def _between(known_s: FloatArray, known: FloatArray, time_s: FloatArray) -> FloatArray:

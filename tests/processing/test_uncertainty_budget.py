@@ -8,7 +8,7 @@ from benchmarks.world.generic.draw import draw_scene
 from benchmarks.world.generic.scene import make_record
 from support.changed import changed
 
-from radargui.model.result import Bounce, Bounces, RunResult, Segment, Track
+from radargui.model.result import Bounce, Bounces, FreeFall, RunResult, Segment, Track
 from radargui.model.setup import Setup
 from radargui.processing.process import process
 from radargui.processing.uncertainty_budget import with_budget
@@ -80,15 +80,19 @@ def test_what_a_single_phase_centre_leaves_of_horns_is_the_calibration_s_share()
     time_s = np.linspace(0.0, 0.2, 50)
     place = np.array([0.0 * time_s, 0.0 * time_s, 0.1 - 5.0 * time_s**2])
     track = Track(time_s, place, np.full((3, 50), 1e-5), np.ones(50, np.bool_), "exact")
-    bounces = Bounces((Bounce(0.15, 1.5, 1.2, 0.8, 1e-4, "made", valid=True),))
+    fall = FreeFall(9.81, 1e-3, 0.0, 0.2, 0.1, 0.2, (0.1, 0.0, -4.905), 1e-6)
+    bounces = Bounces((Bounce(0.15, 1.5, 1.2, 0.8, 1e-4, "made", valid=True),), free_fall=fall)
 
-    def share_mm(setup: Setup) -> float:
+    def shares(setup: Setup) -> tuple[float, float]:
         *_, budget = with_budget(track, bounces, (), Segment(0, 50, 0, 0), setup)
         assert budget.e.calibration in (None, 0.0)
-        return 1e3 * (budget.position_m.calibration or 0.0)
+        return 1e3 * (budget.position_m.calibration or 0.0), budget.g_m_s2.calibration or 0.0
 
-    assert share_mm(setup) == 0.0
+    assert shares(setup) == (0.0, 0.0)
     one = with_receiver(setup, phase_centre_m=0.12)
     every = changed(one, transmitter={"phase_centre_m": 0.12})
+    (one_mm, of_one), (every_mm, of_every) = shares(one), shares(every)
     # 0.08 mm of a path of which a place is about half
-    assert 0.02 < share_mm(one) < share_mm(every) < 0.2
+    assert 0.02 < one_mm < every_mm < 0.2
+    # a fall of 0.2 m whose heights bend by 0.04 mm
+    assert 1e-3 < of_one < of_every < 0.02

@@ -21,8 +21,10 @@ from radargui.estimation.motion_estimate import MotionEstimate
 from radargui.estimation.readout.unexplained import Residuals, UnexplainedError, unexplained_stretches
 from radargui.estimation.select.budget import LooseMapsError, NoSingleBodyError
 from radargui.estimation.select.fall import FoundFall
+from radargui.estimation.solve.minimise import log_evidence
 from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.assumed import DIAMETER
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.finding import Finding, error_of, refuse, warn, why_of
 from radargui.model.front_end import FrontEnd, FrontEndPrior, run_names
@@ -31,7 +33,7 @@ from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior, bumped
 from radargui.model.setup_posterior import SetupPosterior
 from radargui.processing.by_flights import MeasuredDrop
-from radargui.processing.checks.estimate import doubt, is_fringe_sure, is_unknown
+from radargui.processing.checks.estimate import doubt, is_blamed, is_fringe_sure, is_unknown
 from radargui.processing.drifting_rest import drifting_rest
 from radargui.processing.in_band import measure_in_band
 from radargui.processing.measured_motion import MeasuredMotion
@@ -39,6 +41,7 @@ from radargui.processing.of_estimate import motion_of_adaptive, motion_of_joint
 from radargui.processing.progress import Progress, Report
 from radargui.restitution.flight_test import FlightTest
 from radargui.restitution.settings import TRACKS
+from radargui.restitution.setup_outlier import wrong_value
 
 _FALL_MARGIN = 0.1  # of the fall left out at both ends
 NO_SINGLE_BODY = refuse("no_single_body")
@@ -107,6 +110,30 @@ def measure_drop(
     own = drop.motion.corrected
     drift = drifting_rest(own.time_s, own.i + 1j * own.q, own.valid, conditioned.segment, setup.radar.wavelength_m)
     return _with_prior(motion, joint).said(drift)
+
+
+def wrong_diameter(stated: MeasuredMotion, other: MeasuredMotion, by_m: float, setup: Setup) -> Finding | None:
+    """Return that the sphere's diameter is likely wrong, where the joint estimate with another one is the likelier one.
+
+    Flights place no wall, and one hides from them what a sphere of another size scatters.
+
+    Parameters
+    ----------
+    stated, other
+        What was measured with the diameter that is stated, of which something would be blamed, and with another one.
+    by_m
+        What the other diameter has more.
+    setup
+        What states it.
+    """
+    if other.estimate is None or other.flights.bent is not None or other.flights.cause is not None:
+        return None
+    if stated.estimate is not None:
+        gain = 2.0 * (log_evidence(other.estimate.chosen.solution) - log_evidence(stated.estimate.chosen.solution))
+    else:
+        # nothing to compare it with: it has to leave no doubt
+        gain = 0.0 if is_blamed(other, setup) else np.inf
+    return wrong_value(DIAMETER, by_m, gain, 0.0, setup, None)
 
 
 def measure_by_estimate(

@@ -9,7 +9,7 @@ import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
 from radargui.estimation.flights.estimate import DropEstimate, estimate_drop
-from radargui.estimation.flights.other_diameter import other_diameter
+from radargui.estimation.flights.other_diameter import OtherDiameter, other_diameter
 from radargui.estimation.flights.readout import drop_kinematics, drop_motion, place_changes
 from radargui.estimation.flights.start import DropStart
 from radargui.estimation.hardware import as_prior
@@ -56,11 +56,13 @@ class MeasuredDrop:
     estimate: DropEstimate
     signals: ScaledSignals
 
-    def wrong_diameter(self, setup: Setup, motion: MeasuredMotion) -> Finding | None:
-        """Return that the sphere's diameter is likely wrong, where something of a motion would be blamed on else."""
+    def other_diameter(self, setup: Setup, motion: MeasuredMotion) -> OtherDiameter | None:
+        """Return the size of the sphere that the flights like better, where something of a motion would be blamed."""
         # a receiver's gain and angle stand for a part of what a sphere of another size scatters
-        if not is_blamed(motion, setup) or (other := other_diameter(self.estimate, setup)) is None:
-            return None
+        return other_diameter(self.estimate, setup) if is_blamed(motion, setup) else None
+
+    def wrong_diameter(self, other: OtherDiameter, setup: Setup, motion: MeasuredMotion) -> Finding | None:
+        """Return that the sphere's diameter is likely wrong, where the flights tell it."""
         gain = other.gain / max(1.0, float(other.block_chi_square.mean()))
         unexplained, beyond = (
             max(float(each.max()) - MOST_CHI_SQUARE, 0.0)
@@ -69,10 +71,9 @@ class MeasuredDrop:
         left = beyond / unexplained if unexplained else 0.0
         if gain < gained_by_polarization(motion):
             return None
-        by = other.diameter_m - setup.tracer.diameter_m
         # what no size changes is something else's: a wall's, which flights do not place
         left = 0.0 if left > UNCHANGED else left
-        return wrong_value(DIAMETER, by, gain, left, setup, motion.flights.cause)
+        return wrong_value(DIAMETER, other.by_m, gain, left, setup, motion.flights.cause)
 
     @property
     def strong_floor(self) -> Finding | None:

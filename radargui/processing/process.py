@@ -131,6 +131,21 @@ def process(
 
         drop: MeasuredDrop | Finding | None = None
 
+        def another_size(part: Part, drop: MeasuredDrop, motion: MeasuredMotion) -> Finding | None:
+            """Return that the sphere's diameter is likely wrong, where something else would be blamed."""
+            if (other := drop.other_diameter(part.setup, motion)) is None:
+                return None
+            if named := drop.wrong_diameter(other, part.setup, motion):
+                return named
+            of_size = replace(part, whole_setup=other.setup)
+            again = _drop(of_size, done, front_ends, None)
+            measured = _of_drop(recording, of_size, again, done, None, front_ends, others)
+            if measured is None or measured.estimate is None:
+                return None
+            from radargui.processing.by_estimate import wrong_diameter
+
+            return wrong_diameter(motion, measured, other.by_m, part.setup)
+
         def by_flights(part: Part) -> tuple[Part, MeasuredMotion]:
             nonlocal drop
             former = drop
@@ -142,7 +157,7 @@ def process(
             if isinstance(drop, Finding):
                 motion = motion.said(warn("no_flights", cause=drop))
             elif drop is not None and not motion.unexplained:
-                motion = motion.contradicted(drop.wrong_diameter(whole.setup, motion))
+                motion = motion.contradicted(another_size(whole, drop, motion))
                 if floor := drop.strong_floor:
                     motion = motion.blamed(_OF_WIRES, floor)
             return part, motion

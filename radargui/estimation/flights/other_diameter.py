@@ -23,15 +23,18 @@ class OtherDiameter:
 
     Attributes
     ----------
-    diameter_m
-        Instead of the one stated.
+    setup
+        The one stated, but for the diameter.
+    by_m
+        What is added to it.
     gain
         By how much chi-square is less with it than with the one stated.
     block_chi_square
         What it leaves, as of `DropEstimate`.
     """
 
-    diameter_m: float
+    setup: Setup
+    by_m: float
     gain: float
     block_chi_square: FloatArray
 
@@ -52,10 +55,11 @@ def other_diameter(drop: DropEstimate, setup: Setup) -> OtherDiameter | None:
     stated, best = robust_cost(drop.model, unknowns, at), None
     for factor in _FACTORS:
         tracer = setup.tracer.model_copy(update={"diameter_m": factor * setup.tracer.diameter_m})
-        model, unknowns, at = minimise(_with_sphere(drop, setup.model_copy(update={"tracer": tracer})), drop.unknowns)
+        other = setup.model_copy(update={"tracer": tracer})
+        model, unknowns, at = minimise(_with_sphere(drop, other), drop.unknowns)
         gain = 2.0 * (stated - robust_cost(model, unknowns, at))
         if gain > (0.0 if best is None else best.gain):
-            best = OtherDiameter(tracer.diameter_m, gain, block_chi_square(model, at))
+            best = OtherDiameter(other, tracer.diameter_m - setup.tracer.diameter_m, gain, block_chi_square(model, at))
     return best
 
 

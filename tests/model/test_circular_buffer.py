@@ -56,13 +56,3 @@ def test_a_copy_made_while_the_writer_laps_it_never_holds_torn_columns() -> None
     finally:
         stop.set()
         writer.join()
-
-
-def test_the_memory_is_allocated_once() -> None:
-    buffer = CircularBuffer(2, 100, np.int16)
-    place = buffer._data.ctypes.data
-    for _ in range(50):
-        buffer.extend(np.ones((2, 33), dtype=np.int16))
-    buffer.fill(10**12, 0)
-    assert buffer._data.ctypes.data == place
-    assert buffer._data.nbytes == 400

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import tracemalloc
 
 import numpy as np
 from hypothesis import given, strategies as st
@@ -56,3 +57,17 @@ def test_a_copy_made_while_the_writer_laps_it_never_holds_torn_columns() -> None
     finally:
         stop.set()
         writer.join()
+
+
+def test_the_memory_is_allocated_once() -> None:
+    buffer, samples = CircularBuffer(2, 1_000_000, np.int16), np.ones((2, 10_000), dtype=np.int16)
+    tracemalloc.start()
+    try:
+        for _ in range(250):
+            buffer.extend(samples)
+        buffer.fill(10**12, 0)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    # of the 4 MB that it holds nothing is made anew
+    assert peak < 400_000

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -82,6 +82,7 @@ def calibrate(
     workers: int = 1,
     made_at: str = "",
     operator: str = "",
+    fit: Callable[[Sequence[KnownRecording], Setup, Sequence[str], Made], Calibrated] | None = None,
 ) -> Calibrated:
     """Find the antennas from recordings of motions that are known but for a few unknowns.
 
@@ -99,6 +100,8 @@ def calibrate(
         Processes for the estimates of the recordings.
     made_at, operator
         For its origin.
+    fit
+        Fits recordings that are all as they should be; None: paths first, then samples and walls.
 
     Raises
     ------
@@ -111,7 +114,7 @@ def calibrate(
     with one_blas_thread(), working(min(workers, len(recordings)), shares):
         while True:
             try:
-                found = _calibrated(given, setup, groups, (made_at, operator))
+                found = (fit or _calibrated)(given, setup, groups, (made_at, operator))
                 break
             except UnfitFallError as error:
                 unfit.append(error)
@@ -299,7 +302,9 @@ class Beginning:
     own: tuple[FloatArray, ...]
 
 
-def begun_again(beginning: Beginning, settled: Settled, n_bare: int, normal: FloatArray) -> Settled:
+def begun_again(
+    beginning: Beginning, settled: Settled, n_bare: int, normal: FloatArray, disagreeing: float = DISAGREEING
+) -> Settled:
     """Return the better of a fit and of fits that begin anew with its antennas and walls only.
 
     While a wall is missing, paths may be off by 2 mm and samples by tenths of the signal. In one room a fall had moved
@@ -315,11 +320,13 @@ def begun_again(beginning: Beginning, settled: Settled, n_bare: int, normal: Flo
         Mirrors that it began with.
     normal
         Upward normal of the floor, shape (3,).
+    disagreeing
+        Birge ratio from which it begins again.
     """
     best = settled
     for _ in range(MOST_TIMES):
         # paths alone have no mirrors, and nothing to go astray in
-        if n_mirrors(best) == 0 or best.found.birge() < DISAGREEING:
+        if n_mirrors(best) == 0 or best.found.birge() < disagreeing:
             break
         try:
             again = begun_with(beginning, best, n_bare, normal)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,7 @@ from radargui.cli.app import Calibrate
 from radargui.cli.bar import progress_bar, show_table
 from radargui.experiment.batch.task import find_runs
 from radargui.experiment.calibrating import CalibrationOrder, calibrate_files
-from radargui.files.access import want_room_for
+from radargui.files.access import Progress, want_room_for
 from radargui.files.calibration_file import write_calibration
 from radargui.files.formats import own_setup_of
 from radargui.model.calibrated_setup import calibrated
@@ -26,8 +26,17 @@ from radargui.processing.long_recording import read_for_processing
 from radargui.processing.process import process
 
 
-def calibrate_antennas(options: Calibrate) -> int:
+def calibrate_antennas(
+    options: Calibrate, calibrate: Callable[[CalibrationOrder, Progress], Calibration] = calibrate_files
+) -> int:
     """Calibrate, print what was found, write setup and calibration, and return the exit status.
+
+    Parameters
+    ----------
+    options
+        Of the command.
+    calibrate
+        Finds the antennas.
 
     Raises
     ------
@@ -56,7 +65,7 @@ def calibrate_antennas(options: Calibrate) -> int:
     want_room_for(output)
     order = CalibrationOrder(recordings, known, setup, groups, options.operator, options.clock)
     with progress_bar("Calibrating") as progress:
-        calibration = calibrate_files(order, progress)
+        calibration = calibrate(order, progress)
     show(calibration)
     if calibration.verdict == "refused":
         raise ProcessingError(f"nothing was written: {calibration.reason}")

@@ -1,5 +1,7 @@
 """`radargui devices`: list the NI devices that can be reached, and what one of them does with a setup."""
 
+from collections.abc import Callable, Sequence
+
 import typer
 
 from radargui.cli.app import Devices
@@ -11,8 +13,15 @@ from radargui.sources.ni.driver import split_address
 from radargui.sources.ni.source import check_setup
 
 
-def list_devices(options: Devices) -> int:
+def list_devices(options: Devices, find: Callable[[str | None, str | None], Sequence[NiDevice]] = find_devices) -> int:
     """Print one line a device, and what the device of a setup does with it; return the exit status.
+
+    Parameters
+    ----------
+    options
+        Of the command.
+    find
+        Returns the devices that a device server, or this computer, has.
 
     Raises
     ------
@@ -31,7 +40,7 @@ def list_devices(options: Devices) -> int:
         raise UsageError(f"--certificate {certificate}, allowed: with --remote HOST:PORT")
     if options.remote is not None:
         _want_address(options.remote)
-    found = find_devices(remote, certificate)
+    found = find(remote, certificate)
     place = remote or "this computer"
     if not found:
         typer.echo(str(no_device(place, driver_version(remote, certificate) or "")))

@@ -1,6 +1,7 @@
 """The command process: compute tables of track and bounces from recordings of any format."""
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from radargui.files.raw_file import parse_raw_layout
 from radargui.files.reading import ImportInput, parse_channel_map
 from radargui.model.cores import on_cores
 from radargui.model.errors import RadarGuiError, SetupError, UsageError
+from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN, quantity
 from radargui.model.setup import Setup, changed, read_setup
@@ -27,10 +29,21 @@ Input = tuple[ImportInput, Path]
 """What is read, and the folder that its tables go to, which has its name."""
 
 
-def process_files(options: Process) -> int:
+Compute = Callable[[Recording, Setup, Callable[[float], None]], RunResult]
+"""Turns a recording into its result, and tells the share done."""
+
+
+def process_files(options: Process, compute: Compute = process) -> int:
     """Process every input, print a table of them, and return the exit status.
 
     Whatever is wrong with the command, the setup or the result folders is reported before any work.
+
+    Parameters
+    ----------
+    options
+        Of the command.
+    compute
+        Makes the result of each recording.
 
     Raises
     ------
@@ -46,7 +59,7 @@ def process_files(options: Process) -> int:
     with on_cores():
         for (source, folder), setup in zip(inputs, setups, strict=True):
             try:
-                rows.append(_row(folder, _process(source, folder, setup)))
+                rows.append(_row(folder, _process(source, folder, setup, compute)))
             except RadarGuiError as error:
                 status = max(status, fail(error, folder.name))
             except Exception as error:  # noqa: BLE001  one input must not take the others with it
@@ -56,7 +69,7 @@ def process_files(options: Process) -> int:
     return status
 
 
-def _process(source: ImportInput, folder: Path, setup: Setup | RadarGuiError) -> RunResult:
+def _process(source: ImportInput, folder: Path, setup: Setup | RadarGuiError, compute: Compute) -> RunResult:
     if isinstance(setup, RadarGuiError):
         raise setup
     _want_room(folder)
@@ -64,7 +77,7 @@ def _process(source: ImportInput, folder: Path, setup: Setup | RadarGuiError) ->
     is_plain = source.channel_map is None and source.rate_hz is None and source.raw is None
     with progress_bar(folder.name) as report_progress:
         recording = read_for_processing(source.files[0]) if is_plain else source.read()
-        result = process(recording, setup, report_progress)
+        result = compute(recording, setup, report_progress)
         write_tables(result, folder)
     for text in ((result.reason,) if result.status != "ok" else ()) + result.warnings:
         typer.echo(f"{folder.name}: {one_line(text)}", err=True)

@@ -2,18 +2,21 @@
 
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 from radargui.model.errors import RadarGuiError
 
 
-def open_window(path: Path | None = None) -> int:
+def open_window(path: Path | None = None, run: Callable[..., int] | None = None) -> int:
     """Open the window and return the exit status when it is closed.
 
     Parameters
     ----------
     path
         Setup file, session or run that it begins with.
+    run
+        Shows the window; None: `radargui.gui.app.run_window`.
 
     Raises
     ------
@@ -34,6 +37,7 @@ def open_window(path: Path | None = None) -> int:
         raise RadarGuiError(said, remedy=remedy)
     from radargui.gui.app import run_window
 
+    show = run or run_window
     if path is None or path.suffix.lower() == ".toml":
-        return run_window(path)
-    return run_window(session=path if path.is_dir() else path.parent)
+        return show(path)
+    return show(session=path if path.is_dir() else path.parent)

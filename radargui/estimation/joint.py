@@ -114,7 +114,7 @@ def estimate_joint(
     values = at_samples(chosen.solution, signals, chosen.alternatives)
     if progress is not None:
         progress(1.0)
-    return _estimate(setup, signals, chosen, values)
+    return estimate_of_model(setup, signals, chosen, values)
 
 
 def with_setup_known(
@@ -157,7 +157,7 @@ def with_setup_known(
             alternatives.append(replace(one, solution=minimise(start, LAST.steps, LAST.minimise)))
     chosen = replace(chosen, solution=moved, alternatives=tuple(alternatives), setup=posterior)
     signals = found.signals
-    return _estimate(setup, signals, chosen, at_samples(chosen.solution, signals, chosen.alternatives))
+    return estimate_of_model(setup, signals, chosen, at_samples(chosen.solution, signals, chosen.alternatives))
 
 
 def _share_done(stage: str, rounds: int) -> float:
@@ -168,7 +168,8 @@ def _share_done(stage: str, rounds: int) -> float:
     return begin + (end - begin) * share
 
 
-def _estimate(setup: Setup, signals: ScaledSignals, chosen: ChosenModel, values: AtSamples) -> JointEstimate:
+def estimate_of_model(setup: Setup, signals: ScaledSignals, chosen: ChosenModel, values: AtSamples) -> JointEstimate:
+    """Return the estimate that a chosen model and its values at the samples make."""
     solution = chosen.solution
     normal = np.asarray(setup.floor.normal)
     speeds = break_speeds(solution, normal)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
+from radargui.conditioning.doppler import Doppler
 from radargui.conditioning.spectral_front_end import front_end_of
 from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray
@@ -81,8 +82,17 @@ class ScaledSignals:
         return self.onset_s > float(self.time_s[0])
 
 
-def scaled_signals(conditioned: Conditioned) -> ScaledSignals:
+def scaled_signals(
+    conditioned: Conditioned, front_end: Callable[[Doppler], FrontEnd | None] = front_end_of
+) -> ScaledSignals:
     """Scale conditioned channel pairs to about one amplitude.
+
+    Parameters
+    ----------
+    conditioned
+        The channels.
+    front_end
+        Says what a receiver's Doppler signal tells of its front end, None where it tells nothing.
 
     Raises
     ------
@@ -90,7 +100,7 @@ def scaled_signals(conditioned: Conditioned) -> ScaledSignals:
         A pair never changes.
     """
     n_receivers = conditioned.n_receivers
-    mixers = tuple(_mixer(front_end_of(own)) for own in conditioned.doppler)
+    mixers = tuple(_mixer(front_end(own)) for own in conditioned.doppler)
     volts, noise_v, delay_s = conditioned.volts.copy(), conditioned.noise_v.copy(), conditioned.delay_s.copy()
     usable = (conditioned.usable if n_receivers >= LEAST_RECEIVERS else conditioned.valid).all(axis=0)
     for k, mixer in enumerate(mixers):

@@ -17,6 +17,7 @@ from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
 
 if TYPE_CHECKING:
+    from radargui.calibration.calibrate import Calibrated
     from radargui.calibration.known_path import Trajectory
     from radargui.calibration.rough_fit import KnownRecording
 
@@ -54,7 +55,9 @@ class CalibrationOrder:
 Calibrate = Callable[[CalibrationOrder, Progress], Calibration]
 
 
-def calibrate_files(order: CalibrationOrder, progress: Progress) -> Calibration:
+def calibrate_files(
+    order: CalibrationOrder, progress: Progress, fit: Callable[..., Calibrated] | None = None
+) -> Calibration:
     """Return what recordings say about the antennas; nothing is written.
 
     Parameters
@@ -63,6 +66,8 @@ def calibrate_files(order: CalibrationOrder, progress: Progress) -> Calibration:
         What from.
     progress
         Called with the share done, 0 to 1; what it raises ends the work.
+    fit
+        Finds the antennas from the recordings; None: as `radargui.calibration.calibrate.calibrate` does.
 
     Raises
     ------
@@ -75,7 +80,7 @@ def calibrate_files(order: CalibrationOrder, progress: Progress) -> Calibration:
 
     known = {name: None if name == FALL else read_known(Path(name), order.clock) for name in set(order.known)}
     recordings = [_read(file, known[name], order.setup) for file, name in zip(order.files, order.known, strict=True)]
-    found = calibrate(
+    found = (fit or calibrate)(
         recordings,
         order.setup,
         order.free,

@@ -1,6 +1,6 @@
 """Show the results of a run side by side: what was set differently, what came of it, methods overlaid."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -220,7 +220,12 @@ def overlaid(result: RunResult, reference: RunResult, method: str, columns: int)
 
 
 def compute_methods(
-    run: Path, reference: RunResult, methods: Sequence[str], columns: int, progress: Progress
+    run: Path,
+    reference: RunResult,
+    methods: Sequence[str],
+    columns: int,
+    progress: Progress,
+    compute: Callable[[Path, Setup, Progress], RunResult] = computed,
 ) -> Iterator[OverlaidMethod]:
     """Yield a run by each of several methods beside a result that is there already; nothing is stored.
 
@@ -236,6 +241,8 @@ def compute_methods(
         See `overlaid`.
     progress
         Called with the share of all that is done; what it raises ends the work.
+    compute
+        Makes the result of a run with a setup.
     """
     for number, method in enumerate(methods):
         setup = changed(reference.setup, {"processing.correction": method}, "the method")
@@ -245,7 +252,7 @@ def compute_methods(
 
         report(0.0)
         try:
-            yield overlaid(computed(run, setup, report), reference, method, columns)
+            yield overlaid(compute(run, setup, report), reference, method, columns)
         except ProcessingError as error:
             yield OverlaidMethod(method, {}, {}, {}, problem=str(error))
 

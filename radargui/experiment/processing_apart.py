@@ -142,6 +142,22 @@ class ProcessingApart:
         return self._connection
 
 
+class ProcessingHere(ProcessingApart):
+    """Does the jobs in this process: for what can wait meanwhile, and may be computed beside it."""
+
+    def start(self) -> None:
+        """Nothing is to be started."""
+
+    def announce(self, job: FinishedJob, on_preliminary: OnPreliminary) -> None:
+        """Nothing is computed between two rounds of another job."""
+
+    def process(
+        self, job: FinishedJob, progress: Callable[[float], None], on_preliminary: OnPreliminary
+    ) -> tuple[RunResult, LiveAgreement | None]:
+        """Do a job, as `process_finished` does."""
+        return process_finished(job, progress, on_preliminary)
+
+
 def _serve(connection: Connection) -> None:
     """Do jobs until None comes or the parent is gone; in the process."""
     # the parent hears Ctrl-C and says what becomes of the job

@@ -30,9 +30,9 @@ from radargui.experiment.event import (
     unprocessed,
     with_place,
 )
-from radargui.experiment.finished import FinishedJob, LiveAgreement, process_finished
+from radargui.experiment.finished import FinishedJob, LiveAgreement
 from radargui.experiment.live_bounce import first_bounce
-from radargui.experiment.processing_apart import ProcessingApart
+from radargui.experiment.processing_apart import ProcessingApart, ProcessingHere
 from radargui.live.fall_test import FallTest
 from radargui.live.processor import LiveMemory, LiveProcessor
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, attempt
@@ -90,6 +90,8 @@ class RunOrder:
         What the live corrections of earlier runs of the session have learned.
     awake
         Makes what keeps the computer awake from the first run to the last result, as `kept_awake` does; None: nothing.
+    processing
+        Makes what processes the runs; None: a process of its own, or this one where the source is patient.
 
     Attributes
     ----------
@@ -118,6 +120,7 @@ class RunOrder:
     attributes: Mapping[str, str | float | int] = field(default_factory=dict)
     memory: LiveMemory = field(default_factory=LiveMemory)
     awake: Callable[[], AbstractContextManager[str]] | None = None
+    processing: Callable[[], ProcessingApart] | None = None
 
     def __post_init__(self) -> None:
         self.publisher = Publisher(self.listener)
@@ -169,7 +172,8 @@ class AcquisitionSeries:
         self._order, self._n_left, self._n_runs = order, n_acquisitions, n_runs
         self._waits_for_motion = order.seconds is None
         self._messages: queue.SimpleQueue[Message] = queue.SimpleQueue()
-        self._apart = ProcessingApart()
+        make = order.processing or (ProcessingHere if order.patient else ProcessingApart)
+        self._processing = make()
         # one thread: runs are processed one after the other
         self._jobs = ThreadPoolExecutor(1, "experiment-processing")
         self._warnings = RunningWarnings()
@@ -227,10 +231,10 @@ class AcquisitionSeries:
 
     def _started(self) -> Iterator[RecordedRun]:
         try:
-            if self._order.process and not self._order.patient:
+            if self._order.process:
                 # what fails here is reported when there is something to process
                 with suppress(ProcessingError):
-                    self._apart.start()
+                    self._processing.start()
             self._acquisition.start()
             with self._jobs:
                 try:
@@ -243,7 +247,7 @@ class AcquisitionSeries:
                     raise
         finally:
             self._acquisition.stop()
-            self._apart.close()
+            self._processing.close()
 
     def _next(self) -> Message:
         """Return the next message; look at the live track, and report the health while there is none."""
@@ -376,10 +380,10 @@ class AcquisitionSeries:
             self._acquisition.start()
 
     def _submit(self, acquisition: Acquisition, run: FinishedRun) -> None:
-        if self._n_processing and not self._order.patient:
+        if self._n_processing:
             # its preliminary result shall be there soon, although it waits
             job = FinishedJob(run.path, self._order.setup, run.first_index, None)
-            self._apart.announce(job, self._preliminary(run))
+            self._processing.announce(job, self._preliminary(run))
         self._n_processing += 1
         self._jobs.submit(lambda: self._messages.put(self._processed(acquisition, run)))
 
@@ -399,9 +403,8 @@ class AcquisitionSeries:
             self._messages.put(report)
 
         def work() -> None:
-            do = process_finished if order.patient else self._apart.process
             with suppress(CancelledError):
-                found.append(do(job, progress, self._preliminary(run)))
+                found.append(self._processing.process(job, progress, self._preliminary(run)))
 
         error = attempt(work, "Processing")
         if error is not None:

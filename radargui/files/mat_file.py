@@ -267,7 +267,7 @@ _HEADER = b"MATLAB 7.3 MAT-file, written by RadarGUI".ljust(116) + b"\0" * 8 + b
 """As MATLAB 7.3 writes it: 116 characters, 8 bytes for a subsystem, version 0x0200 and the order of bytes."""
 
 
-def write_mat(run: RunStream, path: Path, report: Progress) -> None:
+def write_mat(run: RunStream, path: Path, report: Progress, largest_v5_bytes: int = LARGEST_V5_BYTES) -> None:
     """Write vectors `I1`, `Q1`, ... in volts (or the unit), `Fs` in Hz, `unit`, and all facts as TOML in `radargui`.
 
     A run of codes holds them untouched, too: `codes` (n_samples, n_channels, int16) and `scaling` (n_channels,
@@ -275,7 +275,7 @@ def write_mat(run: RunStream, path: Path, report: Progress) -> None:
     """
     facts = run.facts
     n_bytes = facts.n_samples * facts.digitisation.n_channels * 10
-    if n_bytes > LARGEST_V5_BYTES:
+    if n_bytes > largest_v5_bytes:
         _write_mat73(run, path, report)
         return
     pieces = list(run.pieces())

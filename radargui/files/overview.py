@@ -53,11 +53,13 @@ class OverviewMaker:
     ----------
     n_channels, dtype
         As the samples.
+    most_bins
+        Of the finest level.
     """
 
-    def __init__(self, n_channels: int, dtype: Any) -> None:
-        self._bin = FINEST_BIN
-        self._room = np.empty((2, n_channels, MOST_BINS), dtype=dtype)
+    def __init__(self, n_channels: int, dtype: Any, most_bins: int = MOST_BINS) -> None:
+        self._bin, self._most_bins = FINEST_BIN, most_bins
+        self._room = np.empty((2, n_channels, most_bins), dtype=dtype)
         self._n_bins = 0
         self._left = np.empty((n_channels, 0), dtype=dtype)
 
@@ -66,11 +68,11 @@ class OverviewMaker:
         samples = np.concatenate([self._left, samples], axis=1)
         done = 0
         while (count := (samples.shape[1] - done) // self._bin) > 0:
-            if self._n_bins == MOST_BINS:
+            if self._n_bins == self._most_bins:
                 self._n_bins, self._bin = self._n_bins // 2, 2 * self._bin
                 self._room[:, :, : self._n_bins] = _coarsened(self._room, 2)
                 continue
-            take = min(count, MOST_BINS - self._n_bins)
+            take = min(count, self._most_bins - self._n_bins)
             ends = lowest_and_highest(samples[:, done : done + take * self._bin], self._bin)
             self._room[:, :, self._n_bins : self._n_bins + take] = ends
             self._n_bins += take

@@ -524,9 +524,12 @@ class About(Dialog):
         self.lay_out(view, fill(QtWidgets.QHBoxLayout(), 1, button("Close", self.reject, default=True)))
 
 
-def show_help(parent: QWidget, settings: Settings | None = None, name: str = "") -> None:
-    """Open the help, at a page by its name where there is one; without a browser it is shown here."""
-    page = help_page()
+def show_help(parent: QWidget, settings: Settings | None = None, name: str = "", first: Path | None = None) -> None:
+    """Open the help, at a page by its name where there is one; without a browser it is shown here.
+
+    `first` is another first page than the program's.
+    """
+    page = first or help_page()
     if name and (named := page.with_name(f"{name}{page.suffix}")).is_file():
         page = named
     url = QUrl.fromLocalFile(str(page))

@@ -38,9 +38,15 @@ def log_path() -> Path:
     return platformdirs.user_log_path("radargui", appauthor=False) / "radargui.log"
 
 
-def help_page() -> Path:
-    """Return the first page of the help: built, else the text that it is built from; there may be neither."""
-    shipped, checkout = resources_folder() / "help", Path(__file__).resolve().parents[2]
+def help_page(shipped: Path | None = None, checkout: Path | None = None) -> Path:
+    """Return the first page of the help: built, else the text that it is built from; there may be neither.
+
+    Parameters
+    ----------
+    shipped, checkout
+        Folders with the help that came with the program, and of the source; None: those of this program.
+    """
+    shipped, checkout = shipped or resources_folder() / "help", checkout or Path(__file__).resolve().parents[2]
     pages = [folder / "index.html" for folder in (shipped, checkout / "build" / "help")]
     texts = [folder / "tutorial.md" for folder in (shipped, checkout / "docs")]
     return next((page for page in (*pages, *texts) if page.is_file()), texts[-1])

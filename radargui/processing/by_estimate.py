@@ -45,6 +45,8 @@ from radargui.restitution.setup_outlier import wrong_value
 
 _FALL_MARGIN = 0.1  # of the fall left out at both ends
 NO_SINGLE_BODY = refuse("no_single_body")
+Estimate = Callable[..., JointEstimate]
+"""Makes a joint estimate, as `estimate_joint` does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +145,7 @@ def measure_by_estimate(
     on_preliminary: Callable[[MeasuredMotion], None],
     prior: FrontEndPrior | None,
     others: SetupPrior | None = None,
+    estimate: Estimate = estimate_joint,
 ) -> MeasuredMotion:
     """Return corrected IQ, path lengths and track by the joint or the adaptive estimate, as the setup wants.
 
@@ -165,6 +168,8 @@ def measure_by_estimate(
     others
         What other runs say of antennas, release and wavelength. The joint estimate is moved to what it and they say
         together where the run by itself does not contradict them.
+    estimate
+        Makes the joint estimate.
 
     Raises
     ------
@@ -187,7 +192,7 @@ def measure_by_estimate(
         return tested
     # the operator has a result soon, and the joint one replaces it
     on_preliminary(tested)
-    joint = _joint_estimate(prior, setup, rounds, progress)
+    joint = _joint_estimate(prior, setup, rounds, progress, estimate)
     if isinstance(joint.found, UnexplainedError):
         return replace(tested, unexplained=joint.found.stretches)
     if isinstance(joint.found, ProcessingError):
@@ -291,10 +296,14 @@ def _falls(estimate: MotionEstimate, setup: Setup) -> bool:
 
 
 def _joint_estimate(
-    prior: FrontEndPrior | None, setup: Setup, found: AdaptiveRounds | FoundFall, progress: Progress
+    prior: FrontEndPrior | None,
+    setup: Setup,
+    found: AdaptiveRounds | FoundFall,
+    progress: Progress,
+    estimate: Estimate = estimate_joint,
 ) -> _Joint:
     """Return the joint estimate of the run by itself; with a prior where it agrees with that and knows much less."""
-    alone = _tried(setup, found, progress.attempt())
+    alone = _tried(estimate, setup, found, progress.attempt())
     if prior is None or isinstance(alone, NoSingleBodyError):
         return _Joint(alone)
     # kept as they are wired; the estimate sees the sign already applied
@@ -306,18 +315,22 @@ def _joint_estimate(
         if differs or not knows_more(known, alone.constants):
             return _Joint(alone, unused, differs)
     # anew from the start: with the constants held, walls and floor may be chosen otherwise
-    helped = _tried(setup, found, progress.attempt(), known)
+    helped = _tried(estimate, setup, found, progress.attempt(), known)
     if isinstance(helped, JointEstimate):
         return _Joint(helped, replace(prior, used=True))
     return _Joint(alone, unused, why_of(helped))
 
 
 def _tried(
-    setup: Setup, found: AdaptiveRounds | FoundFall, progress: Report, front_ends: tuple[FrontEnd, ...] | None = None
+    estimate: Estimate,
+    setup: Setup,
+    found: AdaptiveRounds | FoundFall,
+    progress: Report,
+    front_ends: tuple[FrontEnd, ...] | None = None,
 ) -> JointEstimate | ProcessingError:
     """Return the joint estimate, or why it does not stand."""
     try:
-        joint = estimate_joint(found, setup, hardware=front_ends, progress=progress)
+        joint = estimate(found, setup, hardware=front_ends, progress=progress)
     except ProcessingError as error:
         return error
     # a matrix without inverse says that the signal holds too little; every other fault is one

@@ -1,7 +1,7 @@
 """Long recordings: only the stretch around a motion is processed; an hour needs no more memory than a minute."""
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from radargui.conditioning.long_motion import find_long_motion
@@ -20,8 +20,37 @@ _PIECE = 1 << 18
 """Samples a channel read at once: 2 MB each as float64."""
 
 
-def read_for_processing(path: Path) -> Recording:
+@dataclass(frozen=True, slots=True)
+class LengthLimits:
+    """What counts as long, and how much of that is processed, in samples a channel.
+
+    Attributes
+    ----------
+    long
+        More than these are long.
+    most
+        The longest stretch that is processed.
+    piece
+        Looked at together.
+    """
+
+    long: int = LONG_SAMPLES
+    most: int = MOST_SAMPLES
+    piece: int = _PIECE
+
+
+LENGTHS = LengthLimits()
+
+
+def read_for_processing(path: Path, limits: LengthLimits = LENGTHS) -> Recording:
     """Return the recording in a file of any format; of a long run the stretch around its longest motion.
+
+    Parameters
+    ----------
+    path
+        File.
+    limits
+        What counts as long.
 
     Raises
     ------
@@ -33,10 +62,10 @@ def read_for_processing(path: Path) -> Recording:
     with run_stream(path) as stream:
         facts = stream.facts
         # of a drop of seconds the rest around it is wanted too: noise, hum and zero come from it
-        if facts.n_samples <= LONG_SAMPLES:
+        if facts.n_samples <= limits.long:
             return read_run(path)
         pieces = (facts.digitisation.volts(piece) for piece in stream.pieces())
-        return _part(stream, *_stretch(pieces, facts.n_samples, facts.digitisation.sample_rate_hz))
+        return _part(stream, *_stretch(pieces, facts.n_samples, facts.digitisation.sample_rate_hz, limits.most))
 
 
 def read_excerpt(path: Path, excerpt: Excerpt) -> Recording:
@@ -53,14 +82,15 @@ def read_excerpt(path: Path, excerpt: Excerpt) -> Recording:
         return _part(stream, excerpt.first_stored, excerpt.last_stored, excerpt.reason)
 
 
-def shortened(recording: Recording) -> Recording:
+def shortened(recording: Recording, limits: LengthLimits = LENGTHS) -> Recording:
     """Return a recording as it is; of a long one the stretch around its longest motion."""
     count = recording.n_samples
-    if count <= LONG_SAMPLES:
+    if count <= limits.long:
         return recording
     digitisation, time_s = recording.digitisation, recording.file_time_s
-    pieces = (digitisation.volts(recording.raw[:, first : first + _PIECE]) for first in range(0, count, _PIECE))
-    first, last, reason = _stretch(pieces, count, digitisation.sample_rate_hz)
+    size = limits.piece
+    pieces = (digitisation.volts(recording.raw[:, first : first + size]) for first in range(0, count, size))
+    first, last, reason = _stretch(pieces, count, digitisation.sample_rate_hz, limits.most)
     time_s = None if time_s is None else time_s[first:last]
     part = replace(recording, raw=recording.raw[:, first:last], file_time_s=time_s)
     return as_excerpt(part, recording.gaps, first, count, reason)
@@ -70,10 +100,10 @@ def _part(stream: RunStream, first: int, last: int, reason: str) -> Recording:
     return as_excerpt(stream.recording(first, last), stream.facts.gaps, first, stream.facts.n_samples, reason)
 
 
-def _stretch(pieces: Iterable[FloatArray], count: int, rate_hz: float) -> tuple[int, int, str]:
+def _stretch(pieces: Iterable[FloatArray], count: int, rate_hz: float, most: int) -> tuple[int, int, str]:
     """Return first and last sample of what is processed of a long recording, and what is said about it."""
-    motion = find_long_motion(pieces, rate_hz, MOST_SAMPLES)
-    first, last = (0, min(count, MOST_SAMPLES)) if motion is None else (motion.first, motion.last)
+    motion = find_long_motion(pieces, rate_hz, most)
+    first, last = (0, min(count, most)) if motion is None else (motion.first, motion.last)
     said = f"of {count / rate_hz:.0f} s the {(last - first) / rate_hz:.1f} s "
     if motion is None:
         return first, last, f"{said}at the beginning are shown: nothing moves"

@@ -1,5 +1,7 @@
 """An estimate as what was measured: its flights, bounces and paths, held against their signals."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
@@ -16,8 +18,9 @@ from radargui.processing.checks.estimate import is_fringe_sure
 from radargui.processing.continuity import checked
 from radargui.processing.locate import locate, locate_body
 from radargui.processing.measured_motion import MeasuredMotion
+from radargui.restitution.flight_fit import FlightFit
 from radargui.restitution.flight_test import FlightTest
-from radargui.restitution.input_changes import joint_changes, setup_responses
+from radargui.restitution.input_changes import SetupResponses, joint_changes, setup_responses
 from radargui.restitution.joint_bounces import joint_bounces
 
 
@@ -30,10 +33,15 @@ def motion_of_adaptive(
     return checked(motion, conditioned, setup.radar.wavelength_m, is_held=is_tested)
 
 
-def motion_of_joint(estimate: JointEstimate, conditioned: Conditioned, setup: Setup) -> MeasuredMotion:
-    """Return what the joint estimate found, its uncertainties widened by what its flights say."""
+Bounced = Callable[[JointEstimate, Setup, SetupResponses], tuple[Bounces, FlightFit | None]]
+
+
+def motion_of_joint(
+    estimate: JointEstimate, conditioned: Conditioned, setup: Setup, bounces_of: Bounced = joint_bounces
+) -> MeasuredMotion:
+    """Return what the joint estimate found, its uncertainties widened by what its flights, bounces and g, say."""
     found = estimate.chosen.setup
-    estimate, bounces, changes, flights = _with_flights(estimate, setup)
+    estimate, bounces, changes, flights = _with_flights(estimate, setup, bounces_of)
     paths, track = _located(estimate, _paths_of(estimate, setup), setup)
     # flights that do not fit bend antennas, too: other runs must not be told
     is_sound = estimate.chosen.solution.settled and flights.bent is None and flights.cause is None
@@ -62,7 +70,7 @@ def _motion(estimate: JointEstimate, conditioned: Conditioned, widening: float) 
 
 
 def _with_flights(
-    estimate: JointEstimate, setup: Setup
+    estimate: JointEstimate, setup: Setup, bounces_of: Bounced
 ) -> tuple[JointEstimate, Bounces | None, tuple[InputChange, ...] | None, FlightTest]:
     """Return the estimate, its bounces, what both change by with each input of the setup, and what its flights say."""
     # the far field bends the path by millimetres: no flight obeys gravity there, and the track gives the bounces
@@ -70,7 +78,7 @@ def _with_flights(
         return estimate, None, None, FlightTest()
     try:
         responses = setup_responses(estimate, setup)
-        bounces, fit = joint_bounces(estimate, setup, responses)
+        bounces, fit = bounces_of(estimate, setup, responses)
         bounces, changes, test = joint_changes(estimate, bounces, fit, setup, responses)
     except SolveError as error:
         return estimate, None, None, FlightTest(bent=warn("flights_not_fitted", cause=why_of(error)))

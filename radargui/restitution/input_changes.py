@@ -173,7 +173,7 @@ def joint_changes(
         if bounces.free_fall is not None:
             bounces = replace(bounces, free_fall=replace(bounces.free_fall, g_m_s2=alone.gravity()))
         unexplained = chi_square.sigmas_left(chi_square.least()[1])
-    test = FlightTest() if fit is None else _tested(fit, estimate, unexplained)
+    test = FlightTest() if fit is None else judged_flights(fit, estimate, unexplained)
     test = replace(test, bias_deviations=responses.bias_deviations())
     by_unit: list[InputChange] = []
     for key, response in zip(responses.keys, responses.each, strict=True):
@@ -211,7 +211,7 @@ def _of_posterior(by_unit: list[InputChange], covariance: FloatArray, of_g: Floa
     return out
 
 
-def _tested(fit: FlightFit, estimate: JointEstimate, unexplained: float) -> FlightTest:
+def judged_flights(fit: FlightFit, estimate: JointEstimate, unexplained: float) -> FlightTest:
     """Return by what flights that bend widen u, and what is reported where noise does not explain it.
 
     `unexplained`: standard deviations of chi-square that inputs leave that may be off by more than their u.

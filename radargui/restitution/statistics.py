@@ -183,7 +183,7 @@ def _consistency(values: FloatArray, u: FloatArray) -> Consistency:
     return Consistency(mean, widened, chi2, dof, float(chdtrc(dof, chi2)), ratio)
 
 
-def outliers_of(values: FloatArray) -> tuple[int, ...]:
+def outliers_of(values: FloatArray, level: float = OUTLIER_LEVEL) -> tuple[int, ...]:
     """Return the places of the values that stand out, the farthest first.
 
     Rosner's generalised extreme studentised deviate for at most a fifth of them: one hidden by another is found
@@ -193,6 +193,8 @@ def outliers_of(values: FloatArray) -> tuple[int, ...]:
     ----------
     values
         Shape (n,), finite; of fewer than three none stands out.
+    level
+        Share of clean series in which one is found.
     """
     from scipy.special import stdtrit
 
@@ -205,7 +207,7 @@ def outliers_of(values: FloatArray) -> tuple[int, ...]:
             break
         distance = np.abs(x - x.mean()) / deviation
         # two-sided, and any of the m may be it (Bonferroni)
-        t = float(stdtrit(m - 2, 1.0 - OUTLIER_LEVEL / (2.0 * m)))
+        t = float(stdtrit(m - 2, 1.0 - level / (2.0 * m)))
         removed.append(left.pop(int(distance.argmax())))
         if distance.max() > (m - 1) * t / math.sqrt((m - 2 + t * t) * m):
             found = len(removed)

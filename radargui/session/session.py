@@ -257,8 +257,19 @@ class Session:
         name = self._own(run)
         self._change(lambda info: {"rejected": {key: why for key, why in info.rejected.items() if key != name}})
 
-    def new_run(self, digitisation: Digitisation, **header: Unpack[Header]) -> RunWriter:
+    def new_run(
+        self, digitisation: Digitisation, make: Callable[..., RunWriter] = RunWriter, **header: Unpack[Header]
+    ) -> RunWriter:
         """Return the writer of a new run file with the next free number; a folder that was taken away is made again.
+
+        Parameters
+        ----------
+        digitisation
+            How the samples are meant.
+        make
+            Makes the writer; raises RunExistsError where the file is there.
+        header
+            Facts of the run.
 
         Raises
         ------
@@ -279,7 +290,7 @@ class Session:
             # said before it is there: who lists the runs meanwhile would find an empty file
             self._begun = self.path / f"run-{number:04d}{SUFFIX}"
             try:
-                writer = RunWriter(self._begun, digitisation, **header)
+                writer = make(self._begun, digitisation, **header)
                 self._writer = weakref.ref(writer)
             except RunExistsError:
                 # Taken between looking and making, by whoever does not heed the lock.

@@ -10,7 +10,6 @@ from pathlib import Path
 from types import FrameType
 
 import numpy as np
-import pytest
 from support.controlled_source import LONGEST_S, ControlledSource, MemoryRun, codes, digitisation
 from support.simulated_setup import simulated_setup
 
@@ -49,9 +48,9 @@ def recorder(
     return Recorder(run, LIMITS, seconds=seconds, on_change=on_change)
 
 
-def disk_run(folder: Path) -> OpenRun:
+def disk_run(folder: Path, make: type[RunWriter] = RunWriter) -> OpenRun:
     def open_run(how: Digitisation, *, started_at: str, trigger_index: int | None) -> RunWriter:
-        return RunWriter(folder / "run-0001.h5", how, started_at=started_at, trigger_index=trigger_index)
+        return make(folder / "run-0001.h5", how, started_at=started_at, trigger_index=trigger_index)
 
     return open_run
 
@@ -244,27 +243,25 @@ def test_a_writer_that_stalls_for_less_than_its_queue_loses_nothing() -> None:
     assert run.gaps == []
 
 
-def test_a_full_disk_is_told_and_what_was_written_is_readable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    source = ControlledSource()
-    samples = codes(30000)
-    written = 0
+class FullAfter20000(RunWriter):
+    """Writes to a disk that has room for 20000 samples."""
 
-    def write(self: RunWriter, block: Block) -> None:
-        nonlocal written
+    def write(self, block: Block) -> None:
         if block.first_index >= 20000:
             raise FileError("The disk is full")
-        original(self, block)
-        written = block.end_index
+        super().write(block)
 
-    original = RunWriter.write
-    monkeypatch.setattr(RunWriter, "write", write)
-    acquisition = Acquisition(source, SETUP, recorder=recorder(disk_run(tmp_path), seconds=60.0), patient=True)
+
+def test_a_full_disk_is_told_and_what_was_written_is_readable(tmp_path: Path) -> None:
+    source = ControlledSource()
+    samples = codes(30000)
+    made = recorder(disk_run(tmp_path, FullAfter20000), seconds=60.0)
+    acquisition = Acquisition(source, SETUP, recorder=made, patient=True)
     acquisition.start()
     source.push_all(samples)
     ended(acquisition)
     assert str(acquisition.error) == "The disk is full"
     assert acquisition.state is AcquisitionState.FAILED
-    assert written == 20000
     assert np.array_equal(read_run(tmp_path / "run-0001.h5").raw, samples[:, :20000])
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import shutil
 from datetime import UTC, datetime
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,9 +13,8 @@ from support.changed import changed
 from support.controlled_source import MemoryRun, codes, digitisation
 from support.simulated_recording import simulate_recording
 
-from radargui.acquisition import run_output
 from radargui.acquisition.recorder import Recorder
-from radargui.acquisition.run_output import FinishedRun
+from radargui.acquisition.run_output import MINIMUM_FREE_BYTES, FinishedRun, free_bytes
 from radargui.acquisition.run_plan import Ending, RecorderState
 from radargui.model.arrays import RawArray
 from radargui.model.daq import RecordingLimits
@@ -262,7 +263,7 @@ def test_a_recorder_that_was_never_prepared_ends_without_a_run() -> None:
 
 
 def test_an_almost_full_disk_refuses_to_arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run_output, "free_bytes", lambda _: 1000)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=1000))
     recorder = Recorder(MemoryRun(), LIMITS, folder=tmp_path)
     with pytest.raises(FileError, match="MB left"):
         recorder.prepare(digitisation(), START)
@@ -271,8 +272,8 @@ def test_an_almost_full_disk_refuses_to_arm(tmp_path: Path, monkeypatch: pytest.
 def test_a_disk_that_fills_up_stops_the_run_while_the_file_can_be_closed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    free = iter([run_output.MINIMUM_FREE_BYTES + 1, run_output.MINIMUM_FREE_BYTES - 1])
-    monkeypatch.setattr(run_output, "free_bytes", lambda _: next(free))
+    free = iter([MINIMUM_FREE_BYTES + 1, MINIMUM_FREE_BYTES - 1])
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=next(free)))
     run = MemoryRun()
     recorder = Recorder(run, LIMITS, folder=tmp_path, seconds=10.0)
     recorder.prepare(digitisation(), START)
@@ -286,8 +287,8 @@ def test_a_disk_that_fills_up_stops_the_run_while_the_file_can_be_closed(
 
 
 def test_the_free_space_of_a_folder_that_is_not_there_is_unknown(tmp_path: Path) -> None:
-    assert run_output.free_bytes(tmp_path / "nowhere") is None
-    assert (run_output.free_bytes(tmp_path) or 0) > 0
+    assert free_bytes(tmp_path / "nowhere") is None
+    assert (free_bytes(tmp_path) or 0) > 0
 
 
 class Runs:

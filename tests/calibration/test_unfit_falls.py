@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 from benchmarks.scoring.calibration_scenes import dropped, laboratory
 from support.calibrations import calibration_of
 from support.simulated_recording import simulate_recording
 from support.simulated_setup import simulated_setup
 
-from radargui.calibration import calibrate as calibrating, rough_fit as rough_fitting
 from radargui.calibration.calibrate import Calibrated, calibrate
 from radargui.calibration.rough_fit import KnownRecording, UnfitFallError, rough_fit
 from radargui.calibration.unknowns import USUAL
@@ -40,36 +36,6 @@ def test_which_recording_is_no_fall_is_told() -> None:
     assert caught.value.number == 1
 
 
-def test_one_drop_that_stands_out_is_told_before_the_order_of_the_receivers_is_doubted(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    setup = simulated_setup(daq=RATE)
-    given = recorded(setup, ["first", "second", "third", "fourth"])
-    world, _ = rough_fitting._world(setup, given)
-
-    def found(left_m: Sequence[float]) -> Any:
-        locals_ = [SimpleNamespace(residual_m=np.full((3, 50), each)) for each in left_m]
-        return SimpleNamespace(locals_=locals_, world=world, z=np.zeros(len(world.unknowns)))
-
-    class OrderDoubtedError(Exception):
-        pass
-
-    def doubted(_: Setup) -> Any:
-        raise OrderDoubtedError
-
-    monkeypatch.setattr(rough_fitting, "other_orders", doubted)
-    with pytest.raises(UnfitFallError, match=r"third: its paths are 7\.0 mm off") as caught:
-        rough_fitting._refuse_misfit(found([4e-4, 5e-4, 7e-3, 4e-4]), given)
-    assert caught.value.number == 2
-    with pytest.raises(OrderDoubtedError):
-        rough_fitting._refuse_misfit(found([6e-3, 5e-3, 7e-3, 8e-3]), given)
-    rough_fitting._refuse_misfit(found([4e-4, 5e-4, 3e-3, 4e-4]), given)
-    # a known motion that stands out is what tells the order
-    known = replace(given[2], trajectory=SimpleNamespace(words="circle"))  # type: ignore[arg-type]
-    with pytest.raises(OrderDoubtedError):
-        rough_fitting._refuse_misfit(found([4e-4, 5e-4, 7e-3, 4e-4]), [*given[:2], known, given[3]])
-
-
 @pytest.mark.slow
 def test_swapped_receivers_are_named_by_drops_alone_though_their_paths_were_followed_with_wrong_antennas() -> None:
     # fringes that a wrong geometry foretold made a mirror image fit better
@@ -84,7 +50,7 @@ def test_swapped_receivers_are_named_by_drops_alone_though_their_paths_were_foll
 
 
 @pytest.mark.parametrize("n_unfit", [0, 3, 4])
-def test_some_unfit_drops_are_left_out_and_told_and_not_many(monkeypatch: pytest.MonkeyPatch, n_unfit: int) -> None:
+def test_some_unfit_drops_are_left_out_and_told_and_not_many(n_unfit: int) -> None:
     setup = simulated_setup(daq=RATE)
     given = recorded(setup, [f"drop-{n}" for n in range(1, 10)])
     unfit, tried = {f"drop-{n}" for n in range(4, 4 + n_unfit)}, []
@@ -96,13 +62,12 @@ def test_some_unfit_drops_are_left_out_and_told_and_not_many(monkeypatch: pytest
                 raise UnfitFallError.of(number, ProcessingError(f"{one.name}: pushed", remedy="Leave it out."))
         return Calibrated(calibration_of(setup), setup, None)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(calibrating, "_calibrated", fitted)
     shares: list[float] = []
     if n_unfit > 3:
         with pytest.raises(UnfitFallError, match="drop-4: pushed"):
-            calibrate(given, setup, progress=shares.append)
+            calibrate(given, setup, progress=shares.append, fit=fitted)
         return
-    found = calibrate(given, setup, progress=shares.append)
+    found = calibrate(given, setup, progress=shares.append, fit=fitted)
     assert tried[-1] == [one.name for one in given if one.name not in unfit]
     told = [note for note in found.calibration.notes if note.startswith("left out")]
     assert told == [f"left out: {name}: pushed" for name in sorted(unfit)]

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.room_with_wall import UP, WALL_DEG, WALL_M, room_with_wall, true_wall
+from support.room_with_wall import UP, WALL_DEG, WALL_M, room_with_wall
 
 from radargui.calibration.fit import Fit
 from radargui.calibration.preparing import sample_problem
 from radargui.calibration.settling import AT_LAST, Settled, approach, settled_at_last, settling
 from radargui.calibration.signal_likelihood import SignalLikelihood
-from radargui.calibration.wall_search import CLEAR_M, CONVINCING, _clear, _trials, linearised_gains
+from radargui.calibration.wall_search import linearised_gains
 from radargui.estimation.select.wall_grid import upright_planes
 
 
@@ -27,17 +27,6 @@ def fitted() -> Settled:
     one, z = SignalLikelihood(begun.problem, begun.state.theta, ready.motion), np.zeros(len(unknowns))
     start = Fit(world, z, (one.start,), (one.at(world, z, one.start),), np.array([bool(u.key) for u in unknowns]))
     return approach(start, [one], start.own)
-
-
-@pytest.mark.slow
-def test_with_its_wall_the_samples_fit_and_without_they_do_not(fitted: Settled) -> None:
-    (better,) = _trials(fitted, [tuple(true_wall())])
-    (without,), (beside,) = fitted.likelihoods, better.likelihoods
-    assert isinstance(without, SignalLikelihood)
-    assert isinstance(beside, SignalLikelihood)
-    assert (without.problem.noise_scale > 2.0).all()
-    assert (beside.problem.noise_scale < 1.3).all()
-    assert better.log_evidence > fitted.log_evidence + CONVINCING
 
 
 def test_a_wall_is_seen_where_it_is(fitted: Settled) -> None:
@@ -61,11 +50,6 @@ def test_deviations_that_follow_until_nothing_is_gained_never_lose(fitted: Settl
     (first,) = settling(found, [wide], [own], 0)
     last = settled_at_last(first)
     assert last.log_evidence > first.log_evidence + AT_LAST
-
-
-def test_no_wall_stands_where_the_sphere_goes(fitted: Settled) -> None:
-    planes = upright_planes(np.zeros(3), UP, np.array([0.0]), np.array([0.5 * CLEAR_M, 2.0 * CLEAR_M]))
-    assert _clear(fitted, planes).tolist() == [False, True]
 
 
 def test_a_new_mirror_changes_nothing_before_it_reflects(fitted: Settled) -> None:

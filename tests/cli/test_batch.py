@@ -90,14 +90,15 @@ def test_tables_go_below_the_output_folder_and_two_of_one_name_are_refused(
 
 
 def test_an_output_that_cannot_be_written_is_told_before_any_work(
-    command: Command, session: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    command: Command, session: Path, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("radargui.cli.batch.run_local", lambda *_: pytest.fail("it was computed"))
+    before = [path.read_bytes() for path in sorted(session.glob("*.h5"))]
     file = tmp_path / "file"
     file.touch()
     ended = command("batch", session, "--output", file)
     assert ended.status == 1
     assert ended.error.startswith(f"{file} cannot be made: ")
+    assert [path.read_bytes() for path in sorted(session.glob("*.h5"))] == before
 
 
 def test_without_the_cluster_package_the_remedy_is_told(

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from support.command_line import Command
+from support.command_line import Called, Command
 
 from radargui.calibration.calibrate import Calibrated, calibrated_setup
 from radargui.calibration.fit import Fit
 from radargui.calibration.likelihood import World
 from radargui.calibration.rough_fit import KnownRecording
 from radargui.calibration.unknowns import antenna_unknowns
+from radargui.cli.app import Calibrate
+from radargui.cli.calibrate import calibrate_antennas
+from radargui.experiment.calibrating import calibrate_files
 from radargui.model.calibration import Calibration, Origin, Residual
 from radargui.model.errors import ProcessingError
 from radargui.model.setup import Setup, read_setup
@@ -49,7 +53,7 @@ def found_by(setup: Setup, verdict: str) -> Calibrated:
 
 
 def test_the_whole_setup_is_written_with_the_values_and_their_u(
-    command: Command, recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    called: Called, recording: Path, tmp_path: Path
 ) -> None:
     asked: list[KnownRecording] = []
 
@@ -57,9 +61,9 @@ def test_the_whole_setup_is_written_with_the_values_and_their_u(
         asked.extend(recordings)
         return found_by(setup, "good")
 
-    monkeypatch.setattr("radargui.calibration.calibrate.calibrate", calibrated)
     output = tmp_path / "new.toml"
-    done = command("calibrate", recording, "--known", PATH, "--setup", SETUP, "--output", output)
+    options = Calibrate(files=[recording], known=[str(PATH)], setup=SETUP, output=output)
+    done = called(lambda: calibrate_antennas(options, partial(calibrate_files, fit=calibrated)))
     assert done.status == 0, done.err
     before, after = read_setup(SETUP), read_setup(output)
     assert after.receiver[0].tilt_deg == pytest.approx(before.receiver[0].tilt_deg + 1.0)
@@ -71,19 +75,15 @@ def test_the_whole_setup_is_written_with_the_values_and_their_u(
     assert len(asked[0].checksum) == 64
     kept = json.loads(output.with_suffix(".calibration.json").read_text())
     assert kept["verdict"] == "good"
-    again = command("calibrate", recording, "--known", PATH, "--setup", SETUP, "--output", output)
+    again = called(lambda: calibrate_antennas(options))
     assert again.status == 2
     assert "--force" in again.error
 
 
-def test_what_is_refused_writes_nothing(
-    command: Command, recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(
-        "radargui.calibration.calibrate.calibrate", lambda _, setup, *__, **___: found_by(setup, "refused")
-    )
+def test_what_is_refused_writes_nothing(called: Called, recording: Path, tmp_path: Path) -> None:
     output = tmp_path / "new.toml"
-    done = command("calibrate", recording, "--known", PATH, "--setup", SETUP, "--output", output)
+    options = Calibrate(files=[recording], known=[str(PATH)], setup=SETUP, output=output)
+    done = called(lambda: calibrate_antennas(options, lambda order, _: found_by(order.setup, "refused").calibration))
     assert done.status == 1
     assert "nothing was written: why" in done.error
     assert not output.exists()

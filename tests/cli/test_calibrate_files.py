@@ -2,31 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from support.calibrations import calibration_of
-from support.command_line import Command
+from support.command_line import Called, Command
 
 from radargui.calibration.rough_fit import KnownRecording
+from radargui.cli.app import Calibrate
+from radargui.cli.calibrate import calibrate_antennas
+from radargui.experiment.calibrating import calibrate_files
 from radargui.model.calibration_file import read_calibration
 from radargui.model.setup import Setup, read_setup
 
 
-@pytest.fixture
-def fitted(monkeypatch: pytest.MonkeyPatch) -> list[KnownRecording]:
-    """Stand for the fit, and keep what it is given."""
-    given: list[KnownRecording] = []
+class Fitted:
+    """Stands for the fit, and keeps what it is given."""
 
-    def calibrate(recordings: Any, setup: Setup, groups: Any, **_: Any) -> Any:
-        given.extend(recordings)
+    def __init__(self) -> None:
+        self.given: list[KnownRecording] = []
+
+    def __call__(self, recordings: Any, setup: Setup, groups: Any, **_: Any) -> Any:
+        self.given.extend(recordings)
         assert groups == ("tilt",)
         return SimpleNamespace(calibration=calibration_of(setup, shift_u=1.0))
 
-    monkeypatch.setattr("radargui.calibration.calibrate.calibrate", calibrate)
-    return given
+    def by(self, session: Path, output: Path, setup: Path | None = None, *, force: bool = False) -> Callable[[], int]:
+        """Return the command that calibrates by a session of drops."""
+        options = Calibrate(files=[session], known=["fall"], free="tilt", setup=setup, output=output, force=force)
+        return lambda: calibrate_antennas(options, partial(calibrate_files, fit=self))
 
 
 @pytest.fixture
@@ -40,14 +48,13 @@ def session(command: Command, setup_file: Path) -> Path:
 
 
 def test_a_session_of_drops_becomes_a_setup_that_refers_to_its_calibration(
-    command: Command, session: Path, setup_file: Path, fitted: list[KnownRecording], tmp_path: Path
+    called: Called, session: Path, setup_file: Path, tmp_path: Path
 ) -> None:
-    output = tmp_path / "new" / "lab.toml"
-    arguments = ("calibrate", session, "--known", "fall", "--free", "tilt", "--setup", setup_file, "--output", output)
-    ended = command(*arguments)
+    output, fitted = tmp_path / "new" / "lab.toml", Fitted()
+    ended = called(fitted.by(session, output, setup_file))
     assert ended.status == 0, ended
     assert "receiver.1.tilt_deg" in ended.out
-    (one,) = fitted
+    (one,) = fitted.given
     # a run knows where its sphere hung
     assert one.release_m == (0.02, 0.01, 0.1)
     assert one.trajectory is None
@@ -61,32 +68,32 @@ def test_a_session_of_drops_becomes_a_setup_that_refers_to_its_calibration(
     assert text.startswith("#")
     assert setup.calibration.content is not None
     assert setup.calibration.content.names == read_calibration(output.with_suffix(".calibration.json")).names
-    again = command(*arguments)
+    again = called(fitted.by(session, output, setup_file))
     assert again.status == 2
     assert "is there already; --force writes over it" in again.err
-    assert command(*arguments, "--force").status == 0
+    assert called(fitted.by(session, output, setup_file, force=True)).status == 0
 
 
 def test_recordings_of_other_receivers_are_refused_before_the_fit(
-    command: Command, session: Path, fitted: list[KnownRecording], tmp_path: Path
+    called: Called, session: Path, tmp_path: Path
 ) -> None:
     other = Path(__file__).parents[2] / "resources" / "setups" / "one-receiver.toml"
-    output = tmp_path / "new.toml"
-    ended = command("calibrate", session, "--known", "fall", "--free", "tilt", "--setup", other, "--output", output)
+    output, fitted = tmp_path / "new.toml", Fitted()
+    ended = called(fitted.by(session, output, other))
     assert ended.status == 1
     assert "has 3 IQ pairs, the setup 1 receivers" in ended.err
-    assert fitted == []
+    assert fitted.given == []
     assert not output.exists()
 
 
 def test_an_output_that_cannot_be_written_is_told_before_the_fit(
-    command: Command, session: Path, setup_file: Path, fitted: list[KnownRecording]
+    called: Called, session: Path, setup_file: Path
 ) -> None:
-    output = setup_file / "lab.toml"
-    ended = command("calibrate", session, "--known", "fall", "--free", "tilt", "--output", output)
+    output, fitted = setup_file / "lab.toml", Fitted()
+    ended = called(fitted.by(session, output))
     assert ended.status == 1
     assert ended.error.startswith(f"{setup_file} cannot be made: ")
-    assert fitted == []
+    assert fitted.given == []
 
 
 def test_one_drop_says_whether_the_setup_holds(command: Command, session: Path, setup_file: Path) -> None:

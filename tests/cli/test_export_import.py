@@ -18,6 +18,7 @@ from radargui.files.run_file import read_run, read_run_setup
 from radargui.files.run_writer import RunWriter
 from radargui.model.recording import Block
 from radargui.model.setup import dump_setup
+from radargui.session.map_memory import FILE_NAME
 from radargui.session.session import Session
 
 
@@ -41,8 +42,8 @@ def plate(tmp_path: Path) -> Path:
 @pytest.fixture(autouse=True)
 def memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The memory of channel maps, in a folder of the test."""
-    monkeypatch.setattr("radargui.session.map_memory.default_memory_path", lambda: tmp_path / "config" / "maps.json")
-    return tmp_path / "config" / "maps.json"
+    monkeypatch.setattr("platformdirs.user_config_path", lambda *_, **__: tmp_path / "config")
+    return tmp_path / "config" / FILE_NAME
 
 
 def imported(ended_out: str) -> tuple[Path, ...]:

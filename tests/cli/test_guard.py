@@ -7,12 +7,14 @@ import sys
 from pathlib import Path
 
 import pytest
-from support.command_line import Command
+from support.command_line import Called, Command
 from typer.main import get_command
 
 from radargui import __version__
 from radargui.cli.app import app
 from radargui.cli.console import make_output_safe
+from radargui.cli.window import open_window
+from radargui.gui.qt_libraries import advice, missing
 
 
 def test_the_version_is_told(command: Command) -> None:
@@ -50,26 +52,22 @@ def test_wrong_usage_is_one_line_and_status_2(command: Command, arguments: list[
     assert not ended.out
 
 
-def test_an_unexpected_error_is_one_line_that_names_the_log(
-    command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    def fail(_options: object) -> int:
+def test_an_unexpected_error_is_one_line_that_names_the_log(called: Called, tmp_path: Path) -> None:
+    def fail() -> int:
         raise ZeroDivisionError("division\nby zero")
 
-    monkeypatch.setattr("radargui.cli.info.show_info", fail)
-    ended = command("info")
+    ended = called(fail)
     assert ended.status == 1
     log = tmp_path / "log" / "radargui.log"
-    assert ended.error.startswith("The program failed unexpectedly: ZeroDivisionError: division by zero (radargui/cli/")
+    assert ended.error.startswith("The program failed unexpectedly: ZeroDivisionError: division by zero (")
     assert ended.error.endswith(f"The details are in {log}")
 
 
-def test_an_interrupt_is_status_1(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupt(_options: object) -> int:
+def test_an_interrupt_is_status_1(called: Called) -> None:
+    def interrupt() -> int:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("radargui.cli.info.show_info", interrupt)
-    ended = command("info")
+    ended = called(interrupt)
     assert ended.status == 1
     assert ended.error == "interrupted"
 
@@ -84,23 +82,12 @@ def test_without_a_display_the_window_says_so(command: Command, monkeypatch: pyt
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="system libraries come with Qt elsewhere")
-def test_a_missing_system_library_is_named_with_the_command_that_installs_it(
-    command: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("DISPLAY", ":99")
-    monkeypatch.delenv("QT_QPA_PLATFORM", raising=False)
-    monkeypatch.setattr("radargui.gui.qt_libraries.WINDOW", {"libnowhere.so.9": "libnowhere9"})
+def test_a_missing_system_library_is_named_with_the_command_that_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shutil.which", lambda name: f"/usr/bin/{name}")
-    ended = command()
-    assert ended.status == 1
-    assert "Qt needs system libraries that are missing: libnowhere.so.9." in ended.error
-    assert "sudo apt-get update && sudo apt-get install -y libnowhere9" in ended.err
-
-
-def test_the_window_opens_without_a_command(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radargui.cli.window.open_window", lambda path: 3 if path else 0)
-    assert command().status == 0
-    assert command("--open", "lab.toml").status == 3
+    lost = missing({"libnowhere.so.9": "libnowhere9", "libc.so.6": "libc6"})
+    said, remedy = advice(lost)
+    assert said == "Qt needs system libraries that are missing: libnowhere.so.9."
+    assert "sudo apt-get update && sudo apt-get install -y libnowhere9" in remedy
 
 
 def test_a_console_that_lacks_a_sign_shows_a_replacement(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -112,18 +99,15 @@ def test_a_console_that_lacks_a_sign_shows_a_replacement(monkeypatch: pytest.Mon
     assert stream.buffer.getvalue().decode("cp437") == "0.80 ± 0.01 m/s² ? ?"  # type: ignore[attr-defined]
 
 
-def test_the_window_begins_with_the_setup_session_or_run_that_is_named(
-    command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_the_window_begins_with_the_setup_session_or_run_that_is_named(tmp_path: Path) -> None:
     begun: list[tuple[Path | None, Path | None]] = []
 
     def window(setup_path: Path | None = None, *, session: Path | None = None) -> int:
         begun.append((setup_path, session))
-        return 0
+        return 3
 
-    monkeypatch.setattr("radargui.gui.app.run_window", window)
     for name in ("lab.toml", "session.json", "run-0001.h5"):
         (tmp_path / name).touch()
-        assert command("--open", tmp_path / name).status == 0
-    assert command("--open", tmp_path).status == 0
-    assert begun == [(tmp_path / "lab.toml", None), *[(None, tmp_path)] * 3]
+        assert open_window(tmp_path / name, window) == 3
+    assert open_window(tmp_path, window) == open_window(None, window) == 3
+    assert begun == [(tmp_path / "lab.toml", None), *[(None, tmp_path)] * 3, (None, None)]

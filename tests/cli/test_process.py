@@ -6,17 +6,20 @@ import errno
 import json
 import os
 import shutil
-from contextlib import nullcontext
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from support.command_line import Command
+from support.command_line import Called, Command
 from support.small_setups import PLATE
 
+from radargui.cli.app import Process
+from radargui.cli.process import process_files
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
+from radargui.model.setup import Setup
 from radargui.processing.process import process
 
 TABLES = ["bounces.csv", "motion.csv", "result.json", "track.csv"]
@@ -107,17 +110,21 @@ def test_the_correction_and_geometry_of_the_command_line_win(command: Command, r
 
 
 def test_ctrl_c_leaves_the_joint_correction_at_once_and_writes_nothing(
-    command: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    called: Called, run: Path, tmp_path: Path
 ) -> None:
     shares: list[float] = []
 
-    def tell(share: float) -> None:
-        shares.append(share)
-        if share > 0.15:
-            raise KeyboardInterrupt
+    def interrupted(recording: Recording, setup: Setup, progress: Callable[[float], None]) -> RunResult:
+        def tell(share: float) -> None:
+            progress(share)
+            shares.append(share)
+            if share > 0.15:
+                raise KeyboardInterrupt
 
-    monkeypatch.setattr("radargui.cli.process.progress_bar", lambda _title: nullcontext(tell))
-    ended = command("process", run, "--correction", "joint", "--output", tmp_path / "out")
+        return process(recording, setup, tell)
+
+    options = Process(files=[run], correction="joint", output=tmp_path / "out")
+    ended = called(lambda: process_files(options, interrupted))
     assert ended.status == 1
     assert ended.error == "interrupted"
     assert len(shares) > 3
@@ -169,11 +176,9 @@ def test_an_input_without_setup_is_refused_before_work(command: Command, run: Pa
     assert not (tmp_path / "out").exists()
 
 
-def test_a_folder_that_cannot_be_made_is_told_before_any_work(
-    command: Command, run: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("radargui.cli.process.process", lambda *_: pytest.fail("it was computed"))
-    ended = command("process", run, "--output", run / "results")
+def test_a_folder_that_cannot_be_made_is_told_before_any_work(called: Called, run: Path) -> None:
+    options = Process(files=[run], output=run / "results")
+    ended = called(lambda: process_files(options, lambda *_: pytest.fail("it was computed")))
     assert ended.status == 1
     assert ended.error == f"{run / 'results' / 'run-0001'} cannot be made: Not a directory. Choose another folder."
     assert list(run.parent.iterdir()) == [run]
@@ -227,18 +232,16 @@ def test_a_failed_input_is_status_1_and_the_others_are_written(command: Command,
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["run-0001"]
 
 
-def test_an_unforeseen_error_in_one_input_leaves_the_others(
-    command: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_unforeseen_error_in_one_input_leaves_the_others(called: Called, run: Path, tmp_path: Path) -> None:
     second = Path(shutil.copy(run, run.with_name("second.h5")))
 
-    def fail_first(recording: Recording, *rest: object) -> RunResult:
+    def fail_first(recording: Recording, setup: Setup, progress: Callable[[float], None]) -> RunResult:
         if recording.name == run.stem:
             raise MemoryError("too much")
-        return process(recording, *rest)  # type: ignore[arg-type]
+        return process(recording, setup, progress)
 
-    monkeypatch.setattr("radargui.cli.process.process", fail_first)
-    ended = command("process", run, second, "--output", tmp_path / "out")
+    options = Process(files=[run, second], output=tmp_path / "out")
+    ended = called(lambda: process_files(options, fail_first))
     assert ended.status == 1
     assert ended.error.startswith("run-0001 failed: no memory is left (radargui/cli/process.py, line ")
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["second"]

@@ -14,8 +14,6 @@ from support.command_line import Command
 from support.inhibitor import inhibitor
 from support.run_contents import read_run_truth, read_summary
 
-from radargui.cli.record import RecordProgress
-from radargui.experiment.event import Event, EventKind
 from radargui.files.run_file import read_run, read_run_setup
 from radargui.session.session import Session
 
@@ -64,7 +62,7 @@ def test_without_output_the_session_goes_to_the_users_data_folder(
     command: Command, setup_file: Path, tmp_path: Path
 ) -> None:
     assert command("record", "--fast", "--seconds", 0.2, "--setup", setup_file).status == 0
-    assert only_session(tmp_path / "data").run_paths()
+    assert only_session(tmp_path / "documents" / "RadarGUI").run_paths()
 
 
 def test_seconds_records_so_long_without_waiting_for_motion(command: Command, setup_file: Path, tmp_path: Path) -> None:
@@ -105,29 +103,6 @@ def test_release_and_seed_stand_in_the_sessions_setup(command: Command, setup_fi
     setup = only_session(tmp_path / "out").setup
     assert setup.tracer.release_position_m == (0.01, -0.02, 0.1)
     assert setup.simulation.seed == 7
-
-
-@pytest.mark.slow
-def test_ctrl_c_while_the_joint_correction_is_computed_keeps_the_preliminary_result(
-    command: Command, setup_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    text = setup_file.read_text(encoding="utf-8")
-    setup_file.write_text(text.replace('correction = "published"', 'correction = "joint"'), encoding="utf-8")
-    told = RecordProgress.__call__
-
-    def interrupted(self: RecordProgress, event: Event) -> None:
-        told(self, event)
-        if event.kind is EventKind.PRELIMINARY:
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(RecordProgress, "__call__", interrupted)
-    ended = command("record", "--runs", 2, "--fast", "--setup", setup_file, "--output", tmp_path / "out")
-    assert ended.status == 1
-    assert ended.error.startswith("interrupted in run 1. What was recorded is kept in ")
-    run, *_ = only_session(tmp_path / "out").run_paths()
-    summary = read_summary(run)
-    assert summary is not None
-    assert (summary["status"], summary["correction"], summary["preliminary"]) == ("ok", "flights", True)
 
 
 @pytest.mark.parametrize(

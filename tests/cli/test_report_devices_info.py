@@ -7,8 +7,10 @@ import shutil
 from pathlib import Path
 
 import pytest
-from support.command_line import Command
+from support.command_line import Called, Command
 
+from radargui.cli.app import Devices
+from radargui.cli.devices import list_devices
 from radargui.model.errors import DeviceError
 from radargui.sources.ni.discovery import NiDevice
 
@@ -77,35 +79,30 @@ def test_a_run_that_cannot_be_read_is_status_1_and_named_beside_the_report_of_th
     assert (tmp_path / "report" / "report.pdf").is_file()
 
 
-def test_devices_are_listed_with_what_one_must_know_to_wire_them(
-    command: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_devices_are_listed_with_what_one_must_know_to_wire_them(called: Called) -> None:
     asked: list[str | None] = []
 
-    def find(remote: str | None, certificate: str | None = None) -> tuple[NiDevice, ...]:
+    def find(remote: str | None, _certificate: str | None) -> tuple[NiDevice, ...]:
         asked.append(remote)
         return (PAD,)
 
-    monkeypatch.setattr("radargui.cli.devices.find_devices", find)
-    ended = command("devices", "--remote", "lab-pc:31763")
+    ended = called(lambda: list_devices(Devices(remote="lab-pc:31763"), find))
     assert ended.status == 0
     assert asked == ["lab-pc:31763"]
     for fact in ("Dev1", "DAQPad-6015", "01A2B3C4", "16", "200 kS/s in all", "±0.05 10 V", "multiplexed"):
         assert fact in ended.out
 
 
-def test_no_device_is_an_answer_and_no_driver_an_error(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radargui.cli.devices.find_devices", lambda remote, certificate: ())
-    ended = command("devices")
+def test_no_device_is_an_answer_and_no_driver_an_error(called: Called) -> None:
+    ended = called(lambda: list_devices(Devices(), lambda _remote, _certificate: ()))
     assert ended.status == 0
     assert ended.out.startswith("No NI device is connected to this computer")
     assert "E Series" in ended.out
 
-    def fail(remote: str | None, certificate: str | None) -> tuple[NiDevice, ...]:
+    def fail(_remote: str | None, _certificate: str | None) -> tuple[NiDevice, ...]:
         raise DeviceError("The NI-DAQmx driver is not installed on this computer.")
 
-    monkeypatch.setattr("radargui.cli.devices.find_devices", fail)
-    ended = command("devices")
+    ended = called(lambda: list_devices(Devices(), fail))
     assert ended.status == 1
     assert ended.error == "The NI-DAQmx driver is not installed on this computer."
 

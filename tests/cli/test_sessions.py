@@ -14,20 +14,14 @@ from support.run_contents import read_summary
 
 from radargui.files.run_file import run_is_complete
 from radargui.model.recording import Block
-from radargui.session import index
 from radargui.session.session import Session
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
 
 
-@pytest.fixture(autouse=True)
-def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(index.platformdirs, "user_cache_path", lambda *_, **__: tmp_path / "cache")
-
-
 @pytest.fixture
 def session(recorded: Path, tmp_path: Path) -> Session:
-    folder = tmp_path / "data" / recorded.name
+    folder = tmp_path / "documents" / "RadarGUI" / recorded.name
     shutil.copytree(recorded, folder)
     return Session.open(folder)
 
@@ -35,7 +29,10 @@ def session(recorded: Path, tmp_path: Path) -> Session:
 def crash(session: Session) -> Path:
     writer = session.new_run(int16_digitisation(), started_at=NOW.isoformat())
     writer.write(Block(codes(6, 1200), 0))
-    writer._let_go()
+    # as it is now, whoever is killed leaves it
+    there = writer.path.read_bytes()
+    writer.close()
+    writer.path.write_bytes(there)
     session.close()
     return writer.path
 
@@ -53,11 +50,10 @@ def test_sessions_are_found_and_told(command: Command, session: Session) -> None
 
 
 def test_sessions_of_the_users_own_folder_need_no_path(
-    command: Command, session: Session, monkeypatch: pytest.MonkeyPatch
+    command: Command, session: Session, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("radargui.cli.sessions.default_data_folder", lambda: session.path.parent)
     assert session.path.name in command("sessions").out
-    monkeypatch.setattr("radargui.cli.sessions.default_data_folder", lambda: session.path.parent / "none")
+    monkeypatch.setattr("platformdirs.user_documents_dir", lambda: str(tmp_path / "none"))
     assert command("sessions").status == 0
 
 

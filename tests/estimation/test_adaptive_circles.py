@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import astuple, replace
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,15 +15,12 @@ from radargui.estimation.adaptive.circle_fit import (
     CircleFit,
     CircleLayout,
     CircleSettings,
-    _evaluate,
-    _rows,
     fit_circle,
 )
 from radargui.estimation.adaptive.foretold import foretold_round, unwound_round
-from radargui.estimation.adaptive.found import AdaptiveRounds, _height, _recounted
+from radargui.estimation.adaptive.found import AdaptiveRounds
 from radargui.estimation.adaptive.rough import RoughPhases
 from radargui.estimation.adaptive.rounds import best_round, first_round, next_round, still_round, timed_round
-from radargui.estimation.adaptive.samples import CIRCLE_SAMPLES, _bent_rad
 from radargui.estimation.adaptive.still_ellipse import StillEllipse, fit_still_ellipse
 from radargui.estimation.forward.bins import BinnedData
 from radargui.geometry.path_length import Antennas, path_lengths
@@ -78,53 +74,12 @@ def test_a_point_of_twice_the_weight_counts_as_two(gain: float) -> None:
     assert astuple(found) != pytest.approx(astuple(fit_still_ellipse(i, q, np.ones(100))), abs=1e-4)
 
 
-def test_the_noise_of_a_height_is_that_of_its_second_differences() -> None:
-    rng, time = np.random.default_rng(6), np.linspace(0.0, 0.4, 4001)
-    rest = time < 0.1
-    place = np.stack([np.zeros(4001), np.zeros(4001), -4.9 * np.maximum(time - 0.1, 0.0) ** 2])
-    place[2, ~rest] += 2e-5 * rng.standard_normal((~rest).sum())
-    data: Any = SimpleNamespace(rest=rest)
-    last: Any = SimpleNamespace(place=place)
-    height, noise = _height(data, last, np.array([0.0, 0.0, 1.0]))
-    assert height.tolist() == place[2].tolist()
-    assert noise == pytest.approx(2e-5, rel=0.05)
-
-
 def test_every_place_of_a_circles_theta_belongs_to_one_unknown() -> None:
     at = CircleLayout(3, 2)
     places = [at.offset_i, at.offset_q, at.log_gain, at.quadrature_error, at.log_amplitude]
     places += [n for s in (at.bias_i, at.bias_q, at.amplitude_map) for n in range(s.start, s.stop)]
     assert places == list(range(at.size))
     assert range(at.size)[at.bias] == range(5, 11)
-
-
-def test_the_slope_of_the_circles_cost_equals_finite_differences() -> None:
-    data, settings = circle(), CircleSettings()
-    rng = np.random.default_rng(2)
-    theta = CircleFit.still(TRUE).theta
-    theta = np.concatenate([theta, np.zeros(data.layout.size - theta.size)])
-    theta += 0.01 * rng.standard_normal(theta.size)
-    mean, precision = np.zeros(theta.size), np.full(theta.size, 4.0)
-    _, slope = _evaluate(theta, data, settings).with_priors(mean, precision)
-    for k in range(theta.size):
-        step = 1e-6 * np.eye(theta.size)[k]
-        up, down = (_evaluate(theta + s * step, data, settings).cost(mean, precision) for s in (1, -1))
-        # sigma of the radius is held while the slope is taken
-        assert slope[k] == pytest.approx((up - down) / 2e-6, rel=0.05, abs=0.02 * np.abs(slope).max())
-
-
-@pytest.mark.parametrize("tangential", [False, True])
-def test_rows_are_how_the_point_moves_along_and_across_the_circle(tangential: bool) -> None:
-    data, theta = circle(), np.concatenate([CircleFit.still(TRUE).theta, 0.02 * np.ones(8)])
-    fit = CircleFit(data.layout, theta, np.zeros((13, 13)), 0.0, 1.0, np.zeros(13))
-    x, y = fit.point(data.i, data.q, data.bias)
-    along = np.stack([-y, x] if tangential else [x, y]) / np.hypot(x, y)
-    weight = np.linspace(0.5, 2.0, x.size)
-    rows = _rows(theta, data, (x, y), (along[0], along[1]), weight)
-    for k in [n for n in range(data.layout.amplitude_map.start) if n != data.layout.log_amplitude]:
-        step = 1e-6 * np.eye(theta.size)[k]
-        up, down = (replace(fit, theta=theta + s * step).point(data.i, data.q, data.bias) for s in (1, -1))
-        assert rows[k] == pytest.approx(weight * (along * (up - down)).sum(axis=0) / 2e-6, abs=1e-6)
 
 
 def test_a_fit_finds_the_constants_within_their_uncertainty_and_switches_needless_maps_off() -> None:
@@ -225,19 +180,6 @@ def seen() -> tuple[BinnedData, np.ndarray, np.ndarray]:
     return binned, true, 2.0 * np.pi * change / binned.wavelength_m
 
 
-def test_a_fringe_that_the_first_count_lost_is_found_by_the_circles_with_maps() -> None:
-    binned, _, phase = seen()
-    late = phase.copy()
-    late[0, phase.shape[1] // 2 :] -= 2.0 * np.pi
-    right, lost = (
-        best_round(binned, next_round(binned, first_round(binned, still_round(binned, ROUGH, count)), 0.15))
-        for count in (phase, late)
-    )
-    assert np.abs(lost.phase_rad - late).max() < 0.5
-    assert np.abs(_recounted(binned, lost).phase_rad - phase).max() < 0.1
-    assert _recounted(binned, right) is right
-
-
 def test_the_joint_estimate_begins_at_what_the_last_circles_count_too() -> None:
     # a turn lost from one bin to the next, where no impact makes the circles count again before (a level circle)
     binned, _, phase = seen()
@@ -325,23 +267,3 @@ def test_the_known_factor_of_two_receivers_has_no_range() -> None:
     phase = np.zeros((2, two.bins.n_bins))
     data = circle_data(two, two.bins.value, phase, phase, None, None)
     assert [own.shape.tolist() for own in data] == [[1.0] * two.bins.n_bins] * 2
-
-
-def test_what_is_left_along_the_radius_and_in_maps_bends_the_phase() -> None:
-    angle, rest = np.linspace(0.0, 20.0 * np.pi, 2001)[:-1], np.arange(2000) < 100
-    left, wave = 0.1, np.sin(3.0 * angle[:, None])
-    # an echo of half an amplitude, its noise half as large as well
-    radius = 0.5 * np.where(rest, 1.0, (1.0 + left * np.cos(2.0 * angle)))
-    noise = np.full(2000, 0.025)
-    own = CircleData(radius * np.cos(angle), radius * np.sin(angle), noise, noise, np.ones(2000), 0.0 * wave, wave)
-    fit = CircleFit.still(StillEllipse(0.0, 0.0, 0.0, 0.0, 0.5))
-    fit = replace(fit, layout=own.layout, theta=np.append(fit.theta, [0.0, 0.0, 0.2]))
-    found: Any = SimpleNamespace(
-        data=SimpleNamespace(rest=rest), last=SimpleNamespace(amplitude=np.full((1, 2000), 0.5)), impact_s=np.ones(1)
-    )
-    # a cosine of 0.1 has a mean square of 0.005, that of the noise taken off
-    along = CIRCLE_SAMPLES.along * np.sqrt(0.5 * left**2 - 0.05**2)
-    assert _bent_rad(fit, own, found, 0) == pytest.approx(along, rel=0.01)
-    # nothing falls: the map of ln A is all that is known of other waves
-    found.impact_s = np.zeros(0)
-    assert _bent_rad(fit, own, found, 0) == pytest.approx(np.hypot(along, 0.2 / np.sqrt(2.0)), rel=0.01)

@@ -3,27 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 from support.small_problem import ANTENNAS, BOUNCE_S, RELEASE_M, START_S, WAVELENGTH_M, positions, small_problem
 
-from radargui.estimation.adaptive import estimate as estimate_module, samples
-from radargui.estimation.adaptive.circle_data import averaging_loss, circle_data
+from radargui.estimation.adaptive.circle_data import averaging_loss
 from radargui.estimation.adaptive.circle_fit import CircleFit
-from radargui.estimation.adaptive.circle_layout import CircleLayout
-from radargui.estimation.adaptive.estimate import _choices, estimate_adaptive
+from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import AdaptiveRounds
 from radargui.estimation.adaptive.rough import RoughPhases
 from radargui.estimation.adaptive.rounds import Round
 from radargui.estimation.adaptive.samples import circles_at_samples
 from radargui.estimation.adaptive.still_ellipse import StillEllipse
-from radargui.estimation.motion_estimate import few_fringes_factor
 from radargui.estimation.signals import ScaledSignals
 from radargui.geometry.bistatic import position_uncertainty
-from radargui.geometry.path_length import Antennas, path_lengths
+from radargui.geometry.path_length import path_lengths
 
 SIGMA, AT_REST = np.array([0.01, 0.02, 0.01, 0.01, 0.03, 0.01]), np.array([0.4, -2.0, 1.1])
 ROUND = tuple(StillEllipse(0.2 - 0.1 * n, 0.1 * n, 0.0, 0.0, 0.8 + 0.1 * n) for n in range(3))
@@ -111,34 +106,6 @@ def test_phases_are_smoothed_to_two_kilohertz_about_their_own_time() -> None:
     assert at.phase_rad[:, 5:-5] == pytest.approx(wanted, abs=1e-9)
 
 
-def test_uncertainty_is_of_the_samples_noise_of_the_fit_and_of_what_bends_the_phase(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    # 12 kHz: of three samples each
-    found = found_of(ROUND, rate_hz=12000.0)
-    covariance = np.zeros((5, 5))
-    covariance[CircleLayout.offset_i, CircleLayout.offset_i] = 0.005**2
-    fits = tuple(replace(one, covariance=covariance) for one in found.last.fits)
-    found = replace(found, last=replace(found.last, fits=fits))
-    monkeypatch.setattr(samples, "_bent_rad", lambda fit, own, rounds, receiver: 0.1 * receiver)
-    at, wide = circles_at_samples(found, found.signals), few_fringes_factor(found.last.phase_rad)
-    own = circle_data(found.data, found.last.value, found.last.phase_rad, found.last.place, None, None)
-    bins = found.data.bins
-    # a bin of a turning wave shows less of it than a sample does
-    loss = averaging_loss(found.last.phase_rad, bins)
-    for n, ellipse in enumerate(ROUND):
-        of_bins = 0.5 * (SIGMA[2 * n] ** 2 + SIGMA[2 * n + 1] ** 2) / ellipse.amplitude**2
-        fitted = np.maximum(found.last.fits[n].phase_variance(own[n]) - of_bins, 0.0)
-        amplitude = np.interp(found.signals.time_s, bins.time_s, ellipse.amplitude / loss[n])
-        noise = (0.5 * (SIGMA[2 * n] + SIGMA[2 * n + 1]) / amplitude) ** 2 / 3.0
-        square = noise + np.interp(found.signals.time_s, bins.time_s, fitted)
-        turned = np.abs(np.sin(0.5 * np.minimum(np.abs(phases_at(found.signals.time_s)[n]), np.pi)))
-        wanted = wide[n] * np.hypot(1.2 * np.sqrt(square * max(1.0, 0.5 + n)), 0.1 * n * turned)
-        assert at.u_phase_rad[n] == pytest.approx(wanted, rel=1e-6)
-        # an offset of I that is off by 5 mrad of A turns the phase by as much where I crosses zero
-        assert np.sqrt(fitted.max()) > 0.004 / ellipse.amplitude
-
-
 def test_paths_count_from_the_rest_and_places_and_constants_are_those_of_phases_and_fits() -> None:
     found = found_of(SKEW)
     covariance = np.diag([1e-6, 1e-6, 0.004**2, 0.003**2, 1e-6])
@@ -164,21 +131,6 @@ def test_paths_count_from_the_rest_and_places_and_constants_are_those_of_phases_
     assert estimate.choices == ()
 
 
-def test_receivers_are_judged_by_what_they_show_once_the_tracer_moves(monkeypatch: pytest.MonkeyPatch) -> None:
-    found, asked = found_of(ROUND), []
-    monkeypatch.setattr(estimate_module, "channel_qualities", lambda *given: asked.append(given) or ())
-    estimate_adaptive(found)
-    ((signals, moving, (i, q), valid, phase, amplitude, noise, misfit, _),) = asked
-    assert signals is found.signals
-    assert moving.tolist() == (signals.time_s >= START_S).tolist()
-    assert valid.all()
-    assert i + 1j * q == pytest.approx(np.exp(1j * phase), abs=0.02)
-    assert amplitude == pytest.approx([0.8, 0.9, 1.0])
-    # of a bin, the mean of I and Q
-    assert noise == pytest.approx([0.015, 0.01, 0.02])
-    assert misfit == pytest.approx([0.5, 1.5, 2.5])
-
-
 def test_a_sample_that_is_no_number_or_was_not_usable_is_not_valid() -> None:
     found = found_of(ROUND)
     value, valid = found.signals.value.copy(), found.signals.valid.copy()
@@ -187,11 +139,3 @@ def test_a_sample_that_is_no_number_or_was_not_usable_is_not_valid() -> None:
     assert not estimate.valid[0, 1000]
     assert not estimate.valid[1, 1200]
     assert estimate.valid[1:, 1000].all()
-
-
-@pytest.mark.parametrize(("receivers", "said"), [(3, "Maps of position"), (2, "Maps of path length")])
-def test_maps_are_told_with_what_they_are_functions_of(receivers: int, said: str) -> None:
-    basis: Any = SimpleNamespace(length_m=0.123)
-    antennas = Antennas(ANTENNAS.transmitter_m, ANTENNAS.receivers_m[:receivers])
-    found: Any = SimpleNamespace(data=SimpleNamespace(antennas=antennas), last=SimpleNamespace(bias=basis))
-    assert _choices(found) == (f"{said} with a correlation length of 0.12 m.",)

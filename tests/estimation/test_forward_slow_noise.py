@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from support.small_problem import small_problem
 
-from radargui.estimation.forward import slow_noise
 from radargui.estimation.forward.bins import BinnedData, Bins
-from radargui.estimation.forward.slow_noise import Drift, SlowNoiseSettings, _whittle, measure_drift, strongest
+from radargui.estimation.forward.slow_noise import Drift, SlowNoiseSettings, measure_drift, strongest
 from radargui.estimation.signals import ScaledSignals
 
 SIGMA, RATE_HZ, BEGIN_S = 0.01, 4000.0, 7.0
@@ -36,48 +35,38 @@ def signals_of(value: np.ndarray, sigma: float = SIGMA) -> ScaledSignals:
     )
 
 
-@pytest.mark.parametrize(("gain", "share", "counts"), [(2.1, 0.51, True), (1.9, 0.51, False), (2.1, 0.49, False)])
-def test_flicker_noise_counts_by_its_gain_a_channel_and_its_share_at_the_fastest_function(
-    monkeypatch: pytest.MonkeyPatch, gain: float, share: float, counts: bool
-) -> None:
-    value = 5.0 + 1e-3 * np.random.default_rng(1).standard_normal((4, 8001))
-    signals = signals_of(value)
-    # two seconds: 20 cycles are 10 Hz, where a / f is to be half of the white density
-    level = share * 10.0 * 2.0 * SIGMA**2 / RATE_HZ
-    asked = []
-    monkeypatch.setattr(slow_noise, "_whittle", lambda *given: asked.append(given) or (level, gain))
-    drift = measure_drift(signals, BEGIN_S + 0.5)
-    assert (drift.count, drift.first_s, drift.length_s) == (80 if counts else 0, BEGIN_S, 2.0)
-    # of the rest means over two, less their own mean
-    pooled = 0.5 * (value[:, 0:2000:2] + value[:, 1:2000:2])
-    for (samples, _, _), own in zip(asked, pooled, strict=True):
-        assert samples == pytest.approx(own - own.mean())
-    assert {(rate, white) for _, rate, white in asked} == {(2000.0, 2.0 * SIGMA**2 / RATE_HZ)}
-    if counts:
-        # of density a / f each half cycle more, 0.25 Hz apart, has a / f times 0.25 Hz: a over its number
-        order = np.arange(1.0, 41.0)
-        assert drift.sd == pytest.approx(np.tile(np.sqrt(level / order), (4, 2)))
-        assert drift.level.tolist() == [level] * 4
-    else:
-        assert not drift.level.any()
+def flicker(rng: np.random.Generator, n: int, level: float) -> np.ndarray:
+    """Return noise of the density level / f."""
+    frequency = np.fft.rfftfreq(n, 1.0 / RATE_HZ)
+    spectrum = rng.standard_normal(frequency.size) + 1j * rng.standard_normal(frequency.size)
+    spectrum[1:] *= np.sqrt(level / frequency[1:] * n * RATE_HZ / 4.0)
+    spectrum[0] = 0.0
+    return np.fft.irfft(spectrum, n)
 
 
-def test_a_drift_beside_flicker_noise_adds_to_the_slowest_functions_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    time = np.arange(4001) / RATE_HZ
-    slope, level = 0.3, 1e-4
-    monkeypatch.setattr(slow_noise, "_whittle", lambda *given: (level, 5.0))
-    drift = measure_drift(signals_of(np.tile(slope * time, (4, 1)), 1e-5), BEGIN_S + 0.5)
-    of_flicker = np.sqrt(level / np.arange(1.0, 41.0))
-    wanted = of_flicker.copy()
-    # a function of k half cycles with 2 s / (pi k^2)
-    wanted[:6] = np.hypot(wanted[:6], 2.0 * slope / (np.pi * np.arange(1.0, 7.0) ** 2))
-    assert drift.sd == pytest.approx(np.tile(wanted, (4, 2)), rel=1e-3)
-    # the same without flicker noise
-    monkeypatch.setattr(slow_noise, "_whittle", lambda *given: (level, 0.0))
-    alone = measure_drift(signals_of(np.tile(slope * time, (4, 1)), 1e-5), BEGIN_S + 0.5)
+def test_flicker_noise_is_measured_on_the_rest_and_white_noise_has_none() -> None:
+    rng, n, level = np.random.default_rng(1), 16001, 2e-5
+    white = SIGMA * rng.standard_normal((4, n))
+    noisy = white + np.array([flicker(rng, n + 1, level)[:n] for _ in range(4)])
+    ends = {"rest_end_s": BEGIN_S + 3.0, "onset_s": BEGIN_S + 3.0}
+    drift = measure_drift(replace(signals_of(noisy), **ends), BEGIN_S + 3.0)
+    # four seconds: 20 cycles are 5 Hz
+    assert (drift.count, drift.first_s, drift.length_s) == (80, BEGIN_S, 4.0)
+    assert np.median(drift.level) == pytest.approx(level, rel=0.3)
+    # of density a / f each half cycle more, 1/8 Hz apart, has a / f times 1/8 Hz: a over its number
+    order = np.tile(np.arange(1.0, 41.0), 2)
+    assert drift.sd[:, 10:40] == pytest.approx(np.sqrt(drift.level[:, None] / order[10:40]))
+    assert not measure_drift(replace(signals_of(white), **ends), BEGIN_S + 3.0).level.any()
+
+
+def test_a_drift_of_the_offsets_is_carried_by_the_slowest_functions_alone() -> None:
+    time, slope = np.arange(4001) / RATE_HZ, 0.3
+    white = SlowNoiseSettings(gain_a_channel=np.inf)
+    drift = measure_drift(signals_of(np.tile(slope * time, (4, 1)), 1e-5), BEGIN_S + 0.5, white)
+    # a function of k half cycles of the record of one second
     order = np.tile(np.arange(1.0, 7.0), 2)
-    assert alone.sd == pytest.approx(np.tile(2.0 * slope / (np.pi * order**2), (4, 1)), rel=1e-3)
-    assert alone.functions(np.array([BEGIN_S, BEGIN_S + 1.0])) == pytest.approx(
+    assert drift.sd == pytest.approx(np.tile(2.0 * slope / (np.pi * order**2), (4, 1)), rel=1e-3)
+    assert drift.functions(np.array([BEGIN_S, BEGIN_S + 1.0])) == pytest.approx(
         np.array([[1.0] * 6 + [0.0] * 6, [-1.0, 1.0] * 3 + [0.0] * 6]), abs=1e-12
     )
 
@@ -101,30 +90,6 @@ def test_few_samples_of_rest_make_no_spectrum() -> None:
     # pooled by two: 31 of them, and 32
     assert measure_drift(signals_of(value, 1e-4), BEGIN_S + 62.5 / RATE_HZ).count == 0
     assert measure_drift(signals_of(value, 1e-4), BEGIN_S + 63.5 / RATE_HZ).count > 0
-
-
-def test_whittles_fit_is_the_maximum_of_its_likelihood_and_says_what_it_gains() -> None:
-    n, rate, level, white = 4000, 2000.0, 2e-5, 2.0 * SIGMA**2 / 2000.0
-    rng, frequency = np.random.default_rng(3), np.fft.rfftfreq(n, 1.0 / rate)
-    spectrum = rng.standard_normal(frequency.size) + 1j * rng.standard_normal(frequency.size)
-    spectrum[1:] *= np.sqrt(level / frequency[1:] * n * rate / 4.0)
-    spectrum[0] = 0.0
-    samples = np.fft.irfft(spectrum, n) + SIGMA * rng.standard_normal(n)
-    found, gain = _whittle(samples, rate, white)
-    window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(n) / (n - 1))
-    power = 2.0 * np.abs(np.fft.rfft(samples * window)) ** 2 / rate / (window**2).sum()
-    use = slice(2, int(0.8 * frequency.size))
-
-    def log_likelihood(a: float) -> float:
-        density = white + a / frequency[use]
-        return -0.5 * float((np.log(density) + power[use] / density).sum())
-
-    assert found == pytest.approx(level, rel=0.3)
-    assert gain == pytest.approx(log_likelihood(found) - log_likelihood(0.0), rel=1e-6)
-    for other in (0.97, 1.03):
-        assert log_likelihood(found) > log_likelihood(other * found)
-    # of white noise nothing is gained
-    assert _whittle(SIGMA * rng.standard_normal(n), rate, white)[1] < 3.0
 
 
 def bins_of(node_s: float, n: int = 200) -> Bins:

@@ -11,7 +11,6 @@ from support.estimates import conditioned_of, joint_of, rounds_of
 
 from radargui.estimation.adaptive.rough import rough_phases
 from radargui.estimation.adaptive.rounds import best_round, next_round
-from radargui.estimation.joint import _STAGES, _share_done
 from radargui.estimation.signals import scaled_signals
 from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.front_end import FrontEnd
@@ -106,15 +105,12 @@ def test_a_wall_is_found_where_it_stands() -> None:
     assert np.sqrt((error**2).sum(axis=0).mean()) < 1e-4
 
 
-def test_a_sample_before_a_channels_own_first_one_is_not_used_where_the_front_end_is_taken_off(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_sample_before_a_channels_own_first_one_is_not_used_where_the_front_end_is_taken_off() -> None:
     record = make_record(draw_scene(9, "generic", "drop", rate_hz=5000.0, snr_db=35.0, skew_s=2e-5))
     conditioned = conditioned_of(record.recording, record.setup)
     assert conditioned.delay_s.any()
     assert scaled_signals(conditioned).usable.all()
-    monkeypatch.setattr("radargui.estimation.signals.front_end_of", lambda _: FrontEnd(1.5, 0.01, 0.0, 0.1))
-    signals = scaled_signals(conditioned)
+    signals = scaled_signals(conditioned, lambda _: FrontEnd(1.5, 0.01, 0.0, 0.1))
     assert all(signals.mixers)
     assert not signals.usable[0]
     assert signals.usable[1:].all()
@@ -126,10 +122,3 @@ def test_a_signal_that_is_a_mean_tells_how_its_samples_are_spread() -> None:
     assert conditioned.size > 1
     samples_s = np.arange(conditioned.size) / record.recording.digitisation.sample_rate_hz
     assert scaled_signals(conditioned).spread_s == pytest.approx(np.std(samples_s))
-
-
-def test_the_share_done_rises_through_the_stages_and_stays_inside_them() -> None:
-    shares = [_share_done(stage, rounds) for stage in _STAGES for rounds in range(1, 100)]
-    assert (np.diff(shares) >= 0.0).all()
-    assert 0.0 < shares[0] < 0.05
-    assert 0.97 < shares[-1] < 1.0

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 from support.small_problem import START_S, small_problem
 
 from radargui.correction.quality import LIMITS
-from radargui.estimation import joint
-from radargui.estimation.joint import _EVEN, _STAGES, _constants, _estimate, _share_done
+from radargui.estimation.joint import JointEstimate, estimate_of_model
 from radargui.estimation.readout.samples import AtSamples
 from radargui.estimation.select.chosen_model import Alternative, ChosenModel
 from radargui.estimation.signals import ScaledSignals
-from radargui.estimation.solve.break_velocities import BreakSpeeds
-from radargui.estimation.solve.minimise import Solution, chi_square, minimise
+from radargui.estimation.solve.minimise import Solution, minimise
 from radargui.estimation.solve.problem import State
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
@@ -56,27 +53,10 @@ def values(misfit: np.ndarray) -> AtSamples:
 
 def estimated(
     solution: Solution, alternatives: tuple[Alternative, ...] = (), misfit: np.ndarray | None = None
-) -> joint.JointEstimate:
+) -> JointEstimate:
     setup = read_setup(default_setup_path())
     chosen = ChosenModel(solution, alternatives, ("said",))
-    return _estimate(setup, signals(), chosen, values(np.ones((3, 400)) if misfit is None else misfit))
-
-
-@pytest.mark.parametrize("flies", [False, True])
-def test_a_body_that_bounces_on_unfollowed_is_unknown_by_that_height_and_its_paths_by_twice_it(
-    solution: Solution, monkeypatch: pytest.MonkeyPatch, flies: bool
-) -> None:
-    unseen = np.where(TIME_S > 0.4, 1e-4, 0.0)
-    monkeypatch.setattr(BreakSpeeds, "bouncing_on_m", lambda self, time_s: unseen)
-    in_flight = np.zeros_like(solution.problem.in_flight)
-    in_flight[-1] = flies
-    estimate = estimated(replace(solution, problem=replace(solution.problem, in_flight=in_flight)))
-    hidden = 0.0 * unseen if flies else unseen
-    assert estimate.u_change_m == pytest.approx(np.tile(np.hypot(4e-5, 2.0 * hidden), (3, 1)))
-    # up and down alone
-    assert estimate.u_position_m is not None
-    assert estimate.u_position_m[:2] == pytest.approx(3e-5)
-    assert estimate.u_position_m[2] == pytest.approx(np.hypot(3e-5, hidden))
+    return estimate_of_model(setup, signals(), chosen, values(np.ones((3, 400)) if misfit is None else misfit))
 
 
 def test_samples_that_the_model_does_not_fit_or_that_cannot_be_used_are_not_valid(solution: Solution) -> None:
@@ -99,29 +79,11 @@ def test_an_estimate_fits_where_every_receiver_does(solution: Solution) -> None:
 def test_constants_are_those_of_theta_and_half_as_uncertain_again(solution: Solution) -> None:
     u = np.sqrt(solution.normal.global_variances())
     theta = solution.state.theta
-    for one, own in zip(_constants(ChosenModel(solution, (), ())), solution.problem.layout.receivers, strict=True):
+    for one, own in zip(estimated(solution).constants, solution.problem.layout.receivers, strict=True):
         assert one.gain_ratio == pytest.approx(np.exp(theta[own.log_gain]))
         assert one.u_gain_ratio == pytest.approx(1.5 * np.exp(theta[own.log_gain]) * u[own.log_gain])
         assert one.quadrature_error_deg == pytest.approx(np.degrees(theta[own.quadrature_error]))
         assert one.u_quadrature_error_deg == pytest.approx(np.degrees(1.5 * u[own.quadrature_error]))
-
-
-def test_receivers_are_judged_by_the_phase_amplitude_and_noise_of_what_was_fitted(
-    solution: Solution, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    asked: list[Any] = []
-    monkeypatch.setattr(joint, "channel_qualities", lambda *given: asked.append(given) or ())
-    sigma = np.outer(np.arange(1.0, 7.0), np.linspace(1.0, 2.0, 120))
-    problem = replace(solution.problem, bins=replace(solution.problem.bins, sigma=sigma))
-    estimated(replace(solution, problem=problem))
-    ((_, moving, _, _, phase, amplitude, noise, misfit, _),) = asked
-    wavelength_m = read_setup(default_setup_path()).radar.wavelength_m
-    assert moving.tolist() == (TIME_S >= START_S).tolist()
-    assert phase == pytest.approx(2.0 * np.pi / wavelength_m * values(np.ones(1)).change_m)
-    assert amplitude == pytest.approx([np.median(np.abs(one.direct)) for one in solution.at.signals])
-    # the median bin, the mean of I and Q
-    assert noise == pytest.approx([1.5 * 1.5, 3.5 * 1.5, 5.5 * 1.5])
-    assert misfit.tolist() == chi_square(replace(solution, problem=problem)).tolist()
 
 
 def test_what_was_moved_along_the_best_shares_its_posterior_and_another_model_has_its_own(solution: Solution) -> None:
@@ -135,13 +97,3 @@ def test_what_was_moved_along_the_best_shares_its_posterior_and_another_model_ha
     wider = estimate.widened(2.0)
     assert wider.u_change_m == pytest.approx(2.0 * estimate.u_change_m)
     assert wider.u_position_m == pytest.approx(2.0 * estimate.u_position_m)
-
-
-def test_a_stages_rounds_count_alike_up_to_seven_tenths_and_then_less_and_less() -> None:
-    for stage, (begin, end, typical) in _STAGES.items():
-        share = np.array([(_share_done(stage, n) - begin) / (end - begin) for n in range(40 * typical)])
-        even = np.arange(share.size) / typical <= _EVEN
-        assert share[even] == pytest.approx(np.arange(share.size)[even] / typical)
-        # the rest by an exponential that begins as steeply
-        over = np.arange(share.size)[~even] / typical - _EVEN
-        assert share[~even] == pytest.approx(_EVEN + (1.0 - _EVEN) * (1.0 - np.exp(-over / (1.0 - _EVEN))))

@@ -16,7 +16,7 @@ from radargui.estimation.motion_estimate import few_fringes_factor
 from radargui.estimation.readout.floor_slope import floor_slope
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.motion_posterior import MotionPosterior
-from radargui.estimation.readout.samples import _uncertainties, _with_alternatives, hidden_m
+from radargui.estimation.readout.samples import hidden_m, uncertainties, with_alternatives
 from radargui.estimation.solve.break_velocities import one_sided_slopes
 from radargui.geometry.path_length import Antennas, path_gradient, path_lengths
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, UNKNOWN_DRAG
@@ -110,7 +110,7 @@ def test_velocities_at_breaks_have_the_covariance_of_the_dense_inverse(
 
 def test_uncertainties_at_the_bins_are_those_of_the_dense_inverse(solved: tuple[SimpleNamespace, np.ndarray]) -> None:
     solution, inverse = solved
-    u_position, u_change = _uncertainties(solution)
+    u_position, u_change = uncertainties(solution)
     time, coefficients = solution.problem.bins.time_s, solution.state.coefficients
     by_breaks = solution.at.spline.break_slopes(time, coefficients).toarray()
     rows = np.zeros((3 * time.size, inverse.shape[0]))
@@ -132,11 +132,11 @@ def test_an_alternative_widens_by_its_own_u_and_by_its_distance(solved: tuple[Si
     other.state = SimpleNamespace(coefficients=solution.state.coefficients + at_once)
     excess = np.full((3, 300), 1.5)
     excess[1] = 2.0
-    u_position, u_change = _uncertainties(solution)
+    u_position, u_change = uncertainties(solution)
     here, there = (one.at.design @ one.state.coefficients + RELEASE for one in (solution, other))
     away = (path_lengths(there.T, ANTENNAS) - path_lengths(here.T, ANTENNAS)) ** 2
     alternatives: Any = (SimpleNamespace(solution=other, weight=0.25),)
-    wide, wide_change = _with_alternatives(solution, alternatives, excess)
+    wide, wide_change = with_alternatives(solution, alternatives, excess)
     far = (there - here).T ** 2
     assert np.sqrt(far.max(axis=1)) == pytest.approx(np.abs(at_once))
     # the misfit of the worst receiver widens the place, that of each its path

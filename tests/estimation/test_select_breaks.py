@@ -57,25 +57,6 @@ def test_a_bounce_without_a_break_is_seen_as_a_sharp_turn_where_it_is(without_br
     assert sharp_turns(solution, UP, BreakSettings(sharp_jerk_m_s3=1e6)).size == 0
 
 
-def test_a_ripple_that_is_low_on_one_side_only_is_no_turn(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radargui.estimation.select.breaks.span_jerk_sd", lambda *_: np.full(2, 1e9))
-
-    def turns(rises_m: float) -> np.ndarray:
-        # falls by 1 mm in 10 ms, rises, then stays
-        spline = SimpleNamespace(
-            edge_s=np.array([0.0, 1.0]),
-            span_middles=lambda: np.array([0.25, 0.75]),
-            offset=lambda time_s, _: np.interp(time_s, [0.49, 0.5, 0.502], [1e-3, 0.0, rises_m]),
-        )
-        solution: Any = SimpleNamespace(
-            at=SimpleNamespace(spline=spline), state=SimpleNamespace(coefficients=np.zeros((1, 3))), problem=None
-        )
-        return sharp_turns(solution, UP)
-
-    assert turns(3e-4) == pytest.approx([0.5], abs=1e-3)
-    assert turns(5e-5).size == 0
-
-
 def test_beside_its_break_a_bounce_is_no_turn_and_needs_no_finer_knots() -> None:
     solution = converge(small_problem(sigma=0.005).start, 4, nothing)
     assert sharp_turns(solution, UP).size == 0

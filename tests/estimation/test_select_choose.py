@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,17 +22,14 @@ from support.small_problem import (
 
 from radargui.estimation.adaptive.rounds import first_round, next_round, still_round
 from radargui.estimation.adaptive.still_ellipse import StillEllipse
-from radargui.estimation.forward.mirrors import MirrorPlane, has_floor
+from radargui.estimation.forward.mirrors import has_floor
 from radargui.estimation.forward.parameters import lobe_places
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
-from radargui.estimation.select import budget, choose
-from radargui.estimation.select.choose import ChoiceSettings, _Selection, choose_model
-from radargui.estimation.select.chosen_model import Alternative, ChosenModel
-from radargui.estimation.select.fewer_bins import fewer_bins, with_bins_of
-from radargui.estimation.solve.changed_problem import problem_with_mirrors
-from radargui.estimation.solve.minimise import Solution, chi_square, log_evidence, minimise, solved_at
-from radargui.estimation.solve.problem import State
+from radargui.estimation.select.budget import NoSingleBodyError
+from radargui.estimation.select.choose import ChoiceSettings, choose_model
+from radargui.estimation.select.chosen_model import ChosenModel
+from radargui.estimation.solve.minimise import log_evidence
 from radargui.geometry.path_length import path_lengths
 from radargui.model.errors import SolveError
 
@@ -64,7 +62,7 @@ def rounds(made: SmallProblem, *, lands: bool = True) -> SimpleNamespace:
     )
 
 
-def chosen(made: SmallProblem, drift: Drift | None = None, **settings: float) -> ChosenModel:
+def chosen(made: SmallProblem, drift: Drift | None = None, **settings: Any) -> ChosenModel:
     return choose_model(rounds(made), drift or no_drift(), UP, nothing, None, ChoiceSettings(**settings))
 
 
@@ -78,15 +76,12 @@ def whole() -> ChosenModel:
 
 
 @pytest.mark.slow
-def test_a_search_that_runs_out_of_its_budget_keeps_what_it_has_and_says_so(
-    whole: ChosenModel, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_search_that_runs_out_of_its_budget_keeps_what_it_has_and_says_so(whole: ChosenModel) -> None:
     made = small_problem(**MIRRORS)
     assert not whole.ended_early
     spent: list[int] = []
-    monkeypatch.setattr(budget, "ROUNDS", (1, 30))
-    monkeypatch.setattr(budget, "BIN_ROUNDS", 28 * made.data.bins.n_bins)
-    ended = choose_model(rounds(made), no_drift(), UP, lambda: spent.append(1), None)
+    settings = ChoiceSettings(rounds=(1, 30), bin_rounds=28 * made.data.bins.n_bins)
+    ended = choose_model(rounds(made), no_drift(), UP, lambda: spent.append(1), None, settings)
     assert ended.ended_early
     assert any("was ended after 28 rounds" in sentence for sentence in ended.choices)
     # that there is a floor was beyond doubt, and what it chose is no alternative to itself
@@ -94,15 +89,14 @@ def test_a_search_that_runs_out_of_its_budget_keeps_what_it_has_and_says_so(
     assert len(spent) <= 28 + 1 + ChoiceSettings().last_rounds
 
 
-def test_a_search_without_any_model_within_its_budget_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(budget, "ROUNDS", (3, 3))
+def test_a_search_without_any_model_within_its_budget_is_refused() -> None:
     with pytest.raises(SolveError, match="did not end within 3 rounds"):
-        chosen(small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005))
+        chosen(small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005), rounds=(3, 3))
 
 
 def test_where_no_body_describes_the_signals_the_search_ends_and_says_how_far_off_each_receiver_is() -> None:
     made = small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005)
-    with pytest.raises(budget.NoSingleBodyError, match="chi-square") as caught:
+    with pytest.raises(NoSingleBodyError, match="chi-square") as caught:
         chosen(made, hopeless_misfit=0.1, most_left=0.001)
     assert caught.value.misfit.shape == (made.data.antennas.n_receivers,)
     assert (caught.value.misfit < 2.0).all()
@@ -112,22 +106,6 @@ def test_a_misfit_that_is_next_to_nothing_of_the_wave_is_what_reflectors_leave_i
     # laboratory 7304306: a misfit of 120 is 0.01 of the wave, and the wall that explains it is found
     made = small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005, n_bins=60)
     assert chosen(made, hopeless_misfit=0.1, most_left=0.03).solution.settled
-
-
-def test_what_looks_lost_is_refused_only_where_no_wall_puts_it_right(monkeypatch: pytest.MonkeyPatch) -> None:
-    # laboratory hands 24013644 and 24014226: maps as large as waves, and 0.02 and 0.009 mm with the wall that was found
-    asked: list[int] = []
-
-    def lacks_wall(solution: Solution, onset_s: float) -> bool:
-        asked.append(len(solution.problem.inputs.planes))
-        return asked[-1] < 2
-
-    monkeypatch.setattr(choose, "is_lost", lacks_wall)
-    assert len(chosen(small_problem(**MIRRORS)).solution.problem.inputs.planes) == 2
-    assert asked == [2, 2]
-    monkeypatch.setattr(choose, "is_lost", lambda solution, onset_s: True)
-    with pytest.raises(budget.LooseMapsError):
-        chosen(small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005, n_bins=60))
 
 
 def test_a_floor_and_a_wall_that_reflect_are_kept_and_the_wall_is_where_it_stands(whole: ChosenModel) -> None:
@@ -147,47 +125,13 @@ def test_a_floor_that_does_not_reflect_is_left_out_and_no_wall_is_asked_for() ->
     assert not any("wall" in choice for choice in model.choices)
 
 
-def test_a_doubtful_floor_is_compared_again_once_the_breaks_are_settled(monkeypatch: pytest.MonkeyPatch) -> None:
-    made = small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005)
-    asked = []
-    again = _Selection.floor_compared_again
-    monkeypatch.setattr(_Selection, "floor_compared_again", lambda *args: asked.append(1) or again(*args))
-    chosen(made, beyond_doubt=1e9, most_walls=0)
-    chosen(made, beyond_doubt=0.0, most_walls=0)
-    assert asked == [1]
-
-
-def test_a_floor_is_compared_again_beside_a_wall_that_was_found_without_it_and_begins_its_place_again(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    made = small_problem((WALL_PLANE,), reflection=0.15, shown=(FLOOR_PLANE, WALL_PLANE), sigma=0.005)
-    selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings())
-    alone, again = selection.converged(made.start, 2), []
-    converged = selection.converged
-    monkeypatch.setattr(selection, "converged", lambda start, rounds: again.append(start) or converged(start, rounds))
-    best, gain, others = selection.floor_compared_again(alone)
-    assert [plane.name for plane in best.problem.inputs.planes] == ["floor", "wall"]
-    # more than the race goes on for
-    assert gain == ChoiceSettings().most_behind[-1] * made.data.bins.value.size
-    assert others == ()
-    # what it leans by for want of its reflection is not kept
-    (start,) = again
-    layout, theta = start.problem.layout, start.state.theta
-    assert theta[layout.planes][:3].tolist() == [0.0, 0.0, 0.0]
-    assert theta[layout.transmitter_reflection][0] == pytest.approx(0.15, abs=0.05)
-
-
 def test_the_model_without_a_floor_that_hardly_gains_stays_possible() -> None:
-    made = small_problem((FLOOR_PLANE,), reflection=0.15)
-    floored = minimise(made.start, 12)
-    bare = minimise(problem_with_mirrors(floored, ()), 12)
-    gain = log_evidence(floored) - log_evidence(bare)
-    # as if it gained one
-    selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings(temper=gain))
-    assert selection.preferred(bare, floored) is floored
-    (other,) = selection._alternatives(floored, [bare, floored])
-    assert other.solution is bare
-    assert other.weight == pytest.approx(np.exp(-1.0))
+    made = small_problem(reflection=0.02, shown=(FLOOR_PLANE,), sigma=0.005)
+    # as if its gain were as good as none
+    model = chosen(made, most_walls=0, temper=1e9, most_behind=(1e9, 1e9))
+    bare = [one for one in model.alternatives if not has_floor(one.solution.problem.inputs.planes)]
+    assert has_floor(model.solution.problem.inputs.planes)
+    assert bare[0].weight == pytest.approx(1.0, abs=1e-3)
 
 
 def test_lobes_of_the_direct_wave_are_no_floor() -> None:
@@ -199,18 +143,15 @@ def test_lobes_of_the_direct_wave_are_no_floor() -> None:
 
 
 def test_few_fringes_make_other_lengths_tried() -> None:
-    made = small_problem(sigma=0.005)
-    selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings())
-    alone = selection.converged(selection.from_rounds(selection.found, 0.09, ()), 4)
-    # breaks that were settled have parted the bins otherwise
-    alone = solved_at(with_bins_of(alone, fewer_bins(selection.whole, np.array([0.15, 0.2]))))
-    assert alone.problem.bins.n_bins != selection.data.bins.n_bins
-    solution, others = selection.other_lengths(alone)
-    lengths = {solution.problem.bias_basis.length_m, *(one.solution.problem.bias_basis.length_m for one in others)}
-    assert lengths <= {0.09, 0.14, 0.22}
-    # of shorter and longer ones the likeliest is kept: all three went through the same rounds
-    assert all(log_evidence(solution) >= log_evidence(one.solution) for one in others)
-    assert all(0.01 < other.weight <= 1.0 for other in others)
+    model = chosen(small_problem(sigma=0.005), few_fringes=1e9, most_walls=0, temper=1e9)
+    solutions = [model.solution, *(one.solution for one in model.alternatives)]
+    lengths = {one.problem.bias_basis.length_m for one in solutions}
+    assert len(lengths) > 1
+    # that of the rounds, and others
+    assert lengths <= {0.13, 0.14, 0.22}
+    # what other lengths are possible is known; of many fringes only one is tried
+    few = chosen(small_problem(sigma=0.005), few_fringes=0.0, most_walls=0, temper=1e9)
+    assert {one.solution.problem.bias_basis.length_m for one in few.alternatives} <= {0.13}
 
 
 def test_a_floor_that_the_motion_does_not_touch_is_sought_at_several_depths() -> None:
@@ -218,8 +159,8 @@ def test_a_floor_that_the_motion_does_not_touch_is_sought_at_several_depths() ->
     made = small_problem(reflection=0.1, shown=(deep,), sigma=0.005)
     height, evidence = {}, {}
     for lands in (False, True):
-        selection = _Selection(rounds(made, lands=lands), no_drift(), UP, nothing, None, ChoiceSettings())
-        solution = selection.floor()[0]
+        settings = ChoiceSettings(most_walls=0, last_rounds=1)
+        solution = choose_model(rounds(made, lands=lands), no_drift(), UP, nothing, None, settings).solution
         (plane,) = solution.problem.inputs.planes
         unknown = solution.problem.layout.plane_unknowns(solution.state.theta)[0]
         height[lands] = 0.5 * float(plane.image(np.zeros(3), unknown)[2])
@@ -229,54 +170,10 @@ def test_a_floor_that_the_motion_does_not_touch_is_sought_at_several_depths() ->
     assert evidence[False] > evidence[True] + 5.0
 
 
-def test_walls_are_weighed_against_every_floor_and_length_together(monkeypatch: pytest.MonkeyPatch) -> None:
-    made = small_problem()
-    solution = minimise(made.start, 2)
-    lengths, walls = (Alternative(solution, 0.5), Alternative(solution, 0.5)), [Alternative(solution, 0.25)]
-    monkeypatch.setattr(_Selection, "floor", lambda self: (solution, -1.0, ()))
-    monkeypatch.setattr(_Selection, "with_flights", lambda self, *given: given)
-    monkeypatch.setattr(_Selection, "other_lengths", lambda self, one: (one, lengths))
-    monkeypatch.setattr(_Selection, "walls", lambda self, one: (one, walls, []))
-    monkeypatch.setattr("radargui.estimation.select.choose.unseen_mirrors", lambda *given: ([], 0.0))
-    model = chosen(made, few_fringes=1e9, last_rounds=1)
-    assert [other.weight for other in model.alternatives] == [0.5, 0.5, 0.25 * 2.0]
-
-
-def test_mirrors_that_nothing_excludes_are_weighed_against_all_others_together(monkeypatch: pytest.MonkeyPatch) -> None:
-    solution, asked = minimise(small_problem().start, 2), []
-    states = [State(solution.state.coefficients, solution.state.theta + shift) for shift in (0.1, 0.2)]
-    monkeypatch.setattr(_Selection, "floor", lambda self: (solution, -1.0, (Alternative(solution, 0.5),)))
-    monkeypatch.setattr(_Selection, "with_flights", lambda self, *given: given)
-    monkeypatch.setattr(_Selection, "walls", lambda self, one: (one, [Alternative(solution, 0.25)], []))
-
-    def unseen(*given: object) -> tuple[list[State], float]:
-        asked.append(given)
-        return states, 0.1
-
-    monkeypatch.setattr("radargui.estimation.select.choose.unseen_mirrors", unseen)
-    made, stages = small_problem(), []
-    settings = ChoiceSettings(last_rounds=1, temper=7.0)
-    model = choose_model(rounds(made), no_drift(), UP, nothing, None, settings, stages.append)
-    assert stages == ["flights", "walls", "last"]
-    assert "Bias maps with a correlation length of 0.09 m." in model.choices
-    # 1.5 times as much, a wall beside the best and beside its alternative; then 1 + 0.5 + 0.375 stand against these
-    assert [other.weight for other in model.alternatives] == pytest.approx([0.5, 0.375, 0.1875, 0.1875])
-    assert [other.solution.state for other in model.alternatives[2:]] == states
-    assert all(other.solution.problem is model.solution.problem for other in model.alternatives[2:])
-    ((_, normal, temper, _),) = asked
-    assert (normal.tolist(), temper) == (UP.tolist(), 7.0)
-    of_receivers = ", ".join(f"{value:.2f}" for value in chi_square(model.solution))
-    assert f"Misfit (chi-square) {of_receivers}." in model.choices
-
-
-def test_a_search_that_ran_out_counts_what_it_left_open_alike_and_no_copy_of_what_it_chose(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_search_that_ran_out_counts_what_it_left_open_alike_and_no_copy_of_what_it_chose() -> None:
     # a weak wall alone leaves open whether there is a floor
     made = small_problem(reflection=0.06, shown=(WALL_PLANE,), sigma=0.005)
-    monkeypatch.setattr(budget, "ROUNDS", (1, 20))
-    monkeypatch.setattr(budget, "BIN_ROUNDS", 20 * made.data.bins.n_bins)
-    model = choose_model(rounds(made), no_drift(), UP, nothing, None)
+    model = chosen(made, rounds=(1, 20), bin_rounds=20 * made.data.bins.n_bins)
     assert model.ended_early
     assert "The search for walls was ended after 20 rounds." in model.choices
     assert not has_floor(model.solution.problem.inputs.planes)
@@ -288,58 +185,12 @@ def test_a_search_that_ran_out_counts_what_it_left_open_alike_and_no_copy_of_wha
     assert other.solution.problem.in_flight.any()
 
 
-def test_the_floor_is_sought_below_the_lowest_place_along_its_normal() -> None:
-    normal = np.array([0.6, 0.0, 0.8])
-    selection = _Selection(rounds(small_problem()), no_drift(), normal, nothing, None, ChoiceSettings())
-    place = np.array([[0.0, 0.3, -0.3], [0.1, 0.2, 0.3], [0.0, -0.1, -0.05]])
-    plane = selection.floor_below(place, 0.02)
-    # heights 0, 0.1 and -0.22 along the normal: the third, though the second is lower along z
-    assert plane.foot_m == pytest.approx([-0.312, 0.3, -0.066])
-    assert (plane.normal.tolist(), plane.name) == (normal.tolist(), "floor")
-
-
-def test_a_model_that_was_given_up_is_worse_by_what_models_are_given_up_for() -> None:
-    made = small_problem()
-    solution = minimise(made.start, 1)
-    selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings(most_behind=(0.5, 0.25)))
-    least = 0.25 * made.data.bins.value.size
-    assert (selection.gain_of(None, solution), selection.gain_of(solution, None)) == (least, -least)
-    assert selection.preferred(None, solution) is selection.preferred(solution, None) is solution
-    assert selection.gain_of(solution, solution) == 0.0
-
-
-@pytest.mark.parametrize(
-    ("planes", "deviation", "misfit", "asks"),
-    [
-        ((), 0.1, 1.0, False),
-        ((FLOOR_PLANE,), 0.1, 1.0, True),
-        ((FLOOR_PLANE,), 0.0019, 1.0, False),
-        ((), 0.0, 1.2, True),
-        ((FLOOR_PLANE,), 0.0, 1.14, False),
-    ],
-)
-def test_residuals_ask_for_walls_and_maps_that_grow_although_a_floor_is_there(
-    planes: tuple[MirrorPlane, ...], deviation: float, misfit: float, asks: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    made = small_problem(planes)
-    selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings())
-    monkeypatch.setattr(selection, "misfit", lambda one: np.array([0.5, misfit, 0.5]))
-    monkeypatch.setattr("radargui.estimation.select.choose.bias_deviations", lambda one: np.array([0.0, deviation]))
-    assert selection._asks_for_walls(minimise(made.start, 1)) is asks
-
-
 def test_drift_and_flicker_noise_are_told() -> None:
     made = small_problem()
     slow = Drift(0.0, 0.45, 4, np.full((6, 4), 0.01), np.zeros(6))
     assert "The offsets drift" in " ".join(chosen(made, slow, most_walls=0).choices)
     flicker = Drift(0.0, 0.45, 4, np.full((6, 4), 0.01), np.full(6, 1e-6))
     assert "1/f noise found" in " ".join(chosen(made, flicker, most_walls=0).choices)
-
-
-def test_an_alternative_weighs_by_its_tempered_evidence() -> None:
-    selection = _Selection(rounds(small_problem()), no_drift(), UP, nothing, None, ChoiceSettings(temper=5.0))
-    assert selection._weight(0.0) == selection._weight(3.0) == 1.0
-    assert selection._weight(-5.0) == pytest.approx(np.exp(-1.0))
 
 
 def test_a_known_front_end_is_believed_where_the_run_says_little() -> None:

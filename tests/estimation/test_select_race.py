@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 import pytest
 from support.small_problem import WALL_PLANE, small_problem
 
-from radargui.estimation.select import race as race_module
 from radargui.estimation.select.converge import converge
-from radargui.estimation.select.race import Score, best_started, race, same_place, score_of
+from radargui.estimation.select.race import best_started, race, same_place, score_of
 from radargui.estimation.select.wall_grid import upright_planes
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import Solution, log_evidence
 from radargui.estimation.solve.problem import Start
-from radargui.model.cores import Cores, Lane, on_cores
+from radargui.model.cores import on_cores
 from radargui.model.errors import CancelledError
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -99,83 +94,6 @@ def test_who_needs_more_rounds_to_come_to_a_minimum_gets_them() -> None:
     counted: list[int] = []
     assert converge(far, 3, lambda: counted.append(1)).settled
     assert 3 < len(counted) <= 6
-
-
-def runs_of(*courses: list[float]) -> Any:
-    """Return rounds that have these evidences after the first minimum and after each round."""
-    solutions = [
-        [SimpleNamespace(name=f"{n}.{k}", settled=True) for k in range(len(own))] for n, own in enumerate(courses)
-    ]
-
-    def rounds(start: int, most: int) -> Iterator[tuple[Any, Any]]:
-        for solution, value in list(zip(solutions[start], courses[start], strict=True))[: most + 1]:
-            yield solution, SimpleNamespace(ln_evidence=value, name=solution.name)
-
-    return rounds
-
-
-def raced(monkeypatch: pytest.MonkeyPatch, *courses: list[float], rounds: int, **given: Any) -> list[str | None]:
-    monkeypatch.setattr(race_module, "_alternative", runs_of(*courses))
-    starts: Any = list(range(len(courses)))
-    found = race(starts, rounds, nothing, (100.0, 10.0), **given)
-    return [None if one is None else str(vars(one)["name"]) for one in found]
-
-
-def test_in_a_race_who_is_too_far_behind_runs_no_further(monkeypatch: pytest.MonkeyPatch) -> None:
-    # the second is 99 behind at first, where a hundred are allowed, and 11 after a round, where ten are
-    courses = [100.0, 100.0, 100.0], [1.0, 89.0, 200.0], [-1.0, 200.0, 200.0], [95.0, 91.0, 89.0]
-    assert raced(monkeypatch, *courses, rounds=2) == ["0.2", None, None, "3.2"]
-    # after the last round nobody is asked any more
-    assert raced(monkeypatch, *courses, rounds=1) == ["0.1", "1.1", None, "3.1"]
-
-
-def test_in_a_race_of_two_that_meet_the_earlier_goes_on_and_who_has_settled_stays(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    courses = [10.0, 11.0, 12.0], [10.0, 12.0, 13.0], [9.0, 9.5]
-    met = lambda one, other: {one.name[0], other.name[0]} == {"0", "1"} and one.name[2] != "0"  # noqa: E731
-    assert raced(monkeypatch, *courses, rounds=2, met=met) == ["0.2", None, "2.1"]
-    assert raced(monkeypatch, *courses, rounds=3) == ["0.2", "1.2", "2.1"]
-
-
-class Lost(Lane[Solution, Score]):
-    """A lane whose process is gone after some steps."""
-
-    left = 2
-
-    def answer(self) -> Iterator[tuple[int, Score]]:
-        if Lost.left == 0:
-            raise EOFError
-        Lost.left -= 1
-        yield from super().answer()
-
-    def clear(self) -> None:
-        raise BrokenPipeError
-
-
-class TwoLanes(Cores):
-    def lanes(self, work: object, pieces: int) -> Sequence[Lane[Solution, Score]]:  # type: ignore[override]
-        del work, pieces
-        return [Lane(race_module._alternative), Lost(race_module._alternative)]
-
-
-def test_where_another_process_is_lost_its_steps_are_done_again_here(
-    hidden: Solution, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    starts = starts_at(hidden, 180.0, 120.0, 0.0)
-    counted_alone: list[int] = []
-    counted: list[int] = []
-    alone = race(starts, 3, lambda: counted_alone.append(1), (1e9,))
-    lanes = TwoLanes(2)
-    monkeypatch.setattr(race_module, "cores", lambda: lanes)
-    found = race(starts, 3, lambda: counted.append(1), (1e9,))
-    assert Lost.left == 0
-    assert lanes.count == 0
-    evidences = [[None if one is None else log_evidence(one) for one in both] for both in (alone, found)]
-    assert evidences[0] == evidences[1]
-    assert evidences[0][0] is not None
-    # a budget of rounds is not spent twice
-    assert len(counted) == len(counted_alone) >= 9
 
 
 def test_a_race_on_other_cores_ends_as_it_does_here(hidden: Solution) -> None:

@@ -9,10 +9,9 @@ import pytest
 from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_problem
 
 from radargui.estimation.forward.mirrors import MirrorPlane
-from radargui.estimation.select import wall_walk, walls
 from radargui.estimation.select.converge import converge
-from radargui.estimation.select.unseen_mirrors import UnseenSettings, unseen_mirrors
-from radargui.estimation.select.wall_grid import WALLS, LinearisedSearch, linearised_gains, upright_planes, wall_grid
+from radargui.estimation.select.unseen_mirrors import unseen_mirrors
+from radargui.estimation.select.wall_grid import WALLS, linearised_gains, upright_planes, wall_grid
 from radargui.estimation.select.wall_walk import WalkSettings, walked
 from radargui.estimation.select.walls import (
     bent_by_maps,
@@ -23,7 +22,6 @@ from radargui.estimation.select.walls import (
 )
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import Solution, log_evidence, solved_at
-from radargui.estimation.solve.problem import Start, State
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -114,81 +112,6 @@ def test_a_wall_that_stopped_short_of_its_place_walks_there(hidden: Solution) ->
     assert log_evidence(best) > log_evidence(stopped) + 100.0
 
 
-@pytest.mark.parametrize(("turned_rad", "steps"), [(0.1, 1), (0.4, 3)])
-def test_a_wall_far_from_where_it_was_sought_is_sought_from_where_it_stands(
-    monkeypatch: pytest.MonkeyPatch, turned_rad: float, steps: int
-) -> None:
-    made, tried = small_problem((WALL_PLANE,), reflection=0.1), []
-    theta = made.truth.theta.copy()
-    theta[made.problem.layout.planes] = turned_rad, 0.0, 0.0
-    solution = solved_at(Start(made.problem, State(made.truth.coefficients, theta)))
-    monkeypatch.setattr(wall_walk, "_elsewhere", lambda *given: [])
-    monkeypatch.setattr(wall_walk, "bent_by_maps", lambda one: False)
-
-    found = [solution]
-
-    def race(starts: list[Start], *given: object) -> list[Solution]:
-        tried.append(starts)
-        found.append(replace(solution))
-        return found[-1:]
-
-    # each is a little better than what was there, by less than is worth a step
-    monkeypatch.setattr(wall_walk, "log_evidence", lambda one: 0.1 * [one is other for other in found].index(True))
-    monkeypatch.setattr(wall_walk, "race", race)
-    walked(solution, UP, nothing, WalkSettings(steps=3))
-    assert len(tried) == steps
-    # the first trial: the same wall, held by nothing
-    start = tried[0][0]
-    (plane,), (unknown,) = start.problem.inputs.planes, start.problem.layout.plane_unknowns(start.state.theta)
-    assert unknown.tolist() == [0.0, 0.0, 0.0]
-    image = plane.image(np.zeros(3), unknown)
-    assert np.degrees(np.arctan2(image[1], image[0])) == pytest.approx(
-        np.degrees(np.arctan2(*WALL_PLANE.image(np.zeros(3), theta[made.problem.layout.planes])[1::-1])), abs=3.0
-    )
-    # among the others one nearer and one farther, in the same direction
-    middle = positions_at_bins(solution).mean(axis=1)
-    feet = [one.problem.inputs.planes[-1].foot_m - middle for one in tried[0]]
-    along = [foot for foot in feet if foot @ feet[0] > 0.999 * np.linalg.norm(foot) * np.linalg.norm(feet[0])]
-    ratios = sorted(float(np.linalg.norm(foot) / np.linalg.norm(feet[0])) for foot in along)
-    assert ratios == pytest.approx([0.82, 1.0, 1.22])
-
-
-def test_a_walk_that_finds_nothing_better_is_not_gone_again(hidden: Solution, monkeypatch: pytest.MonkeyPatch) -> None:
-    aside = upright_planes(positions_at_bins(hidden).mean(axis=1), UP, np.radians([235.0]), np.array([0.14]))
-    start = problem_with_mirrors(hidden, tuple(aside))
-    # turned by more than where it was sought allows: held, so that a walk would go on
-    theta = start.state.theta.copy()
-    theta[start.problem.layout.planes] = 0.5, 0.0, 0.0
-    held, tried = solved_at(Start(start.problem, State(start.state.coefficients, theta))), []
-    monkeypatch.setattr(wall_walk, "_elsewhere", lambda *given: [])
-    monkeypatch.setattr(wall_walk, "bent_by_maps", lambda one: False)
-    monkeypatch.setattr(wall_walk, "race", lambda starts, *given: tried.append(starts) or [])
-    assert walked(held, UP, nothing, WalkSettings(steps=3)) == [held]
-    assert len(tried) == 1
-
-
-def test_a_walk_looks_elsewhere_only_where_its_own_steps_do_not_lead(
-    hidden: Solution, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    middle = positions_at_bins(hidden).mean(axis=1)
-    there = converge(
-        problem_with_mirrors(hidden, tuple(upright_planes(middle, UP, np.radians([180.0]), np.array([0.14])))),
-        1,
-        nothing,
-    )
-    looked: list[Start] = []
-    monkeypatch.setattr(wall_walk, "best_started", lambda starts, most, round_done: looked.extend(starts) or [])
-    monkeypatch.setattr(wall_walk, "race", lambda *given: [])
-    monkeypatch.setattr(wall_walk, "bent_by_maps", lambda one: False)
-    settings = WalkSettings(steps=1)
-    walked(there, UP, nothing, settings)
-    release = hidden.problem.inputs.release_m
-    image = there.problem.inputs.planes[-1].image(release, there.problem.layout.plane_unknowns(there.state.theta)[-1])
-    away = [np.linalg.norm(one.problem.inputs.planes[-1].image(release, np.zeros(3)) - image) for one in looked]
-    assert 0 < len(away) <= settings.tried_elsewhere
-    assert min(away) > settings.own_reach * np.linalg.norm(image - release)
-
-
 def test_walls_that_were_not_tried_weigh_as_those_that_are() -> None:
     noisy = converged(small_problem((FLOOR_PLANE,), sigma=0.2))
     foretold, _ = gains(noisy)
@@ -197,20 +120,6 @@ def test_walls_that_were_not_tried_weigh_as_those_that_are() -> None:
     highest = np.sort(np.exp(np.minimum(foretold[peaks(foretold.reshape(40, -1), around=True)[:4]], 0.0) / 5.0))
     assert 3.0 * weight == pytest.approx(3.0 * among_all + highest.sum(), rel=0.05)
     assert len(moved) == 3
-
-
-@pytest.mark.slow
-def test_places_that_weigh_alike_share_one_weight(monkeypatch: pytest.MonkeyPatch) -> None:
-    noisy = converged(small_problem((FLOOR_PLANE,), sigma=0.2))
-    monkeypatch.setattr(LinearisedSearch, "gains", lambda self, planes: np.ones(len(planes)))
-
-    def moved(places: int) -> float:
-        states, weight = unseen_mirrors(noisy, UP, 5.0, settings=UnseenSettings(places=places))
-        assert 3.0 * weight == pytest.approx(1.0)
-        return float(sum(((one.coefficients - noisy.state.coefficients) ** 2).sum() for one in states))
-
-    # some of 320 stand for all: a mean, not a sum over all that weigh alike, which is 16 times as much
-    assert 0.1 < moved(20) / moved(320) < 10.0
 
 
 @pytest.mark.parametrize("planes", [(), (FLOOR_PLANE,)], ids=["a floor", "walls beside a floor"])
@@ -242,25 +151,6 @@ def test_maps_bend_a_motion_only_where_they_are_loose_and_nothing_flies(hidden: 
     assert bent_by_maps(loose)
     assert not bent_by_maps(replace(loose, problem=replace(loose.problem, in_flight=~loose.problem.in_flight)))
     assert not bent_by_maps(with_stiff_maps(loose))
-
-
-def test_where_the_best_wall_leaves_maps_loose_the_grid_is_searched_from_stiff_ones_too(
-    hidden: Solution, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    loose, begun = loosened(hidden), []
-
-    def search(solution: Solution, *given: object) -> walls.WallSearch:
-        begun.append(solution)
-        return walls.WallSearch((walls.WallTrial(trial, 12.0),))
-
-    monkeypatch.setattr(walls, "_search_from", search)
-    for left, searches in ((loose, 2), (with_stiff_maps(loose), 1)):
-        begun.clear()
-        trial = left
-        found = search_wall(loose, UP, nothing, thorough=True)
-        assert (len(begun), len(found.tried)) == (searches, searches)
-        assert [bent_by_maps(one) for one in begun] == [True, False][:searches]
-        assert found.gain == pytest.approx(12.0)
 
 
 def test_maps_that_are_loose_beside_a_wall_are_begun_again_stiff(hidden: Solution) -> None:

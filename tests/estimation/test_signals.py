@@ -9,8 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radargui.estimation import signals as signals_module
-from radargui.estimation.signals import LARGE_ERROR_DEG, LARGE_LOG_GAIN, composed, remaining, scaled_signals
+from radargui.estimation.signals import (
+    LARGE_ERROR_DEG,
+    LARGE_LOG_GAIN,
+    ScaledSignals,
+    composed,
+    remaining,
+    scaled_signals,
+)
 from radargui.model.errors import ProcessingError
 from radargui.model.front_end import FrontEnd, noise_across, point_of
 
@@ -45,16 +51,13 @@ def conditioned(**other: Any) -> Any:
     return SimpleNamespace(**(given | other))
 
 
-@pytest.fixture(autouse=True)
-def front_ends(monkeypatch: pytest.MonkeyPatch) -> dict[int, FrontEnd]:
-    """What the Doppler signals say of the front ends, by receiver; nothing at first."""
-    known: dict[int, FrontEnd] = {}
-    monkeypatch.setattr(signals_module, "front_end_of", known.get)
-    return known
+def scaled(front_ends: dict[Any, FrontEnd] | None = None, **other: Any) -> ScaledSignals:
+    """Return the signals scaled where Doppler signals say this of the front ends, by receiver."""
+    return scaled_signals(conditioned(**other), (front_ends or {}).get)
 
 
 def test_a_pair_shares_the_scale_of_its_mean_amplitude_and_noise_goes_with_it() -> None:
-    found = scaled_signals(conditioned())
+    found = scaled()
     scale = AMPLITUDES_V * (1.0 + GAIN) / 2.0
     assert found.scale_v == pytest.approx(scale)
     assert found.value == pytest.approx(conditioned().volts / np.repeat(scale, 2)[:, None])
@@ -69,20 +72,16 @@ def test_a_pair_shares_the_scale_of_its_mean_amplitude_and_noise_goes_with_it() 
 
 
 def test_a_recording_that_begins_in_motion_has_no_rest() -> None:
-    assert scaled_signals(conditioned()).has_rest
-    late = scaled_signals(conditioned(onset_s=1.0))
+    assert scaled().has_rest
+    late = scaled(onset_s=1.0)
     assert late.onset_s == 2.0
     assert not late.has_rest
     assert replace(late, onset_s=2.0005).has_rest
 
 
-def test_a_far_front_end_is_taken_off_its_own_receiver_and_put_back_at_the_end(
-    front_ends: dict[int, FrontEnd],
-) -> None:
+def test_a_far_front_end_is_taken_off_its_own_receiver_and_put_back_at_the_end() -> None:
     mixer = FrontEnd(1.5, 0.01, 10.0, 0.1)
-    front_ends[1] = mixer
-    front_ends[2] = FrontEnd(1.1, 0.01, 2.0, 0.1)
-    found = scaled_signals(conditioned())
+    found = scaled({1: mixer, 2: FrontEnd(1.1, 0.01, 2.0, 0.1)})
     plain = conditioned().volts
     taken = np.array(point_of(plain[2], plain[3], 1.5, np.radians(10.0)))
     scale = np.sqrt(2.0) * 0.5 * (taken[0].std() + taken[1].std())
@@ -111,16 +110,14 @@ def test_a_far_front_end_is_taken_off_its_own_receiver_and_put_back_at_the_end(
 @pytest.mark.parametrize(
     ("log_gain", "error_deg", "is_far"), [(0.24, 17.9, False), (-0.26, 0.0, True), (0.0, -18.1, True)]
 )
-def test_a_front_end_is_far_by_its_gain_or_its_angle(
-    front_ends: dict[int, FrontEnd], log_gain: float, error_deg: float, is_far: bool
-) -> None:
+def test_a_front_end_is_far_by_its_gain_or_its_angle(log_gain: float, error_deg: float, is_far: bool) -> None:
     assert (LARGE_LOG_GAIN, LARGE_ERROR_DEG) == (0.25, 18.0)
-    front_ends[0] = FrontEnd(float(np.exp(log_gain)), 0.01, error_deg, 0.1)
-    assert (scaled_signals(conditioned()).mixers[0] is not None) is is_far
+    found = scaled({0: FrontEnd(float(np.exp(log_gain)), 0.01, error_deg, 0.1)})
+    assert (found.mixers[0] is not None) is is_far
 
 
 def test_channels_that_never_change_are_refused() -> None:
     still = conditioned().volts
     still[2:4] = 0.125
     with pytest.raises(ProcessingError, match="never change"):
-        scaled_signals(conditioned(volts=still))
+        scaled(volts=still)

@@ -10,7 +10,6 @@ from scipy.sparse import eye_array, kron
 from support.normal_matrices import dense_normal
 from support.small_problem import BOUNCE_S, FLOOR_PLANE, small_problem
 
-import radargui.estimation.solve.assemble as assemble_module
 from radargui.estimation.forward.equation_of_motion import EquationDeviation, EquationRows
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.forward.slow_noise import Drift
@@ -92,11 +91,7 @@ def dense_of(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
     return hessian, slope
 
 
-@pytest.mark.parametrize("together", [2048, 70], ids=["at once", "in parts"])
-def test_the_normal_matrix_of_flights_is_that_of_the_dense_jacobian(
-    solution: Solution, monkeypatch: pytest.MonkeyPatch, together: int
-) -> None:
-    monkeypatch.setattr(assemble_module, "BINS_TOGETHER", together)
+def test_the_normal_matrix_of_flights_is_that_of_the_dense_jacobian(solution: Solution) -> None:
     problem, state = solution.problem, solution.state
     assert problem.layout.sizes.breaks == 2
     assert solution.at.equation.rows.is_flight.sum() > 20

@@ -9,13 +9,12 @@ import pytest
 from support.normal_matrices import dense_normal
 from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_problem
 
-import radargui.estimation.solve.problem as problem_module
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.forward.sphere import SphereFactors
 from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import solved_at
-from radargui.estimation.solve.problem import Start, State, linearise, signals_at, signals_in_parts
+from radargui.estimation.solve.problem import BINS_TOGETHER, Start, State, linearise, signals_at, signals_in_parts
 from radargui.model.errors import SolveError
 
 
@@ -151,7 +150,7 @@ def test_maps_are_where_they_were_evaluated_until_motion_or_mirrors_move() -> No
 
 @pytest.mark.parametrize("is_body", [False, True])
 def test_signals_of_many_bins_are_those_of_all_at_once(is_body: bool) -> None:
-    made = small_problem((FLOOR_PLANE,))
+    made = small_problem((FLOOR_PLANE,), n_bins=BINS_TOGETHER + 50)
     at, problem, n_bins = linearise(made.problem, made.truth), made.problem, made.problem.bins.n_bins
     if is_body:
         # a sphere of which the layout has no unknowns, other at each bin
@@ -159,9 +158,7 @@ def test_signals_of_many_bins_are_those_of_all_at_once(is_body: bool) -> None:
         body = tuple(SphereFactors(one[0], one[1:].reshape(2, 2, n_bins)) for one in turned)
         problem = replace(problem, inputs=replace(problem.inputs, body=body))
     together, excess, _ = signals_at(problem, made.truth.theta, at.node_m)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(problem_module, "BINS_TOGETHER", 50)
-        parts, in_parts, waves = signals_in_parts(problem, made.truth.theta, at.node_m)
+    parts, in_parts, waves = signals_in_parts(problem, made.truth.theta, at.node_m)
     assert waves is None
     assert (in_parts == excess).all()
     for one, other in zip(parts, together, strict=True):

@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any, NoReturn
 
 import h5py
 import numpy as np
@@ -18,9 +19,9 @@ from support.simulated_recording import simulate_recording
 from support.simulated_setup import simulated_setup
 
 from radargui.acquisition.run_plan import AcquisitionState, Ending
-from radargui.experiment import finished
 from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
+from radargui.experiment.processing_apart import ProcessingApart, ProcessingHere
 from radargui.files.run_file import read_run, run_is_complete
 from radargui.files.run_results import results_are_current
 from radargui.model.errors import DeviceError, ProcessingError, SourceError
@@ -68,8 +69,16 @@ def experiment(
     *,
     seconds: float | None = None,
     process: bool = True,
+    processing: Callable[[], ProcessingApart] | None = None,
+    then: Callable[[Experiment, Event], None] = lambda _experiment, _event: None,
 ) -> tuple[Experiment, Listener]:
+    """Return an experiment and its events; `then` is told of each."""
     listener = Listener()
+
+    def told(event: Event) -> None:
+        listener(event)
+        then(made, event)
+
     session = Session.create(folder, setup, now=NOW)
     made = Experiment(
         setup,
@@ -77,7 +86,8 @@ def experiment(
         session,
         seconds=seconds,
         process=process,
-        listener=listener,
+        processing=processing,
+        listener=told,
         live=False,
         patient=True,
         attributes={"source": "test"},
@@ -200,14 +210,15 @@ def test_a_source_that_cannot_be_made_is_told(tmp_path: Path) -> None:
     assert listener.states == [ExperimentState.FAILED]
 
 
-def test_a_failed_processing_keeps_the_recording_and_the_series_goes_on(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refuse(*_: object, **__: object) -> None:
+class Refusing(ProcessingHere):
+    """Refuses each job."""
+
+    def process(self, *_: object) -> NoReturn:
         raise ProcessingError("It does not fit")
 
-    monkeypatch.setattr(finished, "process", refuse)
-    an_experiment, listener = experiment(tmp_path, drop_setup())
+
+def test_a_failed_processing_keeps_the_recording_and_the_series_goes_on(tmp_path: Path) -> None:
+    an_experiment, listener = experiment(tmp_path, drop_setup(), processing=Refusing)
     runs = list(an_experiment.record(2))
     assert len(runs) == 2
     assert all(isinstance(run.error, ProcessingError) and run.result is None for run in runs)
@@ -310,25 +321,21 @@ def test_further_facts_are_kept_with_the_run(tmp_path: Path) -> None:
     assert source in ("test", b"test")
 
 
-def test_the_next_source_is_armed_while_the_run_before_is_processed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_next_source_is_armed_while_the_run_before_is_processed(tmp_path: Path) -> None:
     armed_again = threading.Event()
-    original = finished.process
 
-    def slow(*arguments, **more):  # type: ignore[no-untyped-def]
-        assert armed_again.wait(LONGEST_S)
-        return original(*arguments, **more)
+    class Waiting(ProcessingHere):
+        """Does a job once the next run is armed."""
 
-    monkeypatch.setattr(finished, "process", slow)
-    an_experiment, listener = experiment(tmp_path, drop_setup())
+        def process(self, *job: Any) -> Any:
+            assert armed_again.wait(LONGEST_S)
+            return super().process(*job)
 
-    def listen(event: Event) -> None:
-        listener.events.append(event)
+    def listen(_: Experiment, event: Event) -> None:
         if event.state is ExperimentState.ARMED and event.number == 2:
             armed_again.set()
 
-    an_experiment.publisher._listener = listen
+    an_experiment, listener = experiment(tmp_path, drop_setup(), processing=Waiting, then=listen)
     runs = list(an_experiment.record(2))
     assert [(run.number, run.result is not None) for run in runs] == [(1, True), (2, True)]
     assert listener.states == [
@@ -359,14 +366,11 @@ JOINT_DROP = changed(drop_setup(), processing={"correction": "joint"}, recording
 
 
 def test_cancelling_in_the_joint_correction_keeps_the_preliminary_result_and_says_so(tmp_path: Path) -> None:
-    an_experiment, listener = experiment(tmp_path, JOINT_DROP)
-
-    def stop(event: Event) -> None:
-        listener.events.append(event)
+    def stop(experiment: Experiment, event: Event) -> None:
         if event.kind is EventKind.PRELIMINARY:
-            an_experiment.cancel()
+            experiment.cancel()
 
-    an_experiment.publisher._listener = stop
+    an_experiment, listener = experiment(tmp_path, JOINT_DROP, then=stop)
     run = record_run(an_experiment)
     (event,) = listener.of(EventKind.PRELIMINARY)
     assert event.run is not None
@@ -387,13 +391,11 @@ def test_cancelling_in_the_joint_correction_keeps_the_preliminary_result_and_say
 
 
 def test_who_leaves_while_a_run_is_processed_does_not_wait_for_the_joint_correction(tmp_path: Path) -> None:
-    an_experiment, _ = experiment(tmp_path, JOINT_DROP)
-
-    def interrupted(event: Event) -> None:
+    def interrupted(_: Experiment, event: Event) -> None:
         if event.kind is EventKind.PRELIMINARY:
             raise KeyboardInterrupt
 
-    an_experiment.publisher._listener = interrupted
+    an_experiment, _ = experiment(tmp_path, JOINT_DROP, then=interrupted)
     with pytest.raises(KeyboardInterrupt):
         record_run(an_experiment)
     assert an_experiment.is_cancelled

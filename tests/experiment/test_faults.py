@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,7 +32,7 @@ from radargui.files.run_card import read_health
 from radargui.files.run_file import read_run, run_is_complete
 from radargui.files.run_writer import RunWriter
 from radargui.model.errors import DeviceError, FileError, RadarGuiError
-from radargui.model.recording import Block, Gap
+from radargui.model.recording import Block, Digitisation, Gap
 from radargui.model.setup import Setup
 from radargui.session.session import Session
 from radargui.sources.contract import Source
@@ -63,9 +66,16 @@ class Told:
 
 
 def recorded(
-    folder: Path, setup: Setup, source: Source, *, seconds: float | None, told: Told, process: bool = True
+    folder: Path,
+    setup: Setup,
+    source: Source,
+    *,
+    seconds: float | None,
+    told: Callable[[Event], None],
+    process: bool = True,
+    sessions: type[Session] = Session,
 ) -> Experiment:
-    session = Session.create(folder, setup, now=NOW)
+    session = sessions.create(folder, setup, now=NOW)
     return Experiment(
         setup, lambda _: source, session, seconds=seconds, listener=told, live=False, patient=True, process=process
     )
@@ -180,15 +190,19 @@ class FullDisk(RunWriter):
         super().write(block)
 
 
-def test_a_disk_that_refuses_ends_the_run_and_what_was_written_stays(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("radargui.session.session.RunWriter", FullDisk)
+class OnFullDisk(Session):
+    """A session on such a disk."""
+
+    def new_run(self, digitisation: Digitisation, *_: Any, **header: Any) -> RunWriter:
+        return super().new_run(digitisation, FullDisk, **header)
+
+
+def test_a_disk_that_refuses_ends_the_run_and_what_was_written_stays(tmp_path: Path) -> None:
     source = ControlledSource()
     samples = codes(30_000)
     source.push_all(samples)
     told = Told()
-    experiment = recorded(tmp_path, QUICK, source, seconds=9.0, told=told)
+    experiment = recorded(tmp_path, QUICK, source, seconds=9.0, told=told, sessions=OnFullDisk)
     with pytest.raises(FileError, match=r"No space left.*Make room.*What was recorded is kept in"):
         record_run(experiment)
     stored = read_run(only_run(experiment))
@@ -234,25 +248,22 @@ def test_an_almost_full_disk_is_told_before_anything_is_recorded_and_a_low_one_w
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # 200 MB stay free; 6 channels of int16 at 10 kS/s are 120 kB/s
-    monkeypatch.setattr("radargui.acquisition.run_output.free_bytes", lambda _: 200_000_000 + 60_000_000)
-    monkeypatch.setattr("radargui.experiment.series.HEALTH_S", 0.01)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=200_000_000 + 60_000_000))
     source = ControlledSource()
     told = Told()
-    experiment = recorded(tmp_path, QUICK, source, seconds=0.5, told=told)
-    told.reactions[ExperimentState.RECORDING] = lambda: None
 
     def listen(event: Event) -> None:
         told(event)
         if "minutes can still be recorded" in event.message:
             source.push_all(codes(6000))
 
-    experiment.publisher._listener = listen
+    experiment = recorded(tmp_path, QUICK, source, seconds=0.5, told=listen)
     source.push_all(codes(1000))
     run = record_run(experiment)
     assert run.path is not None
     assert "The disk is filling up: about 8 minutes can still be recorded" in told.warnings
     assert "LOW DISK: disk for 8 min" in told.last_line
-    monkeypatch.setattr("radargui.acquisition.run_output.free_bytes", lambda _: 1_000)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=1_000))
     with pytest.raises(FileError, match="MB left"):
         record_run(recorded(tmp_path, QUICK, ControlledSource(), seconds=0.5, told=told))
 
@@ -282,18 +293,24 @@ class StalledWriter(RunWriter):
         super().write(block)
 
 
+class WithStalledWriter(Session):
+    """A session whose writers do that."""
+
+    def new_run(self, digitisation: Digitisation, *_: Any, **header: Any) -> RunWriter:
+        return super().new_run(digitisation, StalledWriter, **header)
+
+
 @pytest.mark.parametrize(("buffer_s", "lost"), [(10.0, False), (2.0, True)])
 def test_a_writer_that_stands_still_for_5_s_delays_nobody_and_loses_nothing_that_fits_the_queue(
-    buffer_s: float, lost: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    buffer_s: float, lost: bool, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("radargui.session.session.RunWriter", StalledWriter)
     StalledWriter.go.clear()
     StalledWriter.stands.clear()
     setup = simulated_setup(daq={"buffer_s": buffer_s})
     source = ControlledSource()
     samples = codes(60_000)
     told = Told()
-    session = Session.create(tmp_path, setup, now=NOW)
+    session = WithStalledWriter.create(tmp_path, setup, now=NOW)
     experiment = Experiment(setup, lambda _: source, session, seconds=6.0, listener=told, live=False, process=False)
     worker = threading.Thread(target=record_run, args=(experiment,))
     worker.start()

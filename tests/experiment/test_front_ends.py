@@ -3,40 +3,42 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 from support.changed import changed
 from support.stored_runs import SETUP, store_runs
 
-from radargui.experiment import finished, reprocess
-from radargui.experiment.batch import task
+from radargui.experiment.batch.task import BatchTask, work_on
+from radargui.experiment.finished import FinishedJob, process_finished
+from radargui.experiment.reprocess import process_run
 from radargui.files.run_results import write_results
+from radargui.files.run_writer import RunWriter
 from radargui.files.stored_results import read_prior
 from radargui.model.channel_quality import ChannelQuality
-from radargui.model.front_end import FrontEndPrior
-from radargui.model.recording import Recording
+from radargui.model.recording import Block
 from radargui.model.result import RunResult
-from radargui.model.setup import Setup
-from radargui.model.setup_pool import SetupPrior
+from radargui.model.setup import dump_setup
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.process import process
+from radargui.session.front_ends import known_front_ends
 from radargui.session.session import Session
 
 JOINT = changed(SETUP, processing={"correction": "joint"})
-Given = list[FrontEndPrior | None]
 
 
 @pytest.fixture
 def runs(tmp_path: Path) -> tuple[Path, Path]:
     """Two runs of a session, of which the first found its front ends by the joint correction."""
     session = Session.create(tmp_path, JOINT, now=datetime(2026, 11, 20, tzinfo=UTC))
-    recorded = store_runs(tmp_path / "recorded", 2)
-    first, second = (Path(shutil.copy(run, session.path / run.name)) for run in recorded)
+    (recorded,) = store_runs(tmp_path / "recorded", 1)
+    whole, first = read_for_processing(recorded), session.path / "run-0001.h5"
+    with RunWriter(first, whole.digitisation, started_at="", setup_toml=dump_setup(JOINT)) as writer:
+        # the joint estimate takes longest over the last small bounces
+        writer.write(Block(whole.raw[:, :1500], 0))
+    second = Path(shutil.copy(first, session.path / "run-0002.h5"))
     write_results(first, found(first))
     return first, second
 
@@ -49,58 +51,21 @@ def found(path: Path) -> RunResult:
     return replace(result, setup=JOINT, corrected=replace(result.corrected, method="joint", channels=channels))
 
 
-@pytest.fixture
-def given_in(monkeypatch: pytest.MonkeyPatch) -> Callable[[ModuleType], Given]:
-    """Make a module process quickly, and tell the priors it gave."""
-
-    def watch(module: ModuleType) -> Given:
-        given: Given = []
-
-        def quick(
-            recording: Recording,
-            setup: Setup,
-            progress: object = None,
-            standing: object = None,
-            front_ends: FrontEndPrior | None = None,
-            others: SetupPrior | None = None,
-        ) -> RunResult:
-            assert others is None
-            given.append(front_ends)
-            return replace(process(recording, SETUP), setup=setup, front_end_prior=front_ends)
-
-        monkeypatch.setattr(module, "process", quick)
-        return given
-
-    return watch
+def test_a_run_processed_again_is_given_the_runs_before_it_and_a_batch_keeps_that(runs: tuple[Path, Path]) -> None:
+    had = process_run(runs[1], JOINT).front_end_prior
+    assert had is not None
+    assert had.runs == ("run-0001",)
+    assert read_prior(runs[1], JOINT) == had
+    # before the first there is none
+    assert known_front_ends(runs[0], JOINT) is None
+    # whoever of a batch ends first: what a result had stays its prior
+    assert work_on(BatchTask(runs[1], JOINT, {"processing.geometry": "plane"})).state == "done"
+    kept = read_prior(runs[1])
+    assert kept is not None
+    assert (kept.runs, kept.front_ends) == (had.runs, had.front_ends)
 
 
-def test_a_run_processed_again_is_given_the_runs_before_it(
-    runs: tuple[Path, Path], given_in: Callable[[ModuleType], Given]
-) -> None:
-    given = given_in(reprocess)
-    reprocess.process_run(runs[1], JOINT)
-    reprocess.process_run(runs[0], JOINT)
-    assert given[0] is not None
-    assert given[0].runs == ("run-0001",)
-    assert given[1] is None
-    assert read_prior(runs[1], JOINT) == given[0]
-
-
-def test_a_run_just_recorded_is_given_the_runs_before_it(
-    runs: tuple[Path, Path], given_in: Callable[[ModuleType], Given]
-) -> None:
-    given = given_in(finished)
-    finished.process_finished(finished.FinishedJob(runs[1], JOINT, 0, None), lambda _: None, lambda _: None)
-    assert given[-1] is not None
-    assert given[-1].runs == ("run-0001",)
-
-
-def test_a_batch_keeps_the_prior_a_result_had_whoever_ends_first(
-    runs: tuple[Path, Path], given_in: Callable[[ModuleType], Given]
-) -> None:
-    given_in(reprocess)
-    had = reprocess.process_run(runs[1], JOINT).front_end_prior
-    given = given_in(task)
-    for run in runs:
-        assert task.work_on(task.BatchTask(run, JOINT, {"processing.geometry": "plane"})).state == "done"
-    assert given == [None, had]
+def test_a_run_just_recorded_is_given_the_runs_before_it(runs: tuple[Path, Path]) -> None:
+    result, _ = process_finished(FinishedJob(runs[1], JOINT, 0, None), lambda _: None, lambda _: None)
+    assert result.front_end_prior is not None
+    assert result.front_end_prior.runs == ("run-0001",)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import shutil
 from collections.abc import Iterator
 from dataclasses import replace
@@ -133,7 +134,9 @@ def test_a_process_apart_gives_the_same_result_and_keeps_it(stored: FinishedJob)
         missing = FinishedJob(stored.path.with_name("run-0009.h5"), stored.setup, 0, None)
         with pytest.raises(FileError, match=r"run-0009\.h5: no such file"):
             apart.process(missing, lambda _: None, never)
-        apart._process.kill()  # type: ignore[union-attr]
+        for child in multiprocessing.active_children():
+            if child.name == "radargui-processing":
+                child.kill()
         with pytest.raises(ProcessingError, match="ended without an answer"):
             apart.process(stored, lambda _: None, never)
     finally:

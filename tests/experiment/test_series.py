@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import threading
 from collections.abc import Callable
 from datetime import UTC, datetime
@@ -17,13 +16,10 @@ from support.one_run import record_run
 from support.run_contents import read_run_truth, read_summary
 from support.simulated_setup import simulated_setup
 
-from radargui.acquisition.acquisition import Acquisition
-from radargui.acquisition.run_output import FinishedRun
 from radargui.acquisition.run_plan import Ending, RecorderState
-from radargui.experiment import finished
 from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
-from radargui.experiment.series import AcquisitionSeries
+from radargui.experiment.processing_apart import ProcessingApart, ProcessingHere
 from radargui.files.run_card import read_health
 from radargui.files.run_file import read_run
 from radargui.model.errors import DeviceError
@@ -56,12 +52,24 @@ class Endless(SimulatedSource):
 
 
 def series(
-    folder: Path, setup: Setup, source: Callable[[int], Source], *, live: bool = False
+    folder: Path,
+    setup: Setup,
+    source: Callable[[int], Source],
+    *,
+    live: bool = False,
+    processing: Callable[[], ProcessingApart] | None = None,
+    then: Callable[[Experiment, Event], None] = lambda _experiment, _event: None,
 ) -> tuple[Experiment, list[Event]]:
+    """Return an experiment that goes on from one source, and its events; `then` is told of each."""
     events: list[Event] = []
+
+    def told(event: Event) -> None:
+        events.append(event)
+        then(made, event)
+
     session = Session.create(folder, setup, now=NOW)
     made = Experiment(
-        setup, source, session, listener=events.append, live=live, patient=True, continuous=True, attributes={}
+        setup, source, session, listener=told, live=live, patient=True, continuous=True, processing=processing
     )
     return made, events
 
@@ -98,7 +106,7 @@ def test_three_drops_are_recorded_hands_free_and_the_hand_in_between_is_set_asid
         datetime.fromisoformat(first.started_at) - datetime.fromisoformat(read_run(session.run_paths()[0]).started_at)
     ).total_seconds()
     # one period of the scene lies between the two starts
-    period = whole.scene._period_s
+    period = whole.scene.period_s
     assert seconds == pytest.approx(period, abs=0.1)
     states = [event.state for event in events if event.kind is EventKind.STATE]
     assert states.count(ExperimentState.ARMED) == 5
@@ -106,55 +114,24 @@ def test_three_drops_are_recorded_hands_free_and_the_hand_in_between_is_set_asid
     assert states[-2:] == [ExperimentState.PROCESSING, ExperimentState.DONE]
 
 
-def test_every_sample_between_two_drops_was_taken_from_one_stream(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_every_sample_between_two_drops_was_taken_from_one_stream(tmp_path: Path) -> None:
     setup = drops()
     experiment, _ = series(tmp_path, setup, lambda _: SimulatedSource(setup, repeat=True))
-    found: list[FinishedRun] = []
-    original = AcquisitionSeries._begin
-
-    def spy(self):  # type: ignore[no-untyped-def]
-        original(self)
-        told = self._recorder.on_run
-        self._recorder.on_run = lambda run: (found.append(run), told(run))
-
-    monkeypatch.setattr(AcquisitionSeries, "_begin", spy)
-    list(experiment.record(2))
-    whole = SimulatedRadar(setup, repeat=True)
-    assert [run.is_last for run in found] == [False, False, True]
-    for run in found:
-        assert np.array_equal(read_run(run.path).raw, whole.samples(run.first_index, run.count))
-        assert run.end_index == run.first_index + run.count
-    for before, after in itertools.pairwise(found):
-        # the pre-trigger history of the next one reaches back into the quiet end of the one before
-        assert after.first_index <= before.end_index + 15000
-        assert after.first_index > before.end_index - 0.3 * 10000 - 400
-
-
-def test_a_run_that_ends_just_after_nothing_had_come_is_not_lost(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    setup = drops()
-    experiment, _ = series(tmp_path, setup, lambda run: SimulatedSource(setup, run=run))
-    get, wait = AcquisitionSeries._next, Acquisition.wait
-    ends: list[Acquisition] = []
-
-    def late(self: AcquisitionSeries) -> Any:
-        """Nothing comes in time, and all of it before anybody asks whether that was the end."""
-        if self._acquisition in ends:
-            return get(self)
-        ends.append(self._acquisition)
-        monkeypatch.setattr("radargui.experiment.series.HEALTH_S", 0.0)
-        monkeypatch.setattr(Acquisition, "wait", lambda one, _: wait(one, LONGEST_S))
-        message = get(self)
-        monkeypatch.setattr("radargui.experiment.series.HEALTH_S", LONGEST_S)
-        monkeypatch.setattr(Acquisition, "wait", wait)
-        return message
-
-    monkeypatch.setattr(AcquisitionSeries, "_next", late)
-    runs = list(experiment.record(1))
-    assert [run.path is not None and run.result is not None for run in runs] == [True]
+    runs = [read_run(run.path) for run in experiment.record(2) if run.path]
+    whole = SimulatedRadar(setup, repeat=True).samples(0, sum(run.n_samples for run in runs) + 60_000)
+    begun, ended, end = runs[0].started_at, [], 0
+    for run in runs:
+        # when it began says where it lies, to a millisecond
+        since = datetime.fromisoformat(run.started_at) - datetime.fromisoformat(begun)
+        places = np.flatnonzero((whole == run.raw[:, :1]).all(axis=0))
+        first = next(one for one in places if np.array_equal(whole[:, one : one + run.n_samples], run.raw))
+        if ended:
+            assert since.total_seconds() == pytest.approx((first - ended[0]) / 10000, abs=2e-3)
+            # the pre-trigger history of the next one reaches back into the quiet end of the one before
+            assert end - 0.3 * 10000 - 400 < first <= end + 15000
+        ended.append(first)
+        end = first + run.n_samples
+    assert len(runs) == 3
 
 
 def test_a_run_set_aside_can_be_taken_back_and_processed(tmp_path: Path) -> None:
@@ -174,9 +151,8 @@ def test_a_run_set_aside_can_be_taken_back_and_processed(tmp_path: Path) -> None
 def test_a_run_that_the_operator_rejects_is_recorded_again(tmp_path: Path) -> None:
     setup = changed(drops(), recording={"falls_only": False})
     source = ControlledSource()
-    experiment, _ = series(tmp_path, setup, lambda _: source)
 
-    def listen(event: Event) -> None:
+    def listen(experiment: Experiment, event: Event) -> None:
         if event.kind is EventKind.STATE and event.state is ExperimentState.ARMED and event.number == 2:
             (first,) = experiment.session.run_paths()
             experiment.reject(first)
@@ -184,7 +160,7 @@ def test_a_run_that_the_operator_rejects_is_recorded_again(tmp_path: Path) -> No
             source.push_all(codes(14000, moving=slice(5000, 9000), seed=2))
             source.push_all(codes(14000, moving=slice(5000, 9000), seed=3))
 
-    experiment.publisher._listener = listen
+    experiment, _ = series(tmp_path, setup, lambda _: source, then=listen)
     source.push_all(codes(14000, moving=slice(5000, 9000)))
     runs = list(experiment.record(2))
     assert [run.number for run in runs] == [1, 2, 3]
@@ -200,30 +176,26 @@ def test_all_that_moves_is_a_run_where_the_setup_says_so(tmp_path: Path) -> None
     assert [run.number for run in runs] == [1, 2]
 
 
-def test_a_run_is_processed_while_the_next_is_armed_and_results_come_in_order(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_is_processed_while_the_next_is_armed_and_results_come_in_order(tmp_path: Path) -> None:
     setup = changed(drops(), recording={"falls_only": False})
     source = ControlledSource()
     go, armed_again = threading.Event(), threading.Event()
-    original = finished.process
-
-    def slow(*arguments, **more):  # type: ignore[no-untyped-def]
-        assert go.wait(LONGEST_S)
-        return original(*arguments, **more)
-
-    monkeypatch.setattr(finished, "process", slow)
-    experiment, events = series(tmp_path, setup, lambda _: source)
     armed = 0
 
-    def listen(event: Event) -> None:
+    class Waiting(ProcessingHere):
+        """Does a job once it may."""
+
+        def process(self, *job: Any) -> Any:
+            assert go.wait(LONGEST_S)
+            return super().process(*job)
+
+    def listen(_: Experiment, event: Event) -> None:
         nonlocal armed
-        events.append(event)
         armed += event.kind is EventKind.STATE and event.state is ExperimentState.ARMED
         if armed == 2:
             armed_again.set()
 
-    experiment.publisher._listener = listen
+    experiment, events = series(tmp_path, setup, lambda _: source, processing=Waiting, then=listen)
     runs: list[RecordedRun] = []
     worker = threading.Thread(target=lambda: runs.extend(experiment.record(2)))
     worker.start()
@@ -309,10 +281,12 @@ def test_cancel_leaves_a_series_at_once_and_what_was_recorded_is_kept(tmp_path: 
     setup = changed(drops(), recording={"falls_only": False})
     source = ControlledSource()
     source.push_all(codes(14000, moving=slice(5000, 9000)))
-    experiment, _ = series(tmp_path, setup, lambda _: source)
-    experiment.publisher._listener = lambda event: (
-        experiment.cancel() if event.kind is EventKind.STATE and event.number == 2 else None
-    )
+
+    def stop(experiment: Experiment, event: Event) -> None:
+        if event.kind is EventKind.STATE and event.number == 2:
+            experiment.cancel()
+
+    experiment, _ = series(tmp_path, setup, lambda _: source, then=stop)
     runs = list(experiment.record(9))
     assert runs[0].path is not None
     assert source.calls[-1] == "close"

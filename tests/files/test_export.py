@@ -19,7 +19,8 @@ from radargui.files.csv_file import csv_facts
 from radargui.files.formats import EXPORT_FORMATS, export_run, list_channels, own_setup_of
 from radargui.files.mat_file import mat_facts
 from radargui.files.reading import parse_channel_map, read_recording
-from radargui.files.run_file import read_run
+from radargui.files.run_file import read_run, run_stream
+from radargui.files.run_layout import PIECE
 from radargui.files.run_writer import RunWriter
 from radargui.files.sigmf_file import sigmf_facts
 from radargui.files.tdms_file import tdms_facts
@@ -170,13 +171,10 @@ def test_a_folder_that_cannot_be_made_is_told(run: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_run_of_several_pieces_and_a_higher_scaling_comes_back(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
-) -> None:
-    monkeypatch.setattr("radargui.files.run_layout.PIECE", 1000)
+def test_a_run_of_several_pieces_and_a_higher_scaling_comes_back(tmp_path: Path, name: str) -> None:
     scaling = ((0.01, 1.5e-4, 1e-11, -1e-16),) * 2
     with RunWriter(tmp_path / "run-0001.h5", Digitisation(iq_names(1), 1e4, scaling), started_at="") as writer:
-        writer.write(Block(codes(2, 20_000), 0))
+        writer.write(Block(codes(2, PIECE + 1000), 0))
     shares: list[float] = []
     _, after = exported(tmp_path / "run-0001.h5", name, report=shares.append)
     before = read_run(tmp_path / "run-0001.h5")
@@ -185,13 +183,11 @@ def test_a_run_of_several_pieces_and_a_higher_scaling_comes_back(
     assert shares[-1] == 1.0
 
 
-def test_a_long_run_becomes_a_7_3_file_with_the_same_variables(
-    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    short = scipy.io.loadmat(exported(run, "mat")[0])
-    monkeypatch.setattr(mat_file, "LARGEST_V5_BYTES", 1000)
-    path, after = exported(run, "mat", force=True)
-    before = read_run(run)
+def test_a_long_run_becomes_a_7_3_file_with_the_same_variables(run: Path, tmp_path: Path) -> None:
+    short, path = scipy.io.loadmat(exported(run, "mat")[0]), tmp_path / "long.mat"
+    with run_stream(run) as stream:
+        mat_file.write_mat(stream, path, lambda _: None, largest_v5_bytes=1000)
+    before, after = read_run(run), read_recording(path)
     np.testing.assert_array_equal(after.raw, before.raw)
     assert after.digitisation == before.digitisation
     assert path.read_bytes()[:19] == b"MATLAB 7.3 MAT-file"

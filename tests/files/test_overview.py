@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from support.file_samples import codes, int16_digitisation, result_of, volts
 
-from radargui.files import overview as module
 from radargui.files.overview import OverviewMaker, read_overview
 from radargui.files.run_card import read_thumbnail
 from radargui.files.run_file import read_run
@@ -44,10 +43,9 @@ def test_each_bin_holds_the_lowest_and_highest_of_its_samples(tmp_path: Path, co
     np.testing.assert_array_equal(computed.lowest, digitisation.volts(extremes(samples, computed.bin_samples)[0]))
 
 
-def test_bins_grow_with_the_run_so_that_memory_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "MOST_BINS", 16)
+def test_bins_grow_with_the_run_so_that_memory_does_not() -> None:
     samples = codes(2, 64 * 16 * 5 + 100)
-    maker = OverviewMaker(2, np.int16)
+    maker = OverviewMaker(2, np.int16, most_bins=16)
     for first in range(0, samples.shape[1], 333):
         maker.add(samples[:, first : first + 333])
     (lowest, highest), size = maker.level()

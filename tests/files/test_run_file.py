@@ -9,6 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from support.failing_disk import FailingDisk
 from support.file_samples import codes, default_setup, int16_digitisation, result_of, write_run
 from support.run_contents import read_markers, read_run_truth, read_summary
 
@@ -16,7 +17,6 @@ from radargui.files.run_card import summarise
 from radargui.files.run_file import read_run, read_run_setup, run_is_complete
 from radargui.files.run_results import write_results
 from radargui.files.run_writer import RunWriter
-from radargui.files.staged_file import StagedFile
 from radargui.model.errors import FileError, SetupError
 from radargui.model.recording import Block
 from radargui.model.result import RunResult
@@ -82,14 +82,10 @@ def test_results_that_cannot_be_saved_leave_the_recording_as_it_was(
 ) -> None:
     path = tmp_path / "run.h5"
     write_run(path)
-    before = path.read_bytes()
-
-    def failing(self: StagedFile, place: int, data: bytes) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(StagedFile, "_put", failing)
+    before, result = path.read_bytes(), result_of(read_run(path))
+    FailingDisk(monkeypatch).left = 0
     with pytest.raises(FileError, match=r"cannot be saved: the disk is full\. The recording is as it was"):
-        write_results(path, result_of(read_run(path)))
+        write_results(path, result)
     assert path.read_bytes() == before
     assert sorted(tmp_path.iterdir()) == [path]
 

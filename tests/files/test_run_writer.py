@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import errno
+import os
+import shutil
 import subprocess
 import sys
 import threading
@@ -12,13 +13,12 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from support.failing_disk import FailingDisk
 from support.file_samples import codes, int16_digitisation, volts, write_run
 from support.run_contents import read_markers, read_run_truth, read_summary
 
-from radargui.files import run_writer
 from radargui.files.run_file import read_run, read_run_setup, run_is_complete
-from radargui.files.run_writer import RunExistsError, RunWriter
-from radargui.files.staged_file import StagedFile
+from radargui.files.run_writer import RESERVE_BYTES, RunExistsError, RunWriter
 from radargui.model.errors import FileError
 from radargui.model.recording import Block, Digitisation, Gap, Marker, Truth, iq_names
 
@@ -193,8 +193,8 @@ def test_what_is_left_of_a_disk_that_is_nearly_full_is_not_spent_on_the_overview
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     usage = namedtuple("usage", "total used free")
-    left = int(1.5 * run_writer.RESERVE_BYTES)
-    monkeypatch.setattr(run_writer.shutil, "disk_usage", lambda _: usage(1, 1, left))
+    left = int(1.5 * RESERVE_BYTES)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(1, 1, left))
     with RunWriter(tmp_path / "run.h5", int16_digitisation(), started_at="") as writer:
         writer.write(Block(codes(6, 600), 0))
     assert run_is_complete(writer.path)
@@ -205,7 +205,7 @@ def test_what_is_left_of_a_disk_that_is_nearly_full_is_not_spent_on_the_overview
 def test_a_run_is_on_the_disk_itself_once_it_is_closed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     synced: list[int] = []
     writer = RunWriter(tmp_path / "run.h5", int16_digitisation(), started_at="")
-    monkeypatch.setattr(StagedFile, "sync", lambda _: synced.append(len(writer.path.read_bytes())))
+    monkeypatch.setattr(os, "fsync", lambda _: synced.append(len(writer.path.read_bytes())))
     writer.write(Block(codes(6, 600), 0))
     assert synced == []
     writer.close()
@@ -239,7 +239,7 @@ def test_a_disk_that_fills_up_ends_the_recording_with_every_sample_kept(
     path = tmp_path / "run.h5"
     writer = RunWriter(path, int16_digitisation(), started_at="")
     writer.write(Block(codes(6, 600), 0))
-    monkeypatch.setattr(run_writer.shutil, "disk_usage", lambda _: usage(1, 1, 1000))
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(1, 1, 1000))
     with pytest.raises(FileError, match=r"the disk is full; the first 1 s of the recording are kept"):
         writer.write(Block(codes(6, 400), 600))
     writer.close()
@@ -254,25 +254,16 @@ def test_a_disk_that_fills_up_ends_the_recording_with_every_sample_kept(
 def test_a_write_that_fails_leaves_what_was_written_before(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
 ) -> None:
+    disk = FailingDisk(monkeypatch)
     samples = codes(6, 5000)
     path = tmp_path / "run.h5"
     writer = RunWriter(path, int16_digitisation(), started_at="")
     writer.write(Block(samples[:, :1000], 0))
-    put, calls = StagedFile._put, []
-
-    def failing(self: StagedFile, place: int, data: bytes) -> None:
-        calls.append(place)
-        if len(calls) == number + 1:
-            put(self, place, data[: len(data) // 2])
-            raise OSError(errno.ENOSPC, "No space left on device")
-        put(self, place, data)
-
-    monkeypatch.setattr(StagedFile, "_put", failing)
+    disk.left = number
     with pytest.raises(FileError, match="the disk is full"):  # noqa: PT012
         for first in range(1000, 5000, 100):
             writer.write(Block(samples[:, first : first + 100], first))
     writer.close()
-    monkeypatch.undo()
     recording = read_run(path)
     assert recording.n_samples >= 1000
     assert recording.n_samples % 500 == 0

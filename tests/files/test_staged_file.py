@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 from hypothesis import given, settings, strategies as st
+from support.failing_disk import FailingDisk
 
-from radargui.files import staged_file
 from radargui.files.staged_file import StagedFile
 
 _STEP = st.one_of(
@@ -52,24 +52,15 @@ def test_it_behaves_as_a_file_in_memory_and_the_disk_holds_the_last_commit(
 def test_a_commit_that_fails_leaves_the_file_as_it_was_and_fails_for_ever(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failing_call: int
 ) -> None:
+    disk = FailingDisk(monkeypatch)
     staged = StagedFile(tmp_path / "file")
     staged.write(b"first state")
     staged.commit()
     staged.seek(0)
     staged.write(b"second state, longer")
-    put, calls = StagedFile._put, []
-
-    def failing(self: StagedFile, place: int, data: bytes) -> None:
-        calls.append(place)
-        if len(calls) == failing_call:
-            put(self, place, data[:3])
-            raise OSError(28, "No space left on device")
-        put(self, place, data)
-
-    monkeypatch.setattr(StagedFile, "_put", failing)
+    disk.left = failing_call - 1
     with pytest.raises(OSError, match="No space"):
         staged.commit()
-    monkeypatch.undo()
     assert (tmp_path / "file").read_bytes() == b"first state"
     with pytest.raises(OSError, match="No space"):
         staged.commit()
@@ -81,16 +72,12 @@ def test_a_commit_that_fails_leaves_the_file_as_it_was_and_fails_for_ever(
 def test_an_automatic_one_goes_to_the_disk_by_itself_and_keeps_its_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(staged_file, "_LARGEST_STAGE", 10)
+    disk, much = FailingDisk(monkeypatch), bytes(17_000_000)
     staged = StagedFile(tmp_path / "file", automatic=True)
-    staged.write(b"twelve bytes")
-    assert (tmp_path / "file").read_bytes() == b"twelve bytes"
-
-    def failing(self: StagedFile, place: int, data: bytes) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(StagedFile, "_put", failing)
-    staged.write(b" and twelve more")
+    staged.write(much)
+    assert (tmp_path / "file").stat().st_size == len(much)
+    disk.left = 0
+    staged.write(much)
     staged.write(b" and still more")
     with pytest.raises(OSError, match="No space"):
         staged.commit()

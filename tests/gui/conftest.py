@@ -16,10 +16,10 @@ from PySide6.QtGui import QFont
 from PySide6.QtWidgets import QApplication, QDialog
 from pytestqt.qtbot import QtBot
 from support.changed import changed
-from support.processing_here import ProcessingHere
 from support.small_setups import quick_setup
 from support.window_clocks import FastClock, SeenClock
 
+from radargui.experiment.processing_apart import ProcessingHere
 from radargui.gui.control.state import AppState, Asked
 from radargui.gui.layout import having
 from radargui.gui.main_window import MainWindow
@@ -49,10 +49,8 @@ def fast_sources(speed: float) -> Any:
 @pytest.fixture(autouse=True)
 def nothing_of_the_user_is_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Keep index and channel maps in the test's folder."""
-    monkeypatch.setattr("radargui.session.catalogue.default_index_path", lambda _folder: tmp_path / "index.sqlite3")
-    name = "radargui.gui.sessions.session_controller.default_index_path"
-    monkeypatch.setattr(name, lambda _folder: tmp_path / "index.sqlite3")
-    monkeypatch.setattr("radargui.session.map_memory.default_memory_path", lambda: tmp_path / "channel-maps.json")
+    monkeypatch.setattr("platformdirs.user_cache_path", lambda *_, **__: tmp_path / "cache")
+    monkeypatch.setattr("platformdirs.user_config_path", lambda *_, **__: tmp_path / "config")
 
 
 def write_lab(folder: Path) -> Path:
@@ -114,7 +112,6 @@ def windows(
     """Make windows that share a settings file, beside which their data go; close them in the end."""
     # the live track may be late here: time runs faster than for an operator, on a machine that does other things
     monkeypatch.setattr("radargui.acquisition.stream.LONGEST_LAG_S", 4.0)
-    monkeypatch.setattr("radargui.experiment.series.ProcessingApart", ProcessingHere)
     # nobody follows a sphere here: a third of the pictures says as much
     monkeypatch.setattr("radargui.gui.main_window.FRAME_MS", 100)
     made: list[MainWindow] = []
@@ -128,6 +125,7 @@ def windows(
             options.setdefault("probe", OpenGLProbe())
         window = MainWindow(theme, settings, board, setup_path=setup_path, **options)
         window.may_leave = lambda: True
+        window.control.processing = ProcessingHere
         window.resize(1400, 900)
         window.show()
         made.append(window)
@@ -210,6 +208,7 @@ def window(
     window.setup_model.take(read_setup(path), path)
     window.session_panel.folder.line.setText(str(tmp_path / "data"))
     window.bar.runs.setValue(1)
+    window.control.processing = ProcessingHere
     window.resize(1400, 900)
     yield window
     for dialog in window.findChildren(QDialog):

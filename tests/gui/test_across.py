@@ -15,7 +15,7 @@ from support.controlled_source import ControlledSource, codes
 from radargui.gui.control.control_bar import wrapped
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
-from radargui.gui.runs.across import _LINES, _WIDEST, AcrossView
+from radargui.gui.runs.across import LINES, WIDEST, AcrossView
 from radargui.gui.runs.run_keeping import PATTERNS_MS
 from radargui.gui.runs.situation import Situation
 
@@ -109,9 +109,9 @@ def test_letters_follow_the_screen_and_never_what_is_shown(across: AcrossView) -
         across.show_situation(Situation(AppState.PROCESSING, result=result, coming="drop 12 (12 of 100)"))
         assert {name: font.pixelSize() for name, font in across.fonts().items()} == fonts
     for name, font in across.fonts().items():
-        lines = _LINES.get(name, 1)
+        lines = LINES.get(name, 1)
         metrics = QFontMetricsF(font)
-        assert metrics.horizontalAdvance(_WIDEST[name]) <= 0.95 * across.width(), name
+        assert metrics.horizontalAdvance(WIDEST[name]) <= 0.95 * across.width(), name
         assert lines * metrics.lineSpacing() <= 0.3 * across.height(), name
     # read from five metres: a letter of 1/10 of the screen at the least
     assert fonts["state"] > across.height() / 10

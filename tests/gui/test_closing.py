@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import re
 import threading
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import pytest
 from support.controlled_source import ControlledSource, codes
 
-from radargui.experiment.experiment import Experiment
+from radargui.experiment.processing_apart import ProcessingHere
 from radargui.gui.control.state import AppState
 from radargui.gui.control.waiting import GRACE_S, ClosingStrip
 from radargui.gui.main_window import MainWindow
@@ -94,21 +92,17 @@ def test_a_source_that_does_not_answer_is_named_and_can_be_left_behind(
 
 
 def test_a_run_that_is_being_computed_is_waited_for_and_left_for_later_when_the_operator_says_so(
-    make_window: Any, setup_path: Path, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+    make_window: Any, setup_path: Path, wait_for: Any
 ) -> None:
     window = make_window(setup_path)
-    cancelled: list[bool] = []
-    cancel = Experiment.cancel
-    monkeypatch.setattr(Experiment, "cancel", lambda self: (cancelled.append(True), cancel(self)))
-    held = hold_processing(monkeypatch)
+    held = hold_processing(window)
     window.actions_.record.trigger()
     wait_for(lambda: window.control.state is AppState.PROCESSING)
     window.may_leave = never_asked
     window.close()
     wait_for(lambda: "the result of the last run" in window.closing.words.text())
-    assert not cancelled
+    assert not window.isHidden()
     window.closing.leave.click()
-    wait_for(lambda: cancelled)
     held.set()
     wait_for(window.isHidden)
     session = window.control.session
@@ -150,17 +144,17 @@ def never_asked() -> bool:
     raise AssertionError("no run is being recorded")
 
 
-def hold_processing(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
+def hold_processing(window: MainWindow) -> threading.Event:
     """Let the processing of runs wait for the event."""
-    from support.processing_here import ProcessingHere
-
     held = threading.Event()
-    process: Callable[..., Any] = ProcessingHere.process
 
-    def waiting(self: ProcessingHere, job: Any, progress: Any, on_preliminary: Any) -> Any:
-        if not held.wait(60.0):
-            raise RadarGuiError("the test ended nothing")
-        return process(self, job, progress, on_preliminary)
+    class Held(ProcessingHere):
+        """Does a job once it may."""
 
-    monkeypatch.setattr(ProcessingHere, "process", waiting)
+        def process(self, *job: Any) -> Any:
+            if not held.wait(60.0):
+                raise RadarGuiError("the test ended nothing")
+            return super().process(*job)
+
+    window.control.processing = Held
     return held

@@ -187,15 +187,16 @@ def test_methods_are_computed_in_the_background_and_laid_over_the_result(
     assert view.table.rows.entries == [], "another result begins anew"
 
 
-def test_a_method_that_cannot_be_computed_does_not_stop_the_others(by: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_method_that_cannot_be_computed_does_not_stop_the_others(by: Any) -> None:
     def computed(_run: Path, setup: Any, _progress: Any) -> RunResult:
         if setup.processing.correction == "ellipse":
             raise ProcessingError("the samples lie on no ellipse")
         return by("none")
 
-    monkeypatch.setattr("radargui.experiment.compare.computed", computed)
     shares: list[float] = []
-    failed, good = compute_methods(Path("run-0001.h5"), by("published"), ("ellipse", "none"), 100, shares.append)
+    failed, good = compute_methods(
+        Path("run-0001.h5"), by("published"), ("ellipse", "none"), 100, shares.append, computed
+    )
     assert (failed.problem, failed.curves) == ("the samples lie on no ellipse", {})
     assert "z" in good.differences
     assert shares == [0.0, 0.5]

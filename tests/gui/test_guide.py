@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLabel
-from support.processing_here import ProcessingHere
 
+from radargui.experiment.processing_apart import ProcessingHere
 from radargui.gui.control.state import AppState
 from radargui.gui.guide import is_empty
 from radargui.gui.main_window import MainWindow
@@ -24,11 +24,17 @@ def upcoming(window: MainWindow) -> list[str]:
     return [name for name, step in window.guide.steps.items() if step.words.isVisible()]
 
 
-def test_each_step_ticks_itself_off_when_it_has_happened(
-    window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    go, process = threading.Event(), ProcessingHere.process
-    monkeypatch.setattr(ProcessingHere, "process", lambda *job: go.wait(60.0) and process(*job))
+def test_each_step_ticks_itself_off_when_it_has_happened(window: MainWindow, wait_for: Any) -> None:
+    go = threading.Event()
+
+    class Held(ProcessingHere):
+        """Does a job once it may."""
+
+        def process(self, *job: Any) -> Any:
+            assert go.wait(60.0)
+            return super().process(*job)
+
+    window.control.processing = Held
     guide = window.guide
     # where the antennas are not seen
     window.panels.work_in("measure")

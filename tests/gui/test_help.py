@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from radargui.gui.main_window import MainWindow
 from radargui.gui.panels import HelpBrowser, show_help
-from radargui.model import resources
+from radargui.model.resources import help_page
 
 
 @pytest.fixture
@@ -22,24 +23,23 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> list[QUrl]:
     return asked
 
 
-def test_the_built_help_opens_in_the_browser(
-    window: MainWindow, opened: list[QUrl], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_built_help_opens_in_the_browser(window: MainWindow, opened: list[QUrl], tmp_path: Path) -> None:
     page = tmp_path / "help" / "index.html"
     page.parent.mkdir()
     page.touch()
-    monkeypatch.setattr(resources, "resources_folder", lambda: tmp_path)
-    assert window.actions_.help.shortcut().toString() == "F1"
-    window.actions_.help.trigger()
+    assert help_page(tmp_path / "help") == page
+    show_help(window, first=page)
     assert opened == [QUrl.fromLocalFile(str(page))]
+    assert window.actions_.help.shortcut().toString() == "F1"
 
 
-def test_without_a_build_the_texts_are_shown(qtbot: QtBot, opened: list[QUrl], monkeypatch: pytest.MonkeyPatch) -> None:
-    text = Path(__file__).parents[2] / "docs" / "tutorial.md"
-    monkeypatch.setattr("radargui.gui.panels.help_page", lambda: text)
-    parent = QWidget()
+def test_without_a_build_the_texts_are_shown(qtbot: QtBot, opened: list[QUrl], tmp_path: Path) -> None:
+    parent, checkout = QWidget(), tmp_path / "checkout"
     qtbot.addWidget(parent)
-    show_help(parent)
+    shutil.copytree(Path(__file__).parents[2] / "docs", checkout / "docs")
+    text = help_page(tmp_path / "none", checkout)
+    assert text == checkout / "docs" / "tutorial.md"
+    show_help(parent, first=text)
     (browser,) = parent.findChildren(HelpBrowser)
     assert not opened
     assert browser.pages.toPlainText().startswith("The first drop")
@@ -49,14 +49,12 @@ def test_without_a_build_the_texts_are_shown(qtbot: QtBot, opened: list[QUrl], m
 
 
 def test_installed_without_pages_the_texts_beside_the_resources_are_shown(
-    window: MainWindow, opened: list[QUrl], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    window: MainWindow, opened: list[QUrl], tmp_path: Path
 ) -> None:
     (tmp_path / "help").mkdir()
     (tmp_path / "help" / "tutorial.md").write_text("# Installed help\n", encoding="utf-8")
-    monkeypatch.setattr(resources, "resources_folder", lambda: tmp_path)
-    monkeypatch.setattr(resources, "__file__", str(tmp_path / "site" / "radargui" / "model" / "resources.py"))
-    window.actions_.help.trigger()
-    (browser,) = window.findChildren(HelpBrowser)
+    show_help(window, first=help_page(tmp_path / "help", tmp_path / "site"))
+    browser = window.findChildren(HelpBrowser)[-1]
     assert not opened
     assert browser.pages.toPlainText().startswith("Installed help")
     browser.close()

@@ -240,7 +240,7 @@ def test_columns_splitters_and_panels_stay_as_they_were_set(make_window: Any, se
 def test_dialogs_come_again_as_they_were_left(
     make_window: Any, setup_path: Any, wait_for: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("radargui.gui.panels.QtGui.QDesktopServices.openUrl", lambda _url: False)
+    monkeypatch.setattr("PySide6.QtGui.QDesktopServices.openUrl", lambda _url: False)
     first = make_window(setup_path)
     for dialog in (first.log, first.wiring, first.run_controller.report_preview):
         dialog.show()

@@ -6,13 +6,12 @@ import threading
 from typing import Any
 
 import numpy as np
-import pytest
 from PySide6.QtCore import Qt
 from support.compare_dialog import keep_new_result
 from support.controlled_source import ControlledSource, codes
-from support.processing_here import ProcessingHere
 from support.shown_plots import points_of, shaded_of
 
+from radargui.experiment.processing_apart import ProcessingHere
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 
@@ -160,19 +159,20 @@ def test_an_axis_says_now_only_while_its_edge_is_now(own_window: MainWindow, wai
     assert [axis_words(plot) for plot in plots] == [held, held]
 
 
-def test_while_results_are_computed_nothing_is_said_of_now(
-    make_window: Any, setup_path: Any, wait_for: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    go, process = threading.Event(), ProcessingHere.process
+def test_while_results_are_computed_nothing_is_said_of_now(make_window: Any, setup_path: Any, wait_for: Any) -> None:
+    go = threading.Event()
 
-    def held(self: ProcessingHere, job: Any, progress: Any, on_preliminary: Any) -> Any:
-        while not go.wait(0.01):
-            progress(0.4)
-        return process(self, job, progress, on_preliminary)
+    class Held(ProcessingHere):
+        """Does a job once it may."""
 
-    monkeypatch.setattr(ProcessingHere, "process", held)
+        def process(self, job: Any, progress: Any, *rest: Any) -> Any:
+            while not go.wait(0.01):
+                progress(0.4)
+            return super().process(job, progress, *rest)
+
     # slowly enough that a picture is drawn before the recording is over
     own_window = make_window(setup_path, speed=1.0)
+    own_window.control.processing = Held
     own_window.setup_model.assign("processing.correction", "none")
     own_window.actions_.record.trigger()
     wait_for(lambda: points_of(own_window.scopes.time.scopes[0]) > 0)

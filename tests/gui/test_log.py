@@ -88,7 +88,7 @@ def test_a_bug_report_has_what_is_needed_and_no_folders(
 ) -> None:
     home = tmp_path / "Ada Lovelace"
     monkeypatch.setattr(Path, "home", lambda: home)
-    monkeypatch.setattr("radargui.session.about.default_data_folder", lambda: home / "secret project" / "data")
+    monkeypatch.setattr("platformdirs.user_documents_dir", lambda: str(home / "secret project" / "data"))
     for number in range(COPIED_ENTRIES + 5):
         LOG.warning("entry %d of %s", number, home / "secret" / "run-0001.h5")
     QGuiApplication.clipboard().clear()

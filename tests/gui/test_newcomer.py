@@ -13,11 +13,12 @@ from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit
-from support.processing_here import ProcessingHere
 
+from radargui.experiment.processing_apart import ProcessingHere
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.palette import rank
+from radargui.gui.panels import HelpBrowser
 from radargui.gui.runs.run_panel import VIEWS
 
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
@@ -204,13 +205,15 @@ def test_what_is_dropped_is_opened_or_imported_and_found_among_the_recent(
 
 
 def test_f1_opens_the_page_of_what_has_the_keys(clean: MainWindow, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[str] = []
-    monkeypatch.setattr("radargui.gui.main_window.show_help", lambda _parent, _settings, name: asked.append(name))
+    # without a browser it is shown here
+    monkeypatch.setattr("PySide6.QtGui.QDesktopServices.openUrl", lambda _url: False)
     for panel, page in (("antennas", "calibration"), ("browser", "series-of-drops"), ("hardware", "setup-file")):
         clean.panels.go_to(panel)
         settle()
         clean.actions_.help.trigger()
-        assert asked[-1] == page
+        browser = clean.findChildren(HelpBrowser)[-1]
+        assert Path(browser.pages.source().toLocalFile()).stem == page
+        browser.close()
 
 
 def test_a_rejected_run_counts_again_by_undo(clean: MainWindow, record_one: Any, wait_for: Any) -> None:
@@ -257,7 +260,7 @@ def test_a_further_run_is_recorded_while_a_former_one_is_computed(
                 progress(0.5)
             return super().process(job, progress, *rest)
 
-    monkeypatch.setattr("radargui.experiment.series.ProcessingApart", Held)
+    clean.control.processing = Held
     monkeypatch.setattr("radargui.experiment.reprocess.ProcessingApart", ProcessingHere)
     record, control = clean.actions_.record, clean.control
     record.trigger()

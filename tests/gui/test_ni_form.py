@@ -59,9 +59,7 @@ def test_the_restart_after_an_error_is_switched_and_timed(window: MainWindow, ni
 
 def test_the_certificate_is_chosen_as_a_file(window: MainWindow, ni: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     window.setup_model.assign("daq.remote", "lab:31763")
-    monkeypatch.setattr(
-        "radargui.gui.setup.hardware_panel.QFileDialog.getOpenFileName", lambda *_args, **_options: ("lab.pem", "")
-    )
+    monkeypatch.setattr("PySide6.QtWidgets.QFileDialog.getOpenFileName", lambda *_args, **_options: ("lab.pem", ""))
     ni._browse()
     assert window.setup_model.setup.daq.remote_certificate == "lab.pem"
     assert ni.findChild(QLineEdit, "daq.remote_certificate").text() == "lab.pem"

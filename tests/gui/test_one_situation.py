@@ -128,10 +128,10 @@ def test_all_six_agree_after_a_drop_another_rejection_undo_and_an_edited_setup(
 
 
 def test_of_two_runs_that_wait_each_is_said_with_its_own_result_and_share(
-    own_window: MainWindow, record_one: Any, monkeypatch: pytest.MonkeyPatch
+    own_window: MainWindow, record_one: Any
 ) -> None:
     window, said, shares = own_window, list[tuple[str, str]](), dict[str, list[int]]()
-    monkeypatch.setattr("radargui.experiment.series.ProcessingApart", ProcessingApart)
+    window.control.processing = ProcessingApart
     window.setup_model.replace(changed(SETUP, processing={"correction": "joint"}, recording={"maximum_s": 0.6}))
 
     def hear() -> None:

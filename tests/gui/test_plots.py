@@ -23,7 +23,7 @@ from radargui.gui.plots.ranges import SteadyRange, round_up
 from radargui.gui.scopes.iq_plane_panel import IQPlane
 from radargui.gui.theme import Theme, even_font, inside_pt
 from radargui.gui.track.shown_track import space_of
-from radargui.gui.track.space_view import SpaceView, _spaced
+from radargui.gui.track.space_view import SpaceView, spaced
 from radargui.gui.track.speed_colours import SpeedColours, segments
 from radargui.gui.track.track_panel import Projections
 
@@ -99,9 +99,9 @@ def test_ranges_are_round(value: float, rounded: float) -> None:
 def test_the_line_in_space_does_not_run_across_what_is_unknown() -> None:
     points = np.cumsum(np.ones((40, 3), dtype=np.float32), axis=0)
     points[20] = np.nan
-    spaced = points[_spaced(points)]
-    assert len(spaced) < 40
-    pairs = spaced[segments(spaced)].reshape(-1, 2, 3)
+    kept = points[spaced(points)]
+    assert len(kept) < 40
+    pairs = kept[segments(kept)].reshape(-1, 2, 3)
     assert np.isfinite(pairs).all()
     assert not any(pair[0, 0] < 20.0 < pair[1, 0] for pair in pairs)
 

@@ -77,10 +77,10 @@ def test_the_result_by_flights_is_shown_as_preliminary_and_replaced_by_the_joint
 
 @pytest.mark.slow
 def test_stop_while_the_joint_correction_is_computed_keeps_the_preliminary_result(
-    joint_window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+    joint_window: MainWindow, wait_for: Any
 ) -> None:
     window = joint_window
-    monkeypatch.setattr("radargui.experiment.series.ProcessingApart", ProcessingApart)
+    window.control.processing = ProcessingApart
     window.actions_.record.trigger()
     wait_for(lambda: stands(window))
     wait_for(lambda: window.control.state is AppState.PROCESSING)

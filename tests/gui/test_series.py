@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -194,6 +195,16 @@ def test_the_key_of_many_sessions_takes_the_lines_it_needs(window: MainWindow, w
     panel.alone.click()
 
 
+def answering(words: str) -> Callable[[QInputDialog], int]:
+    """Return what the operator does who is asked, and says this."""
+
+    def answer(ask: QInputDialog) -> int:
+        ask.setTextValue(words)
+        return 1
+
+    return answer
+
+
 def test_a_run_is_left_out_with_a_reason_that_window_and_report_know(
     window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -204,7 +215,7 @@ def test_a_run_is_left_out_with_a_reason_that_window_and_report_know(
     window.runs.table.selectRow(1)
     idle(window, wait_for)
     said = "touched the rail"
-    monkeypatch.setattr(window.keeping, "ask_words", lambda *_question: said)
+    monkeypatch.setattr("PySide6.QtWidgets.QInputDialog.exec", answering(said))
     window.actions_.exclude.trigger()
     wait_for(lambda: window.series.table.rows.entries[0].found.n == 2)
     session = window.control.session
@@ -247,7 +258,7 @@ def test_nothing_happens_where_no_reason_is_given(
     window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     opened(window, make_session(tmp_path / "data", 4), wait_for)
-    monkeypatch.setattr(window.keeping, "ask_words", lambda *_question: "")
+    monkeypatch.setattr("PySide6.QtWidgets.QInputDialog.exec", lambda _ask: 0)
     window.actions_.exclude.trigger()
     window.actions_.note_run.trigger()
     idle(window, wait_for)
@@ -291,7 +302,7 @@ def test_a_note_about_a_run_stands_in_the_list_and_in_the_report(
     note = list(RUN_COLUMNS).index("Note")
     assert window.runs.table.isColumnHidden(note)
     assert not window.runs.table.columns_chosen, "nobody set a width"
-    monkeypatch.setattr(window.keeping, "ask_words", lambda *_question: "polished <b>before</b>")
+    monkeypatch.setattr("PySide6.QtWidgets.QInputDialog.exec", answering("polished <b>before</b>"))
     window.actions_.note_run.trigger()
     wait_for(lambda: window.runs.model.entries[0].note)
     assert not window.runs.table.isColumnHidden(note)

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from datetime import date, datetime
 from pathlib import Path
 from threading import Event
@@ -26,7 +30,7 @@ from radargui.gui.sessions.browser import day_of
 from radargui.gui.sessions.session_model import COLUMNS, ThumbnailView, curves
 from radargui.gui.theme import Theme
 from radargui.session.info import JournalEntry, read_info
-from radargui.session.lock import SessionLock, SessionLockedError, owner_of
+from radargui.session.lock import owner_of
 from radargui.session.session import Session
 
 
@@ -131,9 +135,7 @@ def test_sessions_chosen_together_are_reported_as_a_series(
     assert not browser.series.isEnabled()
     browser.table.selectAll()
     assert not browser.review.isEnabled()
-    monkeypatch.setattr(
-        "radargui.gui.sessions.session_controller.QFileDialog.getExistingDirectory", lambda *_: str(tmp_path / "series")
-    )
+    monkeypatch.setattr("PySide6.QtWidgets.QFileDialog.getExistingDirectory", lambda *_: str(tmp_path / "series"))
     browser.series.click()
     wait_for(lambda: not own_window.work.busy)
     document = json.loads((tmp_path / "series" / "report.json").read_text(encoding="utf-8"))
@@ -141,16 +143,38 @@ def test_sessions_chosen_together_are_reported_as_a_series(
     assert (tmp_path / "series" / "report.pdf").stat().st_size
 
 
+OTHER_PROGRAM = """
+import sys
+from pathlib import Path
+from radargui.session.lock import SessionLock
+lock = SessionLock(Path(sys.argv[1]))
+print("held", flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def held_elsewhere() -> Iterator[Callable[[Path], None]]:
+    """Let another program write to a session until the test has ended."""
+    with ExitStack() as programs:
+
+        def hold(folder: Path) -> None:
+            program = subprocess.Popen(
+                [sys.executable, "-c", OTHER_PROGRAM, str(folder)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+            )
+            programs.enter_context(program)
+            programs.callback(program.stdin.close)
+            assert program.stdout.readline()
+
+        yield hold
+
+
 def test_a_session_that_another_program_writes_is_opened_for_looking(
-    data_folder: Path, window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+    data_folder: Path, window: MainWindow, wait_for: Any, held_elsewhere: Callable[[Path], None]
 ) -> None:
     path = sorted(data_folder.iterdir())[0]
     before = (path / "session.json").read_bytes()
-
-    def locked(_lock: SessionLock, folder: Path) -> None:
-        raise SessionLockedError(f"{folder} is being written by another program.")
-
-    monkeypatch.setattr(SessionLock, "__init__", locked)
+    held_elsewhere(path)
     window.sessions.open(path)
     wait_for(lambda: window.strip.texts() and not window.jobs.running)
     assert "opened for looking only" in window.strip.texts()[0]

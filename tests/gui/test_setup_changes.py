@@ -111,8 +111,7 @@ def test_opening_a_setup_asks_before_edits_are_lost(
     given, asked = answers
     other = tmp_path / "other.toml"
     other.write_text(setup_path.read_text(encoding="utf-8"), encoding="utf-8")
-    chooser = "radargui.gui.setup.setup_model.QFileDialog.getOpenFileName"
-    monkeypatch.setattr(chooser, lambda *_args: (str(other), ""))
+    monkeypatch.setattr("PySide6.QtWidgets.QFileDialog.getOpenFileName", lambda *_args: (str(other), ""))
     typed(own, "receiver[2].tilt_deg", "55")
     given[:] = [Answer.Cancel]
     own.actions_.open_setup.trigger()

@@ -217,9 +217,7 @@ def test_a_shipped_setup_is_never_written_over(
 ) -> None:
     window = make_window(None)
     target = tmp_path / "mine.toml"
-    monkeypatch.setattr(
-        "radargui.gui.setup.setup_model.QFileDialog.getSaveFileName", lambda *_args, **_options: (str(target), "")
-    )
+    monkeypatch.setattr("PySide6.QtWidgets.QFileDialog.getSaveFileName", lambda *_args, **_options: (str(target), ""))
     assert window.setup_model.shipped
     window.actions_.save_setup.trigger()
     assert "# centre of the sphere at rest before the fall" in target.read_text(encoding="utf-8")

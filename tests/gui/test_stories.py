@@ -15,12 +15,11 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QComboBox, QLineEdit
 from support.changed import changed
 from support.gui_sessions import make_session
-from support.processing_here import ProcessingHere
 from support.shown_plots import points_of
 from support.stored_runs import SETUP
 from support.window_clocks import SeenClock
 
-from radargui.experiment.processing_apart import ProcessingApart
+from radargui.experiment.processing_apart import ProcessingApart, ProcessingHere
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.run_model import RunEntry
@@ -238,16 +237,15 @@ def test_drops_with_a_backlog_closed_in_the_middle_are_found_again(
     make_window: Any, setup_path: Path, wait_for: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     go = threading.Event()
-    process = ProcessingHere.process
 
-    def held(self: ProcessingHere, job: Any, progress: Any, on_preliminary: Any) -> Any:
-        if job.path.stem == "run-0001":
-            return process(self, job, progress, on_preliminary)
-        while not go.wait(0.01):
-            progress(0.4)
-        return process(self, job, progress, on_preliminary)
+    class Held(ProcessingHere):
+        """Does the first job, and the others once it may."""
 
-    monkeypatch.setattr(ProcessingHere, "process", held)
+        def process(self, job: Any, progress: Any, *rest: Any) -> Any:
+            while job.path.stem != "run-0001" and not go.wait(0.01):
+                progress(0.4)
+            return super().process(job, progress, *rest)
+
     clock, told = SeenClock(step_s=0.25), threading.Event()
 
     def go_on() -> None:
@@ -258,6 +256,7 @@ def test_drops_with_a_backlog_closed_in_the_middle_are_found_again(
     window = make_window(
         setup_path, source_maker=lambda kind, setup, **options: make_source(kind, setup, clock=clock, **options)
     )
+    window.control.processing = Held
     window._timer.setInterval(20)
     window._timer.timeout.connect(go_on)
     model = window.setup_model
@@ -294,7 +293,6 @@ def test_drops_with_a_backlog_closed_in_the_middle_are_found_again(
     session.close()
 
     monkeypatch.setattr("radargui.experiment.reprocess.ProcessingApart", ProcessingHere)
-    monkeypatch.setattr(ProcessingHere, "process", process)
     again = make_window(setup_path)
     wait_for(lambda: again.later.isVisibleTo(again))
     assert again.later.words.text().startswith(f"{N_DROPS - 1} runs wait for their results, in {session.path.name}")
@@ -310,11 +308,11 @@ def test_drops_with_a_backlog_closed_in_the_middle_are_found_again(
 
 @pytest.mark.slow
 def test_what_was_left_for_later_is_computed_in_a_process_of_its_own(
-    make_window: Any, setup_path: Path, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+    make_window: Any, setup_path: Path, wait_for: Any
 ) -> None:
     window = make_window(setup_path)
     # as the program does it, not as the other tests
-    monkeypatch.setattr("radargui.experiment.series.ProcessingApart", ProcessingApart)
+    window.control.processing = ProcessingApart
     model = window.setup_model
     # the joint fit takes seconds: there is time to leave it
     model.replace(changed(SETUP, processing={"correction": "joint"}, recording={"maximum_s": 0.5}))

@@ -109,13 +109,6 @@ def test_every_input_button_column_and_plot_says_what_it_is(window: MainWindow, 
     assert {"CalibrationDialog", "ReprocessDialog"} <= dialogs
 
 
-def test_the_tip_of_a_field_names_the_unit_of_its_words_or_has_none() -> None:
-    from radargui.gui.setup.words import _WORDS
-
-    for key, words in _WORDS.items():
-        assert words.tip or words.choices, key
-
-
 def test_the_window_has_its_icon_in_bar_and_desktop() -> None:
     from PySide6.QtGui import QIcon
 

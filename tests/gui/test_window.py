@@ -210,7 +210,7 @@ def test_without_opengl_the_track_is_shown_in_projections(make_window: Any, setu
 def test_the_test_of_opengl_is_asked_in_another_process(
     qtbot: Any, monkeypatch: pytest.MonkeyPatch, status: int, usable: int, good: int
 ) -> None:
-    monkeypatch.setattr("radargui.gui.opengl_probe.QGuiApplication.platformName", lambda: "windows")
+    monkeypatch.setattr("PySide6.QtGui.QGuiApplication.platformName", lambda: "windows")
     probe = OpenGLProbe([sys.executable, "-c", f"print('a driver'); raise SystemExit({status})"])
     with qtbot.waitSignal(probe.answered, timeout=20_000) as told:
         probe.start()
@@ -225,7 +225,7 @@ def test_the_check_itself_says_no_on_the_offscreen_platform() -> None:
 
 
 def test_a_test_of_opengl_that_hangs_does_not_hold_up_the_end(monkeypatch: pytest.MonkeyPatch, wait_for: Any) -> None:
-    monkeypatch.setattr("radargui.gui.opengl_probe.QGuiApplication.platformName", lambda: "windows")
+    monkeypatch.setattr("PySide6.QtGui.QGuiApplication.platformName", lambda: "windows")
     probe = OpenGLProbe([sys.executable, "-c", "import time; time.sleep(60)"])
     probe.start()
     probe.close()
@@ -236,7 +236,7 @@ def test_a_test_of_opengl_that_hangs_does_not_hold_up_the_end(monkeypatch: pytes
 def test_a_test_of_opengl_that_crashes_or_cannot_be_run_leaves_the_projections(
     qtbot: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("radargui.gui.opengl_probe.QGuiApplication.platformName", lambda: "windows")
+    monkeypatch.setattr("PySide6.QtGui.QGuiApplication.platformName", lambda: "windows")
     for command in ([sys.executable, "-c", "import os; os.abort()"], ["/no/such/program"]):
         probe = OpenGLProbe(command)
         with qtbot.waitSignal(probe.answered, timeout=20_000) as told:

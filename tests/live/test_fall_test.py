@@ -70,7 +70,7 @@ def test_other_motion_is_no_fall(simulation: dict[str, object]) -> None:
 
 def test_the_hand_that_carries_the_sphere_back_is_no_fall() -> None:
     radar = SimulatedRadar(SETUP, repeat=True)
-    end = round(radar.scene._run_s * 10000)
+    end = round(radar.scene.run_s * 10000)
     assert not has_fall(SETUP, radar.digitisation, radar.samples(end - 500, 16000))
 
 

@@ -60,10 +60,11 @@ def test_facts_come_into_fact_reasons_and_remedy_of_an_error_of_the_kind_that_is
 
 
 def test_where_the_words_cannot_be_read_an_error_still_tells_its_facts(monkeypatch: pytest.MonkeyPatch) -> None:
-    def no_more_files(name: str) -> dict[str, Any]:
+    def no_more_files(*_: object, **__: object) -> str:
         raise OSError(24, "Too many open files")
 
-    monkeypatch.setattr("radargui.model.resources.resource_table", no_more_files)
+    resource_table.cache_clear()
+    monkeypatch.setattr(Path, "read_text", no_more_files)
     error = worded(FileError, "unwritable", path="run.h5", why="Too many open files")
     assert isinstance(error, FileError)
     assert error.message == "unwritable: path run.h5, why Too many open files"

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,8 +10,6 @@ from benchmarks.world.generic.draw import draw_scene
 from benchmarks.world.generic.scene import SceneRecord, make_record
 from support.changed import changed
 
-from radargui.estimation.adaptive.found import AdaptiveRounds
-from radargui.estimation.joint import JointEstimate, estimate_joint
 from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
@@ -33,23 +29,6 @@ def short() -> SceneRecord:
 @pytest.fixture(scope="module")
 def setup(short: SceneRecord) -> Setup:
     return changed(short.setup, processing={"correction": "joint"})
-
-
-@pytest.fixture(scope="module", autouse=True)
-def alone_once() -> Iterator[None]:
-    """The joint estimate of the drop without a prior is the same for all: it is made once."""
-    made: list[JointEstimate] = []
-
-    def estimate(rounds: AdaptiveRounds, setup: Setup, *, hardware: Any, progress: Any) -> JointEstimate:
-        if hardware is not None:
-            return estimate_joint(rounds, setup, hardware=hardware, progress=progress)
-        if not made:
-            made.append(estimate_joint(rounds, setup, progress=progress))
-        return made[0]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("radargui.processing.by_estimate.estimate_joint", estimate)
-        yield
 
 
 def true_front_ends(record: SceneRecord) -> tuple[FrontEnd, ...]:

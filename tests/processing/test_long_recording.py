@@ -17,8 +17,7 @@ from radargui.files.run_results import write_results
 from radargui.files.run_writer import RunWriter
 from radargui.model.errors import FileError
 from radargui.model.recording import Block, Gap, Recording
-from radargui.processing import long_recording
-from radargui.processing.long_recording import read_excerpt, read_for_processing, shortened
+from radargui.processing.long_recording import LengthLimits, read_excerpt, read_for_processing, shortened
 from radargui.processing.process import process
 from radargui.processing.result_of_run import result_of_run
 
@@ -31,11 +30,7 @@ def drop() -> Recording:
     return simulate_recording(SETUP)[0]
 
 
-@pytest.fixture
-def short_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(long_recording, "LONG_SAMPLES", 20_000)
-    monkeypatch.setattr(long_recording, "MOST_SAMPLES", 30_000)
-    monkeypatch.setattr(long_recording, "_PIECE", 7_001)
+SHORT = LengthLimits(20_000, 30_000, 7_001)
 
 
 def rest(drop: Recording, seconds: float) -> np.ndarray:
@@ -48,18 +43,13 @@ def long(drop: Recording, before_s: float = 12.0, after_s: float = 8.0) -> Recor
     return replace(drop, raw=np.concatenate([rest(drop, before_s), drop.raw, rest(drop, after_s)], axis=1))
 
 
-@pytest.mark.usefixtures("short_limit")
 def test_an_ordinary_recording_is_left_as_it_is(drop: Recording) -> None:
-    assert shortened(drop) is drop
+    assert shortened(drop, SHORT) is drop
 
 
-def test_the_result_of_a_long_recording_is_that_of_the_drop_in_it(
-    drop: Recording, request: pytest.FixtureRequest
-) -> None:
-    alone = process(drop, SETUP)
-    request.getfixturevalue("short_limit")
-    whole = long(drop)
-    result = process(whole, SETUP)
+def test_the_result_of_a_long_recording_is_that_of_the_drop_in_it(drop: Recording) -> None:
+    alone, whole = process(drop, SETUP), long(drop)
+    result = process(shortened(whole, SHORT), SETUP)
     excerpt = result.recording.excerpt
     assert excerpt is not None
     assert excerpt.of_samples == whole.n_samples
@@ -72,17 +62,14 @@ def test_the_result_of_a_long_recording_is_that_of_the_drop_in_it(
     assert any("around the motion" in warning for warning in result.warnings)
 
 
-@pytest.mark.usefixtures("short_limit")
-def test_a_run_file_gives_the_same_excerpt_as_the_samples(
-    drop: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_file_gives_the_same_excerpt_as_the_samples(drop: Recording, tmp_path: Path) -> None:
     whole = long(drop)
     path = tmp_path / "run-0001.h5"
     with RunWriter(path, whole.digitisation, started_at="", trigger_index=60_500) as writer:
         writer.write(Block(whole.raw[:, :5000], 0))
         writer.write(Block(whole.raw[:, 5000:], 5100, Gap(5000, 100, "overflow")))
-    found = read_for_processing(path)
-    wanted = shortened(read_run(path))
+    found = read_for_processing(path, SHORT)
+    wanted = shortened(read_run(path), SHORT)
     np.testing.assert_array_equal(found.raw, wanted.raw)
     np.testing.assert_array_equal(found.time_s(), wanted.time_s())
     assert (found.gaps, found.excerpt, found.trigger_index) == (wanted.gaps, wanted.excerpt, 60_500)
@@ -93,38 +80,33 @@ def test_a_run_file_gives_the_same_excerpt_as_the_samples(
     before = read_run(path).raw
     write_results(path, result)
     np.testing.assert_array_equal(read_run(path).raw, before)
-    # neither the motion nor the result is looked for again
-    monkeypatch.delattr("radargui.processing.long_recording.find_long_motion")
-    monkeypatch.delattr("radargui.processing.result_of_run.process")
-    assert_same_result(result_of_run(path, SETUP), result)
+    # the result is not computed again
+    assert_same_result(result_of_run(path, SETUP, lambda _: pytest.fail("it was computed")), result)
     with pytest.raises(FileError, match="no such excerpt"):
         read_excerpt(path, replace(found.excerpt, of_samples=found.excerpt.of_samples + 1))
 
 
-@pytest.mark.usefixtures("short_limit")
 def test_gaps_within_the_excerpt_keep_their_place(drop: Recording) -> None:
     whole = long(drop)
     end = whole.n_samples
     for place in (100, 61_000, 63_000, end - 100):
         cut = replace(whole, gaps=(Gap(50, 7, "a"), Gap(place + 7, 40, "b")))
-        part = shortened(cut)
+        part = shortened(cut, SHORT)
         assert part.excerpt is not None
         inside = slice(part.excerpt.first_stored, part.excerpt.last_stored)
         np.testing.assert_array_equal(part.index(), cut.index()[inside])
         np.testing.assert_array_equal(part.raw, cut.raw[:, inside])
 
 
-@pytest.mark.usefixtures("short_limit")
 def test_where_nothing_moves_the_answer_is_no_motion(drop: Recording) -> None:
-    result = process(replace(drop, raw=rest(drop, 10.0)), SETUP)
+    result = process(shortened(replace(drop, raw=rest(drop, 10.0)), SHORT), SETUP)
     assert result.status == "no_motion"
     assert any("nothing moves" in warning for warning in result.warnings)
 
 
-@pytest.mark.usefixtures("short_limit")
 def test_of_several_motions_one_is_processed_and_the_number_told(drop: Recording) -> None:
     raw = np.concatenate([long(drop).raw, long(drop).raw], axis=1)
-    result = process(replace(drop, raw=raw), SETUP)
+    result = process(shortened(replace(drop, raw=raw), SHORT), SETUP)
     assert result.status == "ok"
     assert any("longest of 2 motions" in warning for warning in result.warnings)
 

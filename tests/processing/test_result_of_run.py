@@ -27,17 +27,17 @@ from radargui.processing.result_of_run import DAMAGED, result_of_run
 PRIOR = FrontEndPrior(("run-0001", "run-0003"), (FrontEnd(1.02, 0.001, -0.7, 0.03),) * 3, used=False)
 
 
-@pytest.fixture
-def computed(monkeypatch: pytest.MonkeyPatch) -> list[Setup]:
-    """The setups that runs are processed with."""
-    seen: list[Setup] = []
+def kept(path: Path, setup: Setup) -> RunResult:
+    """Return what a run file gives, and fail where it is computed."""
+    return result_of_run(path, setup, lambda _: pytest.fail("it was computed"))
 
-    def spy(recording: object, setup: Setup, *others: object) -> RunResult:
-        seen.append(setup)
-        return process(recording, setup, *others)  # type: ignore[arg-type]
 
-    monkeypatch.setattr("radargui.processing.result_of_run.process", spy)
-    return seen
+def computed(path: Path, setup: Setup) -> RunResult:
+    """Return what a run file gives, and fail where it is not computed."""
+    told: list[float] = []
+    result = result_of_run(path, setup, told.append)
+    assert told, "nothing was computed"
+    return result
 
 
 @pytest.fixture
@@ -64,7 +64,7 @@ def with_results(path: Path, change: Callable[[h5py.Group], object]) -> None:
         {"processing": {"correction": "published"}, "receiver": 1},
     ],
 )
-def test_what_was_stored_is_what_was_computed(tmp_path: Path, computed: list[Setup], tables: dict[str, object]) -> None:
+def test_what_was_stored_is_what_was_computed(tmp_path: Path, tables: dict[str, object]) -> None:
     (path,) = store_runs(tmp_path / "session", 1)
     recording, n_receivers = read_run(path), int(tables.pop("receiver", 3))
     setup = changed(SETUP, **tables)
@@ -81,11 +81,10 @@ def test_what_was_stored_is_what_was_computed(tmp_path: Path, computed: list[Set
     assert wanted.corrected.method == setup.processing.correction
     assert (wanted.track is None) == (n_receivers == 1)
     write_results(path, wanted)
-    assert_same_result(result_of_run(path, setup), wanted)
-    assert computed == []
+    assert_same_result(kept(path, setup), wanted)
 
 
-def test_gaps_prior_and_an_answer_without_motion_come_back_too(tmp_path: Path, computed: list[Setup]) -> None:
+def test_gaps_prior_and_an_answer_without_motion_come_back_too(tmp_path: Path) -> None:
     (path,) = store_runs(tmp_path / "session", 1)
     recording, again = read_run(path), tmp_path / "run-0002.h5"
     with RunWriter(again, recording.digitisation, started_at="") as writer:
@@ -95,46 +94,40 @@ def test_gaps_prior_and_an_answer_without_motion_come_back_too(tmp_path: Path, c
     assert cut.segment is not None
     assert cut.segment.first > 300
     write_results(again, cut)
-    assert_same_result(result_of_run(again, SETUP), cut)
+    assert_same_result(kept(again, SETUP), cut)
     nothing = process(replace(recording, raw=recording.raw[:, :300]), SETUP)
     assert nothing.status == "no_motion"
     write_results(path, replace(nothing, recording=recording))
-    assert_same_result(result_of_run(path, SETUP), replace(nothing, recording=recording))
-    assert computed == []
+    assert_same_result(kept(path, SETUP), replace(nothing, recording=recording))
 
 
-def test_pieces_of_the_paths_come_back_and_older_files_have_one(run: Path, computed: list[Setup]) -> None:
+def test_pieces_of_the_paths_come_back_and_older_files_have_one(run: Path) -> None:
     whole = process(read_run(run), SETUP)
     assert whole.paths is not None
     one_piece = replace(whole, paths=replace(whole.paths, piece=None))
     piece = np.arange(whole.recording.n_samples) // 700
     pieces = replace(whole, paths=replace(whole.paths, piece=piece))
     write_results(run, pieces)
-    assert_same_result(result_of_run(run, SETUP), pieces)
+    assert_same_result(kept(run, SETUP), pieces)
     with h5py.File(run, "a") as file:
         assert file["results/paths/piece"].compression == "gzip"
         assert file["results/paths/piece"].chunks == file["results/track/valid"].chunks
         del file["results/paths/piece"]
-    assert_same_result(result_of_run(run, SETUP), one_piece)
-    assert computed == []
+    assert_same_result(kept(run, SETUP), one_piece)
 
 
-def test_a_preliminary_result_is_given_as_it_is(run: Path, computed: list[Setup]) -> None:
+def test_a_preliminary_result_is_given_as_it_is(run: Path) -> None:
     stopped = cut_short(replace(process(read_run(run), SETUP), preliminary=True))
     write_results(run, stopped)
-    assert_same_result(result_of_run(run, SETUP), stopped)
-    assert computed == []
+    assert_same_result(kept(run, SETUP), stopped)
     assert not results_are_current(run, SETUP), "a batch makes up for it"
 
 
-def test_with_another_setup_it_is_computed_and_the_file_stays(run: Path, computed: list[Setup]) -> None:
+def test_with_another_setup_it_is_computed_and_the_file_stays(run: Path) -> None:
     before = run.read_bytes()
     for tables in ({"processing": {"geometry": "plane"}}, {"tracer": {"release_position_m": (0.0, 0.0, 0.1201)}}):
         other = changed(SETUP, **tables)
-        shares: list[float] = []
-        assert_same_result(result_of_run(run, other, shares.append), process(read_run(run), other))
-        assert shares
-        assert computed.pop() == other
+        assert_same_result(computed(run, other), process(read_run(run), other))
     assert run.read_bytes() == before
 
 
@@ -148,16 +141,13 @@ def test_with_another_setup_it_is_computed_and_the_file_stays(run: Path, compute
     ],
     ids=["another version", "another format", "other samples", "unknown samples"],
 )
-def test_results_of_something_else_do_not_count(
-    run: Path, computed: list[Setup], change: Callable[[h5py.Group], object]
-) -> None:
+def test_results_of_something_else_do_not_count(run: Path, change: Callable[[h5py.Group], object]) -> None:
     with_results(run, change)
     assert not results_are_current(run, SETUP)
-    assert result_of_run(run, SETUP).status == "ok"
-    assert computed == [SETUP]
+    assert computed(run, SETUP).status == "ok"
 
 
-def test_a_file_of_before_is_read_and_computed_and_not_written(run: Path, computed: list[Setup]) -> None:
+def test_a_file_of_before_is_read_and_computed_and_not_written(run: Path) -> None:
     def as_before(results: h5py.Group) -> None:
         del results["corrected"]
         for key in ("format_version", "raw_crc32", "segment", "excerpt"):
@@ -165,12 +155,11 @@ def test_a_file_of_before_is_read_and_computed_and_not_written(run: Path, comput
 
     with_results(run, as_before)
     before = run.read_bytes()
-    assert_same_result(result_of_run(run, SETUP), process(read_run(run), SETUP))
-    assert computed == [SETUP]
+    assert_same_result(computed(run, SETUP), process(read_run(run), SETUP))
     assert run.read_bytes() == before
 
 
-def test_damaged_results_are_computed_again_and_one_sentence_says_so(run: Path, computed: list[Setup]) -> None:
+def test_damaged_results_are_computed_again_and_one_sentence_says_so(run: Path) -> None:
     whole = run.read_bytes()
     wanted = process(read_run(run), SETUP)
     for name in ("paths/change_m", "corrected/i", "track/valid", "bounces"):
@@ -180,16 +169,15 @@ def test_damaged_results_are_computed_again_and_one_sentence_says_so(run: Path, 
         middle = place.byte_offset + place.size // 2
         content[middle : middle + 4] = bytes(255 - byte for byte in content[middle : middle + 4])
         run.write_bytes(content)
-        found = result_of_run(run, SETUP)
+        found = computed(run, SETUP)
         assert found.warnings == (DAMAGED.text, *wanted.warnings), name
         assert_same_result(replace(found, findings=wanted.findings), wanted)
     run.write_bytes(whole)
     with h5py.File(run, "r+") as file:
         file["results"].attrs["segment"] = (0, 1, 0, 0)
-    assert result_of_run(run, SETUP).findings[0] == DAMAGED
+    assert computed(run, SETUP).findings[0] == DAMAGED
     with_results(run, lambda results: results.attrs.__setitem__("segment", (0, 1 << 40, 0, 0)))
-    assert result_of_run(run, SETUP).findings[0] == DAMAGED
-    assert len(computed) == 6
+    assert computed(run, SETUP).findings[0] == DAMAGED
 
 
 def test_results_for_display_take_little_room(run: Path) -> None:

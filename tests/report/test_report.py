@@ -33,7 +33,7 @@ from radargui.report.plots import page_style
 from radargui.report.provenance import RunProvenance, provenance_of
 from radargui.report.report import REPORT_FILES, PageLayout, WrittenReport, write_report
 from radargui.report.run_facts import take_facts
-from radargui.report.run_section import _impacts, run_page
+from radargui.report.run_section import run_page
 from radargui.report.typesetting import Paper, Typesetter
 from radargui.session.session import Session
 
@@ -339,10 +339,10 @@ def test_e_of_time_and_of_height_have_no_more_digits_than_its_uncertainty() -> N
     impact = replace(result.bounces.impacts[0], e=0.80012, u_e=0.0021, e_flight_time=0.80047, e_height=0.79969)
     bounces = replace(result.bounces, impacts=(impact,))
     facts = take_facts(replace(result, bounces=bounces), "run-0001")
-    (grid,) = (one for one in _impacts(facts) if isinstance(one, Grid))
+    grid = next(one for one in run_page(facts).blocks if isinstance(one, Grid))
     assert [grid.rows[0][column] for column in (4, 7, 8)] == ["0.8001 ± 0.0021", "0.8005", "0.7997"]
     facts = take_facts(replace(result, bounces=replace(bounces, impacts=(replace(impact, u_e=0.031),))), "run-0001")
-    (grid,) = (one for one in _impacts(facts) if isinstance(one, Grid))
+    grid = next(one for one in run_page(facts).blocks if isinstance(one, Grid))
     assert [grid.rows[0][column] for column in (4, 7, 8)] == ["0.800 ± 0.031", "0.800", "0.800"]
 
 

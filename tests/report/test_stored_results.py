@@ -20,7 +20,7 @@ from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.model.words import sentence
 from radargui.processing.process import STOPPED, cut_short, process
-from radargui.processing.result_of_run import result_of_run, stored_or_computed
+from radargui.processing.result_of_run import result_of_run, stored_or_computed, stored_result
 from radargui.report.content import Note
 from radargui.report.facts import SessionFacts, report_facts
 from radargui.report.findings_section import front_chapters
@@ -33,7 +33,6 @@ from radargui.report.tables import write_tables
 from radargui.session.session import Session
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
-NO_COMPUTING = "radargui.processing.result_of_run.process"
 
 
 def assert_close(found: object, wanted: object, name: str = "") -> None:
@@ -52,28 +51,26 @@ def assert_close(found: object, wanted: object, name: str = "") -> None:
 
 
 @pytest.mark.parametrize("correction", ["adaptive", "published"])
-def test_tables_are_equal_and_curves_to_single_precision(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, correction: str
-) -> None:
+def test_tables_are_equal_and_curves_to_single_precision(tmp_path: Path, correction: str) -> None:
     run = make_session(tmp_path / "data", 4) / "run-0001.h5"
     setup = changed(SETUP, processing={"correction": correction})
     computed = process(read_run(run), setup)
     write_results(run, computed)
     wanted = replace(take_facts(computed, "run-0001"), source=read_run_card(run).origin)
     write_tables(computed, tmp_path / "computed")
-    monkeypatch.delattr(NO_COMPUTING)
-    assert_close(study(run, setup, result_of_run), wanted)
+    # which computes nothing
+    assert_close(study(run, setup, stored_result), wanted)
     assert wanted.curves is not None
     assert bool(wanted.curves.receivers[0].steps) == (correction == "published")
 
-    write_tables(result_of_run(run, setup), tmp_path / "stored")
+    write_tables(stored_result(run, setup), tmp_path / "stored")
     names = sorted(path.name for path in (tmp_path / "computed").iterdir())
     assert names == ["bounces.csv", "motion.csv", "result.json", "track.csv"]
     for name in names:
         assert (tmp_path / "stored" / name).read_bytes() == (tmp_path / "computed" / name).read_bytes()
 
 
-def test_the_report_does_not_compute_what_the_files_hold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_report_does_not_compute_what_the_files_hold(tmp_path: Path) -> None:
     def numbers(name: str) -> Path:
         write_numbers(report_facts([study_session(session, result_of_run)], "now"), tmp_path / name)
         return tmp_path / name
@@ -93,16 +90,14 @@ def test_the_report_does_not_compute_what_the_files_hold(tmp_path: Path, monkeyp
     assert provenances[0]["sha256"] != provenances[1]["sha256"]
     assert provenances[0]["samples_crc32"] == provenances[1]["samples_crc32"]
     process_run(run)
-    monkeypatch.delattr(NO_COMPUTING)
-    assert study(run, session.setup, result_of_run).status == "ok"
+    assert study(run, session.setup, stored_result).status == "ok"
 
 
-def test_the_report_says_what_is_preliminary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_report_says_what_is_preliminary(tmp_path: Path) -> None:
     session = Session.open(make_session(tmp_path / "data", 4, n_runs=2))
     run = session.run_paths()[1]
     write_results(run, cut_short(replace(process(read_run(run), SETUP), preliminary=True)))
-    monkeypatch.delattr(NO_COMPUTING)
-    facts = [study(path, session.setup, result_of_run) for path in session.run_paths()]
+    facts = [study(path, session.setup, stored_result) for path in session.run_paths()]
     assert [one.verdict for one in facts] == ["good", "good, preliminary"]
     assert [one.said for one in facts] == ["simulated, good", "simulated, good, preliminary, 1 warning"]
     one = SessionFacts(session.info, tuple(facts), provenance_of(session, {}, "now"))
@@ -115,12 +110,11 @@ def test_the_report_says_what_is_preliminary(tmp_path: Path, monkeypatch: pytest
     assert Note(sentence(STOPPED.text), warning=True) in run_section(facts[1], session.setup).blocks
 
 
-def test_what_another_setup_gave_is_shown_and_not_computed_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_another_setup_gave_is_shown_and_not_computed_again(tmp_path: Path) -> None:
     session = Session.open(make_session(tmp_path / "data", 4))
     (run,) = session.run_paths()
     other = changed(SETUP, tracer={"diameter_m": 0.012})
     wanted = process_run(run, other)
-    monkeypatch.delattr(NO_COMPUTING)
-    assert stored_or_computed(run, session.setup).setup == wanted.setup == other
+    assert (
+        stored_or_computed(run, session.setup).setup == stored_result(run, session.setup).setup == wanted.setup == other
+    )

@@ -21,7 +21,7 @@ from radargui.restitution.input_changes import (
     INSTANTS,
     SPHERE,
     SetupResponses,
-    _tested,
+    judged_flights,
     setup_responses,
 )
 
@@ -30,7 +30,7 @@ def judged(misfit: tuple[float, int], bend: float, unexplained: float = 5.0) -> 
     estimate: Any = SimpleNamespace(time_s=np.zeros(1), u_position_m=np.ones((3, 1)))
     fit: Any = SimpleNamespace(misfit=misfit, bends=lambda _: np.zeros(0), bend_over_u=lambda *_: bend)
     fit.excess = lambda explained: FlightFit.excess(fit, explained)
-    return _tested(fit, estimate, unexplained)
+    return judged_flights(fit, estimate, unexplained)
 
 
 @pytest.mark.parametrize("point", [True, False])

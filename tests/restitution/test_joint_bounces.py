@@ -18,16 +18,15 @@ from support.simulated_recording import simulate_recording
 from threadpoolctl import threadpool_limits
 
 from radargui.estimation.joint import JointEstimate
-from radargui.estimation.readout.flight_information import MotionInformation
 from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
 from radargui.estimation.solve.assemble import assemble
-from radargui.estimation.solve.minimise import MinimiseSettings, minimise
-from radargui.estimation.solve.problem import Start
+from radargui.estimation.solve.minimise import MinimiseSettings, minimise, solved_at
+from radargui.estimation.solve.problem import Start, State
 from radargui.model.radar import Floor
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.restitution.cross_check import disagreements, found_tilt
-from radargui.restitution.flight_fit import FlightFit, fit_flights
+from radargui.restitution.flight_fit import fit_flights
 from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns
 from radargui.restitution.joint_bounces import fit_free_flights, fit_with_alternatives, joint_bounces
 
@@ -84,67 +83,35 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
     assert fit.misfit[0] < 1.5 * fit.misfit[1] + 20.0
 
 
-def test_flights_that_the_samples_do_not_determine_are_never_the_best(
-    drop: tuple[SceneRecord, JointEstimate], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    posterior, normal = drop[1].posterior, np.array([0.0, 0.0, 1.0])
-    honest = fit_free_flights(posterior, normal)
-    assert honest is not None
-    assert honest.is_good
-    assert honest.impact_s.size > 1
-
-    def negative(information: MotionInformation, plan: FlightPlan) -> FlightFit:
-        fit = fit_flights(information, plan)
-        return replace(fit, misfit=(-1000.0, fit.misfit[1])) if fit.impact_s.size == honest.impact_s.size else fit
-
-    monkeypatch.setattr("radargui.restitution.joint_bounces.fit_flights", negative)
-    without = fit_free_flights(posterior, normal)
-    assert without is not None
-    assert without.impact_s.size == honest.impact_s.size - 1
-    assert without.is_good
-    assert not replace(honest, misfit=(-21.0, 100)).is_good
-    assert replace(honest, misfit=(-1e-3, 100)).is_good
+def test_flights_that_the_samples_do_not_determine_are_not_good(drop: tuple[SceneRecord, JointEstimate]) -> None:
+    fit = fit_free_flights(drop[1].posterior, np.array([0.0, 0.0, 1.0]))
+    assert fit is not None
+    assert fit.is_good
+    assert fit.impact_s.size > 1
+    assert not replace(fit, misfit=(-21.0, 100)).is_good
+    assert replace(fit, misfit=(-1e-3, 100)).is_good
 
 
 def test_motions_of_other_evidence_widen_what_the_flights_say_and_do_not_move_it(
-    drop: tuple[SceneRecord, JointEstimate], monkeypatch: pytest.MonkeyPatch
+    drop: tuple[SceneRecord, JointEstimate],
 ) -> None:
-    posterior, normal = drop[1].posterior, np.array([0.0, 0.0, 1.0])
+    estimate, normal = drop[1], np.array([0.0, 0.0, 1.0])
+    posterior, solution = estimate.posterior, estimate.chosen.solution
     best = fit_free_flights(posterior, normal)
     assert best is not None
-    moved = replace(best, values=best.values + 0.01, covariance=2.0 * best.covariance)
-    others = [AlternativeMotion(replace(posterior), weight) for weight in (0.5, 0.9)]
-    fits = {id(posterior): best, id(others[0].posterior): moved, id(others[1].posterior): None}
-    monkeypatch.setattr("radargui.restitution.joint_bounces.fit_free_flights", lambda one, *_: fits[id(one)])
-    fit = fit_with_alternatives(posterior, others, normal)
+    alike = fit_with_alternatives(posterior, [AlternativeMotion(posterior, 0.5)], normal)
+    assert alike is not None
+    # times what the maps cannot follow
+    np.testing.assert_allclose(alike.covariance, 1.2**2 * best.covariance, rtol=1e-9)
+    # a motion that rises higher by a thousandth has other speeds and another g
+    higher = State(solution.state.coefficients * np.array([1.0, 1.0, 1.001]), solution.state.theta)
+    elsewhere = MotionPosterior(solved_at(Start(solution.problem, higher)), estimate.onset_s)
+    fit = fit_with_alternatives(posterior, [AlternativeMotion(elsewhere, 0.5)], normal)
     assert fit is not None
-    assert fit.values is best.values
-    # the law of total variance, times what the maps cannot follow; what has no flights says nothing
-    expected = 1.2**2 * (best.covariance + 0.5 * (2.0 * best.covariance + 1e-4)) / 1.5
-    np.testing.assert_allclose(fit.covariance, expected, rtol=1e-12)
-
-
-@pytest.mark.parametrize("fewer", [True, False])
-def test_an_alternative_with_more_or_fewer_flights_counts_for_what_it_shares(
-    drop: tuple[SceneRecord, JointEstimate], monkeypatch: pytest.MonkeyPatch, fewer: bool
-) -> None:
-    posterior, normal = drop[1].posterior, np.array([0.0, 0.0, 1.0])
-    longer = fit_free_flights(posterior, normal)
-    assert longer is not None
-    size = longer.values.size - 7
-    shorter = replace(longer, values=longer.values[:size] + 0.01, covariance=2.0 * longer.covariance[:size, :size])
-    best, other = (longer, shorter) if fewer else (shorter, longer)
-    alternative = AlternativeMotion(replace(posterior), 0.5)
-    fits = {id(posterior): best, id(alternative.posterior): other}
-    monkeypatch.setattr("radargui.restitution.joint_bounces.fit_free_flights", lambda one, *_: fits[id(one)])
-    fit = fit_with_alternatives(posterior, [alternative], normal)
-    assert fit is not None
-    assert fit.values is best.values
-    shared = (best.covariance[:size, :size] + 0.5 * (other.covariance[:size, :size] + 1e-4)) / 1.5
-    np.testing.assert_allclose(fit.covariance[:size, :size], 1.2**2 * shared, rtol=1e-12)
-    # of an impact that it lacks it says what the best says
-    own = best.covariance[size:, size:]
-    np.testing.assert_allclose(fit.covariance[size:, size:], 1.2**2 * own, rtol=1e-12)
+    assert fit.values.tolist() == best.values.tolist()
+    wider = np.diag(fit.covariance) / np.diag(best.covariance)
+    assert (wider > 0.9 * 1.2**2).all()
+    assert wider.max() > 2.0 * 1.2**2
 
 
 def test_flights_are_those_of_the_minimum_where_a_solution_is_not_quite_there(
@@ -173,19 +140,6 @@ def test_each_flight_is_moved_by_the_unknowns_of_the_flights_before_it(drop: tup
         more, less = unknowns.motion(q + step), unknowns.motion(q - step)
         assert (more.x - less.x) / 2e-5 == pytest.approx(slopes.x[:, column], abs=2e-6)
         assert (more.results - less.results) / 2e-5 == pytest.approx(slopes.results[:, column], abs=2e-6)
-
-
-def test_an_impact_on_which_floor_and_wall_share_gives_no_e(
-    drop: tuple[SceneRecord, JointEstimate], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    setup, estimate = drop[0].setup, drop[1]
-    alone, _ = joint_bounces(estimate, setup)
-    assert alone.with_walls_s == ()
-    shared = np.arange(estimate.posterior.breaks.time_s.size) == 1
-    monkeypatch.setattr("radargui.restitution.joint_impacts.walls_at_impacts", lambda *_: shared)
-    bounces, _ = joint_bounces(estimate, setup)
-    assert [one.valid for one in bounces.impacts[:2]] == [True, False]
-    assert bounces.with_walls_s == (bounces.impacts[1].time_s,)
 
 
 def test_drag_is_taken_out_of_the_two_other_ways_to_e(drop: tuple[SceneRecord, JointEstimate]) -> None:

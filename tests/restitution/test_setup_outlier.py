@@ -14,7 +14,7 @@ from radargui.model.assumed import uncertain_inputs
 from radargui.model.setup import Setup
 from radargui.model.setup_posterior import EXACT
 from radargui.restitution.setup_chi_square import SetupChiSquare
-from radargui.restitution.setup_outlier import SetupOutlier, _most_by_chance, setup_outlier, wrong_value
+from radargui.restitution.setup_outlier import SetupOutlier, setup_outlier, wrong_value
 
 SETUP = Setup.model_validate(
     {
@@ -92,11 +92,6 @@ def test_spheres_that_are_possible_are_no_places() -> None:
     found = judged({"sphere": 30.0}, keys=("sphere", "sphere", *KEYS))
     assert found is None
     assert judged({}, keys=("sphere", "sphere")) is None
-
-
-def test_what_is_exceeded_by_chance_is_the_quantile_of_chi_square() -> None:
-    exact = {1: 15.14, 3: 21.11, 12: 39.13}
-    assert all(_most_by_chance(n) == pytest.approx(value, rel=0.08) for n, value in exact.items())
 
 
 def test_the_flights_answer_as_one_matrix_what_they_answer_for_each_input() -> None:

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, strategies as st
 from scipy import stats
 
-from radargui.restitution import statistics
 from radargui.restitution.statistics import outliers_of, probability, statistics_of
 
 ROSNER = """
@@ -70,10 +69,9 @@ def test_a_value_without_its_own_u_leaves_the_comparison_out() -> None:
     assert "of 1 degree of freedom, " in of_two.words
 
 
-def test_rosners_example_has_three_outliers_at_5_percent(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rosners_example_has_three_outliers_at_5_percent() -> None:
     values = np.array(ROSNER.split(), dtype=np.float64)
-    monkeypatch.setattr(statistics, "OUTLIER_LEVEL", 0.05)
-    assert [values[place] for place in outliers_of(values)] == [6.01, 5.42, 5.34]
+    assert [values[place] for place in outliers_of(values, 0.05)] == [6.01, 5.42, 5.34]
 
 
 def test_one_clean_series_in_a_hundred_is_flagged() -> None:

@@ -17,7 +17,6 @@ from support.file_samples import codes, default_setup, int16_digitisation
 from radargui.model.recording import Block
 from radargui.processing.result_of_run import result_of_run
 from radargui.report.report import write_report
-from radargui.session import lock
 from radargui.session.lock import Owner, SessionLock, SessionLockedError, SessionReadOnlyError, owner_of
 from radargui.session.session import Session
 
@@ -136,7 +135,7 @@ def test_where_the_disk_knows_no_locks_the_process_named_in_a_marker_counts(
     def unsupported(*_: object) -> None:
         raise OSError(errno.EOPNOTSUPP, "Operation not supported")
 
-    monkeypatch.setattr(lock.FileLock, "_acquire", unsupported)
+    monkeypatch.setattr("filelock.FileLock._acquire", unsupported)
     marker = tmp_path / "session.lock.held"
     mine = SessionLock(tmp_path)
     assert marker.exists()
@@ -169,7 +168,7 @@ def test_a_session_on_a_read_only_disk_can_be_reviewed(tmp_path: Path, monkeypat
     def read_only(*_: object) -> int:
         raise OSError(30, "Read-only file system")
 
-    monkeypatch.setattr(lock.os, "open", read_only)
+    monkeypatch.setattr(os, "open", read_only)
     session = Session.open(path)
     assert "Read-only file system" in session.read_only
     with pytest.raises(SessionReadOnlyError):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import random
+import subprocess
+import sys
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -27,6 +29,21 @@ from radargui.session.session import Session
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
 KILLS = 3
+OTHER_PROGRAM = """
+import sys
+from pathlib import Path
+from radargui.session.lock import SessionLock
+lock = SessionLock(Path(sys.argv[1]))
+print("held", flush=True)
+sys.stdin.read()
+"""
+
+
+def leave(writer: RunWriter) -> None:
+    """Leave the file of a run as it is now, as whoever is killed does."""
+    there = writer.path.read_bytes()
+    writer.close()
+    writer.path.write_bytes(there)
 
 
 def crashed(session: Session, count: int = 1700, *, gap: bool = True) -> tuple[Path, np.ndarray]:
@@ -37,7 +54,7 @@ def crashed(session: Session, count: int = 1700, *, gap: bool = True) -> tuple[P
     writer.write(Block(samples[:, :half], 0))
     writer.write(Block(samples[:, half:], half + (7 if gap else 0), Gap(half, 7, "overflow") if gap else None))
     writer.add_marker(3, "here")
-    writer._let_go()
+    leave(writer)
     return writer.path, samples
 
 
@@ -100,9 +117,7 @@ def test_what_is_being_recorded_is_not_offered(tmp_path: Path) -> None:
     assert session.recording is None
 
 
-def test_a_run_is_named_as_recorded_from_before_its_file_is_there(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_is_named_as_recorded_from_before_its_file_is_there(tmp_path: Path) -> None:
     session = Session.create(tmp_path, default_setup(), now=NOW)
     named: list[bool] = []
 
@@ -110,8 +125,7 @@ def test_a_run_is_named_as_recorded_from_before_its_file_is_there(
         named.append(session.records(path) and not path.exists())
         return RunWriter(path, *given, **header)
 
-    monkeypatch.setattr("radargui.session.session.RunWriter", make)
-    writer = session.new_run(int16_digitisation(), started_at="")
+    writer = session.new_run(int16_digitisation(), make, started_at="")
     assert named == [True]
     assert session.records(writer.path)
     writer.close()
@@ -153,10 +167,10 @@ def test_a_file_with_half_a_row_of_chunks_is_kept_beside(tmp_path: Path) -> None
     path = tmp_path / "run-0001.h5"
     writer = RunWriter(path, int16_digitisation(), started_at="")
     writer.write(Block(codes(6, 1000), 0))
-    with writer._guarded() as file:
+    leave(writer)
+    with h5py.File(path, "r+") as file:
         file["raw"].resize(1500, axis=1)
         file["raw"][0, 1000:] = 1
-    writer._let_go()
     before = path.read_bytes()
     assert finish_run(path, now="2026-11-20") == 1000
     assert (tmp_path / "run-0001.h5.unfinished").read_bytes() == before
@@ -164,18 +178,18 @@ def test_a_file_with_half_a_row_of_chunks_is_kept_beside(tmp_path: Path) -> None
     assert read_overview(path).n_samples == 1000
 
 
-def test_a_session_that_another_program_writes_to_is_not_touched(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_session_that_another_program_writes_to_is_not_touched(tmp_path: Path) -> None:
     session = Session.create(tmp_path, default_setup(), now=NOW)
     run, _ = crashed(session)
     session.close()
     before = run.read_bytes()
-
-    def locked(folder: Path) -> None:
-        raise SessionLockedError(f"{folder} is being written")
-
-    monkeypatch.setattr("radargui.experiment.reprocess.SessionLock", locked)
-    with pytest.raises(SessionLockedError):
-        recover(run, now=NOW)
+    held = subprocess.Popen(
+        [sys.executable, "-c", OTHER_PROGRAM, str(session.path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    with held:
+        assert held.stdout is not None
+        assert held.stdout.readline()
+        with pytest.raises(SessionLockedError):
+            recover(run, now=NOW)
+        held.communicate(b"")
     assert run.read_bytes() == before

@@ -11,8 +11,8 @@ from support.ni_server import serve
 from support.ni_server.server import CERTIFICATES
 
 from radargui.model.errors import DeviceError
-from radargui.sources.ni import driver
 from radargui.sources.ni.discovery import driver_version, find_devices
+from radargui.sources.ni.driver import open_channel
 from radargui.sources.ni.source import NiSource
 
 AUTHORITY, STRANGER = str(CERTIFICATES / "authority.pem"), str(CERTIFICATES / "stranger.pem")
@@ -66,10 +66,10 @@ def test_a_certificate_for_a_server_without_encryption_is_told() -> None:
     assert "Leave out daq.remote_certificate" in text
 
 
-def test_a_server_with_encryption_asked_without_certificate_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(driver, "CONNECT_S", 0.5)
-    with serve(code_recording(10), certificate="server") as server:
-        text = refused(server.address, None)
+def test_a_server_with_encryption_asked_without_certificate_is_told() -> None:
+    with serve(code_recording(10), certificate="server") as server, pytest.raises(DeviceError) as caught:
+        open_channel(server.address, connect_s=0.5)
+    text = str(caught.value)
     assert f"The NI gRPC device server at {server.address} answers only encrypted (TLS)." in text
     assert "--certificate" in text
 

@@ -269,8 +269,13 @@ def test_a_server_killed_during_a_blocked_read_ends_it() -> None:
 
 
 def test_a_dead_network_ends_a_blocked_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    quick = tuple((name, min(value, 700) if name.endswith("_ms") else value) for name, value in driver._OPTIONS)
-    monkeypatch.setattr(driver, "_OPTIONS", quick)
+    connected = grpc.insecure_channel
+
+    def soon(remote: str, options: tuple[tuple[str, int], ...]) -> grpc.Channel:
+        quick = [(name, min(value, 700) if name.endswith("_ms") else value) for name, value in options]
+        return connected(remote, options=quick)
+
+    monkeypatch.setattr(grpc, "insecure_channel", soon)
     with serve(code_recording(400)) as server, wire_to(server.address) as wire:
         source = NiSource(ni_setup(wire.address))
         source.open()
@@ -297,11 +302,12 @@ def test_a_computer_that_does_not_answer_is_told(monkeypatch: pytest.MonkeyPatch
     assert "at lab-pc:31763 does not answer: timed out." in told(lambda: driver_version("lab-pc:31763"))
 
 
-def test_something_else_on_the_port_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(driver, "CONNECT_S", 0.3)
+def test_something_else_on_the_port_is_told() -> None:
     with socket.create_server(("127.0.0.1", 0)) as other:
         address = f"127.0.0.1:{other.getsockname()[1]}"
-        assert f"Something listens at {address}, but it does not answer" in told(lambda: find_devices(address))
+        assert f"Something listens at {address}, but it does not answer" in told(
+            lambda: driver.open_channel(address, connect_s=0.3)
+        )
 
 
 @pytest.mark.parametrize("address", ["lab-pc", ":31763", "lab-pc:", "lab-pc:99999", "lab-pc:0", "lab-pc:x", "a:²"])

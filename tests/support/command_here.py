@@ -5,10 +5,9 @@ python -m support.command_here ARGUMENT...
 
 from __future__ import annotations
 
-from support.processing_here import ProcessingHere
-
 from radargui.cli import main
 from radargui.experiment import series
+from radargui.experiment.processing_apart import ProcessingHere
 
 if __name__ == "__main__":
     series.ProcessingApart = ProcessingHere  # type: ignore[misc]

@@ -23,3 +23,4 @@ class Ended:
 
 
 Command = Callable[..., Ended]
+Called = Callable[[Callable[[], int]], Ended]

@@ -12,12 +12,12 @@ import struct
 import sys
 
 from support.killing import hear_signals
-from support.processing_here import ProcessingHere
 
 from radargui.cli import record
 from radargui.cli.app import app
 from radargui.cli.console import guarded
 from radargui.experiment import series
+from radargui.experiment.processing_apart import ProcessingHere
 from radargui.model.recording import Block
 from radargui.model.setup import Setup
 from radargui.sources.simulated.model import SimulatedSource

@@ -10,10 +10,10 @@ import sys
 
 from PySide6.QtCore import QTimer
 from support.killing import hear_signals
-from support.processing_here import ProcessingHere
 
 from radargui.cli import main
 from radargui.experiment import series
+from radargui.experiment.processing_apart import ProcessingHere
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 

@@ -69,7 +69,7 @@ def at_samples(solution: Solution, signals: ScaledSignals, alternatives: tuple[A
     # where residuals are large the motion is doubtful there, not everywhere
     excess = np.sqrt(np.maximum(misfit / problem.noise_scale[:, None] ** 2, 1.0))
     wide = few_fringes_factor(change * inputs.wavenumber)
-    u_position, u_change = _with_alternatives(solution, alternatives, excess)
+    u_position, u_change = with_alternatives(solution, alternatives, excess)
     # a place needs all receivers: the one that saw least decides
     u_position, u_change = wide.max() * u_position, wide[:, None] * u_change
     if not problem.in_flight.any():
@@ -113,7 +113,7 @@ def _unseen_m(solution: Solution, signals: ScaledSignals) -> float:
     return float(noise / amplitude / solution.problem.inputs.wavenumber) + SAMPLES.smallest_u_m
 
 
-def _with_alternatives(
+def with_alternatives(
     solution: Solution, alternatives: tuple[Alternative, ...], excess: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return standard uncertainties of positions (3, n_bins) and path lengths (n_receivers, n_bins).
@@ -125,21 +125,21 @@ def _with_alternatives(
     here = positions_at_bins(solution)
     path = path_lengths(here, problem.inputs.antennas)
     total = 1.0
-    own = _uncertainties(solution)
+    own = uncertainties(solution)
     square, square_path = (own[0] * excess.max(axis=0)) ** 2, (own[1] * excess) ** 2
     # the best stays the answer: a mean of two motions obeys no equation of motion
     for alternative in alternatives:
         other, weight = alternative.solution, alternative.weight
         there = positions_at_bins(other)
         # what unseen mirrors move has the curvature of the best
-        u_position, u_change = own if other.normal is solution.normal else _uncertainties(other)
+        u_position, u_change = own if other.normal is solution.normal else uncertainties(other)
         square += weight * (u_position**2 + (there - here) ** 2)
         square_path += weight * (u_change**2 + (path_lengths(there, problem.inputs.antennas) - path) ** 2)
         total += weight
     return np.sqrt(square / total), np.sqrt(square_path / total)
 
 
-def _uncertainties(solution: Solution) -> tuple[FloatArray, FloatArray]:
+def uncertainties(solution: Solution) -> tuple[FloatArray, FloatArray]:
     """Return standard uncertainties at the bins: positions (3, n_bins), changes of path (n_receivers, n_bins)."""
     problem = solution.problem
     gradient = path_gradient(positions_at_bins(solution), problem.inputs.antennas)

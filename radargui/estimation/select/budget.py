@@ -48,11 +48,19 @@ class SearchBudget:
         Number of bins, with which the cost of a round grows.
     round_done
         Called once a round; may raise to cancel.
+    bin_rounds, rounds
+        Rounds times bins that may be spent; the fewest and the most rounds.
     """
 
-    def __init__(self, n_bins: int, round_done: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        n_bins: int,
+        round_done: Callable[[], None],
+        bin_rounds: float = BIN_ROUNDS,
+        rounds: tuple[int, int] = ROUNDS,
+    ) -> None:
         # rounds, not seconds: a slow machine shall find the same
-        self.rounds = min(max(ROUNDS[0], round(BIN_ROUNDS / n_bins)), ROUNDS[1])
+        self.rounds = min(max(rounds[0], round(bin_rounds / n_bins)), rounds[1])
         self.left = self.rounds
         self._round_done = round_done
 

@@ -12,7 +12,14 @@ from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane, has_floor, w
 from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.forward.slow_noise import Drift, strongest
 from radargui.estimation.hardware import LogFrontEnd
-from radargui.estimation.select.budget import BudgetSpentError, LooseMapsError, NoSingleBodyError, SearchBudget
+from radargui.estimation.select.budget import (
+    BIN_ROUNDS,
+    ROUNDS,
+    BudgetSpentError,
+    LooseMapsError,
+    NoSingleBodyError,
+    SearchBudget,
+)
 from radargui.estimation.select.chosen_model import Alternative, ChosenModel
 from radargui.estimation.select.converge import COARSE, LAST, RoundSettings, converge, settle_breaks
 from radargui.estimation.select.fall import FoundFall
@@ -68,6 +75,8 @@ class ChoiceSettings:
         Alternatives below this weight against the best are forgotten.
     first_rounds, last_rounds
         Rounds of convergence while models are compared, and for the chosen model.
+    bin_rounds, rounds
+        What the search may spend, as of `SearchBudget`.
     """
 
     floors_below_m: tuple[float, ...] = (0.010, 0.04, 0.08, 0.13, 0.19, 0.26)
@@ -87,6 +96,8 @@ class ChoiceSettings:
     least_weight: float = 0.01
     first_rounds: int = 4
     last_rounds: int = 10
+    bin_rounds: float = BIN_ROUNDS
+    rounds: tuple[int, int] = ROUNDS
 
 
 CHOICES = ChoiceSettings()
@@ -125,7 +136,7 @@ def choose_model(
     NoSingleBodyError
         No model describes the signals; `LooseMapsError` where maps stand for them.
     """
-    budget = SearchBudget(found.data.bins.n_bins, round_done)
+    budget = SearchBudget(found.data.bins.n_bins, round_done, settings.bin_rounds, settings.rounds)
     selection = _Selection(found, drift, normal, budget.spend, known_front_ends, settings)
     solution, gain, alternatives = selection.floor()
     entered("flights")

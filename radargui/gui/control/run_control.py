@@ -14,6 +14,7 @@ from radargui.acquisition.health import Health
 from radargui.experiment.awake import kept_awake
 from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
+from radargui.experiment.processing_apart import ProcessingApart
 from radargui.files.run_card import RunCard, origin_attributes, origin_of_source, read_run_card
 from radargui.gui.background import Mailbox
 from radargui.gui.control.state import AppState, Asked, Backlog, Feed, MakeSource, RunRequest, WorkerState
@@ -61,6 +62,8 @@ class RunControl(QObject):
         self.session: Session | None = None
         self.feed: Feed | None = None
         self.run_number = self.n_runs = 0
+        self.processing: Callable[[], ProcessingApart] | None = None
+        """Makes what processes the runs, as of `Experiment`."""
         self.kind: SourceKind | None = None
         self.is_reviewed = False
         """Whether the session was opened and not made here: nobody has said yet that runs are to be added to it."""
@@ -191,6 +194,7 @@ class RunControl(QObject):
                 continuous=continuous,
                 attributes=origin_attributes(request.kind, request.file, setup.daq.device),
                 memory=memory,
+                processing=self.processing,
                 # a simulation that sleeps loses nothing
                 awake=partial(kept_awake, reports=request.kind == "ni"),
             )

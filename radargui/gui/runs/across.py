@@ -23,7 +23,7 @@ from radargui.gui.runs.situation import Situation, SituationModel
 from radargui.gui.services import Services
 from radargui.gui.theme import write
 
-_WIDEST = {
+WIDEST = {
     "state": max(LARGE_WORDS, key=len),
     "result": "live e = 0.88888 ± 0.88888",
     "run": "drop 888 (888 of 888)",
@@ -34,7 +34,7 @@ _WIDEST = {
 """Longest that each line holds in letters as large as fit; fonts follow these and the screen, never what is shown."""
 _SHARES = {"state": 0.26, "result": 0.24, "run": 0.12, "next": 0.12, "why": 0.16, "keys": 0.05}
 """Of the height of the screen; what is left holds the keys."""
-_LINES = {"next": 2, "why": 5}
+LINES = {"next": 2, "why": 5}
 """That a sentence may take: the longest reason stands there whole."""
 _KEYS = "Space  start      R  record      F5  stop      Del  reject      F11 or Esc  back to the window"
 _BADGE_SIZE = 0.5
@@ -76,10 +76,10 @@ class AcrossView(QWidget):
     def fonts(self) -> dict[str, QFont]:
         """Return the font of each line: as large as its longest words allow on this screen."""
         made = {}
-        for name, widest in _WIDEST.items():
+        for name, widest in WIDEST.items():
             font = having(QFont(self.font()), bold=name in ("state", "result"), pixelSize=100)
             metrics = QFontMetricsF(font)
-            lines = _LINES.get(name, 1)
+            lines = LINES.get(name, 1)
             width = (1.0 - 2.0 * _MARGIN) * self.width() / metrics.horizontalAdvance(widest)
             height = _SHARES[name] * self.height() / (lines * metrics.lineSpacing())
             font.setPixelSize(max(1, int(100 * min(width, height))))
@@ -105,7 +105,7 @@ class AcrossView(QWidget):
             if name == "state":
                 band = QRectF(0.0, 0.0, self.width(), box.height())
                 painter.fillRect(band, QColor(colours.role(shown.role)))
-            height = box.height() if name in _LINES else 0.0
+            height = box.height() if name in LINES else 0.0
             fitting = wrapped(words, QFontMetrics(fonts[name]), int(box.width()), int(height))
             colour = colours.base if name == "state" else colours.text
             write(painter, box, fitting, colour, font=fonts[name])

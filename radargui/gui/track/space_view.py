@@ -99,7 +99,7 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         """Draw a track."""
         self._track = track
         points = track.position_mm.T.astype(np.float32)
-        kept = _spaced(points)
+        kept = spaced(points)
         points = points[kept]
         shades = self._colours.table().astype(np.float32)[self._colours.steps(track.speed_m_s[kept])]
         self._draw_line(self._trail, points, shades)
@@ -185,7 +185,7 @@ def _multiples(low: float, high: float, step: float) -> FloatArray:
     return np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step
 
 
-def _spaced(points: Points) -> BoolArray:
+def spaced(points: Points) -> BoolArray:
     """Return which points (n, 3) are at least `_STEP_MM` apart along the line: shorter pieces are drawn as dots."""
     if len(points) < 3:
         return np.ones(len(points), dtype=np.bool_)

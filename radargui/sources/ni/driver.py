@@ -146,7 +146,7 @@ def split_address(remote: str) -> tuple[str, int]:
     return host, int(port)
 
 
-def open_channel(remote: str, certificate: str | None = None) -> Any:
+def open_channel(remote: str, certificate: str | None = None, connect_s: float = CONNECT_S) -> Any:
     """Return a gRPC channel that is connected to a server at HOST:PORT.
 
     Parameters
@@ -155,6 +155,8 @@ def open_channel(remote: str, certificate: str | None = None) -> Any:
         HOST:PORT.
     certificate
         File with the certificate (PEM) by which the server is known; None: the connection is not encrypted.
+    connect_s
+        Given to each try.
 
     Raises
     ------
@@ -168,32 +170,32 @@ def open_channel(remote: str, certificate: str | None = None) -> Any:
     except ImportError as error:
         raise device_error("no_grpc", remote=remote, error=error) from error
     known_by = None if certificate is None else read_certificate(certificate)
-    _knock(host, port)
+    _knock(host, port, connect_s)
     if known_by is None:
         channel = grpc.insecure_channel(remote, options=_OPTIONS)
     else:
-        wrong = check_encryption(host, port, known_by, CONNECT_S)
+        wrong = check_encryption(host, port, known_by, connect_s)
         if wrong is not None:
             raise wrong
         channel = grpc.secure_channel(remote, grpc.ssl_channel_credentials(known_by), options=_OPTIONS)
     try:
         # any answer, be it "unknown method", shows that a gRPC server is there
-        channel.unary_unary(_PROBE)(b"", timeout=CONNECT_S, wait_for_ready=True)
+        channel.unary_unary(_PROBE)(b"", timeout=connect_s, wait_for_ready=True)
     except grpc.RpcError as error:
         if error.code() not in (grpc.StatusCode.DEADLINE_EXCEEDED, grpc.StatusCode.UNAVAILABLE):
             return channel
         channel.close()
-        if known_by is None and answers_encrypted(host, port, CONNECT_S):
+        if known_by is None and answers_encrypted(host, port, connect_s):
             raise device_error("encrypted_only", remote=remote) from error
         raise device_error("no_device_server", remote=remote) from error
     return channel
 
 
-def _knock(host: str, port: int) -> None:
+def _knock(host: str, port: int, connect_s: float) -> None:
     """Try the address with a plain connection: the operating system tells why it fails, gRPC does not."""
     address = f"{host}:{port}"
     try:
-        socket.create_connection((host.strip("[]"), port), timeout=CONNECT_S).close()
+        socket.create_connection((host.strip("[]"), port), timeout=connect_s).close()
     except (socket.gaierror, UnicodeError) as error:
         raise device_error("unknown_computer", host=host) from error
     except ConnectionRefusedError as error:

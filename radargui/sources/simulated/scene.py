@@ -151,6 +151,8 @@ class Scene:
         The motion after the release.
     duration_s
         Length of the scene; None where it repeats for ever.
+    run_s, period_s
+        Length of one run, and from one to the next where it repeats.
 
     Raises
     ------
@@ -164,20 +166,20 @@ class Scene:
         self._release_m = np.array(setup.tracer.release_position_m)
         self.trajectory = _trajectory(setup, self._release_m, run)
         self._rest_s = simulation.rest_s
-        self._run_s = simulation.rest_s + self.trajectory.duration_s + simulation.settle_s
+        self.run_s = simulation.rest_s + self.trajectory.duration_s + simulation.settle_s
         self._end_m = self.trajectory.position_m(np.array([self.trajectory.duration_s]))[:, 0]
-        self._period_s = self._run_s + RETURN_S
-        self.duration_s = None if repeat else self._run_s
+        self.period_s = self.run_s + RETURN_S
+        self.duration_s = None if repeat else self.run_s
 
     def position_m(self, time_s: FloatArray) -> FloatArray:
         """Return the position, shape (3, n), at times (n,) from the start of the scene."""
         if not self._repeat:
             return self.trajectory.position_m(time_s - self._rest_s)
         # a hand brings it back smoothly, so that the trigger sees a motion and no jump
-        phase_s = np.mod(time_s, self._period_s)
+        phase_s = np.mod(time_s, self.period_s)
         position = self.trajectory.position_m(phase_s - self._rest_s)
-        returning = phase_s > self._run_s
-        way_m = minimum_jerk((phase_s[returning] - self._run_s) / RETURN_S) * (self._release_m - self._end_m)[:, None]
+        returning = phase_s > self.run_s
+        way_m = minimum_jerk((phase_s[returning] - self.run_s) / RETURN_S) * (self._release_m - self._end_m)[:, None]
         position[:, returning] = self._end_m[:, None] + way_m
         return position
 
@@ -185,8 +187,8 @@ class Scene:
         """Return the instants of the impacts in [first_s, last_s)."""
         impacts = self.trajectory.impact_time_s + self._rest_s
         if self._repeat:
-            rounds = np.arange(max(int(first_s // self._period_s), 0), int(last_s // self._period_s) + 1)
-            impacts = (rounds[:, None] * self._period_s + impacts).ravel()
+            rounds = np.arange(max(int(first_s // self.period_s), 0), int(last_s // self.period_s) + 1)
+            impacts = (rounds[:, None] * self.period_s + impacts).ravel()
         return np.asarray(impacts[(impacts >= first_s) & (impacts < last_s)])
 
 

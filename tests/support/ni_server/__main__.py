@@ -32,7 +32,7 @@ def main() -> None:
     began = time.perf_counter()
     radar = SimulatedRadar(setup, repeat=True)
     block = max(1, round(setup.daq.rate_hz * setup.daq.read_interval_s))
-    n_blocks = int(radar.scene._period_s * setup.daq.rate_hz / block)
+    n_blocks = int(radar.scene.period_s * setup.daq.rate_hz / block)
     codes = radar.samples(0, n_blocks * block)
     recording = Recording("generator", codes, radar.digitisation)
     made = Precomputed(codes, block)

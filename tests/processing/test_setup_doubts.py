@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from benchmarks.world.draw import draw
 from benchmarks.world.mistaken.draw import mistaken
+from benchmarks.world.population import modelled
 from benchmarks.world.scene import make_record
 from benchmarks.world.stated import Stated
 from support.words import words
@@ -226,3 +227,17 @@ def test_a_sphere_of_another_size_is_named_and_no_polarisation(variant: str) -> 
     of_setup = {one.code: one for one in result.findings if one.code in ("setup_contradicted", "polarization_off")}
     assert of_setup.keys() <= {"setup_contradicted"}
     assert all(one.facts["place"] == "tracer.diameter_m" for one in of_setup.values())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [0, 1])
+def test_beside_a_wall_a_sphere_of_another_size_is_named_and_nothing_else(number: int) -> None:
+    held = {"walls": 1, "wall": 0.1, "told": True, "diameter_m": 0.008, "rate_hz": 8000.0, "skew_s": 0.0}
+    (scene,) = modelled((number,), "wall", 1, {**held, "height_m": 0.15})
+    tracer = {**scene.setup["tracer"], "diameter_m": 0.016}
+    result = process(scene.record().recording, Setup.model_validate({**scene.setup, "tracer": tracer}))
+    named = {one.facts["place"] for one in result.findings if one.code == "setup_contradicted"}
+    assert named == {"tracer.diameter_m"}
+    assert all(one.code != "polarization_off" for one in result.findings)
+    assert result.corrected is not None
+    assert all(one.finding is None for one in result.corrected.channels)

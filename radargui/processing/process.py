@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -33,6 +33,7 @@ from radargui.processing.long_recording import shortened
 from radargui.processing.measured_motion import MeasuredMotion, nothing_measured
 from radargui.processing.part import Part
 from radargui.processing.progress import Progress
+from radargui.processing.separate_motions import separate_motions
 from radargui.processing.whole import Whole
 from radargui.restitution.cross_check import found_tilt, walls_met
 from radargui.restitution.impact_plane import judged_by_floor
@@ -41,7 +42,11 @@ if TYPE_CHECKING:
     # only who asks for flights pays for loading them
     from radargui.processing.by_flights import MeasuredDrop
 
+    _Flown = tuple[Part, MeasuredDrop | Finding | None]
+
 ESTIMATES = ("adaptive", "joint", "flights")
+_BY_FLIGHTS = ("joint", "flights")
+"""Which of them measure a drop by its flights first."""
 _OF_CIRCLES = (
     "arc_too_short",
     "channel_dead",
@@ -126,17 +131,20 @@ def process(
         # a dead, doubled or exchanged channel is no receiver: its neighbours must not be corrected together with it
         part = Part(setup, conditioned, *wired_wrongly(conditioned, setup))
 
+        def fly(part: Part, former: MeasuredDrop | Finding | None) -> _Flown:
+            # flights that explain all receivers tell more of them than circles, which a strong floor bends
+            whole = replace(part, faults=tuple(None if one and one.code in _OF_CIRCLES else one for one in part.faults))
+            return _flown(whole, lambda part: _drop(part, done, front_ends, former))
+
         def by_circles(part: Part) -> tuple[Part, MeasuredMotion]:
             return part, _measure(recording, part, done, on_preliminary, front_ends, others)
 
         drop: MeasuredDrop | Finding | None = None
+        part, flown = _first_drop(part, separate_motions(recording, conditioned, setup), fly)
 
         def by_flights(part: Part) -> tuple[Part, MeasuredMotion]:
-            nonlocal drop
-            former = drop
-            # flights that explain all receivers tell more of them than circles, which a strong floor bends
-            whole = replace(part, faults=tuple(None if one and one.code in _OF_CIRCLES else one for one in part.faults))
-            whole, drop = _flown(whole, lambda part: _drop(part, done, front_ends, former))
+            nonlocal drop, flown
+            (whole, drop), flown = flown or fly(part, drop), None
             motion = _of_drop(recording, whole, drop, done, on_preliminary, front_ends, others)
             part, motion = (whole, motion) if motion else by_circles(_over_strong_floor(part, drop))
             if isinstance(drop, Finding):
@@ -221,9 +229,7 @@ def _measure(
         return replace(motion, findings=(warn("estimate_impossible", method=method, cause=why_of(error)),))
 
 
-def _flown(
-    part: Part, measure: Callable[[Part], MeasuredDrop | Finding | None]
-) -> tuple[Part, MeasuredDrop | Finding | None]:
+def _flown(part: Part, measure: Callable[[Part], MeasuredDrop | Finding | None]) -> _Flown:
     """Measure a drop, first as if no channel were open: flights that explain all channels say that none is.
 
     Over a floor of metal waves stand: where one shows in Q alone, I looks as if its contact were open.
@@ -235,6 +241,21 @@ def _flown(
     return part, measure(part)
 
 
+def _first_drop(
+    part: Part, motions: Iterator[Part], fly: Callable[[Part, MeasuredDrop | Finding | None], _Flown]
+) -> tuple[Part, _Flown | None]:
+    """Return the first of several motions that is a drop, and its flights; where none is, all of them and no flights.
+
+    The sphere fell from the release in it, so that its path is counted from there. Motions before it are a hand's.
+    """
+    if part.setup.processing.correction in _BY_FLIGHTS:
+        for one in motions:
+            flown = fly(one, None)
+            if flown[1] is not None and not isinstance(flown[1], Finding):
+                return one, flown
+    return part, None
+
+
 def _drop(
     part: Part, progress: Progress, front_ends: FrontEndPrior | None, former: MeasuredDrop | Finding | None
 ) -> MeasuredDrop | Finding | None:
@@ -243,7 +264,7 @@ def _drop(
     None where another correction is wanted or needed; why not where flights are and nothing can be followed so.
     """
     method = part.setup.processing.correction
-    if method not in ("joint", "flights"):
+    if method not in _BY_FLIGHTS:
         return None
     # only who asks for them pays for loading them
     from radargui.processing.by_flights import measure_by_flights

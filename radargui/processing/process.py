@@ -22,6 +22,7 @@ from radargui.model.recording import Recording
 from radargui.model.result import Quality, RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior
+from radargui.model.uncertainty_budget import BudgetLine
 from radargui.model.unexplained_stretch import unexplained_of
 from radargui.processing.by_receiver import measure_by_receiver
 from radargui.processing.checks.evidence import Evidence
@@ -70,6 +71,8 @@ _OF_WIRES = (
 
 OnPreliminary = Callable[[RunResult], None]
 
+LANDED_DEAD = "landed_dead"
+"""Code of the finding that a fall has no rebound: no correction tells an e of it then."""
 STOPPED = warn("joint_stopped")
 _MOST_ESTIMATES = 3
 """Each without what the one before could not explain: a contact that opens again and again does so for the rest of the
@@ -150,6 +153,7 @@ def process(
             if isinstance(drop, Finding):
                 motion = motion.said(warn("no_flights", cause=drop))
             elif drop is not None and not motion.unexplained:
+                motion = motion.said(drop.landed_dead)
                 motion = motion.contradicted(drop.wrong_diameter(whole.setup, motion))
                 if floor := drop.strong_floor:
                     motion = motion.blamed(_OF_WIRES, floor)
@@ -341,6 +345,9 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
             motion.bounces,
             motion.changes,
         )
+        if any(one.code == LANDED_DEAD for one in motion.findings):
+            # what flies a millimetre high, if at all, is within what any model of the floor leaves
+            bounces, budget = replace(bounces, impacts=(), velocities=None), budget and replace(budget, e=BudgetLine())
         # the joint estimate's errors belong to the place: what mirrors do turns by one radian within this
         alike_m = None if motion.bounces is None else part.setup.radar.wavelength_m / (4.0 * np.pi)
         by_conic, g_m_s2 = corrected.method in ("ellipse", "none"), expected_gravity_m_s2(part.setup.site)

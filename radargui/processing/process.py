@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     _Flown = tuple[Part, MeasuredDrop | Finding | None]
 
 ESTIMATES = ("adaptive", "joint", "flights")
-_BY_FLIGHTS = ("joint", "flights")
+BY_FLIGHTS = ("joint", "flights")
 """Which of them measure a drop by its flights first."""
 _OF_CIRCLES = (
     "arc_too_short",
@@ -252,7 +252,7 @@ def _first_drop(
 
     The sphere fell from the release in it, so that its path is counted from there. Motions before it are a hand's.
     """
-    if part.setup.processing.correction in _BY_FLIGHTS:
+    if part.setup.processing.correction in BY_FLIGHTS:
         for one in motions:
             flown = fly(one, None)
             if flown[1] is not None and not isinstance(flown[1], Finding):
@@ -268,7 +268,7 @@ def _drop(
     None where another correction is wanted or needed; why not where flights are and nothing can be followed so.
     """
     method = part.setup.processing.correction
-    if method not in _BY_FLIGHTS:
+    if method not in BY_FLIGHTS:
         return None
     # only who asks for them pays for loading them
     from radargui.processing.by_flights import measure_by_flights

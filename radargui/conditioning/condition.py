@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +20,7 @@ from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import FloatArray, pairs_of
 from radargui.model.finding import refuse
 from radargui.model.front_end import with_phase_sign
-from radargui.model.recording import Recording, channel_skew
+from radargui.model.recording import Recording, absolute_index, channel_skew
 from radargui.model.result import Segment
 from radargui.model.setup import Setup
 
@@ -30,7 +31,7 @@ LOOKED_HZ, LOOKED_PER_FRINGE = 1000.0, 16.0
 """Least rate, and least samples of the fastest wave, of the means whose spectra tell three receivers' lines."""
 
 
-def condition(recording: Recording, setup: Setup) -> Conditioned | NoMotion:
+def condition(recording: Recording, setup: Setup, samples: slice | None = None) -> Conditioned | NoMotion:
     """Condition the signals of a recording: of the stretches between gaps the one to use.
 
     One with a rest before the motion comes first, for there it is known where the sphere was; then the longest motion.
@@ -42,6 +43,8 @@ def condition(recording: Recording, setup: Setup) -> Conditioned | NoMotion:
         Two channels a receiver.
     setup
         Its sign of the wiring; its multiplexer skew where the recording comes without one.
+    samples
+        The only stored samples that count, between which nothing was lost; None: all.
 
     Returns
     -------
@@ -49,6 +52,8 @@ def condition(recording: Recording, setup: Setup) -> Conditioned | NoMotion:
         NoMotion where the voltages do not move more than their noise.
     """
     skew, runs = channel_skew(recording.digitisation, setup.daq), tuple(recording.stretches())
+    if samples is not None:
+        runs = ((samples, int(absolute_index(samples.start, 1, recording.gaps)[0])),)
     found = [find_stretch(recording, samples, first, setup) for samples, first in runs]
     moving = [one for one in found if isinstance(one, Stretch)]
     if not moving:
@@ -116,6 +121,7 @@ def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, ph
         delay_s,
         rate_hz,
         phase_sign,
+        motion.pauses,
     )
 
 
@@ -127,4 +133,4 @@ def _widened(motion: Motion, doppler: tuple[Doppler, ...], echoes: tuple[Echo | 
         if echo is not None and seen.size:
             first = min(first, int(own.centre[seen[0]]) if seen[0] else 0)
             last = max(last, int(own.centre[seen[-1]]) if seen[-1] < own.centre.size - 1 else echo.leads.size)
-    return Motion(first, last, motion.window_s)
+    return replace(motion, first=first, last=last)

@@ -69,6 +69,8 @@ class Conditioned:
         Of each channel.
     phase_sign
         Sign that the wiring had.
+    pauses
+        First and last of these samples of each rest between two motions in the segment.
     """
 
     samples: slice
@@ -88,6 +90,7 @@ class Conditioned:
     delay_s: FloatArray
     sample_rate_hz: float
     phase_sign: int
+    pauses: tuple[tuple[int, int], ...] = ()
 
     @property
     def n_receivers(self) -> int:

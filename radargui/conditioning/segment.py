@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -39,6 +40,10 @@ class MotionSettings:
     hum_purity
         A line at the mains frequency is a hum if it turns one way by less than this share, else a motion at that
         Doppler frequency.
+    pause_s
+        Two motions with at least so much rest between them are two: cut in the middle, each has a rest of a quarter of
+        a second, which is enough to be one (`short_s` of the onset). No flight of a bouncing sphere stands still so
+        long.
     """
 
     threshold: float = 8.0
@@ -53,6 +58,7 @@ class MotionSettings:
     spread_if_sure: float = 0.45
     least_radius: float = 6.0
     hum_purity: float = 0.8
+    pause_s: float = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,11 +71,14 @@ class Motion:
         Samples first:last.
     window_s
         Length of the window in which the voltages were seen to move: the motion may begin half a window after `first`.
+    pauses
+        First and last sample of each rest of at least `pause_s` between two motions in it.
     """
 
     first: int
     last: int
     window_s: float
+    pauses: tuple[tuple[int, int], ...] = ()
 
 
 SETTINGS = MotionSettings()
@@ -104,6 +113,7 @@ def find_motion(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -
     means, rate_hz, noise_v = block_means(volts, size), sample_rate_hz / size, noise_v / np.sqrt(size)
     level = activity(means, rate_hz, noise_v)
     moving = _moving(level, means, rate_hz, noise_v)
+    pauses = () if moving is None else _pauses(moving, rate_hz)
     if moving is None and turns_slowly(means, rate_hz, noise_v):
         further = max(1, round(SETTINGS.slow_block_s * rate_hz))
         longer = block_means(means, further)
@@ -116,7 +126,8 @@ def find_motion(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -
     # a motion that is cut off by the end of the record has no rest after it
     at_end = blocks[-1] == level.size - 1
     last = volts.shape[1] if at_end else (int(blocks[-1]) + 1) * size
-    return Motion(int(blocks[0]) * size, last, window_blocks(rate_hz) / rate_hz)
+    rests = tuple((begin * size, end * size) for begin, end in pauses)
+    return Motion(int(blocks[0]) * size, last, window_blocks(rate_hz) / rate_hz, rests)
 
 
 BLOCK_S = 0.0005
@@ -181,6 +192,18 @@ def without_blips(moving: BoolArray, least: int) -> BoolArray:
         if end - begin < least:
             out[begin:end] = False
     return out
+
+
+def _pauses(moving: BoolArray, rate_hz: float) -> tuple[tuple[int, int], ...]:
+    """Return the first and the last block of each rest between two motions."""
+    least = window_blocks(rate_hz) + max(1, round(SETTINGS.least_motion_s * rate_hz))
+    runs = runs_of(moving)
+    if not runs.size:
+        return ()
+    apart = np.flatnonzero(runs[1:, 0] - runs[:-1, 1] >= SETTINGS.pause_s * rate_hz) + 1
+    # what lasts no longer than a window is a spike, and no motion by itself
+    motions = [one for one in np.split(runs, apart) if (one[:, 1] - one[:, 0]).max() >= least]
+    return tuple((int(one[-1, 1]), int(other[0, 0])) for one, other in pairwise(motions))
 
 
 def turns_slowly(means_v: FloatArray, rate_hz: float, noise_v: FloatArray) -> bool:

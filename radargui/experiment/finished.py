@@ -11,6 +11,7 @@ from radargui.files.run_results import write_results
 from radargui.live.track import LiveSpan
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.errors import CancelledError
+from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
@@ -132,6 +133,56 @@ class FinishedJob:
     def has_preliminary(self) -> bool:
         """Whether there will be a preliminary result."""
         return self.setup.processing.correction == "joint"
+
+
+@dataclass(frozen=True, slots=True)
+class BegunJob:
+    """A run that is still being recorded, as far as it is; can be sent to another process.
+
+    Attributes
+    ----------
+    recording
+        From the run's first sample on, with nothing lost.
+    setup
+        Under which it is recorded.
+    """
+
+    recording: Recording
+    setup: Setup
+
+
+def early_result(job: BegunJob, progress: Callable[[float], None]) -> RunResult | None:
+    """Return what the flights say of a run that is still being recorded; None where they do not tell.
+
+    Parameters
+    ----------
+    job
+        The run.
+    progress
+        Called now and then; what it raises ends the work.
+
+    Raises
+    ------
+    ProcessingError
+        The samples do not fit the setup.
+    """
+    found: list[RunResult] = []
+
+    def enough(share: float) -> None:
+        progress(share)
+        if found:
+            raise CancelledError
+
+    # the way of the joint correction: its preliminary result is that of the flights
+    joint = job.setup.processing.model_copy(update={"correction": "joint"})
+    setup = job.setup.model_copy(update={"processing": joint})
+    try:
+        process(job.recording, setup, enough, found.append)
+    except CancelledError:
+        if not found:
+            raise
+    result = found[0] if found else None
+    return result if result is not None and result.quality is not None and result.quality.method == "flights" else None
 
 
 def preliminary_result(job: FinishedJob) -> RunResult | None:

@@ -2,6 +2,7 @@
 
 import atexit
 import contextlib
+import importlib
 import logging
 import multiprocessing
 import os
@@ -9,6 +10,7 @@ import pickle
 import signal
 import sys
 import threading
+from collections import deque
 from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
@@ -16,7 +18,14 @@ from pathlib import Path
 from typing import Any
 
 from radargui.experiment.array_pipe import received_arrays, send_arrays
-from radargui.experiment.finished import FinishedJob, LiveAgreement, preliminary_result, process_finished
+from radargui.experiment.finished import (
+    BegunJob,
+    FinishedJob,
+    LiveAgreement,
+    early_result,
+    preliminary_result,
+    process_finished,
+)
 from radargui.model.cores import on_cores
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, fault_of, worded
 from radargui.model.result import RunResult
@@ -26,6 +35,11 @@ from radargui.processing.process import OnPreliminary
 _logger = logging.getLogger(__name__)
 _STOP, _SOON = "stop", "soon"
 """Beside a job: end the one that is done now; look at one that waits meanwhile."""
+_LOOK_S = 0.1
+"""Between two looks whether a result so far is still wanted."""
+_LOADED = ("radargui.processing.by_estimate", "radargui.processing.by_flights")
+"""What takes a second to load, and is loaded while the first run is recorded."""
+OnBegun = Callable[[RunResult | None], None]
 _CLOSE_S = 5.0
 """Given to a process that was asked to end; one that still computes is ended. Chosen by hand."""
 _BELOW_NORMAL_PRIORITY = 0x4000  # BELOW_NORMAL_PRIORITY_CLASS of the Windows API
@@ -34,7 +48,9 @@ _LOWER_BY = 10
 
 
 class ProcessingApart:
-    """One process that does one job after the other, started with the first; used from one thread but for `announce`.
+    """One process that does one job after the other, started with the first.
+
+    Used from one thread, but for `announce` and `announce_begun`.
 
     Threads share Python's one lock: a processing thread beside the reader's makes it wait for tenths of a second. A
     process does not. The window is drawn in time, too. It runs at a lower priority.
@@ -45,6 +61,7 @@ class ProcessingApart:
         self._connection: Connection | None = None
         self._sending = threading.Lock()
         self._on_preliminary: dict[Path, OnPreliminary | None] = {}
+        self._on_begun: OnBegun | None = None
 
     def start(self) -> None:
         """Start the process, which takes a second, before there is a job; idempotent.
@@ -63,6 +80,49 @@ class ProcessingApart:
         if connection is not None:
             with self._sending, contextlib.suppress(OSError):
                 connection.send((_SOON, job))
+
+    def announce_begun(self, job: BegunJob, on_begun: OnBegun) -> None:
+        """Let the result so far of a run be computed, now or between two rounds of the job that is done.
+
+        What comes of it is given to `on_begun` in the thread that calls `process` or `await_begun`. One at a time:
+        where the one before is still computed the processor is too slow for it.
+        """
+        connection = self._connection
+        if connection is None or self._on_begun is not None:
+            return
+        self._on_begun = on_begun
+        try:
+            with self._sending:
+                connection.send((_SOON, job))
+        except OSError:
+            self._on_begun = None
+
+    def await_begun(self, is_wanted: Callable[[], bool]) -> None:
+        """Wait for the result so far that was announced; return at once where none was, or it is there.
+
+        Parameters
+        ----------
+        is_wanted
+            Asked ten times a second; where it is not, the process is told to stop.
+        """
+        connection, stopped = self._connection, False
+        try:
+            while connection is not None and self._on_begun is not None:
+                if connection.poll(_LOOK_S):
+                    self._take_begun(connection, connection.recv()[1])
+                elif not stopped and not is_wanted():
+                    stopped = True
+                    with self._sending:
+                        connection.send(_STOP)
+        except (EOFError, OSError, pickle.PickleError):
+            # what is broken is told by the job that follows
+            self._on_begun = None
+
+    def _take_begun(self, connection: Connection, value: Any) -> None:
+        report, self._on_begun = self._on_begun, None
+        result = None if value is None else _received(connection, value)[1]
+        if report is not None:
+            report(result)
 
     def process(
         self, job: FinishedJob, progress: Callable[[float], None], on_preliminary: OnPreliminary
@@ -93,6 +153,9 @@ class ProcessingApart:
                                 connection.send(_STOP)
                         stopped = True
                     continue
+                if kind == "begun":
+                    self._take_begun(connection, value)
+                    continue
                 path, result, agreement = _received(connection, value)
                 if kind == "result":
                     return result, agreement
@@ -111,7 +174,7 @@ class ProcessingApart:
         """End the process; idempotent."""
         atexit.unregister(self.close)
         process, connection = self._process, self._connection
-        self._process = self._connection = None
+        self._process = self._connection = self._on_begun = None
         if connection is not None:
             with contextlib.suppress(OSError):
                 connection.send(None)
@@ -164,25 +227,55 @@ def _serve(connection: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _lower_priority()
     with contextlib.suppress(EOFError, OSError), on_cores():
-        while (job := connection.recv()) is not None:
+        for name in _LOADED:
+            importlib.import_module(name)
+        inbox = _Inbox(connection)
+        while (job := inbox.take()) is not None:
             # what was announced comes now itself, and what was to be stopped has ended
             if isinstance(job, FinishedJob):
-                _answer(connection, job)
+                _answer(connection, inbox, job)
+            elif isinstance(job, tuple) and isinstance(job[1], BegunJob):
+                _answer_begun(connection, inbox, job[1])
 
 
-def _answer(connection: Connection, job: FinishedJob) -> None:
+class _Inbox:
+    """What the parent says, in order; what was looked at too early is read again."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._unread: deque[Any] = deque()
+
+    def has_any(self) -> bool:
+        """Return whether there is something to take."""
+        return bool(self._unread) or self._connection.poll()
+
+    def take(self) -> Any:
+        """Return what was said next."""
+        return self._unread.popleft() if self._unread else self._connection.recv()
+
+    def is_to_stop(self) -> bool:
+        """Return whether something was said meanwhile that ends the work; all of it stays unread."""
+        while self._connection.poll():
+            self._unread.append(self._connection.recv())
+        return any(said is None or said == _STOP for said in self._unread)
+
+
+def _answer(connection: Connection, inbox: _Inbox, job: FinishedJob) -> None:
     def progress(fraction: float) -> None:
         connection.send(("progress", fraction))
-        while connection.poll():
-            said = connection.recv()
+        while inbox.has_any():
+            said = inbox.take()
             # None comes where the parent closes meanwhile
             if said in (_STOP, None):
                 raise CancelledError
-            _answer_soon(connection, said[1])
+            if isinstance(said[1], BegunJob):
+                _answer_begun(connection, inbox, said[1])
+            else:
+                _answer_soon(connection, said[1])
 
     try:
         result, agreement = process_finished(
-            job, progress, lambda preliminary: _send(connection, "preliminary", job, preliminary, None)
+            job, progress, lambda preliminary: _send(connection, "preliminary", job.path, preliminary, None)
         )
     except (RadarGuiError, CancelledError) as error:
         connection.send(("error", error))
@@ -190,7 +283,7 @@ def _answer(connection: Connection, job: FinishedJob) -> None:
         _logger.exception("Processing failed")
         connection.send(("error", fault_of(error, "Processing")))
     else:
-        _send(connection, "result", job, result, agreement)
+        _send(connection, "result", job.path, result, agreement)
 
 
 def _answer_soon(connection: Connection, job: FinishedJob) -> None:
@@ -201,14 +294,31 @@ def _answer_soon(connection: Connection, job: FinishedJob) -> None:
         _logger.info("There is no preliminary result of %s", job.path, exc_info=True)
         return
     if preliminary is not None:
-        _send(connection, "preliminary", job, preliminary, None)
+        _send(connection, "preliminary", job.path, preliminary, None)
 
 
-def _send(
-    connection: Connection, kind: str, job: FinishedJob, result: RunResult, agreement: LiveAgreement | None
-) -> None:
+def _answer_begun(connection: Connection, inbox: _Inbox, job: BegunJob) -> None:
+    def progress(_: float) -> None:
+        if inbox.is_to_stop():
+            raise CancelledError
+
+    result: RunResult | None = None
+    try:
+        result = early_result(job, progress)
+    except CancelledError:
+        _logger.info("What is recorded so far is not wanted any more")
+    except Exception:
+        # reported when it is the turn of the run
+        _logger.info("There is no result so far of %s", job.recording.name, exc_info=True)
+    if result is None:
+        connection.send(("begun", None))
+    else:
+        _send(connection, "begun", Path(job.recording.name), result, None)
+
+
+def _send(connection: Connection, kind: str, path: Path, result: RunResult, agreement: LiveAgreement | None) -> None:
     buffers: list[pickle.PickleBuffer] = []
-    data = pickle.dumps((job.path, result, agreement), protocol=5, buffer_callback=buffers.append)
+    data = pickle.dumps((path, result, agreement), protocol=5, buffer_callback=buffers.append)
     arrays = [buffer.raw() for buffer in buffers]
     connection.send((kind, (data, [array.nbytes for array in arrays])))
     send_arrays(connection, arrays)

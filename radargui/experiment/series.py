@@ -30,15 +30,18 @@ from radargui.experiment.event import (
     unprocessed,
     with_place,
 )
-from radargui.experiment.finished import FinishedJob, LiveAgreement
-from radargui.experiment.live_bounce import first_bounce
+from radargui.experiment.finished import BegunJob, FinishedJob, LiveAgreement
+from radargui.experiment.live_bounce import first_bounce, is_flown
 from radargui.experiment.processing_apart import ProcessingApart, ProcessingHere
 from radargui.live.fall_test import FallTest
 from radargui.live.processor import LiveMemory, LiveProcessor
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, attempt
+from radargui.model.gravity import expected_gravity_m_s2
+from radargui.model.recording import Recording
 from radargui.model.result import Bounce, RunResult
 from radargui.model.rounding import quantity
 from radargui.model.setup import Setup
+from radargui.processing.process import BY_FLIGHTS
 from radargui.session.session import Session
 from radargui.sources.contract import Source
 
@@ -180,6 +183,8 @@ class AcquisitionSeries:
         self._n_processing = 0
         self._health_due_s = self._look_due_s = 0.0
         self._bounce: Bounce | None = None
+        self._is_begun = False
+        self._early_results: dict[int, RunResult | FinishedRun] = {}
         self._next_number = order.publisher.number + 1
         self._outcomes: dict[int, RecordedRun] = {}
         self.failure: RadarGuiError | None = None
@@ -279,7 +284,10 @@ class AcquisitionSeries:
     def _look(self) -> None:
         """Report the first bounce of the run under way, once, as soon as the live track tells its e."""
         live, recorder, now_s = self._acquisition.live, self._recorder, time.monotonic()
-        if self._bounce is not None or now_s < self._look_due_s or recorder.state is not RecorderState.RECORDING:
+        if self._bounce is not None:
+            self._begin_result(self._bounce)
+            return
+        if now_s < self._look_due_s or recorder.state is not RecorderState.RECORDING:
             return
         self._look_due_s = now_s + LOOK_S
         if live is None or (output := recorder.output) is None:
@@ -294,6 +302,52 @@ class AcquisitionSeries:
             self._bounce = bounce
             said = f"live e = {quantity(bounce.e, bounce.u_stated)}"
             self._order.publisher.report(EventKind.BOUNCE, said, bounce=bounce)
+
+    def _begin_result(self, bounce: Bounce) -> None:
+        """Have the flights of the run under way computed, once, as soon as enough follows its first impact.
+
+        The record ends a second after that at least, and its preliminary result follows some seconds later.
+        """
+        order, output, ring = self._order, self._recorder.output, self._acquisition.ring
+        digitisation = self._acquisition.digitisation
+        if self._is_begun or order.patient or not order.process or order.is_cancelled:
+            return
+        if (
+            output is None
+            or ring is None
+            or digitisation is None
+            or self._recorder.state is not RecorderState.RECORDING
+        ):
+            return
+        end, correction = ring.latest, order.setup.processing.correction
+        if correction not in BY_FLIGHTS or not is_flown(
+            bounce, end / digitisation.sample_rate_hz, expected_gravity_m_s2(order.setup.site)
+        ):
+            return
+        self._is_begun = True
+        blocks = ring.blocks(output.first_index, end)
+        # across a gap nothing is computed, and the ring holds ten seconds
+        if len(blocks) != 1 or blocks[0].first_index != output.first_index:
+            return
+        recording = Recording(output.path.stem, blocks[0].samples, digitisation)
+        number = order.publisher.number
+
+        def report(result: RunResult | None) -> None:
+            if result is not None:
+                self._messages.put(partial(self._report_early, number, result))
+
+        self._processing.announce_begun(BegunJob(recording, order.setup), report)
+        self._jobs.submit(self._processing.await_begun, lambda: not order.is_cancelled)
+
+    def _report_early(self, number: int, latest: RunResult | FinishedRun) -> None:
+        """Report what the flights say so far of a run, as soon as that is known and its file is closed."""
+        other = self._early_results.pop(number, None)
+        if isinstance(latest, RunResult) and isinstance(other, FinishedRun):
+            self._preliminary(other)(latest)
+        elif isinstance(latest, FinishedRun) and isinstance(other, RunResult):
+            self._preliminary(latest)(other)
+        elif number >= self._next_number:
+            self._early_results[number] = latest
 
     def _take(self, message: Message) -> None:
         match message:
@@ -316,6 +370,7 @@ class AcquisitionSeries:
             if run.number == self._last_number and not self._ended:
                 return
             del self._outcomes[self._next_number]
+            self._early_results.pop(self._next_number, None)
             self._next_number += 1
             yield self._published(run, is_last=self._ended and not self._n_processing and not self._outcomes)
 
@@ -335,6 +390,9 @@ class AcquisitionSeries:
             self._order.session.reject(run.path, run.set_aside)
         seen, self._bounce = self._bounce, None
         publisher.report(EventKind.RECORDED, run=unprocessed(run, seen))
+        if self._is_begun and not run.set_aside:
+            self._report_early(run.number, run)
+        self._is_begun = False
         if run.set_aside or not self._order.process or self._order.is_cancelled:
             self._outcomes[run.number] = unprocessed(run)
         elif run.is_last:

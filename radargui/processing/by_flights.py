@@ -11,7 +11,7 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.estimation.flights.estimate import DropEstimate, estimate_drop
 from radargui.estimation.flights.other_diameter import OtherDiameter, other_diameter
 from radargui.estimation.flights.readout import drop_kinematics, drop_motion, place_changes
-from radargui.estimation.flights.start import DropStart
+from radargui.estimation.flights.start import START, DropStart
 from radargui.estimation.hardware import as_prior
 from radargui.estimation.readout.unexplained import Residuals, unexplained_stretches
 from radargui.estimation.signals import ScaledSignals, remaining, scaled_signals
@@ -84,9 +84,20 @@ class MeasuredDrop:
         return refuse("strong_floor", share=share)
 
     @property
+    def landed_dead(self) -> Finding | None:
+        """That the fall ended without a rebound to be seen, and below which its e would be; else None."""
+        flights, landed_s = self.estimate.flights, self.estimate.start.landed_s
+        if landed_s is None:
+            return None
+        speed_m_s = -float(flights.velocity_at(np.array([landed_s]))[2, 0])
+        return warn(
+            "landed_dead", at_s=landed_s, least_m_s=START.least_rebound_m_s, most_e=START.least_rebound_m_s / speed_m_s
+        )
+
+    @property
     def is_explained(self) -> bool:
         """Whether its flights explain the signals to its end."""
-        return not self.motion.findings
+        return self.is_followed and not _is_misfit(self.estimate)
 
     @property
     def is_followed(self) -> bool:
@@ -185,9 +196,14 @@ def _reflection(estimate: DropEstimate) -> float:
 
 
 def _findings(estimate: DropEstimate) -> tuple[Finding, ...]:
-    found, misfit = [], float(estimate.block_chi_square.max())
-    if misfit > MOST_CHI_SQUARE:
+    found = []
+    if _is_misfit(estimate):
+        misfit = float(estimate.block_chi_square.max())
         found.append(warn("flights_misfit", misfit=misfit, is_strong=_reflection(estimate) >= STRONG))
     if estimate.start.why is not None:
         found.append(warn("flights_end_early", cause=estimate.start.why))
     return tuple(found)
+
+
+def _is_misfit(estimate: DropEstimate) -> bool:
+    return float(estimate.block_chi_square.max()) > MOST_CHI_SQUARE

@@ -29,6 +29,8 @@ class Part:
         That all phases turn too fast or too slow for a fall.
     left_out
         What was left out since no motion explains it; receivers are numbered from 0 among all.
+    further
+        When each other motion of the recording begins and ends, in s: these signals are those of one of several.
     """
 
     whole_setup: Setup
@@ -36,6 +38,7 @@ class Part:
     faults: tuple[Finding | None, ...]
     clock: Finding | None = None
     left_out: tuple[UnexplainedStretch, ...] = ()
+    further: tuple[tuple[float, float], ...] = ()
 
     @property
     def receivers(self) -> tuple[int, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -22,6 +22,7 @@ from radargui.model.recording import Recording
 from radargui.model.result import Quality, RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior
+from radargui.model.uncertainty_budget import BudgetLine
 from radargui.model.unexplained_stretch import unexplained_of
 from radargui.processing.by_receiver import measure_by_receiver
 from radargui.processing.checks.evidence import Evidence
@@ -33,6 +34,7 @@ from radargui.processing.long_recording import shortened
 from radargui.processing.measured_motion import MeasuredMotion, nothing_measured
 from radargui.processing.part import Part
 from radargui.processing.progress import Progress
+from radargui.processing.separate_motions import separate_motions
 from radargui.processing.whole import Whole
 from radargui.restitution.cross_check import found_tilt, walls_met
 from radargui.restitution.impact_plane import judged_by_floor
@@ -41,7 +43,11 @@ if TYPE_CHECKING:
     # only who asks for flights pays for loading them
     from radargui.processing.by_flights import MeasuredDrop
 
+    _Flown = tuple[Part, MeasuredDrop | Finding | None]
+
 ESTIMATES = ("adaptive", "joint", "flights")
+BY_FLIGHTS = ("joint", "flights")
+"""Which of them measure a drop by its flights first."""
 _OF_CIRCLES = (
     "arc_too_short",
     "channel_dead",
@@ -65,6 +71,8 @@ _OF_WIRES = (
 
 OnPreliminary = Callable[[RunResult], None]
 
+LANDED_DEAD = "landed_dead"
+"""Code of the finding that a fall has no rebound: no correction tells an e of it then."""
 STOPPED = warn("joint_stopped")
 _MOST_ESTIMATES = 3
 """Each without what the one before could not explain: a contact that opens again and again does so for the rest of the
@@ -126,10 +134,16 @@ def process(
         # a dead, doubled or exchanged channel is no receiver: its neighbours must not be corrected together with it
         part = Part(setup, conditioned, *wired_wrongly(conditioned, setup))
 
+        def fly(part: Part, former: MeasuredDrop | Finding | None) -> _Flown:
+            # flights that explain all receivers tell more of them than circles, which a strong floor bends
+            whole = replace(part, faults=tuple(None if one and one.code in _OF_CIRCLES else one for one in part.faults))
+            return _flown(whole, lambda part: _drop(part, done, front_ends, former))
+
         def by_circles(part: Part) -> tuple[Part, MeasuredMotion]:
             return part, _measure(recording, part, done, on_preliminary, front_ends, others)
 
         drop: MeasuredDrop | Finding | None = None
+        part, flown = _first_drop(part, separate_motions(recording, conditioned, setup), fly)
 
         def another_size(part: Part, drop: MeasuredDrop, motion: MeasuredMotion) -> Finding | None:
             """Return that the sphere's diameter is likely wrong, where something else would be blamed."""
@@ -147,16 +161,14 @@ def process(
             return wrong_diameter(motion, measured, other.by_m, part.setup)
 
         def by_flights(part: Part) -> tuple[Part, MeasuredMotion]:
-            nonlocal drop
-            former = drop
-            # flights that explain all receivers tell more of them than circles, which a strong floor bends
-            whole = replace(part, faults=tuple(None if one and one.code in _OF_CIRCLES else one for one in part.faults))
-            whole, drop = _flown(whole, lambda part: _drop(part, done, front_ends, former))
+            nonlocal drop, flown
+            (whole, drop), flown = flown or fly(part, drop), None
             motion = _of_drop(recording, whole, drop, done, on_preliminary, front_ends, others)
             part, motion = (whole, motion) if motion else by_circles(_over_strong_floor(part, drop))
             if isinstance(drop, Finding):
                 motion = motion.said(warn("no_flights", cause=drop))
             elif drop is not None and not motion.unexplained:
+                motion = motion.said(drop.landed_dead)
                 motion = motion.contradicted(another_size(whole, drop, motion))
                 if floor := drop.strong_floor:
                     motion = motion.blamed(_OF_WIRES, floor)
@@ -236,9 +248,7 @@ def _measure(
         return replace(motion, findings=(warn("estimate_impossible", method=method, cause=why_of(error)),))
 
 
-def _flown(
-    part: Part, measure: Callable[[Part], MeasuredDrop | Finding | None]
-) -> tuple[Part, MeasuredDrop | Finding | None]:
+def _flown(part: Part, measure: Callable[[Part], MeasuredDrop | Finding | None]) -> _Flown:
     """Measure a drop, first as if no channel were open: flights that explain all channels say that none is.
 
     Over a floor of metal waves stand: where one shows in Q alone, I looks as if its contact were open.
@@ -250,6 +260,21 @@ def _flown(
     return part, measure(part)
 
 
+def _first_drop(
+    part: Part, motions: Iterator[Part], fly: Callable[[Part, MeasuredDrop | Finding | None], _Flown]
+) -> tuple[Part, _Flown | None]:
+    """Return the first of several motions that is a drop, and its flights; where none is, all of them and no flights.
+
+    The sphere fell from the release in it, so that its path is counted from there. Motions before it are a hand's.
+    """
+    if part.setup.processing.correction in BY_FLIGHTS:
+        for one in motions:
+            flown = fly(one, None)
+            if flown[1] is not None and not isinstance(flown[1], Finding):
+                return one, flown
+    return part, None
+
+
 def _drop(
     part: Part, progress: Progress, front_ends: FrontEndPrior | None, former: MeasuredDrop | Finding | None
 ) -> MeasuredDrop | Finding | None:
@@ -258,7 +283,7 @@ def _drop(
     None where another correction is wanted or needed; why not where flights are and nothing can be followed so.
     """
     method = part.setup.processing.correction
-    if method not in ("joint", "flights"):
+    if method not in BY_FLIGHTS:
         return None
     # only who asks for them pays for loading them
     from radargui.processing.by_flights import measure_by_flights
@@ -335,6 +360,9 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
             motion.bounces,
             motion.changes,
         )
+        if any(one.code == LANDED_DEAD for one in motion.findings):
+            # what flies a millimetre high, if at all, is within what any model of the floor leaves
+            bounces, budget = replace(bounces, impacts=(), velocities=None), budget and replace(budget, e=BudgetLine())
         # the joint estimate's errors belong to the place: what mirrors do turns by one radian within this
         alike_m = None if motion.bounces is None else part.setup.radar.wavelength_m / (4.0 * np.pi)
         by_conic, g_m_s2 = corrected.method in ("ellipse", "none"), expected_gravity_m_s2(part.setup.site)

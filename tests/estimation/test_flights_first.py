@@ -182,10 +182,43 @@ def test_a_fall_that_ends_dead_is_one_flight() -> None:
     record, setup = _scene(floor=0.3, e=0.0, exact=True)
     result = process(record.recording, setup)
     _assert_right(record, result)
+    # nothing bounces, and no e is made up; why is said
     assert result.bounces.impacts == ()
+    (told,) = result.findings
+    assert told.code == "landed_dead"
+    assert told.facts["at_s"] == pytest.approx(record.impacts[0][0], abs=1e-3)
+    assert told.facts["most_e"] < 0.06
     fall = result.bounces.free_fall
     assert fall is not None
     assert fall.g_m_s2 == pytest.approx(record.gravity_m_s2, abs=5.0 * fall.u_g_m_s2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "floor"), [(0, 0.1), (8, 0.3), (10, 0.55)])
+def test_a_fall_that_ends_dead_is_not_bent_by_what_comes_after(seed: int, floor: float) -> None:
+    scene = draw("modelled", 77, seed, {**USUAL, "e": 0.0, "floor": floor, "exact": seed == 0})
+    setup, _ = setup_of_version(scene.setup)
+    setup = setup.model_copy(update={"processing": setup.processing.model_copy(update={"correction": "flights"})})
+    record = scene.record()
+    track = process(record.recording, setup).track
+    assert track is not None
+    assert record.position_m is not None
+    falling = track.valid & (track.time_s > record.start_s)
+    assert track.time_s[falling][-1] < record.impacts[0][0]
+    error = (track.position_m - record.position_m)[:, falling]
+    # antennas off by their u move all of it, and by that much
+    assert np.sqrt(((error - error.mean(axis=1, keepdims=True)) ** 2).mean()) < 5e-5
+
+
+@pytest.mark.slow
+def test_the_joint_estimate_makes_up_no_e_of_a_fall_that_ends_dead() -> None:
+    scene = draw("modelled", 77, 10, {**USUAL, "e": 0.0, "floor": 0.55})
+    setup, _ = setup_of_version(scene.setup)
+    result = process(scene.record().recording, changed(setup, processing={"correction": "joint"}))
+    assert "landed_dead" in {one.code for one in result.findings}
+    assert result.bounces.impacts == ()
+    assert result.uncertainty_budget is not None
+    assert result.uncertainty_budget.e.combined is None
 
 
 def test_what_rests_to_its_end_is_told_so() -> None:

@@ -16,7 +16,7 @@ from support.small_setups import quick_setup
 from radargui.acquisition.stream import LIVE_BLOCK_S
 from radargui.experiment.event import Event, EventKind
 from radargui.experiment.experiment import Experiment
-from radargui.experiment.live_bounce import first_bounce
+from radargui.experiment.live_bounce import first_bounce, is_flown
 from radargui.live.processor import LiveProcessor
 from radargui.live.track import LiveTrack
 from radargui.model.recording import Recording, Truth
@@ -24,6 +24,7 @@ from radargui.model.result import Bounce
 from radargui.model.rounding import quantity
 from radargui.model.setup import Setup
 from radargui.session.session import Session
+from radargui.sources.simulated.model import SimulatedSource
 
 
 def drop(**simulation: object) -> tuple[Recording, Truth, Setup]:
@@ -126,3 +127,39 @@ def test_an_experiment_tells_it_once_a_run_and_hands_it_on_with_the_run(tmp_path
     assert (bounce.number, taken.number) == (1, 1)
     assert run.path is not None
     session.close()
+
+
+def test_enough_of_a_flight_is_a_fifth_of_a_second_or_all_of_it() -> None:
+    high, low = (Bounce(1.0, 2.0, after, after / 2.0, 0.01, "live", True) for after in (1.6, 0.5))
+    assert not is_flown(high, 1.19, 9.81)
+    assert is_flown(high, 1.21, 9.81)
+    assert not is_flown(low, 1.1, 9.81)
+    assert is_flown(low, 1.11, 9.81)
+
+
+@pytest.mark.slow
+def test_the_flights_tell_e_of_what_is_recorded_before_the_record_is_processed(tmp_path: Path) -> None:
+    setup = drop(settle_s=3.0)[2]
+    setup = changed(setup, processing={"correction": "flights"}, recording={"quiet_s": 2.0})
+    session = Session.create(tmp_path, setup, now=datetime(2026, 11, 24, tzinfo=UTC))
+    events = list[Event]()
+    source = SimulatedSource(setup, realtime=True)
+    experiment = Experiment(setup, lambda _run: source, session, listener=events.append)
+    (run,) = experiment.record(1)
+    session.close()
+    kinds = [event.kind for event in events]
+    # this correction has no other preliminary result
+    assert kinds.count(EventKind.PRELIMINARY) == 1
+    assert kinds.index(EventKind.RECORDED) < kinds.index(EventKind.PRELIMINARY) < kinds.index(EventKind.RUN)
+    early = events[kinds.index(EventKind.PRELIMINARY)].run
+    assert early is not None
+    assert early.result is not None
+    assert run.result is not None
+    assert early.path == run.path
+    assert early.result.preliminary
+    assert not run.result.preliminary
+    assert early.result.recording.n_samples < run.result.recording.n_samples
+    first, last = early.result.bounces.impacts[0], run.result.bounces.impacts[0]
+    assert first.method == "flights"
+    assert first.e == pytest.approx(last.e, abs=3.0 * (first.u_stated + last.u_stated))
+    assert first.time_s == pytest.approx(last.time_s, abs=2e-4)

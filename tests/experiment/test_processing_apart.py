@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from support.changed import changed
 from support.one_run import record_run
-from support.run_contents import read_summary
+from support.run_contents import read_run_truth, read_summary
 from support.simulated_setup import simulated_setup
 
 from radargui.experiment.experiment import Experiment
-from radargui.experiment.finished import FinishedJob
+from radargui.experiment.finished import BegunJob, FinishedJob
 from radargui.experiment.processing_apart import ProcessingApart
 from radargui.files.run_file import read_run
 from radargui.model.errors import CancelledError, FileError, ProcessingError
@@ -107,6 +107,56 @@ def test_a_job_that_waits_for_a_long_one_has_its_preliminary_result_meanwhile_an
     assert [result.recording.name for result in (first, second)] == ["run-0001", "run-0002"]
     assert first.preliminary
     assert second.preliminary
+
+
+def _begun(stored: FinishedJob) -> tuple[BegunJob, float]:
+    """Return a run until 0.2 s after its first touch-down, and when that is."""
+    recording = read_run(stored.path)
+    truth = read_run_truth(stored.path)
+    assert truth is not None
+    impact_s = float(truth.impact_time_s[0])
+    flown = round((impact_s + 0.2) * recording.digitisation.sample_rate_hz)
+    return BegunJob(replace(recording, raw=recording.raw[:, :flown]), stored.setup), impact_s
+
+
+def test_of_a_run_that_is_still_recorded_the_flights_tell_e(apart: ProcessingApart, stored: FinishedJob) -> None:
+    job, impact_s = _begun(stored)
+    told: list[RunResult | None] = []
+    apart.announce_begun(job, told.append)
+    apart.await_begun(lambda: True)
+    # nothing is waited for any more
+    apart.await_begun(lambda: True)
+    (result,) = told
+    assert result is not None
+    assert result.preliminary
+    first = result.bounces.impacts[0]
+    assert (first.method, first.valid) == ("flights", True)
+    assert first.time_s == pytest.approx(impact_s, abs=5e-4)
+    assert first.e == pytest.approx(0.5, abs=4.0 * first.u_stated)
+
+
+def test_a_result_so_far_that_nobody_wants_any_more_is_given_up(apart: ProcessingApart, stored: FinishedJob) -> None:
+    told: list[RunResult | None] = []
+    apart.announce_begun(_begun(stored)[0], told.append)
+    apart.await_begun(lambda: False)
+    assert told == [None]
+    # the next job is not stopped by that
+    result, _ = apart.process(stored, lambda _: None, never)
+    assert result.status == "ok"
+
+
+def test_a_result_so_far_comes_between_two_rounds_of_another_job(apart: ProcessingApart, stored: FinishedJob) -> None:
+    told: list[RunResult | None] = []
+    job, _ = _begun(stored)
+
+    def progress(_: float) -> None:
+        if not told:
+            apart.announce_begun(job, told.append)
+
+    result, _ = apart.process(stored, progress, never)
+    apart.await_begun(lambda: True)
+    assert result.status == "ok"
+    assert [one is not None for one in told] == [True]
 
 
 def test_a_process_that_cannot_be_started_says_so_and_can_be_closed(

@@ -66,6 +66,9 @@ class DropStartSettings:
         Of its length that a flight is fitted to: until just before it lands.
     beside_s
         Before an impact this much is looked at with what follows.
+    landed_early_s
+        A fall that ends dead is fitted until so long before it lands: where it does is known to half a millisecond,
+        and a bin reaches as far.
     fully_fitted
         With so many flights all unknowns are fitted anew after each; further flights by themselves, then all.
     stray_s, most_strays
@@ -97,6 +100,7 @@ class DropStartSettings:
     least_rebound_m_s: float = 0.1
     longest_share: float = 0.96
     beside_s: float = 0.004
+    landed_early_s: float = 0.001
     fully_fitted: int = 3
     stray_s: float = 0.005
     most_strays: int = 6
@@ -122,6 +126,8 @@ class DropStart:
         Until when the last flight was followed: just before it lands.
     why
         Why it could not be begun, or not be followed to the end; None where it was.
+    landed_s
+        When the first fall landed, where no rebound followed that could be seen; else None.
     """
 
     model: DropModel
@@ -129,6 +135,7 @@ class DropStart:
     at: Evaluation
     end_s: float
     why: Finding | None = None
+    landed_s: float | None = None
     trace: tuple[str, ...] = field(default=(), repr=False)
 
     @property
@@ -156,7 +163,7 @@ def start_drop(model: DropModel, bins: Bins) -> DropStart:
     impact = drop.fall()
     while impact is not None and drop.rebound(impact):
         impact = drop.next_impact()
-    return DropStart(drop.model, drop.unknowns, drop.at, drop.end_s, drop.why, tuple(drop.trace))
+    return DropStart(drop.model, drop.unknowns, drop.at, drop.end_s, drop.why, drop.landed_s, tuple(drop.trace))
 
 
 class _Followed:
@@ -166,6 +173,7 @@ class _Followed:
         seen = float(model.mean.flights[0])
         self.bins = bins
         self.why: Finding | None = None
+        self.landed_s: float | None = None
         self.trace: list[str] = []
         self.begin_s = seen - START.onset_early_s - START.rest_s
         self.end_s = seen + START.first_s
@@ -208,6 +216,8 @@ class _Followed:
             self.why = refuse("rebound_unexplained")
             return False
         if impact.rebound_m_s < START.least_rebound_m_s:
+            if len(self.at.values.flights) == _ONE_FLIGHT:
+                self._land(impact)
             return False
         kept = self.model, self.unknowns, self.at, self.end_s
         before = Flights.of(self.at.values.flights).velocity_at(np.array([impact.time_s - 1e-6]))[:, 0]
@@ -241,6 +251,13 @@ class _Followed:
             return False
         self._say(f"flight to {end:.4f} power {_power(self.at)[since].mean():.4f}")
         return True
+
+    def _land(self, impact: _Impact) -> None:
+        """End a fall where it lands dead: it shows as lost only some milliseconds later, and these bend it."""
+        for _ in range(2):
+            self._fit(min(self.end_s, impact.time_s - START.landed_early_s))
+            impact = self._impact(impact.time_s + START.impact_late_s)
+        self.landed_s = impact.time_s
 
     def next_impact(self) -> _Impact | None:
         """Return the impact where the last flight lands; None where the record ends before a rebound shows."""

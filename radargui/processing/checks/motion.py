@@ -21,6 +21,12 @@ def _of_all(finding: Finding, receivers: Sequence[int]) -> Finding:
     return replace(finding, receiver=receiver, facts=facts)
 
 
+def further_motions(evidence: Evidence) -> Iterator[Finding]:
+    """Yield each other motion of a record of which one drop is measured, from its rest."""
+    for begin_s, end_s in evidence.part.further:
+        yield warn("further_motion", begin_s=begin_s, end_s=end_s)
+
+
 def plane_geometry(evidence: Evidence) -> Finding | None:
     """The antennas were taken as infinitely far away."""
     track = evidence.measured

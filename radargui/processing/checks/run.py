@@ -26,6 +26,7 @@ BEFORE: tuple[Check, ...] = (
 )
 AFTER: tuple[Check, ...] = (
     motion.on_the_way,
+    motion.further_motions,
     receivers.left_out,
     motion.plane_geometry,
     motion.no_position,

@@ -5,7 +5,8 @@ sqrt(l (l + 1)) the waves M = h_l(k r) X and N = curl M / k. The sphere multipli
 Mie's series, the plane returns what it scatters as waves of its image (P), and a translation by twice the height
 expands these about the sphere again (A): c = T (a + R A P c). The sphere's own scattering is T a; the exchange is what
 (1 - R T A P)^-1 T is more. Exact for a perfect conductor, R = 1, as plane waves at the sphere are (Peterson & Strom
-1973, https://doi.org/10.1103/PhysRevD.8.3661).
+1973, https://doi.org/10.1103/PhysRevD.8.3661). Of a plate that is known R A P has each direction's own R_TE and R_TM
+(Egel et al. 2021, https://doi.org/10.1016/j.jqsrt.2021.107846).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from radargui.geometry.plate import Plate
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.scattering import MieSphere
 
@@ -37,6 +39,7 @@ class Exchanged:
 
 
 _STEP = 1e-4  # of K h: differences are off by as much of what A is curved by
+_NODES = -2.7, 3.7, 60  # of w where exp(w - exp(-w)) is i times the cosine less one: h_p to 1e-5 at 2 K h of 1 to 400
 
 
 def exchanged_signals(
@@ -48,6 +51,7 @@ def exchanged_signals(
     transmitted: FloatArray,
     leaving: FloatArray,
     received: FloatArray,
+    plate: Plate | None = None,
 ) -> Exchanged:
     """Return what the exchange adds to `scattered_signals`, for every way in and every way out.
 
@@ -65,6 +69,8 @@ def exchanged_signals(
         Unit vectors of the ways in and out, shapes (n_in, 3, n_samples) and (n_out, 3, n_samples).
     transmitted, received
         Fields sent and answered to, shapes (n_in, n_sent, 3) and (n_out, n_got, 3).
+    plate
+        Of what the plane is: how R differs from `reflection` with angle and polarisation; None: not at all.
     """
     orders = n_orders(sphere.size)
     scaled, phase = _heights(sphere, height_m)
@@ -73,7 +79,9 @@ def exchanged_signals(
     arriving = _Harmonics(turn @ incident, transmitted @ turn.T, orders)
     answered = _Harmonics(turn @ leaving, received @ turn.T, orders)
     near = 2.0 * np.stack([scaled, scaled + _STEP])
-    hankel = _hankel(2 * orders, near)
+    wavenumber = 2.0 * np.pi / sphere.wavelength_m
+    layers = None if plate is None or plate.index is None else plate
+    radial = _hankel(2 * orders, near) if layers is None else _over_plate(2 * orders, near, layers, wavenumber)
     n_sent, n_got = int(np.prod(arriving.shape)), int(np.prod(answered.shape))
     out = np.zeros((height_m.size, n_got, 3, n_sent), complex)
     for m in range(orders + 1):
@@ -81,7 +89,8 @@ def exchanged_signals(
         # T^(1/2) on both sides: by themselves high orders are tiny in T and huge in A
         root = np.sqrt(-np.concatenate([magnetic[order - 1], electric[order - 1]]))
         parity, turns = (-1.0) ** (order + m), np.tile(1j**order, 2)
-        returned, higher = _translation(hankel, near, m, orders) * (
+        image = _translation(radial, near, m, orders) if layers is None else _returned(radial, m, orders)
+        returned, higher = image * (
             (reflection * phase)[:, None, None] * root[:, None] * np.concatenate([parity, -parity]) * root
         )
         # both parities, real and imaginary parts, side by side: neither becomes the other
@@ -89,7 +98,7 @@ def exchanged_signals(
         again = np.linalg.inv(np.eye(root.size) - returned)
         # of u = (1 - B)^-1 a: B u is what comes back, (1 - B)^-1 B u and (1 - B)^-1 dB u its changes with ln B and B
         whole = again @ sent
-        change = (higher - returned) @ whole * (2.0 * np.pi / sphere.wavelength_m / _STEP)
+        change = (higher - returned) @ whole * (wavenumber / _STEP)
         waves = np.stack([whole - sent, again @ change, again @ whole - whole], axis=-2)
         weight = -4.0 * np.pi * (1.0 if m == 0 else 2.0) * np.conj(turns) * root
         for got, part in zip(answered.of(m), np.split(waves, 2, axis=-1), strict=True):
@@ -229,6 +238,72 @@ def _translation(hankel: ComplexArray, apart: FloatArray, m: int, orders: int) -
     other_way = (hankel @ other.reshape(k * k, -1).T).reshape(*apart.shape, k, k) * apart[..., None, None]
     out[..., :k, k:] = out[..., k:, :k] = other_way
     return out
+
+
+def _over_plate(highest: int, x: FloatArray, plate: Plate, wavenumber: float) -> ComplexArray:
+    """Return what stands for h_p(x) over a plate, of R_TE and of R_TM, shape (..., 2, highest + 1); x is 2 K h.
+
+    h_p(x) is (-i)^p times the integral of P_p(c) exp(i x c), c the cosines of the plane waves down to evanescent ones,
+    from i times infinity to one: each of them gets R(c) over R straight down. Straight up from one, c = 1 + i t,
+    nothing turns, and poles of a plate, its guided waves, lie beyond.
+    """
+    w = np.linspace(*_NODES)
+    t = np.exp(w - np.exp(-w))
+    c = 1.0 + 1j * t
+    weight = -1j * t * (1.0 + np.exp(-w)) * (w[1] - w[0])
+    reflected = np.array(plate.coefficients(c, wavenumber)) / plate.straight_down(wavenumber)
+    turn = (-1j) ** (np.arange(highest + 1) % 4)
+    of_node = (weight * reflected).T[..., None] * (np.polynomial.legendre.legvander(c, highest) * turn)[:, None]
+    waves = np.exp(1j * x[..., None] * c) @ of_node.reshape(c.size, -1)
+    return np.asarray(waves.reshape(*x.shape, 2, highest + 1))
+
+
+def _returned(radial: ComplexArray, m: int, orders: int) -> ComplexArray:
+    """Return what a plate sends back of outgoing waves, as `_translation` does of their image; l >= max(m, 1).
+
+    With pi = m P / sin and tau = dP / d angle over sqrt(l (l + 1)) a wave M has pi along the plane of incidence, which
+    gets R_TM, and tau across it, which gets R_TE; N the other way round.
+    """
+    out = [
+        np.concatenate([radial[..., 0, :], radial[..., 1, :]], axis=-1) @ part.reshape(-1, part.shape[-1]).T
+        for part in _angular_integrals(m, orders)
+    ]
+    k = orders + 1 - max(m, 1)
+    blocks = np.stack(out, axis=-2).reshape(*radial.shape[:-2], 2, 2, k, k)
+    return np.asarray(np.moveaxis(blocks, -2, -3).reshape(*radial.shape[:-2], 2 * k, 2 * k))
+
+
+@lru_cache(maxsize=64)
+def _angular_integrals(m: int, orders: int) -> tuple[ComplexArray, ...]:
+    """Return what the waves of `_over_plate` are multiplied with, of M as M, N as M, M as N and N as N.
+
+    Legendre series of the products of pi and tau, polynomials in the cosine: shape (k, k, 2 (2 orders + 1)), those of
+    R_TE first.
+    """
+    node, weight = np.polynomial.legendre.leggauss(2 * orders + 2)
+    sine = np.sqrt(1.0 - node**2)
+    harmonic = _spherical_harmonics(np.stack([sine, 0.0 * node, node])[None], orders)[:, m, 0].real
+    order = np.arange(max(m, 1), orders + 1)
+    size = np.sqrt(order * (order + 1.0))[:, None]
+    pi = m * harmonic[order] / sine / size
+    down = np.sqrt((2.0 * order + 1.0) / (2.0 * order - 1.0) * (order**2 - m**2))[:, None] * harmonic[order - 1]
+    tau = (order[:, None] * node * harmonic[order] - down) / sine / size
+    p = np.arange(2 * orders + 1)
+    series = np.polynomial.legendre.legvander(node, p[-1]) * weight[:, None] * (p + 0.5)
+    # radial waves have (-i)^p
+    turn = 4.0 * np.pi * 1j ** ((order[:, None] - order)[..., None] % 4) * 1j ** (p % 4)
+    products = {
+        (one, two): turn * np.einsum("vg,lg,gp->vlp", one_values, two_values, series)
+        for one, one_values in (("pi", pi), ("tau", tau))
+        for two, two_values in (("pi", pi), ("tau", tau))
+    }
+    parts = (
+        ("tau", "tau", "pi", "pi"),
+        ("tau", "pi", "pi", "tau"),
+        ("pi", "tau", "tau", "pi"),
+        ("pi", "pi", "tau", "tau"),
+    )
+    return tuple(np.concatenate([products[a, b], products[c, d]], axis=-1) for a, b, c, d in parts)
 
 
 @lru_cache(maxsize=64)

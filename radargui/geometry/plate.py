@@ -50,8 +50,11 @@ class Plate:
         backing = None if below == METAL else complex(below) if isinstance(below, float) else 1.0 + 0j
         return Plate(complex(index), floor.thickness_m, backing)
 
-    def coefficients(self, cosine: FloatArray, wavenumber: float) -> tuple[ComplexArray, ComplexArray]:
-        """Return R_TE and R_TM at cosines of the angle of incidence, both of its shape; K in 1/m."""
+    def coefficients(self, cosine: FloatArray | ComplexArray, wavenumber: float) -> tuple[ComplexArray, ComplexArray]:
+        """Return R_TE and R_TM at cosines of the angle of incidence, both of its shape; K in 1/m.
+
+        Complex cosines, of evanescent waves, have no negative part.
+        """
         square = 1.0 - cosine**2
         if self.index is None:
             one = np.ones(cosine.shape, complex)

@@ -8,6 +8,7 @@ from benchmarks.world.exchange import Exchange, incident, radiated
 from benchmarks.world.sphere import coefficients
 
 from radargui.geometry.exchange import exchanged_signals
+from radargui.geometry.plate import Plate
 from radargui.model.scattering import mie_sphere, scattered_signals, unit_vectors
 
 WAVENUMBER_RAD_M = 2.0 * np.pi * 10e9 / 299_792_458.0
@@ -138,3 +139,39 @@ def test_a_plane_that_sends_nothing_back_exchanges_nothing_and_one_above_the_sph
     touching, below = (signals(0.005, np.array([one]), 0.9, *given)[0] for one in (0.005, 0.002))
     assert np.abs(below) > 0.2 * np.abs(touching)
     assert np.abs(below) < 5.0 * np.abs(touching)
+
+
+@pytest.mark.parametrize("plate", [Plate(2.55 + 0.005j, 0.01), Plate(1.61 + 0.01j, 0.01, None)])
+@pytest.mark.parametrize("radius_m", [0.0025, 0.008])
+def test_over_a_plate_each_direction_has_its_own_reflection(radius_m: float, plate: Plate) -> None:
+    rng = np.random.default_rng(11)
+    gaps_m = np.array([0.002, 0.006, 0.02])
+    straight = plate.straight_down(WAVENUMBER_RAD_M)
+    series = coefficients(WAVENUMBER_RAD_M * radius_m)
+    other = Exchange(
+        radius_m, series, straight, WAVENUMBER_RAD_M, 0.02, layers=lambda c: plate.coefficients(c, WAVENUMBER_RAD_M)
+    )
+    sphere = mie_sphere(radius_m, WAVELENGTH_M)
+    size = np.abs(sphere.parts(np.array([0.0]))[0])[0]
+    (way_in, way_out), (sent, got) = random_ways(rng, 2)
+    wide = np.ones(gaps_m.size)
+    ways = way_in[None] * wide, sent[None, None], way_out[None] * wide, got[None, None]
+    found = exchanged_signals(sphere, radius_m + gaps_m, straight, UP, *ways, plate).signal[0, 0, 0, 0]
+    one_reflection = exchanged_signals(sphere, radius_m + gaps_m, straight, UP, *ways).signal[0, 0, 0, 0]
+    arriving = incident(way_in * wide, sent[:, None] * (wide + 0j))
+    exact = other.received(gaps_m, arriving, [radiated(way_out * wide, got[:, None] * (wide + 0j))])[0]
+    np.testing.assert_allclose(found, exact, atol=3e-3 * size)
+    assert np.abs(one_reflection - exact).max() > 5.0 * np.abs(found - exact).max()
+
+
+def test_a_plate_that_is_all_but_metal_exchanges_as_metal() -> None:
+    ways, fields = random_ways(np.random.default_rng(5), 2)
+    height_m = np.array([0.006, 0.05, 0.4])
+    wide = np.ones(height_m.size)
+    given = ways[:1] * wide, fields[:1, None], ways[1:] * wide, fields[1:, None]
+    sphere = mie_sphere(0.005, WAVELENGTH_M)
+    metal, mirror = (
+        exchanged_signals(sphere, height_m, 0.9, UP, *given, plate).signal
+        for plate in (Plate(None), Plate(1e6 + 1e6j, 0.01))
+    )
+    np.testing.assert_allclose(mirror, metal, rtol=2e-4)

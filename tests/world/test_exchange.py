@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from benchmarks.world.antenna import Antenna
 from benchmarks.world.exchange import Exchange, incident, radiated, translation
-from benchmarks.world.mirror import Conductor
+from benchmarks.world.layers import reaction
+from benchmarks.world.mirror import Conductor, Slab
 from benchmarks.world.room import Room
 from benchmarks.world.sphere import Sphere, coefficients
 
@@ -120,3 +121,28 @@ def test_two_more_orders_change_nothing_and_no_reflection_no_exchange() -> None:
     assert change[0] < 0.01  # touching
     assert change[1:].max() < 1e-3
     assert np.abs(sent(8, 0.0)).max() < 1e-12
+
+
+@pytest.mark.parametrize("m", [0, 1, 3])
+def test_plane_waves_of_all_directions_come_back_from_a_conductor_as_its_image_sends_them(m: int) -> None:
+    heights = np.array([0.55, 1.2, 5.0, 60.0])
+    order = np.arange(max(m, 1), 7)
+    parity = (-1.0) ** (order + m)
+    image = translation(heights, m, 6) * np.concatenate([parity, -parity])
+    found = reaction(heights, m, 6, lambda cosine: (np.ones_like(cosine), np.ones_like(cosine)))
+    size = np.sqrt(np.abs(np.einsum("nii->ni", image)))
+    assert (np.abs(found - image) / (size[:, :, None] * size[:, None])).max() < 1e-6
+
+
+def test_a_plate_is_no_mirror_of_one_reflection() -> None:
+    series = coefficients(WAVENUMBER_RAD_M * 0.005)
+    gaps_m = np.array([0.003, 0.008])
+    glass = Slab(UP, 0.0, (2.55 + 0.005j) ** 2, thickness_m=0.01, wavenumber_rad_m=WAVENUMBER_RAD_M)
+    way, field = np.array([[0.0], [0.0], [-1.0]]) * np.ones(2), np.array([[1.0], [0.0], [0.0]]) * np.ones(2) + 0j
+    one, each = (
+        Exchange(0.005, series, glass.straight_down(), WAVENUMBER_RAD_M, 0.01, layers=layers).received(
+            gaps_m, incident(way, field), [radiated(-way, field)]
+        )[0]
+        for layers in (None, glass.over_conductor)
+    )
+    assert (np.abs(one / each - 1.0) > 0.03).all()

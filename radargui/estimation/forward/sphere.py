@@ -132,9 +132,13 @@ class PolarisedSphere:
         # T counts from the release and turns a vector; R of the plane itself is that of a conductor's image
         plain = -reflection * np.exp(-1j * wavenumber * way_m) / max(1.0, abs(reflection))
         ways, normal = self._ways(place, antennas, planes[:1], unknown[:1]), floor.turned_normal(own)
-        back, ends = ways.leaving.shape[:2], (one.reshape(-1, *one.shape[2:]) for one in (ways.leaving, ways.got))
+        back, (leaving, got) = (
+            ways.leaving.shape[:2],
+            (one.reshape(-1, *one.shape[2:]) for one in (ways.leaving, ways.got)),
+        )
         height_m = floor.height(place, own)
-        found = exchanged_signals(self.sphere, height_m, plain, normal, ways.incident, ways.sent, *ends)
+        plate = None if floor.surface is None else floor.surface.plate
+        found = exchanged_signals(self.sphere, height_m, plain, normal, ways.incident, ways.sent, leaving, got, plate)
         signal, by_height, by_log = (
             ways.reflected(np.moveaxis(one.reshape(len(ways.incident), *back, *one.shape[2:]), 1, 0))
             for one in (found.signal, found.by_height, found.by_log_reflection)

@@ -15,7 +15,7 @@ from benchmarks.world.draws import Draws
 from benchmarks.world.drop import Floor
 from benchmarks.world.exchange import Exchange
 from benchmarks.world.horn import Horn
-from benchmarks.world.mirror import Conductor, Mirror, Plate, Slab
+from benchmarks.world.mirror import Conductor, Dielectric, Mirror, Plate, Slab
 from benchmarks.world.receiver_chain import Mixer
 from benchmarks.world.room import Holder, Room
 from benchmarks.world.sphere import Sphere
@@ -164,9 +164,10 @@ class Effects:
         """Return the room with exchange, holder and container."""
         if self.exchange and room.mirrors:
             floor = room.mirrors[0]
+            layers = floor.over_conductor if isinstance(floor, Dielectric) else None
             exchange = Exchange(
                 room.sphere.radius_m, room.sphere.series(), floor.straight_down(), room.sphere.wavenumber_rad_m,
-                highest_m,
+                highest_m, layers=layers,
             )  # fmt: skip
             room = replace(room, exchange=exchange)
         if self.holder_m is not None:

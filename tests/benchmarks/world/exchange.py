@@ -16,6 +16,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from benchmarks.world.layers import Reflections, reaction
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.special import sph_legendre_p_all, spherical_jn, spherical_yn
@@ -98,11 +99,15 @@ class Exchange:
         R: 1 of a conductor; one number for all angles, which a dielectric has only about.
     wavenumber_rad_m, highest_m
         K, and the largest gap that will be asked for.
+    orders
+        Of the waves.
+    layers
+        R_TE and R_TM of a plate at cosines, which then stand for the one number.
     """
 
     def __init__(
         self, radius_m: float, series: tuple[Complex, Complex], reflection: complex, wavenumber_rad_m: float,
-        highest_m: float, orders: int = ORDERS,
+        highest_m: float, orders: int = ORDERS, layers: Reflections | None = None,
     ) -> None:  # fmt: skip
         self.orders = orders
         far = np.arange(_NEAR_M, highest_m + 4.0 * _STEP_M, _STEP_M)
@@ -110,7 +115,8 @@ class Exchange:
         a, b = (np.pad(one, (0, orders))[:orders] for one in series)
         heights = wavenumber_rad_m * (self._gaps_m + radius_m)
         self._tables = [
-            make_interp_spline(self._gaps_m, _coupled(heights, -b, -a, reflection, m)) for m in range(orders + 1)
+            make_interp_spline(self._gaps_m, _coupled(heights, -b, -a, reflection, m, layers))
+            for m in range(orders + 1)
         ]
 
     def received(self, gap_m: Array, arriving: Waves, leaving: list[Waves]) -> Complex:
@@ -133,7 +139,9 @@ class Exchange:
         return out
 
 
-def _coupled(heights: Array, t_m: Complex, t_n: Complex, reflection: complex, m: int) -> Complex:
+def _coupled(
+    heights: Array, t_m: Complex, t_n: Complex, reflection: complex, m: int, layers: Reflections | None
+) -> Complex:
     """Return (1 - R T A P)^-1 T - T at heights K h of the centre, shape (n, 2 k, 2 k), for orders l >= max(m, 1).
 
     Of -m the parts between M and N have the other sign.
@@ -143,8 +151,11 @@ def _coupled(heights: Array, t_m: Complex, t_n: Complex, reflection: complex, m:
     # T^(1/2) on both sides: by themselves high orders are tiny in T and huge in A
     root = np.sqrt(np.concatenate([t_m[order - 1], t_n[order - 1]]))
     parity = (-1.0) ** (order + m)
-    returned = translation(heights, m, orders) * np.concatenate([parity, -parity])
-    loop = reflection * root[:, None] * returned * root
+    if layers is None:
+        returned = reflection * translation(heights, m, orders) * np.concatenate([parity, -parity])
+    else:
+        returned = reaction(heights, m, orders, layers)
+    loop = root[:, None] * returned * root
     return root[:, None] * np.linalg.solve(np.eye(root.size) - loop, loop) * root
 
 

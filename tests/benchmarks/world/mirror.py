@@ -89,7 +89,12 @@ class Dielectric(Mirror):
         s_part, p_part = (np.einsum("in,in->n", one, incident) for one in (across, before))
         return r_s * s_part * across + r_p * p_part * after
 
-    def ratios(self, cosine: Array) -> tuple[Complex, Complex]:
+    def over_conductor(self, cosine: Complex) -> tuple[Complex, Complex]:
+        """Return -r_s and r_p at cosines, complex ones too: what the field is over that of a conductor."""
+        r_s, r_p = self.ratios(cosine)
+        return -r_s, r_p
+
+    def ratios(self, cosine: Array | Complex) -> tuple[Complex, Complex]:
         """Return r_s and r_p at the cosines c of the angle of incidence.
 
         r_s = (c - q) / (c + q), r_p = (eps c - q) / (eps c + q), q = sqrt(eps - sin^2) (Born & Wolf, section 1.5.2; a
@@ -111,7 +116,7 @@ class Slab(Dielectric):
     thickness_m: float = 0.01
     wavenumber_rad_m: float = 2.0 * np.pi / 0.03
 
-    def ratios(self, cosine: Array) -> tuple[Complex, Complex]:
+    def ratios(self, cosine: Array | Complex) -> tuple[Complex, Complex]:
         """Return r (1 - e) / (1 - r^2 e) of both polarisations, e = exp(2 i K d q) (Born & Wolf, section 1.6.4)."""
         turn = np.exp(
             2j * self.wavenumber_rad_m * self.thickness_m * np.sqrt(self.permittivity - 1.0 + cosine**2 + 0j)

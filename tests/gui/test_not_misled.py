@@ -23,6 +23,7 @@ from radargui.gui.runs.across import AcrossView
 from radargui.gui.series import COLUMNS, SeriesRow
 from radargui.gui.setup.fields import LineField
 from radargui.restitution.statistics import statistics_of
+from radargui.session.catalogue import default_index_path
 
 
 def test_the_key_that_undoes_a_value_is_not_taken_by_qt(active: MainWindow) -> None:
@@ -106,7 +107,7 @@ def test_where_no_program_opens_a_report_its_first_page_is_shown(
 def test_a_second_window_on_the_same_folder_is_told(
     make_window: Any, setup_path: Path, tmp_path: Path, wait_for: Any, board: Any
 ) -> None:
-    place = tmp_path / "index.window"
+    place = default_index_path(tmp_path / "data").with_suffix(".window")
     place.mkdir(parents=True)
     holds = (
         "import sys; from pathlib import Path; from radargui.session.lock import SessionLock; "

@@ -48,6 +48,7 @@ def _fallen(setup: Setup) -> list[Unknown]:
     return [*place_unknowns(setup, place, RELEASE), *fall_unknowns(setup)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("polarised", [True, False])
 def test_the_slope_is_that_of_the_cost(drop: tuple[Setup, Prepared], *, polarised: bool) -> None:
     setup, ready = drop

@@ -109,6 +109,7 @@ def test_the_antennas_share_of_the_budget_is_apart(usual: tuple[PopulationRecord
     assert place.calibration > 3.0 * place.statistical
 
 
+@pytest.mark.slow
 def test_circles_that_a_floor_of_metal_bends_are_no_hindrance() -> None:
     record, setup = _scene(floor=0.9, amplitude_v=0.5, exact=True)
     result = process(record.recording, setup)

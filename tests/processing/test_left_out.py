@@ -106,6 +106,7 @@ def test_a_dip_that_hardly_shows_in_the_misfit_is_left_out_and_told_by_its_time(
     assert wrong_m.max() < 1e-3
 
 
+@pytest.mark.slow
 def test_a_cable_that_comes_off_for_good_is_named() -> None:
     scene = disturbed("steps/lost", 7104, "exact", strength=0.9, rate_hz=5000.0)
     result = process(make_record(scene).recording, scene.setup)

@@ -37,6 +37,7 @@ def u_of(result: RunResult) -> dict[str, float]:
     return {one.key: one.u_found / one.u_stated for one in result.setup_posterior if one.u_stated}
 
 
+@pytest.mark.slow
 def test_a_drop_tells_what_the_setup_states_wrongly_by_as_much_as_it_says(record: Record, alone: Result) -> None:
     """The track keeps its shape, and e is known as if the antennas were not off."""
     result, scene = alone.details, record.scene

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from support.changed import changed
 from support.simulated_recording import simulate_recording
 from support.small_setups import quick_setup
@@ -9,6 +10,7 @@ from support.small_setups import quick_setup
 from radargui.processing.process import process
 
 
+@pytest.mark.slow
 def test_a_weak_signal_is_the_first_cause_that_is_named() -> None:
     weak = {"snr_db": 6.0, "restitution": 0.6}
     setup = changed(quick_setup(), daq={"rate_hz": 4000.0}, simulation=weak, processing={"correction": "joint"})

@@ -60,6 +60,7 @@ def test_in_the_narrowest_figures_no_text_lies_on_another_or_leaves_them(width_m
     assert {"published-fall", "published-phase", "adaptive-receiver-1-correction", "restitution", "falls"} < set(drawn)
 
 
+@pytest.mark.slow
 def test_every_figure_is_there_as_pdf_svg_and_png_in_this_width(tmp_path: Path) -> None:
     session = Session.open(make_session(tmp_path / "data", 4), write=False)
     names = write_figures(session, result_of_run, tmp_path / "out", 86.0, dpi=100)

@@ -346,6 +346,7 @@ def test_e_of_time_and_of_height_have_no_more_digits_than_its_uncertainty() -> N
     assert [grid.rows[0][column] for column in (4, 7, 8)] == ["0.800 ± 0.031", "0.800", "0.800"]
 
 
+@pytest.mark.slow
 def test_a_report_of_ten_drops_has_fourteen_pages_at_the_most(tmp_path: Path) -> None:
     session = new_session(tmp_path, notes="what the operator noted " * 40)
     one = take_facts(drop_result(rate_hz=4000.0), "run-0001", COMPACT)

@@ -56,6 +56,7 @@ def test_it_reads_place_angle_and_what_the_floor_did_along_itself() -> None:
     assert read.mu == pytest.approx(np.hypot(*(leaves - arrives)) / 3.5)
 
 
+@pytest.mark.slow
 def test_uncertainties_are_those_of_draws() -> None:
     rng = np.random.default_rng(5)
     root = 0.004 * rng.normal(size=(6, 6))

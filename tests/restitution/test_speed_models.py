@@ -65,6 +65,7 @@ def test_the_viscoelastic_series_has_the_second_coefficient_of_theory() -> None:
     assert e == pytest.approx(1.0 - 1.15344 * a + 0.6 * 1.15344**2 * a**2, abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("between", [0.0, 0.006])
 def test_the_intervals_of_the_power_law_hold_with_what_runs_share(between: float) -> None:
     rng = np.random.default_rng(2)

@@ -31,6 +31,7 @@ def looked_at(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     return times, scene.drop.position(times)
 
 
+@pytest.mark.slow
 def test_motions_have_no_jump_and_stay_about_the_field_of_view(scenes: list[Scene]) -> None:
     for one in scenes:
         times, places = looked_at(one)

@@ -87,11 +87,12 @@ def fall_speed_m_s(way_m: float, gravity_m_s2: float) -> float:
 def expected_gravity(site: Site, density_kg_m3: float | None, air: Gas = USUAL_AIR) -> tuple[float, float]:
     """Return the acceleration that a sphere falls with at a site, drag apart, and its u; anywhere where none is told.
 
-    Buoyancy is part of it where the sphere's density is given.
+    Buoyancy is part of it; of a sphere whose density is not given it is that on metal, and as uncertain as it is large.
     """
-    here, in_air = gravity_of_site(site), share_in_air(density_kg_m3, air)
+    here, in_air = gravity_of_site(site), share_in_air(density_kg_m3 or _METAL_KG_M3, air)
     g, u = (NOMINAL_GRAVITY_M_S2, U_ANYWHERE_M_S2) if here is None else here[:2]
-    return in_air * g, in_air * u
+    u_buoyancy = 0.0 if density_kg_m3 is not None else (1.0 - in_air) * g
+    return in_air * g, math.hypot(in_air * u, u_buoyancy)
 
 
 def share_in_air(density_kg_m3: float | None, air: Gas = USUAL_AIR) -> float:

@@ -12,8 +12,8 @@ from support.changed import changed
 from radargui.model.air import USUAL_AIR, Air
 from radargui.model.assumed import assumed_uncertainties, uncertain_inputs
 from radargui.model.errors import SetupError
-from radargui.model.gravity import drag_of_sphere, share_in_air
-from radargui.model.radar import SPEED_OF_LIGHT_M_S
+from radargui.model.gravity import drag_of_sphere, expected_gravity, share_in_air
+from radargui.model.radar import SPEED_OF_LIGHT_M_S, Site
 from radargui.model.setup import Setup, dump_setup, moved, parse_setup, value_of
 
 GOOD = """\
@@ -136,3 +136,15 @@ def test_thin_air_brakes_and_buoys_a_sphere_less() -> None:
     thin = drag_of_sphere(0.01, 1050.0, high)
     assert thin.k_1_m == pytest.approx(usual.k_1_m * 602.0 / 1013.25, rel=5e-3)
     assert 1.0 - share_in_air(1050.0, high) == pytest.approx((1.0 - share_in_air(1050.0)) * 602.0 / 1013.25, rel=5e-3)
+
+
+def test_a_sphere_of_unknown_density_falls_with_the_buoyancy_of_metal_within_what_metals_differ_by() -> None:
+    site = Site(g_m_s2=9.81, u_g_m_s2=1e-5)
+    expected, u = expected_gravity(site, None)
+    for density_kg_m3 in (2700.0, 7800.0, 19000.0):
+        stated, u_stated = expected_gravity(site, density_kg_m3)
+        assert abs(expected - stated) < u, density_kg_m3
+        # who states it is believed
+        assert u_stated < 2e-5
+    # drag apart nothing of metal falls faster than in vacuum
+    assert expected < 9.81

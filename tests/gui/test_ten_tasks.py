@@ -20,7 +20,7 @@ from support.calibrations import calibration_of
 from support.gui_sessions import make_session
 
 from radargui.experiment.calibrating import CalibrationOrder
-from radargui.files.run_results import read_run_card
+from radargui.files.run_card import read_run_card
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.mnemonics import without
@@ -88,19 +88,21 @@ class Hands:
     def menu(self, entry: str) -> None:
         """Open the menu that has an entry, and choose that."""
         bar = self.window.menuBar()
-        for title in bar.actions():
-            menu = title.menu()
-            assert isinstance(menu, QMenu)
+        # a menu that is got from its action is deleted with what was got
+        for menu in bar.findChildren(QMenu):
             for action in menu.actions():
-                if without(action.text()) == entry:
-                    self.click(bar, bar.actionGeometry(title).center())
+                if menu.menuAction() in bar.actions() and without(action.text()) == entry:
+                    self.click(bar, bar.actionGeometry(menu.menuAction()).center())
                     self.click(menu, menu.actionGeometry(action).center())
                     return
         raise AssertionError(f"no menu has {entry}")
 
     def choose(self, box: QComboBox, data: str) -> None:
-        """Open a list, and choose from it."""
+        """Open a list, and choose from it; a list takes what comes within a double click for part of its opening."""
+        interval_ms = QApplication.doubleClickInterval()
+        QApplication.setDoubleClickInterval(0)
         self.click(box)
+        QApplication.setDoubleClickInterval(interval_ms)
         view = box.view()
         self.click(view.viewport(), view.visualRect(box.model().index(box.findData(data), 0)).center())
 
@@ -124,6 +126,34 @@ def opened(window: MainWindow, path: Path, wait_for: Any) -> None:
 
 
 @pytest.mark.parametrize("way", WAYS)
+def test_calibrate_the_antennas(make_window: Any, setup_path: Path, wait_for: Any, tmp_path: Path, way: str) -> None:
+    # the first, before the other tests' window: a key that two windows know means nothing
+    def fit(order: CalibrationOrder, _progress: Callable[[float], None]) -> Any:
+        return replace(calibration_of(order.setup, shift_u=2.0), verdict="good")
+
+    window = make_window(setup_path, calibrator=fit)
+    opened(window, make_session(tmp_path / "data", 4), wait_for)
+    window.activateWindow()
+    wait_for(window.isActiveWindow)
+    hands = Hands(window)
+    if way == "keys":
+        hands.key("Shift+F7")
+    else:
+        hands.workspace("prepare")
+        begin = next(
+            one for one in window.channels.findChildren(QPushButton) if without(one.text()) == "Calibrate the antennas…"
+        )
+        hands.click(begin)
+    dialog = window.calibration.dialog
+    wait_for(lambda: dialog.isActiveWindow() and dialog.next.isEnabled())
+    for _ in range(2):
+        hands.key("Return") if way == "keys" else hands.click(dialog.next)
+    wait_for(lambda: dialog.found)
+    hands.letter(without(dialog.use.text())) if way == "keys" else hands.click(dialog.use)
+    assert window.setup_model.setup.calibration is not None
+
+
+@pytest.mark.parametrize("way", WAYS)
 def test_record_a_drop(ready: MainWindow, wait_for: Any, way: str) -> None:
     hands = Hands(ready)
     hands.key("R") if way == "keys" else hands.click(ready.bar.buttons[1])
@@ -137,15 +167,15 @@ def test_read_e_of_a_drop(ready: MainWindow, wait_for: Any, tmp_path: Path, way:
     ready.runs.table.clearSelection()
     hands = Hands(ready)
     if way == "keys":
-        for key in ("Ctrl+3", "Alt+7", "Home"):
+        for key in ("Ctrl+3", "Alt+7", "Return"):
             hands.key(key)
     else:
         hands.workspace("analyse")
         pictures = ready.runs.pictures
         hands.click(pictures.viewport(), pictures.visualRect(pictures.model().index(0, 0)).center())
     wait_for(lambda: ready.run.result is not None and not ready.jobs.running)
-    said = [one.text() for one in ready.panels.held["result"].findChildren(QLabel) if one.isVisible()]
-    assert any((" ± " in one and one.startswith("0.")) or "e = 0." in one for one in said), said
+    assert ready.run.figures.isVisible()
+    wait_for(lambda: "e of the first impact" in ready.run.figures.toPlainText())
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -235,33 +265,6 @@ def test_write_a_note(ready: MainWindow, wait_for: Any, tmp_path: Path, way: str
     keep = next(one for one in ready.session_panel.findChildren(QPushButton) if without(one.text()) == "Keep")
     hands.key("Return") if way == "keys" else hands.click(keep)
     wait_for(lambda: any("the fan was on" in one.text() for one in ready.session_panel.findChildren(QLabel)))
-
-
-@pytest.mark.parametrize("way", WAYS)
-def test_calibrate_the_antennas(make_window: Any, setup_path: Path, wait_for: Any, tmp_path: Path, way: str) -> None:
-    def fit(order: CalibrationOrder, _progress: Callable[[float], None]) -> Any:
-        return replace(calibration_of(order.setup, shift_u=2.0), verdict="good")
-
-    window = make_window(setup_path, calibrator=fit)
-    opened(window, make_session(tmp_path / "data", 4), wait_for)
-    window.activateWindow()
-    wait_for(window.isActiveWindow)
-    hands = Hands(window)
-    if way == "keys":
-        hands.key("Shift+F7")
-    else:
-        hands.workspace("prepare")
-        begin = next(
-            one for one in window.channels.findChildren(QPushButton) if without(one.text()) == "Calibrate the antennas…"
-        )
-        hands.click(begin)
-    dialog = window.calibration.dialog
-    wait_for(lambda: dialog.isActiveWindow() and dialog.next.isEnabled())
-    for _ in range(2):
-        hands.key("Return") if way == "keys" else hands.click(dialog.next)
-    wait_for(lambda: dialog.found)
-    hands.letter(without(dialog.use.text())) if way == "keys" else hands.click(dialog.use)
-    assert window.setup_model.setup.calibration is not None
 
 
 @pytest.mark.parametrize("way", WAYS)

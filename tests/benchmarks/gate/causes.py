@@ -61,7 +61,8 @@ _CODES: Mapping[Causes, str] = {
     _set("gap"): "samples_lost",
     _set("gap motion"): "no_rest_after_gap",
     _set("motion"): """
-        no_rest starts_in_motion floor_gives_way floor_moves fall_ends_softly fall_without_rebound""",
+        no_rest starts_in_motion further_motion floor_gives_way floor_moves fall_ends_softly fall_without_rebound
+        landed_dead""",
     _set("motion walls"): "wall_at_impact",
     _set("motion tilt"): "impacts_off_plane",
     _set("tilt drag motion"): "e_disagrees",

@@ -18,28 +18,33 @@ from radargui.estimation.adaptive.found import AdaptiveRounds, adaptive_rounds
 from radargui.estimation.hardware import disagreement, knows_more
 from radargui.estimation.joint import JointEstimate, estimate_joint, with_setup_known
 from radargui.estimation.motion_estimate import MotionEstimate
+from radargui.estimation.readout.kinematics import kinematics
 from radargui.estimation.readout.unexplained import Residuals, UnexplainedError, unexplained_stretches
 from radargui.estimation.select.budget import LooseMapsError, NoSingleBodyError
 from radargui.estimation.select.fall import FoundFall
 from radargui.estimation.solve.minimise import log_evidence
 from radargui.geometry.path_length import LEAST_RECEIVERS
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.geometry.scattering import is_delayed
+from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
 from radargui.model.assumed import DIAMETER
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.finding import Finding, error_of, refuse, warn, why_of
 from radargui.model.front_end import FrontEnd, FrontEndPrior, run_names
 from radargui.model.gravity import expected_gravity_m_s2
+from radargui.model.result import Bounces, CorrectedIQ, Kinematics, PathLengths, Segment, Track, whole_milliseconds
 from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior, bumped
 from radargui.model.setup_posterior import SetupPosterior
+from radargui.model.uncertainty_budget import InputChange
 from radargui.processing.by_flights import MeasuredDrop
 from radargui.processing.checks.estimate import doubt, is_blamed, is_fringe_sure, is_unknown
-from radargui.processing.drifting_rest import drifting_rest
+from radargui.processing.continuity import checked
 from radargui.processing.in_band import measure_in_band
-from radargui.processing.measured_motion import MeasuredMotion
-from radargui.processing.of_estimate import motion_of_adaptive, motion_of_joint
-from radargui.processing.progress import Progress, Report
+from radargui.processing.measured_motion import MeasuredMotion, Progress, Report, locate, locate_body
+from radargui.restitution.flight_fit import FlightFit
 from radargui.restitution.flight_test import FlightTest
+from radargui.restitution.input_changes import SetupResponses, joint_changes, setup_responses
+from radargui.restitution.joint_bounces import joint_bounces
 from radargui.restitution.settings import TRACKS
 from radargui.restitution.setup_outlier import wrong_value
 
@@ -379,3 +384,147 @@ def _with_prior(motion: MeasuredMotion, joint: _Joint) -> MeasuredMotion:
     if joint.unused is None:
         return motion
     return motion.said(warn("front_ends_differ", runs=run_names(prior.runs), cause=joint.unused))
+
+
+_LEAST_M_S = 5e-5
+"""Of a path: half of it is a speed, a part in 50 000 of a fall's."""
+_SIGMAS = 6.0
+"""Of white noise: 1/f noise makes more of a drift, but not in all receivers alike."""
+_ALIKE = 0.3
+"""The slowest path over the fastest, and a radius over its path: offsets drift in any direction, one a receiver."""
+_PATH_M = 1.4
+"""From an antenna over the sphere to another, usually: a frequency that drifts by a share makes that share of it."""
+
+
+def drifting_rest(
+    time_s: FloatArray, point: ComplexArray, valid: BoolArray, segment: Segment, wavelength_m: float
+) -> Finding | None:
+    """Return a finding where all paths grow, or shrink, alike before the motion, else None.
+
+    Each rest lies next to one point of the unit circle: what turns it is a path, what lengthens it is none.
+
+    Parameters
+    ----------
+    time_s
+        Of the samples, shape (n,).
+    point, valid
+        I + jQ on the unit circle, by an estimate that has no say in what rests (the joint one has the tracer at its
+        place then), and what is known of it, shapes (n_receivers, n).
+    segment
+        The rest.
+    wavelength_m
+        Of the transmitted wave.
+    """
+    rest = slice(segment.rest_first, segment.rest_last)
+    found = np.array([_slopes(time_s[rest], *one) for one in zip(point[:, rest], valid[:, rest], strict=True)])
+    # NaN compares false
+    speed, radial, u = found.T * wavelength_m / (2.0 * np.pi)
+    size = np.abs(speed)
+    alike = bool(size.min() > _ALIKE * size.max()) and abs(float(np.sign(speed).sum())) == speed.size
+    if not (alike and (size > np.maximum(_SIGMAS * u, _LEAST_M_S)).all() and (np.abs(radial) < _ALIKE * size).all()):
+        return None
+    mean = float(speed.mean())
+    return warn("rest_drifts", speed_m_s=mean, share_per_s=abs(mean) / _PATH_M)
+
+
+def _slopes(time_s: FloatArray, point: ComplexArray, valid: BoolArray) -> FloatArray:
+    """Return by what a receiver's phase and radius change in a second at rest, and the u of both, in rad and radii."""
+    known = valid & np.isfinite(point)
+    if known.sum() < 3:
+        return np.full(3, np.nan)
+    point = point[known] / point[known].mean()
+    away_s = time_s[known] - time_s[known].mean()
+    square = float(away_s @ away_s)
+    slope = (away_s @ point) / square
+    off = point - point.mean() - slope * away_s
+    u = np.sqrt(float((np.abs(off) ** 2).mean()) / 2.0 / square)
+    return np.array([slope.imag, slope.real, u])
+
+
+def motion_of_adaptive(
+    estimate: MotionEstimate, conditioned: Conditioned, setup: Setup, *, is_tested: bool = False
+) -> MeasuredMotion:
+    """Return what circles found; `is_tested`: an estimate that follows tests it."""
+    paths, track = _located(estimate, _paths_of(estimate, setup), setup)
+    motion = MeasuredMotion(_corrected_of(estimate, setup), paths, track)
+    return checked(motion, conditioned, setup.radar.wavelength_m, is_held=is_tested)
+
+
+Bounced = Callable[[JointEstimate, Setup, SetupResponses], tuple[Bounces, FlightFit | None]]
+
+
+def motion_of_joint(
+    estimate: JointEstimate, conditioned: Conditioned, setup: Setup, bounces_of: Bounced = joint_bounces
+) -> MeasuredMotion:
+    """Return what the joint estimate found, its uncertainties widened by what its flights, bounces and g, say."""
+    found = estimate.chosen.setup
+    estimate, bounces, changes, flights = _with_flights(estimate, setup, bounces_of)
+    paths, track = _located(estimate, _paths_of(estimate, setup), setup)
+    # flights that do not fit bend antennas, too: other runs must not be told
+    is_sound = estimate.chosen.solution.settled and flights.bent is None and flights.cause is None
+    said = found.alone.widened(flights.widening) if found is not None and is_sound else None
+    motion = MeasuredMotion(
+        _corrected_of(estimate, setup),
+        paths,
+        track,
+        bounces,
+        changes,
+        motion=_motion(estimate, conditioned, flights.widening),
+        setup_posterior=() if found is None else found.values(setup),
+        setup_likelihood=said,
+        estimate=estimate,
+        flights=flights,
+    )
+    is_sure = is_fringe_sure(track, estimate.onset_s)
+    return checked(motion, conditioned, setup.radar.wavelength_m, is_held=is_sure)
+
+
+def _motion(estimate: JointEstimate, conditioned: Conditioned, widening: float) -> Kinematics:
+    """Return velocities and accelerations of the motion."""
+    last_s = float(estimate.time_s[min(conditioned.segment.last, estimate.time_s.size) - 1])
+    time_s = whole_milliseconds(estimate.onset_s, last_s)
+    return kinematics(estimate.chosen.solution, estimate.chosen.alternatives, time_s).widened(widening)
+
+
+def _with_flights(
+    estimate: JointEstimate, setup: Setup, bounces_of: Bounced
+) -> tuple[JointEstimate, Bounces | None, tuple[InputChange, ...] | None, FlightTest]:
+    """Return the estimate, its bounces, what both change by with each input of the setup, and what its flights say."""
+    # the far field bends the path by millimetres: no flight obeys gravity there, and the track gives the bounces
+    if setup.processing.geometry != "exact":
+        return estimate, None, None, FlightTest()
+    try:
+        responses = setup_responses(estimate, setup)
+        bounces, fit = bounces_of(estimate, setup, responses)
+        bounces, changes, test = joint_changes(estimate, bounces, fit, setup, responses)
+    except SolveError as error:
+        return estimate, None, None, FlightTest(bent=warn("flights_not_fitted", cause=why_of(error)))
+    return estimate.widened(test.widening), bounces.widened(test.widening), changes, test
+
+
+def _paths_of(estimate: MotionEstimate, setup: Setup) -> PathLengths:
+    # phase = 2 pi L / wavelength: estimates are in metres, the corrected IQ is shown in rad (method 1)
+    phase = estimate.change_m * _rad_per_m(setup)
+    return PathLengths(estimate.time_s, phase, estimate.change_m, estimate.u_change_m, estimate.valid)
+
+
+def _corrected_of(estimate: MotionEstimate, setup: Setup) -> CorrectedIQ:
+    samples = estimate.time_s, estimate.i, estimate.q, estimate.valid, estimate.u_change_m * _rad_per_m(setup)
+    return CorrectedIQ(*samples, estimate.method, estimate.channels, decisions=estimate.choices)
+
+
+def _rad_per_m(setup: Setup) -> float:
+    return 2.0 * np.pi / setup.radar.wavelength_m
+
+
+def _located(estimate: MotionEstimate, paths: PathLengths, setup: Setup) -> tuple[PathLengths, Track | None]:
+    # the joint estimate knows the sphere as a body; the adaptive one's circles show the phase that it scatters with
+    measured = is_delayed(setup) and not isinstance(estimate, JointEstimate)
+    if estimate.position_m is None or estimate.u_position_m is None or measured:
+        # the phase that the body adds is taken off the direct path (method 3)
+        return locate_body(paths, setup)
+    if setup.processing.geometry == "plane":
+        # the joint estimate's paths are those to the centre already
+        return paths, locate(paths, setup)
+    valid = np.asarray(estimate.valid.all(axis=0) & np.isfinite(estimate.position_m).all(axis=0))
+    return paths, Track(estimate.time_s, estimate.position_m, estimate.u_position_m, valid, "exact")

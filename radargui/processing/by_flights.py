@@ -23,8 +23,7 @@ from radargui.model.front_end import FrontEndPrior
 from radargui.model.result import CorrectedIQ, PathLengths, Track, whole_milliseconds
 from radargui.model.setup import Setup
 from radargui.processing.checks.estimate import gained_by_polarization, is_blamed
-from radargui.processing.locate import locate
-from radargui.processing.measured_motion import MeasuredMotion
+from radargui.processing.measured_motion import MeasuredMotion, locate
 from radargui.restitution.drop_bounces import drop_bounces, drop_changes
 from radargui.restitution.setup_outlier import wrong_value
 

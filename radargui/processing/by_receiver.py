@@ -8,9 +8,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.result import CorrectedIQ, PathLengths
 from radargui.model.setup import Setup
 from radargui.processing.continuity import checked, is_alone, lay_down
-from radargui.processing.locate import locate_body
-from radargui.processing.measured_motion import MeasuredMotion
-from radargui.processing.progress import Report
+from radargui.processing.measured_motion import MeasuredMotion, Report, locate_body
 
 
 def measure_by_receiver(conditioned: Conditioned, setup: Setup, method: str, progress: Report) -> MeasuredMotion:

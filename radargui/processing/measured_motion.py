@@ -1,18 +1,22 @@
-"""What the way from conditioned signals to a track ends in, whatever the correction."""
+"""What the way from conditioned signals to a track ends in, whatever the correction; how much of it is done."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
-from radargui.model.arrays import BoolArray
+from radargui.geometry.bistatic import locate_exact, position_uncertainty
+from radargui.geometry.path_length import LEAST_RECEIVERS, locate_plane, place_antennas
+from radargui.geometry.scattering import path_delay
+from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.finding import Finding
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.result import Bounces, CorrectedIQ, Kinematics, PathLengths, Track
+from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior
 from radargui.model.setup_posterior import SetupLikelihood, SetupValue
 from radargui.model.uncertainty_budget import InputChange
@@ -22,6 +26,90 @@ from radargui.restitution.flight_test import FlightTest
 if TYPE_CHECKING:
     # only who asks for it pays for loading it
     from radargui.estimation.joint import JointEstimate
+
+
+def locate_body(paths: PathLengths, setup: Setup) -> tuple[PathLengths, Track | None]:
+    """Return the paths to the sphere's centre, and the track, from paths as their phase was measured.
+
+    Where the setup gives the polarisation, the phase that the sphere scatters with is taken off the direct path, and
+    what a container's walls delay, in one step: it changes by a thousandth of what the place does. What it does to
+    mirrored paths stays.
+    """
+    track, delay = locate(paths, setup), path_delay(setup)
+    if track is None or delay is None:
+        return paths, track
+    # where not all receivers know their path the place is unknown, and so is the delay
+    change_m = paths.change_m - np.nan_to_num(delay.at(track.position_m))
+    paths = replace(paths, change_m=change_m)
+    return paths, locate(paths, setup)
+
+
+def locate(paths: PathLengths, setup: Setup) -> Track | None:
+    """Return the positions of the sphere's centre.
+
+    Parameters
+    ----------
+    paths
+        Change of path length of every receiver.
+    setup
+        Antennas of as many receivers, where the sphere hangs at rest, and the geometry: exact (bistatic) or plane (far
+        field).
+
+    Returns
+    -------
+    Track or None
+        None with fewer than three receivers.
+    """
+    if setup.n_receivers < LEAST_RECEIVERS:
+        return None
+    # an invalid path would pull the place without a sign of it
+    position = place_at(np.where(paths.valid, paths.change_m, np.nan), setup)
+    # linear propagation of u(L_i) through the inverse of the rows dL_i/dp (GUM 5.1.2)
+    u = position_uncertainty(position, paths.u_m, place_antennas(setup))
+    return Track(paths.time_s, position, u, np.asarray(np.isfinite(position).all(axis=0)), setup.processing.geometry)
+
+
+def place_at(change_m: FloatArray, setup: Setup) -> FloatArray:
+    """Return the places (3, n) at changes of the paths (n_receivers, n); NaN for NaN, setup as above."""
+    solve = locate_plane if setup.processing.geometry == "plane" else locate_exact
+    # changes of path count from the release: there the antennas' geometry fixes L itself
+    return solve(change_m, place_antennas(setup), np.array(setup.tracer.release_position_m))
+
+
+Report = Callable[[float], None]
+
+_OF_REST = 0.8
+"""Share of what is left of the bar that an attempt takes. Nobody knows whether one is the last: most runs need one."""
+
+
+class Progress:
+    """The share done of a run, which only grows.
+
+    Parameters
+    ----------
+    report
+        Called with the share done, 0 to 1, each time something is done, whether it grew or not: what it raises, as
+        `CancelledError`, ends the work. None: nobody wants to know.
+    """
+
+    def __init__(self, report: Report | None) -> None:
+        self._report = report or (lambda _: None)
+        self._done = 0.0
+
+    def reach(self, share: float) -> None:
+        """Say that this share of all is done."""
+        self._done = max(self._done, share)
+        self._report(self._done)
+
+    def attempt(self, share: float = _OF_REST) -> Report:
+        """Return what is called with the share of an attempt that is done, 0 to 1.
+
+        It begins where the last one has come to: an estimate that is made again, without a receiver or without some
+        milliseconds, with a prior, or by a simpler method instead. It takes a share of what is left of the bar.
+        """
+        begin = self._done
+        span = share * (1.0 - begin)
+        return lambda share: self.reach(begin + span * share)
 
 
 @dataclass(frozen=True, slots=True)

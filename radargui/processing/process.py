@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from radargui.conditioning.condition import condition
+from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.stretch import NoMotion
 from radargui.correction.correct import correct
 from radargui.geometry.path_length import LEAST_RECEIVERS
@@ -29,12 +31,10 @@ from radargui.processing.checks.evidence import Evidence
 from radargui.processing.checks.receivers import wired_wrongly
 from radargui.processing.checks.run import findings_before, findings_of
 from radargui.processing.continuity import known_where
-from radargui.processing.impacts_of_track import impacts_of_track
 from radargui.processing.long_recording import shortened
-from radargui.processing.measured_motion import MeasuredMotion, nothing_measured
+from radargui.processing.measured_motion import MeasuredMotion, Progress, nothing_measured
 from radargui.processing.part import Part
-from radargui.processing.progress import Progress
-from radargui.processing.separate_motions import separate_motions
+from radargui.processing.uncertainty_budget import impacts_of_track
 from radargui.processing.whole import Whole
 from radargui.restitution.cross_check import found_tilt, walls_met
 from radargui.restitution.impact_plane import judged_by_floor
@@ -417,3 +417,35 @@ def steps_of(result: RunResult) -> tuple[object, ...]:
 def cut_short(result: RunResult) -> RunResult:
     """Return a preliminary result as it is kept where the joint correction was stopped."""
     return replace(result, findings=(STOPPED, *result.findings))
+
+
+def separate_motions(recording: Recording, conditioned: Conditioned, setup: Setup) -> Iterator[Part]:
+    """Yield each of several motions by itself, in order, with the rest before it; nothing where there is one motion.
+
+    A rest between two motions is cut in its middle. Each part is conditioned anew: what comes after a drop has no share
+    in its noise, hum and onset.
+
+    Parameters
+    ----------
+    recording, setup
+        As `condition` takes them.
+    conditioned
+        All motions together.
+    """
+    times = _times(conditioned)
+    begin, size = int(conditioned.samples.start), conditioned.size
+    cuts = [begin + size * ((first + last) // 2) for first, last in conditioned.pauses]
+    edges = pairwise([begin, *cuts, int(conditioned.samples.stop)])
+    for number, (first, last) in enumerate(edges if cuts else ()):
+        alone = condition(recording, setup, slice(first, last))
+        if isinstance(alone, Conditioned):
+            others = times[:number] + times[number + 1 :]
+            yield Part(setup, alone, *wired_wrongly(alone, setup), further=others)
+
+
+def _times(conditioned: Conditioned) -> tuple[tuple[float, float], ...]:
+    """Return when each motion begins and ends."""
+    inner = [edge for pause in conditioned.pauses for edge in pause]
+    edges = [conditioned.segment.first, *inner, conditioned.segment.last - 1]
+    times = conditioned.time_s[edges].tolist()
+    return tuple(zip(times[0::2], times[1::2], strict=True))

@@ -15,7 +15,7 @@ from radargui.model.errors import SetupError
 from radargui.model.radar import Walls
 from radargui.model.result import PathLengths
 from radargui.model.setup import Setup, parse_setup
-from radargui.processing.locate import locate_body
+from radargui.processing.measured_motion import locate_body
 from radargui.sources.simulated.waves import make_waves
 
 WAVENUMBER = 2.0 * np.pi / 0.03

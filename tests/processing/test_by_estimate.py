@@ -28,7 +28,7 @@ from radargui.model.resources import default_setup_path
 from radargui.model.result import RunResult, Track
 from radargui.model.setup import Setup, read_setup
 from radargui.model.uncertainty_budget import InputChange
-from radargui.processing.by_estimate import measure_by_estimate
+from radargui.processing.by_estimate import measure_by_estimate, motion_of_joint
 from radargui.processing.checks.estimate import (
     hardly_known,
     is_fringe_sure,
@@ -37,10 +37,8 @@ from radargui.processing.checks.estimate import (
     turned_polarisation,
     unlikely_mirrors,
 )
-from radargui.processing.measured_motion import MeasuredMotion
-from radargui.processing.of_estimate import motion_of_joint
+from radargui.processing.measured_motion import MeasuredMotion, Progress
 from radargui.processing.process import process
-from radargui.processing.progress import Progress
 from radargui.report.tables import result_document
 
 E = 0.6

@@ -17,7 +17,7 @@ from radargui.model.assumed import uncertain_inputs
 from radargui.model.calibrated_setup import calibrated
 from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup, moved
-from radargui.processing.locate import locate
+from radargui.processing.measured_motion import locate
 from radargui.processing.uncertainty_budget import changes_of_track, with_budget
 
 DRAWS = 2000

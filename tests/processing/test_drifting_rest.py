@@ -14,7 +14,7 @@ from support.words import words
 
 from radargui.model.arrays import ComplexArray
 from radargui.model.result import Segment
-from radargui.processing.drifting_rest import drifting_rest
+from radargui.processing.by_estimate import drifting_rest
 from radargui.processing.process import process
 
 WAVELENGTH_M, REST_S = 0.03, 0.3

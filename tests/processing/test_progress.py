@@ -20,8 +20,8 @@ from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
+from radargui.processing.measured_motion import Progress, Report
 from radargui.processing.process import process
-from radargui.processing.progress import Progress, Report
 
 Path = Callable[[Report], RunResult]
 

@@ -23,7 +23,7 @@ from radargui.model.result import Bounce, Bounces, FreeFall, Track
 from radargui.model.setup import Setup, changed, read_setup
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
 from radargui.model.unexplained_stretch import UnexplainedStretch
-from radargui.processing.checks.flights import flights_bend, g_impossible, setup_contradicted
+from radargui.processing.checks.motion import flights_bend, g_impossible, setup_contradicted
 from radargui.processing.checks.setup import OF_SETUP, floor_elsewhere, release_assumed
 from radargui.processing.process import process
 from radargui.restitution.flight_test import FlightTest

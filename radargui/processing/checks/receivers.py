@@ -1,15 +1,40 @@
-"""What is no receiver, which one a run goes on without, how good the others are; a clock that is wrong by a factor."""
+"""What is wrong with samples, receivers and clock: what was lost, what is no receiver and what a run does without."""
 
 import math
 from collections.abc import Iterator
 from dataclasses import replace
 
+import numpy as np
+
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.fall_signs import fall_signs
 from radargui.model.finding import Finding, refuse, warn
+from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.model.unexplained_stretch import unexplained_of
 from radargui.processing.checks.evidence import Evidence
+
+
+def excerpt(recording: Recording) -> Finding | None:
+    """Of a long recording only a part is processed."""
+    return None if recording.excerpt is None else warn("excerpt_processed", text=recording.excerpt.reason)
+
+
+def no_numbers(recording: Recording) -> Iterator[Finding]:
+    """Samples are no numbers."""
+    # converters give nothing else
+    if recording.raw.dtype == np.int16:
+        return
+    for channel, row in zip(recording.digitisation.channel_names, recording.raw, strict=True):
+        if missing := int(row.size - np.isfinite(row).sum()):
+            which = "all" if missing == row.size else "some"
+            yield warn("samples_no_numbers", channel=channel, which=which, missing=missing, samples=row.size)
+
+
+def samples_lost(recording: Recording) -> Finding | None:
+    """Samples were lost while it was recorded."""
+    gaps = recording.gaps
+    return warn("samples_lost", lost=sum(gap.count for gap in gaps), gaps=len(gaps)) if gaps else None
 
 
 def wired_wrongly(conditioned: Conditioned, setup: Setup) -> tuple[tuple[Finding | None, ...], Finding | None]:

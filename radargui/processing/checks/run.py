@@ -8,16 +8,16 @@ from radargui.correction.quality import WEAK
 from radargui.model.finding import Finding
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
-from radargui.processing.checks import flights, impacts, motion, receivers, recording, setup
+from radargui.processing.checks import motion, receivers, setup
 from radargui.processing.checks.evidence import Evidence
 
 Found = Finding | Iterable[Finding] | None
 Check = Callable[[Evidence], Found]
 
 OF_RECORDING: tuple[Callable[[Recording], Found], ...] = (
-    recording.excerpt,
-    recording.no_numbers,
-    recording.samples_lost,
+    receivers.excerpt,
+    receivers.no_numbers,
+    receivers.samples_lost,
 )
 BEFORE: tuple[Check, ...] = (
     setup.skew_too_long,
@@ -31,14 +31,14 @@ AFTER: tuple[Check, ...] = (
     motion.plane_geometry,
     motion.no_position,
     motion.no_rest,
-    flights.g_impossible,
-    flights.falls_otherwise,
+    motion.g_impossible,
+    motion.falls_otherwise,
     setup.floor_elsewhere,
-    impacts.coefficients_disagree,
-    impacts.wall_at_impact,
-    impacts.floor,
-    impacts.no_impact,
-    flights.braked,
+    motion.coefficients_disagree,
+    motion.wall_at_impact,
+    motion.floor,
+    motion.no_impact,
+    motion.braked,
     receivers.usable,
 )
 
@@ -46,14 +46,14 @@ AFTER: tuple[Check, ...] = (
 def checks_of(evidence: Evidence) -> tuple[Check, ...]:
     """Return the checks of a run, in order."""
     if evidence.motion.estimate is None:
-        return (*BEFORE, flights.setup_contradicted, *AFTER)
+        return (*BEFORE, motion.setup_contradicted, *AFTER)
     # only who asks for an estimate pays for loading what it is judged by
     from radargui.processing.checks import estimate
 
     joint = (
         estimate.polarization_off,
-        flights.setup_contradicted,
-        flights.flights_bend,
+        motion.setup_contradicted,
+        motion.flights_bend,
         estimate.poorly_determined,
         estimate.no_minimum,
     )

@@ -8,7 +8,7 @@ from pathlib import Path
 from radargui.acquisition import run_output
 from radargui.acquisition.run_output import FinishedRun, History, OpenRun, RunOutput, TruthOf
 from radargui.acquisition.run_plan import Ending, FixedPlan, MotionPlan, RecorderState, RunPlan
-from radargui.live.fall_test import FallTest
+from radargui.live.trigger import FallTest
 from radargui.model.daq import RecordingLimits
 from radargui.model.errors import FileError, FileLostError, RadarGuiError, worded
 from radargui.model.recording import Block, Digitisation

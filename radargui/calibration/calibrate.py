@@ -10,11 +10,10 @@ import numpy as np
 from scipy.special import gammainccinv
 
 from radargui import __version__
-from radargui.calibration.fit import FEW, LEAST_BESIDE_WALLS, Fit, fit, unfitted
+from radargui.calibration.fit import FEW, LEAST_BESIDE_WALLS, Fit, Settled, approach, fit, settled_at_last, unfitted
 from radargui.calibration.likelihood import Likelihood, PathLikelihood, own_values
 from radargui.calibration.preparing import Prepared, sample_problem
 from radargui.calibration.rough_fit import RELEASE, KnownRecording, UnfitFallError, refuse_above, rough_fit
-from radargui.calibration.settling import Settled, approach, settled_at_last
 from radargui.calibration.shares import Progress, Shares, working
 from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.calibration.unknowns import USUAL, setup_with

@@ -12,8 +12,7 @@ from radargui.cli.app import Batch, Compare
 from radargui.cli.bar import Bar, progress_bar, show_table
 from radargui.cli.console import FAILED, fail
 from radargui.cli.setup_choice import processing_changes
-from radargui.experiment.batch.task import BatchOutcome, BatchTask, FoundRuns, TablesTo, find_runs
-from radargui.experiment.batch.workers import run_local, run_on_cluster
+from radargui.experiment.batch import BatchOutcome, BatchTask, FoundRuns, TablesTo, find_runs, run_local, run_on_cluster
 from radargui.experiment.compare import ComparedFigure, RunComparison, compare_stored, compare_with
 from radargui.files.access import Progress, each_run, want_room_for
 from radargui.model.drop import restitution_words

@@ -11,7 +11,7 @@ import typer
 from radargui.calibration.unknowns import chosen_groups
 from radargui.cli.app import Calibrate
 from radargui.cli.bar import progress_bar, show_table
-from radargui.experiment.batch.task import find_runs
+from radargui.experiment.batch import find_runs
 from radargui.experiment.calibrating import CalibrationOrder, calibrate_files
 from radargui.files.access import Progress, want_room_for
 from radargui.files.calibration_file import write_calibration

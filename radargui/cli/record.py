@@ -12,7 +12,7 @@ from radargui.cli.console import FAILED, fail, one_line
 from radargui.cli.setup_choice import COMMAND_LINE, named_or_default, parse_release, positive
 from radargui.experiment.awake import kept_awake
 from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
-from radargui.experiment.experiment import Experiment
+from radargui.experiment.series import Experiment
 from radargui.files.formats import own_setup_of
 from radargui.files.run_card import origin_attributes, origin_of_source, summarise
 from radargui.model.calibrated_setup import too_old

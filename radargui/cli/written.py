@@ -74,7 +74,7 @@ def report_sessions(options: Report) -> int:
 def draw_figures(options: Figures) -> int:
     """Write every figure of a session alone and return the exit status."""
     from radargui.processing.result_of_run import stored_or_computed
-    from radargui.report.column_figures import FIGURES_FOLDER, parse_width, write_figures
+    from radargui.report.series_figures import FIGURES_FOLDER, parse_width, write_figures
 
     width_mm = parse_width(options.width)
     session = Session.open(options.session, write=False)

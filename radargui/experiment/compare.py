@@ -17,7 +17,7 @@ from radargui.model.errors import ProcessingError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup, changed
 from radargui.model.setup_error import ChangedSetting, changed_settings
-from radargui.report.decimation import EMPTY, Curve, envelope
+from radargui.report.curves import EMPTY, Curve, envelope
 
 FIGURES = (
     ("e", "u_e", "u_e_combined"),

@@ -16,8 +16,7 @@ from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.process import OnPreliminary, cut_short, process
-from radargui.session.front_ends import known_front_ends
-from radargui.session.known_setup import known_setup_of_run
+from radargui.session.known_setup import known_front_ends, known_setup_of_run
 
 
 @dataclass(frozen=True, slots=True)

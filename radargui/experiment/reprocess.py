@@ -9,18 +9,16 @@ from pathlib import Path
 from radargui.experiment.finished import FinishedJob
 from radargui.experiment.processing_apart import ProcessingApart
 from radargui.files.access import Outcome, Progress, each_run, silent
-from radargui.files.rewriting import finish_run
 from radargui.files.run_file import read_run_setup, run_is_complete
-from radargui.files.run_results import write_results
+from radargui.files.run_results import finish_run, write_results
 from radargui.model.errors import FileError, RadarGuiError, UsageError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.process import OnPreliminary, process
 from radargui.session.catalogue import Catalogue, RunLine
-from radargui.session.front_ends import known_front_ends
 from radargui.session.info import FILE_NAME
-from radargui.session.known_setup import known_setup_of_run
+from radargui.session.known_setup import known_front_ends, known_setup_of_run
 from radargui.session.lock import Owner, SessionLock, owner_of
 from radargui.session.session import Session
 

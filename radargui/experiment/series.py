@@ -33,8 +33,8 @@ from radargui.experiment.event import (
 from radargui.experiment.finished import BegunJob, FinishedJob, LiveAgreement
 from radargui.experiment.live_bounce import first_bounce, is_flown
 from radargui.experiment.processing_apart import ProcessingApart, ProcessingHere
-from radargui.live.fall_test import FallTest
 from radargui.live.processor import LiveMemory, LiveProcessor
+from radargui.live.trigger import FallTest
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, attempt
 from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.recording import Recording
@@ -42,7 +42,7 @@ from radargui.model.result import Bounce, RunResult
 from radargui.model.rounding import quantity
 from radargui.model.setup import Setup
 from radargui.processing.process import BY_FLIGHTS
-from radargui.session.session import Session
+from radargui.session.session import BY_OPERATOR, Session
 from radargui.sources.contract import Source
 
 HEALTH_S = 0.25
@@ -494,3 +494,62 @@ class AcquisitionSeries:
         if health.live_error is not None:
             self._order.publisher.report(EventKind.WARNING, str(health.live_error), error=health.live_error)
         self._order.publisher.report(EventKind.HEALTH, health.line(), health=health)
+
+
+__all__ = ["Experiment", "Listener"]
+
+
+class Experiment(RunOrder):
+    """Runs recorded one after the other into one session; parameters and attributes as of `RunOrder`.
+
+    `record` does the work in the caller's thread, where the listener is called too; `finish`, `cancel` and the
+    properties may be used from any thread. Runs are processed in order, in a process of their own, or a thread
+    where the source is patient.
+    """
+
+    @property
+    def state(self) -> ExperimentState:
+        """Where the experiment is."""
+        return self.publisher.state
+
+    def record(self, n_runs: int) -> Iterator[RecordedRun]:
+        """Record runs and yield each when it is processed, in order; the next one is armed meanwhile.
+
+        Those that were set aside come too and do not count. The last one has no file where nothing moved any more; one
+        whose processing alone failed has an `error`.
+
+        Raises
+        ------
+        RadarGuiError
+            The source or the disk failed; what was recorded until then is kept, the error says where.
+        """
+        if n_runs < 1 or self.is_cancelled:
+            return
+        yield from self._series(1, n_runs) if self.continuous else self._series(n_runs, 1)
+
+    def reject(self, run: Path, reason: str = BY_OPERATOR) -> None:
+        """Set a run aside (kept, hidden, reversible); a series that goes on records another one in its place.
+
+        Raises
+        ------
+        SessionError
+            No such run, or the session cannot be written.
+        """
+        known = run.name in self.session.rejected
+        self.session.reject(run, reason)
+        acquisition = self.acquisition
+        if not known and acquisition is not None and acquisition.recorder is not None:
+            acquisition.recorder.want_another()
+
+    def _series(self, n_acquisitions: int, n_runs: int) -> Iterator[RecordedRun]:
+        """Record runs, so many from each source; each is processed while the next one is armed."""
+        try:
+            series = AcquisitionSeries(self, n_acquisitions, n_runs)
+        except RadarGuiError as error:
+            self.publisher.enter(ExperimentState.FAILED, str(error), error=error)
+            raise
+        yield from series.runs()
+        if series.failure is not None:
+            failure = with_place(series.failure, series.failed_file)
+            self.publisher.enter(ExperimentState.FAILED, str(failure), error=failure)
+            raise failure

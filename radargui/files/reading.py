@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from radargui.files.access import listed
-from radargui.files.csv_layout import is_time_name
+from radargui.files.csv_file import is_time_name
 from radargui.files.formats import RUN, SUFFIXES, format_of
 from radargui.files.raw_file import RawLayout
 from radargui.files.run_file import read_run

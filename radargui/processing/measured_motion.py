@@ -9,8 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
-from radargui.geometry.bistatic import locate_exact, position_uncertainty
-from radargui.geometry.path_length import LEAST_RECEIVERS, locate_plane, place_antennas
+from radargui.geometry.path_length import (
+    LEAST_RECEIVERS,
+    locate_exact,
+    locate_plane,
+    place_antennas,
+    position_uncertainty,
+)
 from radargui.geometry.scattering import path_delay
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.finding import Finding

@@ -13,7 +13,6 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from radargui.conditioning.averager import block_means
-from radargui.geometry.bistatic import solve_gradient
 from radargui.geometry.path_length import (
     LEAST_RECEIVERS,
     distance,
@@ -21,6 +20,7 @@ from radargui.geometry.path_length import (
     path_lengths,
     place_antennas,
     range_factor,
+    solve_gradient,
     t_matrix,
 )
 from radargui.geometry.scattering import scattering_delay_m, supposed_delays_m

@@ -15,7 +15,7 @@ from matplotlib.font_manager import get_font_names
 from matplotlib.ticker import NullLocator
 
 from radargui.model.arrays import FloatArray
-from radargui.report.decimation import Curve
+from radargui.report.curves import Curve
 
 TEXT_WIDTH_MM = 180.0
 """Of the text on A4 and Letter paper: a figure as wide as this is printed in its own size."""

@@ -20,13 +20,12 @@ from radargui.model.workers import begin_worker
 from radargui.report.content import Chapter
 from radargui.report.facts import ReportFacts, SessionFacts, report_facts
 from radargui.report.findings_section import front_chapters
-from radargui.report.html import section_html, write_html
 from radargui.report.numbers import FILES, write_numbers
 from radargui.report.plots import page_style
 from radargui.report.provenance import provenance_of
 from radargui.report.run_facts import ResultOf, RunFacts, study
 from radargui.report.run_section import run_page, run_section
-from radargui.report.typesetting import Paper, Typesetter
+from radargui.report.typesetting import Paper, Typesetter, section_html, write_html
 from radargui.restitution.series import drop_labels
 from radargui.restitution.speed_models import ModelName
 from radargui.session.info import REPORT_FOLDER, own_subfolder

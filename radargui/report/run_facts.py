@@ -22,8 +22,7 @@ from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
 from radargui.model.words import counted
 from radargui.report.content import Picture
-from radargui.report.curves import RunCurves, fall_curves, take_curves
-from radargui.report.decimation import COLUMNS, COMPACT, Curve
+from radargui.report.curves import COLUMNS, COMPACT, Curve, RunCurves, fall_curves, take_curves
 from radargui.restitution.site_gravity import SiteCheck, site_check
 
 if TYPE_CHECKING:

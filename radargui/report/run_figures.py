@@ -14,13 +14,13 @@ from radargui.report import plots
 from radargui.report.curves import (
     Banded,
     CircleCurves,
+    Curve,
     MotionFigures,
     ReceiverCurves,
     RunCurves,
     StepCurves,
     TrackFigures,
 )
-from radargui.report.decimation import Curve
 from radargui.report.plots import (
     BROAD,
     DASHED,

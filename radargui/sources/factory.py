@@ -6,8 +6,7 @@ from typing import TypeAlias
 from radargui.model.errors import SourceError, worded
 from radargui.model.plugins import load_plugin, plugins
 from radargui.model.setup import Setup
-from radargui.sources.contract import SYSTEM_CLOCK, Clock, Source
-from radargui.sources.paced import ReplaySource
+from radargui.sources.contract import SYSTEM_CLOCK, Clock, ReplaySource, Source
 from radargui.sources.restarting import RestartingSource
 
 SourceKind: TypeAlias = str

@@ -12,7 +12,7 @@ from support.simulated_setup import simulated_setup
 from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.run_plan import AcquisitionState
-from radargui.live.estimate import LiveEstimate
+from radargui.live.track import LiveEstimate
 from radargui.model.arrays import RawArray
 from radargui.model.daq import RecordingLimits
 from radargui.model.recording import Digitisation

@@ -29,7 +29,7 @@ from support.ni_generator import Generator, generator
 from support.one_run import record_run
 
 from radargui.acquisition.acquisition import Acquisition
-from radargui.experiment.experiment import Experiment
+from radargui.experiment.series import Experiment
 from radargui.files.run_card import read_health
 from radargui.files.run_file import read_run, run_is_complete
 from radargui.model.recording import Block

@@ -17,8 +17,7 @@ from benchmarks.scoring.calibration_scenes import PLACES, Laboratory, circled, d
 from radargui.calibration.calibrate import Calibrated, calibrate
 from radargui.calibration.rough_fit import KnownRecording, Rough, rough_fit
 from radargui.calibration.unknowns import USUAL
-from radargui.geometry.bistatic import locate_exact
-from radargui.geometry.path_length import path_lengths, place_antennas
+from radargui.geometry.path_length import locate_exact, path_lengths, place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.setup import Setup, moved

@@ -42,9 +42,8 @@ from radargui.gui.theme import Theme
 from radargui.model.recording import Block, Digitisation
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, dump_setup, read_setup
-from radargui.sources.contract import SYSTEM_CLOCK, Clock, Source
+from radargui.sources.contract import SYSTEM_CLOCK, Clock, PacedSource, Source
 from radargui.sources.factory import make_source
-from radargui.sources.paced import PacedSource
 from radargui.sources.simulated.model import SimulatedRadar
 from radargui.sources.simulated.scene import RETURN_S
 

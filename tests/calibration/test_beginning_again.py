@@ -9,10 +9,9 @@ import pytest
 from support.room_with_wall import RELEASE, UP, room_with_wall, true_wall
 
 from radargui.calibration.calibrate import Beginning, begun_again
-from radargui.calibration.fit import unfitted
+from radargui.calibration.fit import approach, unfitted
 from radargui.calibration.likelihood import PathLikelihood
 from radargui.calibration.preparing import sample_problem
-from radargui.calibration.settling import approach
 from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.calibration.verdict import fit_paths
 

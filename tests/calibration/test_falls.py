@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from radargui.calibration.falls import Falls
 from radargui.calibration.known_path import KnownMotion, read_known
 from radargui.calibration.likelihood import MotionModel, World, motion_slopes, own_values
+from radargui.calibration.preparing import Falls
 from radargui.calibration.unknowns import GRAVITY, GRAVITY_X, antenna_unknowns, fall_unknowns, place_unknowns
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError

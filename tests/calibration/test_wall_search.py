@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from support.room_with_wall import UP, WALL_DEG, WALL_M, room_with_wall
 
-from radargui.calibration.fit import Fit
+from radargui.calibration.fit import AT_LAST, Fit, Settled, approach, settled_at_last, settling
 from radargui.calibration.preparing import sample_problem
-from radargui.calibration.settling import AT_LAST, Settled, approach, settled_at_last, settling
 from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.calibration.wall_search import linearised_gains
 from radargui.estimation.select.wall_grid import upright_planes

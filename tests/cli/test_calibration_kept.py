@@ -19,7 +19,7 @@ from radargui.model.calibration_file import read_calibration
 from radargui.model.setup import read_setup, write_setup
 from radargui.processing.calibration_check import check_calibration
 from radargui.processing.process import process
-from radargui.report.setup_section import setup_blocks
+from radargui.report.findings_section import setup_blocks
 from radargui.session.info import SCHEMA, read_info
 from radargui.session.session import Session
 

@@ -14,11 +14,11 @@ from support.file_samples import codes, int16_digitisation, volts, write_csv, wr
 from support.results import default_setup
 from support.small_setups import PLATE
 
+from radargui.experiment.importing import FILE_NAME
 from radargui.files.run_file import read_run, read_run_setup
 from radargui.files.run_writer import RunWriter
 from radargui.model.recording import Block
 from radargui.model.setup import dump_setup
-from radargui.session.map_memory import FILE_NAME
 from radargui.session.session import Session
 
 

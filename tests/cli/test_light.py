@@ -19,8 +19,8 @@ from radargui.cli.app import app
 from radargui.cli.console import guarded
 unwanted, sessions, commands = json.loads(sys.argv[1])
 if ["figures", "SESSION"] in [command[:2] for command in commands]:
-    from radargui.report import column_figures
-    column_figures.FORMATS = ("svg",)  # the report has loaded what the others need
+    from radargui.report import series_figures
+    series_figures.FORMATS = ("svg",)  # the report has loaded what the others need
 statuses = []
 for command in commands:
     newest = str(next(Path(sessions).glob("*"), ""))

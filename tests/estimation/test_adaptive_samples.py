@@ -17,8 +17,7 @@ from radargui.estimation.adaptive.rounds import Round
 from radargui.estimation.adaptive.samples import circles_at_samples
 from radargui.estimation.adaptive.still_ellipse import StillEllipse
 from radargui.estimation.signals import ScaledSignals
-from radargui.geometry.bistatic import position_uncertainty
-from radargui.geometry.path_length import path_lengths
+from radargui.geometry.path_length import path_lengths, position_uncertainty
 
 SIGMA, AT_REST = np.array([0.01, 0.02, 0.01, 0.01, 0.03, 0.01]), np.array([0.4, -2.0, 1.1])
 ROUND = tuple(StillEllipse(0.2 - 0.1 * n, 0.1 * n, 0.0, 0.0, 0.8 + 0.1 * n) for n in range(3))

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from radargui.experiment.array_pipe import received_arrays, send_arrays
+from radargui.experiment.processing_apart import received_arrays, send_arrays
 
 SIZES = (0, 1, 1000, 5_000_000, 17)
 

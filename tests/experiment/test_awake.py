@@ -15,7 +15,7 @@ from support.simulated_setup import simulated_setup
 
 from radargui.experiment.awake import kept_awake
 from radargui.experiment.event import Event, EventKind, ExperimentState
-from radargui.experiment.experiment import Experiment
+from radargui.experiment.series import Experiment
 from radargui.model.errors import SourceError
 from radargui.session.session import Session
 from radargui.sources.simulated.model import SimulatedSource

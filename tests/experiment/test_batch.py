@@ -17,8 +17,7 @@ from support.run_contents import read_summary
 from support.small_setups import PLATE
 from support.stored_runs import SETUP, raw_digest, results_digest, store_runs
 
-from radargui.experiment.batch.task import BatchOutcome, BatchTask, TablesTo, find_runs, work_on
-from radargui.experiment.batch.workers import run_local
+from radargui.experiment.batch import BatchOutcome, BatchTask, TablesTo, find_runs, run_local, work_on
 from radargui.experiment.reprocess import process_run
 from radargui.files import hdf5
 from radargui.model.errors import CancelledError, FileError, ProcessingError, SetupError

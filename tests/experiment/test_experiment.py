@@ -20,8 +20,8 @@ from support.simulated_setup import simulated_setup
 
 from radargui.acquisition.run_plan import AcquisitionState, Ending
 from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
-from radargui.experiment.experiment import Experiment
 from radargui.experiment.processing_apart import ProcessingApart, ProcessingHere
+from radargui.experiment.series import Experiment
 from radargui.files.run_file import read_run, run_is_complete
 from radargui.files.run_results import results_are_current
 from radargui.model.errors import DeviceError, ProcessingError, SourceError

@@ -27,7 +27,7 @@ from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.run_plan import Ending
 from radargui.acquisition.stream import TOO_SLOW
 from radargui.experiment.event import Event, EventKind, ExperimentState
-from radargui.experiment.experiment import Experiment
+from radargui.experiment.series import Experiment
 from radargui.files.run_card import read_health
 from radargui.files.run_file import read_run, run_is_complete
 from radargui.files.run_writer import RunWriter

@@ -11,7 +11,7 @@ import pytest
 from support.changed import changed
 from support.stored_runs import SETUP, store_runs
 
-from radargui.experiment.batch.task import BatchTask, work_on
+from radargui.experiment.batch import BatchTask, work_on
 from radargui.experiment.finished import FinishedJob, process_finished
 from radargui.experiment.reprocess import process_run
 from radargui.files.run_results import write_results
@@ -23,7 +23,7 @@ from radargui.model.result import RunResult
 from radargui.model.setup import dump_setup
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.process import process
-from radargui.session.front_ends import known_front_ends
+from radargui.session.known_setup import known_front_ends
 from radargui.session.session import Session
 
 JOINT = changed(SETUP, processing={"correction": "joint"})

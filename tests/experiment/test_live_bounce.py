@@ -15,8 +15,8 @@ from support.small_setups import quick_setup
 
 from radargui.acquisition.stream import LIVE_BLOCK_S
 from radargui.experiment.event import Event, EventKind
-from radargui.experiment.experiment import Experiment
 from radargui.experiment.live_bounce import first_bounce, is_flown
+from radargui.experiment.series import Experiment
 from radargui.live.processor import LiveProcessor
 from radargui.live.track import LiveTrack
 from radargui.model.recording import Recording, Truth

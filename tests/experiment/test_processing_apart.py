@@ -16,9 +16,9 @@ from support.one_run import record_run
 from support.run_contents import read_run_truth, read_summary
 from support.simulated_setup import simulated_setup
 
-from radargui.experiment.experiment import Experiment
 from radargui.experiment.finished import BegunJob, FinishedJob
 from radargui.experiment.processing_apart import ProcessingApart
+from radargui.experiment.series import Experiment
 from radargui.files.run_file import read_run
 from radargui.model.errors import CancelledError, FileError, ProcessingError
 from radargui.model.result import RunResult

@@ -18,8 +18,8 @@ from support.simulated_setup import simulated_setup
 
 from radargui.acquisition.run_plan import Ending, RecorderState
 from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
-from radargui.experiment.experiment import Experiment
 from radargui.experiment.processing_apart import ProcessingApart, ProcessingHere
+from radargui.experiment.series import Experiment
 from radargui.files.run_card import read_health
 from radargui.files.run_file import read_run
 from radargui.model.errors import DeviceError

@@ -18,7 +18,7 @@ from radargui.model.recording import Block, Digitisation
 from radargui.model.setup import Setup
 from radargui.model.wiring import wiring_steps
 from radargui.processing.wiring import WiringReport
-from radargui.sources.paced import ReplaySource
+from radargui.sources.contract import ReplaySource
 from radargui.sources.simulated.model import WiringScene
 
 RATE_HZ = 2000.0

@@ -12,9 +12,8 @@ import numpy as np
 from support.file_samples import result_of, write_run
 
 from radargui.files import hdf5
-from radargui.files.rewriting import rewritten
 from radargui.files.run_file import read_run
-from radargui.files.run_results import write_results
+from radargui.files.run_results import rewritten, write_results
 from radargui.files.stored_results import read_stored_results, read_whole_result
 from radargui.model.setup import changed
 

@@ -7,10 +7,8 @@ import pytest
 from support.changed import changed
 from support.simulated_setup import perfect_setup
 
-from radargui.geometry.bistatic import locate_exact
-from radargui.geometry.container import wall_factor
-from radargui.geometry.path_length import path_lengths, place_antennas
-from radargui.geometry.scattering import path_delay
+from radargui.geometry.path_length import locate_exact, path_lengths, place_antennas
+from radargui.geometry.scattering import path_delay, wall_factor
 from radargui.model.errors import SetupError
 from radargui.model.radar import Walls
 from radargui.model.result import PathLengths

@@ -6,15 +6,18 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from radargui.geometry.bistatic import locate_exact, locate_falling, position_uncertainty, solve_gradient
 from radargui.geometry.path_length import (
     Antennas,
     condition_number,
+    locate_exact,
+    locate_falling,
     locate_plane,
     mirror,
     path_gradient,
     path_lengths,
     place_antennas,
+    position_uncertainty,
+    solve_gradient,
     t_matrix,
 )
 from radargui.model.resources import default_setup_path

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from radargui.geometry.path_length import path_gradient, place_antennas
-from radargui.live.doubts import FallWatch
+from radargui.live.processor import FallWatch
 from radargui.model.arrays import FloatArray
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup

@@ -7,7 +7,7 @@ from support.changed import changed
 from support.simulated_recording import simulate_recording
 from support.simulated_setup import simulated_setup
 
-from radargui.live.fall_test import FallTest
+from radargui.live.trigger import FallTest
 
 
 @pytest.mark.parametrize("gravity_m_s2", [1.0, 3.0, 25.0])

@@ -10,7 +10,7 @@ from support.simulated_recording import simulate_recording
 from support.simulated_setup import simulated_setup
 
 from radargui.geometry.path_length import path_lengths, place_antennas
-from radargui.live.fall_test import FallTest
+from radargui.live.trigger import FallTest
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.recording import Digitisation, iq_names
 from radargui.model.setup import Setup

@@ -14,8 +14,8 @@ from support.controlled_source import codes, digitisation as as_sampled
 from support.simulated_once import simulate_once
 from support.simulated_recording import simulate_recording
 
-from radargui.live.estimate import LiveEstimate
 from radargui.live.processor import LiveMemory, LiveProcessor
+from radargui.live.track import LiveEstimate
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.recording import Digitisation, Truth
 from radargui.model.resources import default_setup_path

@@ -7,8 +7,8 @@ import pytest
 from support.changed import changed
 from support.simulated_once import simulate_once
 
-from radargui.live.estimate import LiveEstimate
 from radargui.live.processor import LiveMemory, LiveProcessor
+from radargui.live.track import LiveEstimate
 from radargui.model.arrays import FloatArray
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radargui.live.slow_motion import LATE_S, LONGEST_S, SlowMotion
+from radargui.live.map_filter import LATE_S, LONGEST_S, SlowMotion
 from radargui.model.arrays import FloatArray
 
 RATE_HZ = 4000.0

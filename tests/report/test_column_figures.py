@@ -15,11 +15,11 @@ from support.results import default_setup, drop_result, quiet_result, rejected_r
 
 from radargui.model.errors import UsageError
 from radargui.processing.result_of_run import result_of_run
-from radargui.report.column_figures import parse_width, session_figures, write_figures
 from radargui.report.facts import SessionFacts
 from radargui.report.plots import page_style
 from radargui.report.run_facts import RunFacts, take_facts
 from radargui.report.run_figures import single_figures
+from radargui.report.series_figures import parse_width, session_figures, write_figures
 from radargui.session.info import SessionInfo
 from radargui.session.session import Session
 

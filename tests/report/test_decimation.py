@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as hnp
 
-from radargui.report.decimation import envelope, every
+from radargui.report.curves import envelope, every
 
 values = hnp.arrays(np.float64, st.integers(0, 3000), elements=st.floats(-10.0, 10.0))
 

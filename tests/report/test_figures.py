@@ -21,8 +21,7 @@ from radargui.model.finding import as_stored
 from radargui.model.recording import Gap
 from radargui.model.result import Bounces, RunResult
 from radargui.report.content import Chapter, Facts, Grid, Note
-from radargui.report.curves import take_curves
-from radargui.report.decimation import COMPACT
+from radargui.report.curves import COMPACT, take_curves
 from radargui.report.facts import ReportFacts, SessionFacts, report_facts
 from radargui.report.plots import page_style, scaled
 from radargui.report.run_facts import RunFacts, take_facts

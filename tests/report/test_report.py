@@ -26,7 +26,7 @@ from radargui.model.recording import Block, Excerpt, Gap, Recording
 from radargui.model.rounding import quantity
 from radargui.processing.result_of_run import result_of_run
 from radargui.report.content import Grid
-from radargui.report.decimation import COMPACT
+from radargui.report.curves import COMPACT
 from radargui.report.facts import SessionFacts, report_facts
 from radargui.report.findings_section import front_chapters
 from radargui.report.plots import page_style

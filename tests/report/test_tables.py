@@ -22,7 +22,7 @@ from radargui.model.errors import FileError
 from radargui.model.finding import as_stored
 from radargui.model.recording import Excerpt, Recording
 from radargui.model.result import Kinematics, whole_milliseconds
-from radargui.report.setup_section import setup_blocks
+from radargui.report.findings_section import setup_blocks
 from radargui.report.tables import write_tables
 
 TRACK = (

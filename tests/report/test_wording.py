@@ -15,11 +15,10 @@ from radargui.model.drop import RunOrigin
 from radargui.model.result import Bounces
 from radargui.model.uncertainty_budget import budget_rows
 from radargui.report.content import Chapter, Facts, Grid, MainResult, Note, Plots, templates
-from radargui.report.curves import take_curves
-from radargui.report.decimation import COMPACT
+from radargui.report.curves import COMPACT, take_curves
 from radargui.report.facts import ReportFacts, SessionFacts, report_facts
 from radargui.report.findings_section import findings_blocks, front_chapters
-from radargui.report.publication import latex_tables, methods
+from radargui.report.numbers import latex_tables, methods
 from radargui.report.run_facts import RunFacts, take_facts
 from radargui.report.run_figures import iq_figure
 from radargui.report.run_section import run_page, run_section

@@ -18,8 +18,7 @@ from radargui.files.run_results import write_results
 from radargui.model.recording import Block
 from radargui.model.result import Bounces
 from radargui.model.setup import changed
-from radargui.session.catalogue import Catalogue, Query
-from radargui.session.index import default_index_path
+from radargui.session.catalogue import Catalogue, Query, default_index_path
 from radargui.session.session import Session
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)

@@ -19,7 +19,7 @@ from radargui.model.finding import Finding, warn
 from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.recording import Block
 from radargui.model.result import RunResult
-from radargui.session.front_ends import known_front_ends
+from radargui.session.known_setup import known_front_ends
 from radargui.session.session import Session
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from radargui.experiment.importing import MOST_PATTERNS, MapMemory
 from radargui.files.reading import parse_channel_map
 from radargui.files.signals import ChannelInfo
-from radargui.session.map_memory import MOST_PATTERNS, MapMemory
 
 
 def infos(*names: str) -> tuple[ChannelInfo, ...]:

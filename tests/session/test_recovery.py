@@ -18,9 +18,8 @@ from support.run_contents import read_markers, read_summary
 
 from radargui.experiment.reprocess import NOTHING, recover, recover_run, unfinished_runs
 from radargui.files.overview import read_overview
-from radargui.files.rewriting import finish_run
 from radargui.files.run_file import read_run, run_is_complete
-from radargui.files.run_results import write_results
+from radargui.files.run_results import finish_run, write_results
 from radargui.files.run_writer import RunWriter
 from radargui.model.errors import FileError
 from radargui.model.recording import Block, Gap

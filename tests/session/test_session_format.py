@@ -17,7 +17,7 @@ from support.file_samples import result_of
 from support.one_run import record_run
 from support.simulated_setup import simulated_setup
 
-from radargui.experiment.experiment import Experiment
+from radargui.experiment.series import Experiment
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.files.run_writer import RunWriter

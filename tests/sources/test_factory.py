@@ -14,8 +14,8 @@ from support.simulated_setup import simulated_setup
 from radargui.files import run_writer
 from radargui.model.errors import FileError, SourceError
 from radargui.model.recording import Block
+from radargui.sources.contract import ReplaySource
 from radargui.sources.factory import make_source
-from radargui.sources.paced import ReplaySource
 from radargui.sources.simulated.model import SimulatedSource
 
 
@@ -63,7 +63,7 @@ def test_an_unknown_kind_is_refused() -> None:
 
 def test_simulation_and_replay_load_neither_ni_nor_qt() -> None:
     code = (
-        "import sys; import radargui.sources.factory, radargui.sources.simulated, radargui.sources.paced; "
+        "import sys; import radargui.sources.factory, radargui.sources.simulated, radargui.sources.contract; "
         "sys.exit(any(name in sys.modules for name in ('nidaqmx', 'grpc', 'PySide6', 'h5py')))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

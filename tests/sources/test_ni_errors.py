@@ -23,7 +23,7 @@ from support.ni_server import ByHand, NiServer, digital_only, serve, usb_6356
 from radargui.model.errors import DeviceError
 from radargui.sources.ni import driver
 from radargui.sources.ni.discovery import driver_version, find_devices
-from radargui.sources.ni.explain import explained
+from radargui.sources.ni.driver import explained
 from radargui.sources.ni.source import EMPTY_READS, READ_SLICE_S, NiSource
 
 

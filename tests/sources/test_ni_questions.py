@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from radargui.sources.ni.questions import asked_afresh
+from radargui.sources.ni.discovery import asked_afresh
 
 
 def test_a_question_is_asked_in_a_process_that_has_never_asked() -> None:

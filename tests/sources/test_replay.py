@@ -9,8 +9,7 @@ from support.fake_clock import FakeClock
 
 from radargui.model.errors import SourceError
 from radargui.model.recording import Block, Digitisation, Gap, Recording, iq_names
-from radargui.sources.contract import Source
-from radargui.sources.paced import ReplaySource
+from radargui.sources.contract import ReplaySource, Source
 
 RATE_HZ = 1000.0
 

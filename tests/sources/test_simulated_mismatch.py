@@ -10,9 +10,8 @@ from support.simulated_setup import PERFECT, perfect_setup, simulated_setup
 
 from radargui.model.daq import Daq
 from radargui.model.simulation import MismatchKind, Simulation
-from radargui.sources.simulated.mismatch import Converter, SmoothField, make_mixer
 from radargui.sources.simulated.model import SimulatedRadar
-from radargui.sources.simulated.noise import Disturbance
+from radargui.sources.simulated.noise import Converter, Disturbance, SmoothField, make_mixer
 
 KINDS: tuple[MismatchKind, ...] = (
     "dc_offset", "gain_error", "bias", "amplitude_variation", "drift", "reflection", "mains",

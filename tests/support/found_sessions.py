@@ -5,8 +5,7 @@ from __future__ import annotations
 from contextlib import closing
 from pathlib import Path
 
-from radargui.session.catalogue import Catalogue, Query, SessionSummary
-from radargui.session.index import IN_MEMORY
+from radargui.session.catalogue import IN_MEMORY, Catalogue, Query, SessionSummary
 
 ALL = Query()
 

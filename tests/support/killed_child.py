@@ -13,7 +13,7 @@ from pathlib import Path
 
 from support.one_run import record_run
 
-from radargui.experiment.experiment import Experiment
+from radargui.experiment.series import Experiment
 from radargui.model.recording import Block
 from radargui.model.setup import read_setup
 from radargui.session.session import Session

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from radargui.experiment.event import RecordedRun
-from radargui.experiment.experiment import Experiment
+from radargui.experiment.series import Experiment
 
 
 def record_run(experiment: Experiment) -> RecordedRun:

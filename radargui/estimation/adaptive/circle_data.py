@@ -10,8 +10,7 @@ from radargui.estimation.adaptive.circle_fit import CircleData
 from radargui.estimation.adaptive.still_ellipse import StillEllipse
 from radargui.estimation.forward.bins import BinnedData, Bins
 from radargui.estimation.forward.position_map import PositionBasis
-from radargui.geometry.bistatic import locate_exact
-from radargui.geometry.path_length import LEAST_RECEIVERS, Antennas, range_factor
+from radargui.geometry.path_length import LEAST_RECEIVERS, Antennas, locate_exact, range_factor
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
 from radargui.model.front_end import channels_of
 

@@ -8,8 +8,7 @@ from radargui.estimation.motion_estimate import few_fringes_factor
 from radargui.estimation.readout.samples import SAMPLES, covariance_of_motion, hidden_m
 from radargui.estimation.select.chosen_model import Alternative
 from radargui.estimation.solve.minimise import Solution, local_chi_square
-from radargui.geometry.bistatic import position_uncertainty
-from radargui.geometry.path_length import path_lengths
+from radargui.geometry.path_length import path_lengths, position_uncertainty
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.result import Kinematics
 

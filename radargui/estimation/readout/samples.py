@@ -13,8 +13,7 @@ from radargui.estimation.select.chosen_model import Alternative
 from radargui.estimation.signals import ScaledSignals
 from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.estimation.solve.minimise import Solution, local_chi_square
-from radargui.geometry.bistatic import position_uncertainty
-from radargui.geometry.path_length import Antennas, path_gradient, path_lengths
+from radargui.geometry.path_length import Antennas, path_gradient, path_lengths, position_uncertainty
 from radargui.model.arrays import ComplexArray, FloatArray, pieces
 from radargui.model.front_end import point_of
 

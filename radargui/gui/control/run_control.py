@@ -13,8 +13,8 @@ from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.health import Health
 from radargui.experiment.awake import kept_awake
 from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
-from radargui.experiment.experiment import Experiment
 from radargui.experiment.processing_apart import ProcessingApart
+from radargui.experiment.series import Experiment
 from radargui.files.run_card import RunCard, origin_attributes, origin_of_source, read_run_card
 from radargui.gui.background import Mailbox
 from radargui.gui.control.state import AppState, Asked, Backlog, Feed, MakeSource, RunRequest, WorkerState

@@ -12,7 +12,7 @@ from radargui.acquisition.health import Health
 from radargui.acquisition.ring import Ring
 from radargui.acquisition.run_plan import RecorderState
 from radargui.experiment.event import ExperimentState, RecordedRun
-from radargui.experiment.experiment import Experiment
+from radargui.experiment.series import Experiment
 from radargui.live.track import LiveTrack
 from radargui.model.drop import RunOrigin
 from radargui.model.recording import Digitisation

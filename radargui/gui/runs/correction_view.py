@@ -17,8 +17,7 @@ from radargui.gui.theme import Theme
 from radargui.model.drop import gravity_words, restitution_words
 from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN, plain
-from radargui.report.curves import CircleCurves, ReceiverCurves, RunCurves, StepCurves
-from radargui.report.decimation import EMPTY, Curve, every
+from radargui.report.curves import EMPTY, CircleCurves, Curve, ReceiverCurves, RunCurves, StepCurves, every
 
 _PUBLISHED = (
     ("▲", "text", "peaks"),

@@ -221,8 +221,8 @@ def _front_page(session: Session, glances: Glances, alarm: str) -> str:
     """Return the page; in the thread of the work, where matplotlib may take its time."""
     from radargui.report.facts import report_facts
     from radargui.report.findings_section import findings_blocks, runs_table
-    from radargui.report.html import pixels_of
     from radargui.report.report import labels_of
+    from radargui.report.typesetting import pixels_of
 
     labels, found = labels_of(session), glances.session_facts(session)
     runs = tuple(replace(facts, label=labels[facts.name]) for facts in found.runs)

@@ -15,8 +15,7 @@ from radargui.gui.scopes.shown import Shown
 from radargui.gui.scopes.spectrum_view import BANDS_HZ, SpectrumView, WaterfallView
 from radargui.model.recording import Block
 from radargui.model.result import RunResult
-from radargui.report.curves import RunCurves
-from radargui.report.decimation import every
+from radargui.report.curves import RunCurves, every
 
 _MOST_S = 8.0
 """Of a motion, its beginning: the first bounces of a drop; the spectra of more would take their time."""

@@ -21,7 +21,7 @@ from radargui.model.errors import CancelledError, SessionError
 from radargui.model.setup import Setup
 from radargui.model.words import counted
 from radargui.processing.result_of_run import stored_or_computed
-from radargui.session.index import default_index_path
+from radargui.session.catalogue import default_index_path
 from radargui.session.info import SessionInfo, read_info
 from radargui.session.lock import Owner, SessionLock, SessionLockedError, owner_of
 from radargui.session.session import Session

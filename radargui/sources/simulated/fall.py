@@ -12,7 +12,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.errors import SetupError, worded
 from radargui.model.setup import Setup
 from radargui.model.simulation import Simulation
-from radargui.sources.simulated.seeds import Draw, generator
+from radargui.sources.simulated.noise import Draw, generator
 
 DEFAULT_DROP_M = 0.26
 """Where neither drop height nor floor is given: a fall through the field of view of about 30 cm."""

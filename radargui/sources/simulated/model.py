@@ -12,10 +12,8 @@ from radargui.model.errors import SetupError, worded
 from radargui.model.recording import Block, Digitisation, Gap, Truth
 from radargui.model.setup import Setup
 from radargui.model.wiring import wiring_steps
-from radargui.sources.contract import SYSTEM_CLOCK, Clock
-from radargui.sources.paced import PacedSource
-from radargui.sources.simulated.mismatch import Converter, TracerMismatch, make_mixer
-from radargui.sources.simulated.noise import Disturbance, Flicker, WhiteNoise
+from radargui.sources.contract import SYSTEM_CLOCK, Clock, PacedSource
+from radargui.sources.simulated.noise import Converter, Disturbance, Flicker, TracerMismatch, WhiteNoise, make_mixer
 from radargui.sources.simulated.scene import Scene, minimum_jerk
 from radargui.sources.simulated.waves import Reflector, dot, make_waves, reflectors_of
 

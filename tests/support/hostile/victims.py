@@ -27,6 +27,7 @@ from support.file_samples import (
 from support.found_sessions import find_sessions
 from support.run_contents import read_markers, read_run_truth, read_summary
 
+from radargui.experiment.importing import MapMemory
 from radargui.files import mat_file
 from radargui.files.formats import EXPORT_FORMATS, export_run, list_channels, own_setup_of
 from radargui.files.reading import guess_channel_map, read_recording
@@ -36,7 +37,6 @@ from radargui.files.stored_results import read_whole_result
 from radargui.model.errors import RadarGuiError
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup, write_setup
-from radargui.session.map_memory import MapMemory
 from radargui.session.session import Session
 from radargui.session.transfer import plan_export
 

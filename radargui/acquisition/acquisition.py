@@ -11,10 +11,9 @@ from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.ring import Ring
 from radargui.acquisition.run_output import RunOutput
 from radargui.acquisition.run_plan import AcquisitionState, Ending
-from radargui.acquisition.stream import BlockQueue, MakeProcessor, Peaks, Stream
+from radargui.acquisition.stream import BlockQueue, LiveWorker, MakeProcessor, Peaks, Stream
 from radargui.live.processor import LiveProcessor
 from radargui.live.track import LiveTrack
-from radargui.live.worker import LiveWorker
 from radargui.model.errors import RadarGuiError, SourceError, attempt
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup

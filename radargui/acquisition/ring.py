@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from radargui.model.arrays import BoolArray, FloatArray, lowest_and_highest, runs_of
-from radargui.model.circular_buffer import CircularBuffer
+from radargui.model.arrays import BoolArray, CircularBuffer, FloatArray, lowest_and_highest, runs_of
 from radargui.model.recording import Block, Digitisation
 
 

@@ -32,8 +32,8 @@ from radargui.calibration.verdict import (
 )
 from radargui.calibration.wall_search import n_mirrors, planes_of, some_of, with_walls
 from radargui.model.arrays import FloatArray
-from radargui.model.blas_threads import one_blas_thread
 from radargui.model.calibration import Calibration, Origin, Residual
+from radargui.model.cores import one_blas_thread
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.setup import Setup
 

@@ -1,4 +1,7 @@
-"""Fit the motions of all recordings and the shared geometry together by damped Gauss-Newton."""
+"""Fit the motions of all recordings and the shared geometry together by damped Gauss-Newton.
+
+Settle a fit by samples: deviations of maps and mirrors, and the noise, are re-estimated in turn with it.
+"""
 
 from __future__ import annotations
 

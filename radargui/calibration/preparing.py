@@ -1,4 +1,7 @@
-"""Prepare a recording: its paths, and its likelihood by samples once the motion is nearly known."""
+"""Prepare a recording: its paths, and its likelihood by samples once the motion is nearly known.
+
+Falls as known motions: gravity is known, and all impacts lie on one floor.
+"""
 
 from __future__ import annotations
 

@@ -11,8 +11,8 @@ from contextvars import ContextVar
 from multiprocessing import active_children, get_context
 from typing import TypeVar
 
+from radargui.model.cores import begin_worker
 from radargui.model.errors import ProcessingError
-from radargui.model.workers import begin_worker
 
 Progress = Callable[[float], None]
 T = TypeVar("T")

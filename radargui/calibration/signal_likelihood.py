@@ -1,4 +1,8 @@
-"""The likelihood of a recording by its samples, with all mismatch marginalised."""
+"""The likelihood of a recording by its samples, with all mismatch marginalised.
+
+Derivatives of amplitudes by places of antennas and tracer: the range factor, and what a sphere scatters. If everything
+is turned about the vertical together no path changes; the polarised sphere alone shows such a turn.
+"""
 
 from __future__ import annotations
 

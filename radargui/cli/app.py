@@ -1,4 +1,7 @@
-"""The commands with their options; the module that does a command's work is loaded when it is called."""
+"""The commands with their options; the module that does a command's work is loaded when it is called.
+
+Make a command from a class of options; the docstring of the class is its help.
+"""
 
 import multiprocessing
 import re

@@ -12,9 +12,8 @@ from radargui.calibration.unknowns import chosen_groups
 from radargui.cli.app import Calibrate
 from radargui.cli.bar import progress_bar, show_table
 from radargui.experiment.batch import find_runs
-from radargui.experiment.calibrating import CalibrationOrder, calibrate_files
+from radargui.experiment.calibrating import CalibrationOrder, calibrate_files, write_calibration
 from radargui.files.access import Progress, want_room_for
-from radargui.files.calibration_file import write_calibration
 from radargui.files.formats import own_setup_of
 from radargui.model.calibrated_setup import calibrated
 from radargui.model.calibration import Calibration

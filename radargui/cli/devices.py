@@ -1,4 +1,8 @@
-"""`radargui devices`: list the NI devices that can be reached, and what one of them does with a setup."""
+"""`radargui devices`: list the NI devices that can be reached, and what one of them does with a setup.
+
+`radargui info`: print what a bug report needs. `radargui wiring`: find swapped channels, inverted Q and dead inputs
+within a guided half minute.
+"""
 
 from collections.abc import Callable, Sequence
 

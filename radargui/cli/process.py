@@ -1,4 +1,7 @@
-"""The command process: compute tables of track and bounces from recordings of any format."""
+"""The command process: compute tables of track and bounces from recordings of any format.
+
+The command import: make a session from recordings of other programs.
+"""
 
 from collections import Counter
 from collections.abc import Callable

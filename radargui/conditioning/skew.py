@@ -4,8 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray
-from radargui.model.weighed_sums import weighed_sums
+from radargui.model.arrays import FloatArray, weighed_sums
 
 DEGREE = 5  # of the spline: quintic, its error grows with the sixth power of the frequency
 REACH = 24

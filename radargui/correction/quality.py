@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from radargui.conditioning.averager import block_means
-from radargui.model.arrays import BoolArray, FloatArray, median
+from radargui.model.arrays import BoolArray, FloatArray, median, savitzky_golay
 from radargui.model.channel_quality import ChannelQuality
 from radargui.model.finding import Finding, refuse, warn
-from radargui.model.weighed_sums import savitzky_golay
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,8 @@
-"""Process many stored runs again, on all cores of this computer or on a cluster."""
+"""Process many stored runs again, on all cores of this computer or on a cluster.
+
+The work on one run of a batch, the same on this computer and on a cluster. Run the tasks of a batch on the cores of
+this computer, or on a Dask cluster that sees the same files.
+"""
 
 import logging
 import multiprocessing
@@ -19,6 +23,7 @@ from radargui.files.formats import RUN
 from radargui.files.run_card import summarise
 from radargui.files.run_results import results_are_current, write_results
 from radargui.files.stored_results import read_prior
+from radargui.model.cores import begin_worker, workers_ignoring_interrupts
 from radargui.model.errors import (
     CancelledError,
     FileError,
@@ -30,7 +35,6 @@ from radargui.model.errors import (
 )
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup, changed
-from radargui.model.workers import begin_worker, workers_ignoring_interrupts
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.process import process
 from radargui.session.known_setup import known_setup_of_run

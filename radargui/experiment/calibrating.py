@@ -1,4 +1,7 @@
-"""Run a calibration as the window or the command line orders it."""
+"""Run a calibration as the window or the command line orders it.
+
+Read and write calibration files; a file is read completely or refused, and not overwritten by accident.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +12,9 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from radargui.files.access import Progress, reading, sha256_of
+from radargui.files.access import Progress, reading, refuse_existing, sha256_of, write_whole
 from radargui.files.formats import own_setup_of
-from radargui.model.calibration import Calibration
+from radargui.model.calibration import Calibration, calibration_text
 from radargui.model.errors import ProcessingError, worded
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
@@ -106,3 +109,32 @@ def _read(path: Path, trajectory: Trajectory | None, setup: Setup) -> KnownRecor
     release = (brought or setup).tracer.release_position_m
     name = path.stem if brought is None else f"{path.parent.name}/{path.stem}"
     return KnownRecording(recording, name, checksum, trajectory, release)
+
+
+def write_calibration(path: Path, calibration: Calibration, *, force: bool = False) -> None:
+    """Write a calibration as JSON, in one step.
+
+    Parameters
+    ----------
+    path
+        Its folder is made where it is missing.
+    calibration
+        What to write.
+    force
+        Write over a file that is there; else it is kept and the writing refused.
+
+    Raises
+    ------
+    FileError
+        A file is there, the folder cannot be written, or the values do not fit together.
+    """
+    text = calibration_text(calibration)
+    refuse_existing([path], force=force)
+    write_whole(path, [text.encode()])
+
+
+def free_path(folder: Path, made_at: str) -> Path:
+    """Return where a calibration made then can be kept beside older ones: calibration-2025-11-03.json, -2, ..."""
+    stem = f"calibration-{made_at[:10]}"
+    numbered = (folder / (f"{stem}.json" if n == 1 else f"{stem}-{n}.json") for n in range(1, 10_000))
+    return next(path for path in numbered if not path.exists())

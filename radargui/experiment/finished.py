@@ -1,12 +1,12 @@
 """Process a run that was just recorded, compare it with the live track, and store the result in its file."""
 
-import contextlib
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
+from radargui.files.access import silent
 from radargui.files.run_results import write_results
 from radargui.live.track import LiveSpan
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
@@ -165,6 +165,14 @@ def early_result(job: BegunJob, progress: Callable[[float], None]) -> RunResult 
     ProcessingError
         The samples do not fit the setup.
     """
+    # the way of the joint correction: its preliminary result is that of the flights
+    joint = job.setup.processing.model_copy(update={"correction": "joint"})
+    result = _first_result(job.recording, job.setup.model_copy(update={"processing": joint}), progress)
+    return result if result is not None and result.quality is not None and result.quality.method == "flights" else None
+
+
+def _first_result(recording: Recording, setup: Setup, progress: Callable[[float], None]) -> RunResult | None:
+    """Return the preliminary result of a recording, and end the work there; None where there is none."""
     found: list[RunResult] = []
 
     def enough(share: float) -> None:
@@ -172,16 +180,12 @@ def early_result(job: BegunJob, progress: Callable[[float], None]) -> RunResult 
         if found:
             raise CancelledError
 
-    # the way of the joint correction: its preliminary result is that of the flights
-    joint = job.setup.processing.model_copy(update={"correction": "joint"})
-    setup = job.setup.model_copy(update={"processing": joint})
     try:
-        process(job.recording, setup, enough, found.append)
+        process(recording, setup, enough, found.append)
     except CancelledError:
         if not found:
             raise
-    result = found[0] if found else None
-    return result if result is not None and result.quality is not None and result.quality.method == "flights" else None
+    return found[0] if found else None
 
 
 def preliminary_result(job: FinishedJob) -> RunResult | None:
@@ -194,16 +198,7 @@ def preliminary_result(job: FinishedJob) -> RunResult | None:
     ProcessingError
         The samples do not fit the setup.
     """
-    found: list[RunResult] = []
-
-    def enough(_: float) -> None:
-        if found:
-            raise CancelledError
-
-    if job.has_preliminary:
-        with contextlib.suppress(CancelledError):
-            process(read_for_processing(job.path), job.setup, enough, found.append)
-    return found[0] if found else None
+    return _first_result(read_for_processing(job.path), job.setup, silent) if job.has_preliminary else None
 
 
 def process_finished(

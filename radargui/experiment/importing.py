@@ -1,4 +1,7 @@
-"""Import files: what they say of themselves, which channel is which, and the session made of them."""
+"""Import files: what they say of themselves, which channel is which, and the session made of them.
+
+Remember which channels the user chose as I1, Q1, ..., for each pattern of channel names.
+"""
 
 import json
 import logging

@@ -4,18 +4,14 @@ import atexit
 import contextlib
 import importlib
 import logging
-import mmap
 import multiprocessing
 import os
 import pickle
 import signal
 import sys
 import threading
-import weakref
 from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from itertools import accumulate
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
@@ -31,21 +27,21 @@ from radargui.experiment.finished import (
     preliminary_result,
     process_finished,
 )
-from radargui.model.cores import on_cores
+from radargui.model.cores import on_cores, workers_ignoring_interrupts
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, fault_of, worded
 from radargui.model.result import RunResult
-from radargui.model.workers import workers_ignoring_interrupts
 from radargui.processing.process import OnPreliminary
 
 _PIECE = 1 << 20
 """Bytes of one message where a pipe knows messages only: copied once more, under the lock, in less than a millisecond.
 Chosen by hand."""
-_ALIGNED = 64
-"""Arrays begin at multiples of so many bytes in shared memory, as numpy lays out its own."""
 
 
 def send_arrays(connection: Connection, arrays: Sequence[memoryview]) -> None:
-    """Send the bytes of arrays; the other end gets their sizes before.
+    """Send the bytes of arrays without holding Python's lock; the other end gets their sizes before.
+
+    `Connection.recv_bytes` takes memory for all that is still to come with each piece that has come, and joins the
+    pieces under Python's lock: the thread that draws would wait for tenths of a second.
 
     Parameters
     ----------
@@ -59,17 +55,9 @@ def send_arrays(connection: Connection, arrays: Sequence[memoryview]) -> None:
     OSError
         The other end is closed.
     """
-    memory: int | None = None
-    if sys.platform == "linux":
-        memory = _shared(arrays)
-    connection.send(memory is not None)
-    if sys.platform == "linux" and memory is not None:
-        _hand_over(connection, memory)
-        return
     for array in arrays:
-        left = array
-        while left:
-            left = left[_send_piece(connection, left) :]
+        while array:
+            array = array[_send_piece(connection, array) :]
 
 
 def received_arrays(connection: Connection, sizes: Sequence[int]) -> list[memoryview]:
@@ -87,18 +75,7 @@ def received_arrays(connection: Connection, sizes: Sequence[int]) -> list[memory
     EOFError, OSError
         The other end was closed before all had come.
     """
-    if connection.recv() and sys.platform == "linux":
-        whole = _taken_over(connection, sum(map(_room, sizes)))
-        return [whole[end - _room(size) :][:size] for size, end in zip(sizes, _ends(sizes), strict=True)]
     return [_received_bytes(connection, size) for size in sizes]
-
-
-def _room(size: int) -> int:
-    return -(-size // _ALIGNED) * _ALIGNED
-
-
-def _ends(sizes: Sequence[int]) -> list[int]:
-    return list(accumulate(map(_room, sizes)))
 
 
 def _received_bytes(connection: Connection, size: int) -> memoryview:
@@ -108,51 +85,6 @@ def _received_bytes(connection: Connection, size: int) -> memoryview:
     while left:
         left = left[_receive_piece(connection, left) :]
     return whole.toreadonly()
-
-
-if sys.platform == "linux":
-    from multiprocessing.reduction import recv_handle, send_handle
-
-    _GIVING_BACK = ThreadPoolExecutor(1)
-
-    def _shared(arrays: Sequence[memoryview]) -> int | None:
-        """Return memory without a name that holds the arrays; None: there is not enough, or none to be had."""
-        sizes = [array.nbytes for array in arrays]
-        if not sum(sizes):
-            return None
-        try:
-            memory = os.memfd_create("radargui-arrays")
-        except OSError:
-            return None
-        try:
-            os.ftruncate(memory, sum(map(_room, sizes)))
-            for array, end in zip(arrays, _ends(sizes), strict=True):
-                place, left = end - _room(array.nbytes), array
-                while left:
-                    count = os.pwrite(memory, left, place)
-                    place, left = place + count, left[count:]
-        except OSError:
-            os.close(memory)
-            return None
-        return memory
-
-    def _hand_over(connection: Connection, memory: int) -> None:
-        try:
-            send_handle(connection, memory, None)
-        finally:
-            os.close(memory)
-
-    def _taken_over(connection: Connection, size: int) -> memoryview:
-        """Return shared memory; it is given back, aside, when the last array in it has gone."""
-        memory = recv_handle(connection)
-        try:
-            whole = mmap.mmap(memory, size, prot=mmap.PROT_READ)
-        except BaseException:
-            os.close(memory)
-            raise
-        # who lets go of the last array may draw: 144 MB of pages take 30 ms to give back
-        weakref.finalize(whole, _GIVING_BACK.submit, os.close, memory).atexit = False
-        return memoryview(whole)
 
 
 if sys.platform == "win32":

@@ -1,4 +1,7 @@
-"""Run a series of one or several acquisitions; each run is processed while the next one is armed."""
+"""Run a series of one or several acquisitions; each run is processed while the next one is armed.
+
+Arm, record, process and save runs; the window and the command line both call this.
+"""
 
 import math
 import queue

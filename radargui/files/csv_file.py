@@ -1,4 +1,7 @@
-"""Read and write CSV files: a column for each channel, a row for each sample, other facts in comments above."""
+"""Read and write CSV files: a column for each channel, a row for each sample, other facts in comments above.
+
+Recognise the layout of a CSV file: separator, names, units and times, as other programs write them.
+"""
 
 import csv
 import re

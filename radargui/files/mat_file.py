@@ -1,4 +1,11 @@
-"""Read and write MATLAB files, v5 and 7.3: real vectors, also inside structures (`src1.Data`)."""
+"""Read and write MATLAB files, v5 and 7.3: real vectors, also inside structures (`src1.Data`).
+
+MATLAB v5 files through scipy, after a look at their claims.
+
+Every array a file announces must be well formed and fit into the bytes that are there. The reading library believes
+types and sizes in the headers: damaged ones make it fill memory or crash. A walk over the headers (MAT-File Format,
+MathWorks, level 5) refuses such a file first and names the variables worth reading.
+"""
 
 import math
 import re

@@ -1,6 +1,7 @@
 """Store results beside the samples of a run.
 
-They can be computed again at any time.
+They can be computed again at any time. Rewrite a run file and put it in place of the old one in one step, to change it
+or to finish it.
 """
 
 import contextlib

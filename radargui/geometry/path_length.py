@@ -1,4 +1,7 @@
-"""Place antennas and their images; compute path lengths, their gradient and the plane-wave solution."""
+"""Place antennas and their images; compute path lengths, their gradient and the plane-wave solution.
+
+Locate the tracer in the near field, by the exact bistatic equations.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Compute what lengthens the direct path: the phase that the sphere scatters with, and container walls."""
+"""Compute what lengthens the direct path: the phase that the sphere scatters with, and container walls.
+
+Compute how the foam or acrylic walls of a container delay the rays that cross them.
+"""
 
 from __future__ import annotations
 

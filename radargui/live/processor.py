@@ -1,4 +1,7 @@
-"""Turn samples into a track while they arrive: causally, in a few microseconds a sample."""
+"""Turn samples into a track while they arrive: causally, in a few microseconds a sample.
+
+Find what speaks against a live track: a receiver off its circle, dead, or equal to another.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Keep hum, noise and echo of the last second at rest, against which a motion is recognised."""
+"""Keep hum, noise and echo of the last second at rest, against which a motion is recognised.
+
+Decide whether a track that was lost may count as at the release again.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Hold what the live thread has estimated last, for other threads to read."""
+"""Hold what the live thread has estimated last, for other threads to read.
+
+The live estimate of the newest samples.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray, IntArray
-from radargui.model.circular_buffer import CircularBuffer
+from radargui.model.arrays import CircularBuffer, FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,7 @@
-"""Tell from samples as they arrive when the tracer starts to move and when it is quiet again."""
+"""Tell from samples as they arrive when the tracer starts to move and when it is quiet again.
+
+Tell from the signals alone, within a moment, whether the tracer fell freely or was carried by a hand.
+"""
 
 from __future__ import annotations
 

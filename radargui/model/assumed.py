@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.model.air import ASSUMED_AIR
 from radargui.model.calibrated_setup import agreeing, setup_key
+from radargui.model.gravity import ASSUMED_AIR
 from radargui.model.radar import Floor, Receiver, Tracer, Transmitter
 from radargui.model.section import Section
 from radargui.model.setup import Setup, moved

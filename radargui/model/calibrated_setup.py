@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from radargui.model.arrays import FloatArray
-from radargui.model.calibration import Calibration
-from radargui.model.calibration_file import CalibrationContent, content_of
+from radargui.model.calibration import Calibration, CalibrationContent, content_of
 from radargui.model.finding import Finding, warn
 from radargui.model.rounding import alone, plain as number, quantity
 from radargui.model.setup import Setup, plain, validate_setup, with_calibration

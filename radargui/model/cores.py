@@ -1,22 +1,66 @@
 """Run alternatives step by step on the cores of this computer, and compare them as they go.
 
 The result does not depend on where a step is done: one process does each piece of work from its first step to its last,
-by the same code, with one thread for numerics (decision 0052).
+by the same code, with one thread for numerics (decision 0052). Worker processes that leave Ctrl-C to the process that
+began them, and end with it.
+
+Limit the linear algebra of this process to one thread while many small matrices are solved.
 """
 
 from __future__ import annotations
 
 import contextlib
+import importlib
 import logging
 import multiprocessing
 import os
+import signal
+import threading
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextvars import ContextVar
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any, Generic, TypeVar
 
-from radargui.model.workers import begin_worker, workers_ignoring_interrupts
+from threadpoolctl import ThreadpoolController
+
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
+
+
+@contextlib.contextmanager
+def workers_ignoring_interrupts() -> Iterator[None]:
+    """Let processes that are started here use one thread for numerics, and not hear Ctrl-C."""
+    kept = {name: os.environ[name] for name in _ONE_THREAD if name in os.environ}
+    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+    is_main = threading.current_thread() is threading.main_thread()
+    # What a process ignores, its children ignore from their first instruction on.
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN) if is_main else None
+    try:
+        yield
+    finally:
+        if is_main:
+            signal.signal(signal.SIGINT, handler)
+        for name in _ONE_THREAD:
+            os.environ.pop(name, None)
+        os.environ.update(kept)
+
+
+def begin_worker() -> None:
+    """Begin a process of a pool: its initializer.
+
+    A worker holds the sending end of its own queue, so that it would wait for ever for who began it and was killed.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_end_with, args=(parent.sentinel,), name="radargui-parent", daemon=True).start()
+
+
+def _end_with(parent: int) -> None:
+    wait([parent])
+    # at once, whatever is computed: nobody takes the answer
+    os._exit(1)
+
 
 _log = logging.getLogger(__name__)
 
@@ -248,3 +292,68 @@ def on_cores(count: int | None = None) -> Generator[Cores]:
     finally:
         _CORES.reset(before)
         one.close()
+
+
+_LIBRARIES = ("numpy", "scipy.linalg")
+"""Each brings a BLAS of its own, which can only be limited once it is loaded."""
+
+
+class _Limit:
+    """Counts the blocks of this process that want one thread, because the number of threads belongs to the process.
+
+    The first block that begins sets one thread; the last that ends restores the former number, in whatever order they
+    end.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._blocks = 0
+        self._give_back: Callable[[], None] = lambda: None
+
+    def begin(self) -> None:
+        """Count one block more."""
+        with self._lock:
+            if self._blocks == 0:
+                _in_a_thread(self._set)
+            self._blocks += 1
+
+    def end(self) -> None:
+        """Count one block less."""
+        with self._lock:
+            self._blocks -= 1
+            if self._blocks == 0:
+                _in_a_thread(self._give_back)
+
+    def _set(self) -> None:
+        for name in _LIBRARIES:
+            importlib.import_module(name)
+        # looked for each time, which takes a millisecond: a plugin may have brought another library meanwhile
+        self._give_back = ThreadpoolController().limit(limits=1, user_api="blas").restore_original_limits
+
+
+def _in_a_thread(work: Callable[[], None]) -> None:
+    """Do something in a thread that ends with it.
+
+    From version 3.8 on threadpoolctl only obeys the thread that set a number, as long as that thread lives. The last
+    block may end in another thread than the one in which the first began.
+    """
+    thread = threading.Thread(target=work, name="radargui-blas-limit")
+    thread.start()
+    thread.join()
+
+
+_LIMIT = _Limit()
+
+
+@contextlib.contextmanager
+def one_blas_thread() -> Generator[None]:
+    """Let the linear algebra of this process use one thread within this block.
+
+    Threads cost several times what they save where matrices are many and small. Blocks may be nested, and overlap in
+    several threads: after the last of them each library has as many threads as before the first.
+    """
+    _LIMIT.begin()
+    try:
+        yield
+    finally:
+        _LIMIT.end()

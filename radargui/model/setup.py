@@ -1,4 +1,7 @@
-"""The setup file: read with every fault named, written so that comments stay, changed by key."""
+"""The setup file: read with every fault named, written so that comments stay, changed by key.
+
+The settings of processing: the correction and the geometry.
+"""
 
 from __future__ import annotations
 
@@ -11,20 +14,51 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomlkit
-from pydantic import ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, ValidationError, model_validator
 from tomlkit.exceptions import TOMLKitError
 
-from radargui.model.air import Air
-from radargui.model.calibration_file import CalibrationContent, CalibrationReference, content_of, read_calibration
+from radargui.model.calibration import CalibrationContent, CalibrationReference, content_of, read_calibration
 from radargui.model.daq import Daq, RecordingLimits
 from radargui.model.errors import FileError, SetupError
-from radargui.model.processing import Processing
+from radargui.model.gravity import Air
+from radargui.model.plugins import plugins
 from radargui.model.radar import MOST_RECEIVERS, Container, Floor, Radar, Receiver, Site, Tracer, Transmitter
 from radargui.model.recording import iq_names
 from radargui.model.scattering import LEAST_SHARE, ReceivedField, received_fields
-from radargui.model.section import ExactWhole, Section
+from radargui.model.section import ExactWhole, Flag, Section
 from radargui.model.setup_error import describe
 from radargui.model.simulation import Simulation
+
+CORRECTIONS = ("joint", "flights", "adaptive", "published", "ellipse", "none")
+
+
+def _known_correction(name: str) -> str:
+    if name not in CORRECTIONS and name not in (added := plugins("corrections")):
+        raise ValueError(f"allowed: {', '.join((*CORRECTIONS, *added))}")
+    return name
+
+
+Correction = Annotated[str, AfterValidator(_known_correction), Field(json_schema_extra={"enum": list(CORRECTIONS)})]
+Geometry = Literal["exact", "plane"]
+
+
+class Processing(Section):
+    """How samples become a track.
+
+    Attributes
+    ----------
+    correction
+        See method.md; also the name of a plug-in.
+    geometry
+        plane: the antennas taken as infinitely far away.
+    pool_setup
+        Whether the joint correction uses what the other runs of a session say of antennas, release and wavelength.
+    """
+
+    correction: Correction = "joint"
+    geometry: Geometry = "exact"
+    pool_setup: Flag = True
+
 
 MEASURING = ("radar", "transmitter", "receiver", "tracer", "floor", "container", "air")
 """Tables that position, e and g are computed with; the others are about acquisition and processing."""

@@ -1,7 +1,10 @@
 """The way of the estimates: joint where it can be made and nothing refuses it, else adaptive (method 2).
 
 Of one or two receivers, which tell no position, each echo is followed in its Doppler band, or by its circle where that
-knows more.
+knows more. An estimate as what was measured: its flights, bounces and paths, held against their signals. Whether all
+paths grow while the tracer hangs at rest: an oscillator that drifts, or a tracer that sinks.
+
+Method 8, An oscillator that drifts.
 """
 
 from __future__ import annotations

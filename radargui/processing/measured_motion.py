@@ -18,6 +18,7 @@ from radargui.geometry.path_length import (
 )
 from radargui.geometry.scattering import path_delay
 from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.channel_quality import UnexplainedStretch
 from radargui.model.finding import Finding
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.result import Bounces, CorrectedIQ, Kinematics, PathLengths, Track
@@ -25,7 +26,6 @@ from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior
 from radargui.model.setup_posterior import SetupLikelihood, SetupValue
 from radargui.model.uncertainty_budget import InputChange
-from radargui.model.unexplained_stretch import UnexplainedStretch
 from radargui.restitution.flight_test import FlightTest
 
 if TYPE_CHECKING:

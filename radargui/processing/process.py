@@ -1,4 +1,8 @@
-"""A whole recording to its result, step by step (method 2 to 6)."""
+"""A whole recording to its result, step by step (method 2 to 6).
+
+Several motions in one record, each from its rest: a drop, the hand that carries the sphere back, the next drop. The way
+of the corrections of each receiver by itself: its phase, its path lengths, the place of the body.
+"""
 
 from __future__ import annotations
 
@@ -15,25 +19,24 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.stretch import NoMotion
 from radargui.correction.correct import correct
 from radargui.geometry.path_length import LEAST_RECEIVERS
-from radargui.model.blas_threads import one_blas_thread
+from radargui.model.arrays import FloatArray
+from radargui.model.channel_quality import unexplained_of
+from radargui.model.cores import one_blas_thread
 from radargui.model.errors import ProcessingError, worded
 from radargui.model.finding import Finding, warn, why_of
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.recording import Recording
-from radargui.model.result import Quality, RunResult
+from radargui.model.result import CorrectedIQ, PathLengths, Quality, RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior
 from radargui.model.uncertainty_budget import BudgetLine
-from radargui.model.unexplained_stretch import unexplained_of
-from radargui.processing.by_receiver import measure_by_receiver
-from radargui.processing.checks.evidence import Evidence
+from radargui.processing.checks.evidence import Evidence, Part
 from radargui.processing.checks.receivers import wired_wrongly
 from radargui.processing.checks.run import findings_before, findings_of
-from radargui.processing.continuity import known_where
+from radargui.processing.continuity import checked, is_alone, known_where, lay_down
 from radargui.processing.long_recording import shortened
-from radargui.processing.measured_motion import MeasuredMotion, Progress, nothing_measured
-from radargui.processing.part import Part
+from radargui.processing.measured_motion import MeasuredMotion, Progress, Report, locate_body, nothing_measured
 from radargui.processing.uncertainty_budget import impacts_of_track
 from radargui.processing.whole import Whole
 from radargui.restitution.cross_check import found_tilt, walls_met
@@ -449,3 +452,51 @@ def _times(conditioned: Conditioned) -> tuple[tuple[float, float], ...]:
     edges = [conditioned.segment.first, *inner, conditioned.segment.last - 1]
     times = conditioned.time_s[edges].tolist()
     return tuple(zip(times[0::2], times[1::2], strict=True))
+
+
+def measure_by_receiver(conditioned: Conditioned, setup: Setup, method: str, progress: Report) -> MeasuredMotion:
+    """Return corrected IQ, path lengths and track by the published, the ellipse or no correction.
+
+    Parameters
+    ----------
+    conditioned
+        Signals, motion, noise.
+    setup
+        Geometry, wavelength, release position.
+    method
+        published, ellipse or none.
+    progress
+        Called with the share done, 0 to 1.
+    """
+    corrected, phase = correct(conditioned, method, lambda done: progress(0.7 * done))
+    paths = demodulate(corrected, phase, conditioned, setup.radar.wavelength_m)
+    progress(0.8)
+    paths, track = locate_body(paths, setup)
+    return checked(MeasuredMotion(corrected, paths, track), conditioned, setup.radar.wavelength_m)
+
+
+def demodulate(
+    corrected: CorrectedIQ, phase_rad: FloatArray, conditioned: Conditioned, wavelength_m: float
+) -> PathLengths:
+    """Return dL_i = phase_i wavelength / (2 pi), 0 in the mean at rest (Rech & Huang 2019, eq. 1).
+
+    Without a rest the first valid sample is 0. Of one or two receivers `checked` does it, piece by piece.
+
+    Parameters
+    ----------
+    corrected
+        Corrected IQ of all receivers, the wiring's sign applied: moving away raises every phase.
+    phase_rad
+        Unwrapped, shape (n_receivers, n_samples); NaN where not valid.
+    conditioned
+        What it was corrected from: rest, rate.
+    wavelength_m
+        Of the transmitted wave.
+    """
+    if not is_alone(conditioned):
+        # only changes of L are observable: the rest before the motion is their zero (method 1)
+        rest = slice(conditioned.segment.rest_first, conditioned.segment.rest_last)
+        phase_rad = lay_down(phase_rad, corrected.valid, np.zeros(conditioned.n_samples, dtype=np.intp), rest)
+    per_rad = wavelength_m / (2.0 * np.pi)
+    change_m, u_m = phase_rad * per_rad, corrected.u_phase_rad * per_rad
+    return PathLengths(corrected.time_s, phase_rad, change_m, u_m, corrected.valid)

@@ -1,4 +1,7 @@
-"""Prepare the curves of a run's figures: the moving part, decimated, broken at gaps and lost paths."""
+"""Prepare the curves of a run's figures: the moving part, decimated, broken at gaps and lost paths.
+
+Decimate curves to what paper shows: the lowest and the highest point of each column.
+"""
 
 from __future__ import annotations
 

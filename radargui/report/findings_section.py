@@ -1,4 +1,7 @@
-"""Write the first pages of a report: findings, runs, comparison, methods."""
+"""Write the first pages of a report: findings, runs, comparison, methods.
+
+Write what the report says of a setup: antennas, sphere, acquisition, calibration.
+"""
 
 from collections.abc import Iterator, Mapping
 from functools import partial
@@ -7,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from radargui.geometry.path_length import LEAST_RECEIVERS, condition_number, place_antennas, t_matrix
-from radargui.model.air import Air
 from radargui.model.calibrated_setup import (
     CORRELATED,
     calibration_words,
@@ -18,15 +20,15 @@ from radargui.model.calibrated_setup import (
     value_at,
 )
 from radargui.model.drop import gravity_words, restitution_words
+from radargui.model.gravity import Air
 from radargui.model.radar import Transmitter
 from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import SHARES, BudgetLine, variance_shares
 from radargui.model.words import percent, sentence
 from radargui.report.content import Chapter, Content, Facts, Grid, MainResult, Note, Picture, Plots
-from radargui.report.facts import ReportFacts, SessionFacts, dependences_on, fit_cells, session_cells
+from radargui.report.facts import ReportFacts, RunProvenance, SessionFacts, dependences_on, fit_cells, session_cells
 from radargui.report.numbers import bibtex, methods
-from radargui.report.provenance import RunProvenance
 from radargui.report.run_facts import RunFacts, all_simulated, badges
 from radargui.restitution.dependence import COVARIATES
 from radargui.restitution.findings import Findings, SampleFindings, SessionFindings

@@ -1,4 +1,7 @@
-"""Write the report for programs: JSON (report.schema.json documents each key), CSV, LaTeX tables, BibTeX."""
+"""Write the report for programs: JSON (report.schema.json documents each key), CSV, LaTeX tables, BibTeX.
+
+Write what a paper takes over: the methods paragraph, LaTeX tables (booktabs) and the BibTeX entry.
+"""
 
 import re
 from collections import Counter
@@ -13,8 +16,7 @@ from radargui.model.recording import Gap
 from radargui.model.result import Bounce
 from radargui.model.rounding import alone, concise, plain
 from radargui.report.content import templates
-from radargui.report.facts import ReportFacts, SessionFacts, fit_cells, session_cells
-from radargui.report.provenance import Provenance
+from radargui.report.facts import Provenance, ReportFacts, SessionFacts, fit_cells, session_cells
 from radargui.report.run_facts import RunFacts
 from radargui.report.tables import csv_bytes, free_fall_document, json_bytes
 from radargui.restitution.dependence import Dependence

@@ -13,16 +13,15 @@ from tempfile import TemporaryDirectory
 
 from radargui.files.access import Progress, fresh_files, silent
 from radargui.files.run_card import read_run_card
+from radargui.model.cores import begin_worker
 from radargui.model.drop import RunOrigin
 from radargui.model.errors import FileError, RadarGuiError
 from radargui.model.setup import Setup
-from radargui.model.workers import begin_worker
 from radargui.report.content import Chapter
-from radargui.report.facts import ReportFacts, SessionFacts, report_facts
+from radargui.report.facts import ReportFacts, SessionFacts, provenance_of, report_facts
 from radargui.report.findings_section import front_chapters
 from radargui.report.numbers import FILES, write_numbers
 from radargui.report.plots import page_style
-from radargui.report.provenance import provenance_of
 from radargui.report.run_facts import ResultOf, RunFacts, study
 from radargui.report.run_section import run_page, run_section
 from radargui.report.typesetting import Paper, Typesetter, section_html, write_html

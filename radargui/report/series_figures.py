@@ -1,4 +1,7 @@
-"""Draw the figures of a series: e against the impact speed and other variables, its distribution, all falls."""
+"""Draw the figures of a series: e against the impact speed and other variables, its distribution, all falls.
+
+Every figure of a session and of its runs alone, in the width of a column, as PDF, SVG and PNG.
+"""
 
 import re
 import textwrap

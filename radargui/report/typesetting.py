@@ -1,4 +1,7 @@
-"""A report as PDF: chapters become data and figures in a folder, which the typesetter Typst makes pages of."""
+"""A report as PDF: chapters become data and figures in a folder, which the typesetter Typst makes pages of.
+
+A report as one HTML file that needs nothing else, written chapter by chapter.
+"""
 
 import base64
 import hashlib

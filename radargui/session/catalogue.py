@@ -1,4 +1,11 @@
-"""Find every session below a data folder by what is known of it."""
+"""Find every session below a data folder by what is known of it.
+
+The index of a data folder: a small database in the user's cache folder; the folders are the truth.
+
+Each look compares the dates and sizes of all files with those in the index and reads what has changed, and once more
+what was written only just before it was read: that may be written again under the same date and size. An index that is
+missing, damaged, or of another version is made anew; where none can be kept, it is made in memory.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Collect what other runs of a session say of antennas, release and wavelength: the prior of a run."""
+"""Collect what other runs of a session say of antennas, release and wavelength: the prior of a run.
+
+Collect what earlier runs of a session say of the front ends: the prior of the next run.
+"""
 
 from collections.abc import Sequence
 from itertools import islice
@@ -11,9 +14,8 @@ from radargui.files.stored_results import StoredFrontEnds, read_front_ends, read
 from radargui.model.calibration import Calibration, Origin
 from radargui.model.errors import RadarGuiError
 from radargui.model.front_end import FrontEndPrior
-from radargui.model.pooled_calibration import pooled_calibration
 from radargui.model.setup import Setup
-from radargui.model.setup_pool import SetupPrior, known_setup
+from radargui.model.setup_pool import SetupPrior, known_setup, pooled_calibration
 from radargui.session.info import read_info
 from radargui.session.session import run_paths
 

@@ -23,15 +23,14 @@ from radargui.model.recording import Block
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.processing.result_of_run import result_of_run
-from radargui.report.facts import SessionFacts, report_facts
+from radargui.report.facts import SessionFacts, provenance_of, report_facts
 from radargui.report.numbers import report_document
-from radargui.report.provenance import provenance_of
 from radargui.report.run_facts import study
 from radargui.report.tables import json_bytes
 from radargui.restitution.statistics import CONFIDENCE
 from radargui.session.session import Session
-from radargui.sources.simulated.fall import Fall, contact_plane
 from radargui.sources.simulated.model import SimulatedRadar
+from radargui.sources.simulated.scene import Fall, contact_plane
 
 E1, EXPONENT, SCATTER = 0.6, 0.1, 0.004
 LEAST, MOST = 0.90, 0.99

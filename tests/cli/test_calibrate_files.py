@@ -16,7 +16,7 @@ from radargui.calibration.rough_fit import KnownRecording
 from radargui.cli.app import Calibrate
 from radargui.cli.calibrate import calibrate_antennas
 from radargui.experiment.calibrating import calibrate_files
-from radargui.model.calibration_file import read_calibration
+from radargui.model.calibration import read_calibration
 from radargui.model.setup import Setup, read_setup
 
 

@@ -12,10 +12,10 @@ import pytest
 from support.calibrations import antenna_names, calibration_of, u_of
 from support.command_line import Command
 
-from radargui.files.calibration_file import write_calibration
+from radargui.experiment.calibrating import write_calibration
 from radargui.files.run_file import read_run
 from radargui.model.calibrated_setup import calibrated
-from radargui.model.calibration_file import read_calibration
+from radargui.model.calibration import read_calibration
 from radargui.model.setup import read_setup, write_setup
 from radargui.processing.calibration_check import check_calibration
 from radargui.processing.process import process

@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 
 from radargui.conditioning.ellipse import fit_ellipse
 from radargui.conditioning.skew import remove_skew
-from radargui.correction.ellipse import arc_over_roundness, correct_ellipse
+from radargui.correction.correct import arc_over_roundness, correct_ellipse
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.model.errors import ProcessingError
 from radargui.model.result import Segment

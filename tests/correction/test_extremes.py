@@ -7,7 +7,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.signal import find_peaks
 
-from radargui.correction.extremes import prominent, spline_through, turning_points
+from radargui.correction.published import prominent, spline_through, turning_points
 
 
 @pytest.mark.parametrize("seed", range(40))

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from support.drops import Drop
 
-from radargui.correction.extremes import turning_points
 from radargui.correction.published import (
     correct_published,
     envelope,
@@ -17,6 +16,7 @@ from radargui.correction.published import (
     local_swing,
     motion_turns,
     smooth,
+    turning_points,
 )
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import ProcessingError

@@ -14,8 +14,8 @@ from radargui.estimation.forward.bins import bin_by_fringe
 from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.motion_estimate import channel_qualities
 from radargui.estimation.signals import ScaledSignals
+from radargui.model.arrays import savitzky_golay
 from radargui.model.front_end import FrontEnd
-from radargui.model.weighed_sums import savitzky_golay
 
 
 def signals_of(value: np.ndarray, rate: float) -> ScaledSignals:

@@ -11,7 +11,7 @@ from support.small_problem import small_problem
 from radargui.estimation.readout.unexplained import Residuals, StretchSettings, unexplained_stretches
 from radargui.estimation.solve.minimise import Solution, chi_square, minimise
 from radargui.estimation.solve.problem import Start
-from radargui.model.unexplained_stretch import UnexplainedStretch, unexplained_of
+from radargui.model.channel_quality import UnexplainedStretch, unexplained_of
 
 
 def solved(

@@ -14,11 +14,10 @@ from support.calibrations import MADE_AT, antenna_names, calibration_of, u_of
 from support.small_setups import quick_setup
 from support.words import words
 
-from radargui.files.calibration_file import free_path, write_calibration
+from radargui.experiment.calibrating import free_path, write_calibration
 from radargui.model.assumed import uncertain_inputs
 from radargui.model.calibrated_setup import calibrated, changes_since, edited_since, too_old
-from radargui.model.calibration import Calibration
-from radargui.model.calibration_file import calibration_text, parse_calibration, read_calibration
+from radargui.model.calibration import Calibration, calibration_text, parse_calibration, read_calibration
 from radargui.model.errors import FileError, SetupError
 from radargui.model.setup import changed, dump_setup, parse_setup, read_setup, write_setup
 

@@ -7,8 +7,7 @@ import pytest
 from benchmarks.world.exchange import Exchange, incident, radiated
 from benchmarks.world.sphere import coefficients
 
-from radargui.geometry.exchange import exchanged_signals
-from radargui.geometry.plate import Plate
+from radargui.geometry.plate import Plate, exchanged_signals
 from radargui.model.scattering import mie_sphere, scattered_signals, unit_vectors
 
 WAVENUMBER_RAD_M = 2.0 * np.pi * 10e9 / 299_792_458.0

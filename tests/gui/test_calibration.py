@@ -19,11 +19,10 @@ from pytestqt.qtbot import QtBot
 from support.calibrations import calibration_of
 
 from radargui.calibration.unknowns import GROUPS
-from radargui.experiment.calibrating import CalibrationOrder
-from radargui.files.calibration_file import write_calibration
+from radargui.experiment.calibrating import CalibrationOrder, write_calibration
 from radargui.gui.main_window import MainWindow
 from radargui.model.calibrated_setup import calibrated
-from radargui.model.calibration_file import read_calibration
+from radargui.model.calibration import read_calibration
 from radargui.model.errors import UsageError
 from radargui.model.setup import read_setup, write_setup
 

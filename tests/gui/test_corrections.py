@@ -21,9 +21,9 @@ from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.correction_view import CorrectionView
 from radargui.gui.theme import Theme
 from radargui.model.errors import ProcessingError
-from radargui.model.processing import CORRECTIONS
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
+from radargui.model.setup import CORRECTIONS
 from radargui.processing.process import process
 from radargui.report.curves import take_curves
 

@@ -12,9 +12,9 @@ from support.controlled_source import codes, digitisation
 from support.simulated_setup import simulated_setup
 
 from radargui.acquisition.ring import Ring
+from radargui.acquisition.stream import LiveWorker
 from radargui.live.processor import LiveProcessor
 from radargui.live.track import LiveEstimate, LiveTrack
-from radargui.live.worker import LiveWorker
 from radargui.model.arrays import RawArray
 from radargui.model.recording import Block, Gap
 from radargui.model.resources import default_setup_path

@@ -9,10 +9,9 @@ import pytest
 from hypothesis import given, strategies as st
 from support.changed import changed
 
-from radargui.model.air import USUAL_AIR, Air
 from radargui.model.assumed import assumed_uncertainties, uncertain_inputs
 from radargui.model.errors import SetupError
-from radargui.model.gravity import drag_of_sphere, expected_gravity, share_in_air
+from radargui.model.gravity import USUAL_AIR, Air, drag_of_sphere, expected_gravity, share_in_air
 from radargui.model.radar import SPEED_OF_LIGHT_M_S, Site
 from radargui.model.setup import Setup, dump_setup, moved, parse_setup, value_of
 

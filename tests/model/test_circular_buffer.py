@@ -8,7 +8,7 @@ import tracemalloc
 import numpy as np
 from hypothesis import given, strategies as st
 
-from radargui.model.circular_buffer import CircularBuffer
+from radargui.model.arrays import CircularBuffer
 
 
 @given(st.integers(1, 17), st.lists(st.integers(0, 40), max_size=12), st.integers(-5, 200), st.integers(0, 60))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radargui.model.weighed_sums import weighed_sums
+from radargui.model.arrays import weighed_sums
 
 
 @pytest.mark.parametrize(

@@ -17,12 +17,12 @@ from benchmarks.world.scene import make_record
 from benchmarks.world.stated import Stated
 from support.words import words
 
+from radargui.model.channel_quality import UnexplainedStretch
 from radargui.model.finding import Finding, warn
 from radargui.model.resources import default_setup_path
 from radargui.model.result import Bounce, Bounces, FreeFall, Track
 from radargui.model.setup import Setup, changed, read_setup
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
-from radargui.model.unexplained_stretch import UnexplainedStretch
 from radargui.processing.checks.motion import flights_bend, g_impossible, setup_contradicted
 from radargui.processing.checks.setup import OF_SETUP, floor_elsewhere, release_assumed
 from radargui.processing.process import process

@@ -24,9 +24,8 @@ from radargui.model.recording import Block, Gap
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup, dump_setup
 from radargui.model.setup_error import changed_settings
-from radargui.report.facts import ReportFacts, SessionFacts, report_facts
+from radargui.report.facts import ReportFacts, SessionFacts, provenance_of, report_facts
 from radargui.report.numbers import FILES, escaped, methods, report_document, typeset, write_numbers
-from radargui.report.provenance import provenance_of
 from radargui.report.run_facts import RunFacts, take_facts
 from radargui.report.tables import json_bytes
 from radargui.session.session import Session

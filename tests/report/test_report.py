@@ -27,10 +27,9 @@ from radargui.model.rounding import quantity
 from radargui.processing.result_of_run import result_of_run
 from radargui.report.content import Grid
 from radargui.report.curves import COMPACT
-from radargui.report.facts import SessionFacts, report_facts
+from radargui.report.facts import RunProvenance, SessionFacts, provenance_of, report_facts
 from radargui.report.findings_section import front_chapters
 from radargui.report.plots import page_style
-from radargui.report.provenance import RunProvenance, provenance_of
 from radargui.report.report import REPORT_FILES, PageLayout, WrittenReport, write_report
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_page

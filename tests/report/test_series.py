@@ -12,9 +12,8 @@ from hypothesis import given, strategies as st
 from support.results import default_setup, drop_result, quiet_result
 
 from radargui.model.result import Bounces
-from radargui.report.facts import ReportFacts, SessionFacts, report_facts
+from radargui.report.facts import Provenance, ReportFacts, SessionFacts, report_facts
 from radargui.report.numbers import IMPACT_HEADER, impacts_csv, report_document, series_csv
-from radargui.report.provenance import Provenance
 from radargui.report.run_facts import RunFacts, take_facts
 from radargui.report.tables import json_bytes, plain_value, safe_cell
 from radargui.restitution.series import series_of

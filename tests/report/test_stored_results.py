@@ -22,10 +22,9 @@ from radargui.model.words import sentence
 from radargui.processing.process import STOPPED, cut_short, process
 from radargui.processing.result_of_run import result_of_run, stored_or_computed, stored_result
 from radargui.report.content import Note
-from radargui.report.facts import SessionFacts, report_facts
+from radargui.report.facts import SessionFacts, provenance_of, report_facts
 from radargui.report.findings_section import front_chapters
 from radargui.report.numbers import write_numbers
-from radargui.report.provenance import provenance_of
 from radargui.report.report import study_session
 from radargui.report.run_facts import study, take_facts
 from radargui.report.run_section import run_section

@@ -17,9 +17,8 @@ from support.ni_server import ByHand, NiServer, serve
 
 from radargui.model.errors import DeviceError, SourceError
 from radargui.model.recording import Block, Digitisation, Gap
-from radargui.sources.factory import make_source
+from radargui.sources.factory import RestartingSource, SampleClock, make_source
 from radargui.sources.ni.source import NiSource
-from radargui.sources.restarting import RestartingSource, SampleClock
 
 RATE_HZ = 10_000.0
 

@@ -10,8 +10,7 @@ from support.simulated_recording import simulate_recording
 from support.simulated_setup import perfect_setup
 
 from radargui.model.setup import Setup
-from radargui.sources.simulated.fall import contact_plane
-from radargui.sources.simulated.scene import Scene
+from radargui.sources.simulated.scene import Scene, contact_plane
 
 G = 9.81
 HEIGHT_M = 0.26

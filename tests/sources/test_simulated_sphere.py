@@ -10,9 +10,8 @@ from support.simulated_setup import perfect_setup
 from radargui.geometry.path_length import mirror, path_lengths, place_antennas
 from radargui.model.scattering import mie_sphere, received_direction, scattered_field
 from radargui.model.setup import Setup
-from radargui.sources.simulated.fall import contact_plane
 from radargui.sources.simulated.model import SimulatedRadar
-from radargui.sources.simulated.scene import Scene
+from radargui.sources.simulated.scene import Scene, contact_plane
 from radargui.sources.simulated.waves import Lobe, make_waves, reflectors_of
 
 RELEASE = np.array([0.0, 0.0, 0.12])

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.estimation.forward.mirrors import MirrorPlane, has_floor
-from radargui.geometry.exchange import exchanged_signals
 from radargui.geometry.path_length import Antennas
+from radargui.geometry.plate import exchanged_signals
 from radargui.model.arrays import ComplexArray, FloatArray, IntArray
 from radargui.model.assumed import SUPPOSED_POLARIZATIONS_DEG, uncertain_inputs
 from radargui.model.scattering import (

@@ -14,7 +14,7 @@ from radargui.estimation.forward.signal_model import shown
 from radargui.estimation.select.budget import NoSingleBodyError
 from radargui.estimation.solve.minimise import Solution, receiver_misfits
 from radargui.model.arrays import BoolArray, FloatArray, runs_of
-from radargui.model.unexplained_stretch import UnexplainedStretch
+from radargui.model.channel_quality import UnexplainedStretch
 
 
 class UnexplainedError(NoSingleBodyError):

@@ -7,9 +7,8 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLayout
 
-from radargui.experiment.calibrating import Calibrate, CalibrationOrder
+from radargui.experiment.calibrating import Calibrate, CalibrationOrder, free_path, write_calibration
 from radargui.experiment.event import RecordedRun
-from radargui.files.calibration_file import free_path, write_calibration
 from radargui.gui.background import OneAtATime, WorkStrip
 from radargui.gui.calibration.pages import Recorded, RecordingList, ResultView, UnknownsForm
 from radargui.gui.dialog import Dialog
@@ -22,8 +21,7 @@ from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupModel, tried
 from radargui.gui.theme import scaled_font
 from radargui.model.calibrated_setup import calibrated, too_old
-from radargui.model.calibration import Calibration
-from radargui.model.calibration_file import read_calibration
+from radargui.model.calibration import Calibration, read_calibration
 from radargui.model.errors import RadarGuiError
 from radargui.model.setup import Setup
 from radargui.model.words import counted, sentence

@@ -8,10 +8,10 @@ import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.fall_signs import fall_signs
+from radargui.model.channel_quality import unexplained_of
 from radargui.model.finding import Finding, refuse, warn
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
-from radargui.model.unexplained_stretch import unexplained_of
 from radargui.processing.checks.evidence import Evidence
 
 

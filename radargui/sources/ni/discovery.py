@@ -1,4 +1,10 @@
-"""Ask the driver which NI devices there are and what they can do."""
+"""Ask the driver which NI devices there are and what they can do.
+
+Ask NI-DAQmx about one device, and remember what it answered before.
+
+After a device was unplugged and plugged in again, NI-DAQmx may fail to tell its properties to a process that knew it
+before, and tell them to any other (nidaqmx-python issue 818). A property that a device never had fails in the same way.
+"""
 
 from collections.abc import Callable
 from contextlib import closing, suppress

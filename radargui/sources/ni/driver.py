@@ -1,4 +1,7 @@
-"""Load NI-DAQmx, as the local driver or through a remote device server, and explain why it cannot be loaded."""
+"""Load NI-DAQmx, as the local driver or through a remote device server, and explain why it cannot be loaded.
+
+Explain errors of NI-DAQmx: what happened, the likely reasons, and what to do.
+"""
 
 import socket
 import ssl

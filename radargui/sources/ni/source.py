@@ -1,4 +1,7 @@
-"""The NI device as a source of samples, and a trial of a setup on it without sampling."""
+"""The NI device as a source of samples, and a trial of a setup on it without sampling.
+
+The analogue input task of NI-DAQmx: it is configured, read in codes or volts, and always closed.
+"""
 
 import logging
 import threading

@@ -1,4 +1,7 @@
-"""Simulate what time adds to a channel: white and 1/f noise, drift and hum, the same however a run is read."""
+"""Simulate what time adds to a channel: white and 1/f noise, drift and hum, the same however a run is read.
+
+Simulate the mismatch: mixers and converter, constant for a session, and what changes with the tracer.
+"""
 
 from dataclasses import dataclass
 from enum import IntEnum

@@ -14,8 +14,8 @@ from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.errors import SetupError, worded
 from radargui.model.radar import Walls
 from radargui.model.setup import Setup
-from radargui.sources.simulated.fall import Plane, azimuth_direction, contact_plane
 from radargui.sources.simulated.noise import Draw, generator
+from radargui.sources.simulated.scene import Plane, azimuth_direction, contact_plane
 
 
 def dot(first: FloatArray, second: FloatArray) -> FloatArray:

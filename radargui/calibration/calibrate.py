@@ -10,11 +10,22 @@ import numpy as np
 from scipy.special import gammainccinv
 
 from radargui import __version__
-from radargui.calibration.fit import FEW, LEAST_BESIDE_WALLS, Fit, Settled, approach, fit, settled_at_last, unfitted
+from radargui.calibration.fit import (
+    FEW,
+    LEAST_BESIDE_WALLS,
+    Fit,
+    Progress,
+    Settled,
+    Shares,
+    approach,
+    fit,
+    settled_at_last,
+    unfitted,
+    working,
+)
 from radargui.calibration.likelihood import Likelihood, PathLikelihood, own_values
 from radargui.calibration.preparing import Prepared, sample_problem
 from radargui.calibration.rough_fit import RELEASE, KnownRecording, UnfitFallError, refuse_above, rough_fit
-from radargui.calibration.shares import Progress, Shares, working
 from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.calibration.unknowns import USUAL, setup_with
 from radargui.calibration.verdict import (
@@ -34,7 +45,7 @@ from radargui.calibration.wall_search import n_mirrors, planes_of, some_of, with
 from radargui.model.arrays import FloatArray
 from radargui.model.calibration import Calibration, Origin, Residual
 from radargui.model.cores import one_blas_thread
-from radargui.model.errors import ProcessingError, SolveError
+from radargui.model.errors import ProcessingError, SolveError, worded
 from radargui.model.setup import Setup
 
 CONTRADICTION = 3.0
@@ -146,11 +157,7 @@ def _calibrated(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequ
     if n_mirrors(settled) > n_bare:
         found = replace(found, least=LEAST_BESIDE_WALLS)
     if not np.isfinite(found.information()[0]).all():
-        raise ProcessingError(
-            "the samples do not agree with what is known of the motions, whatever the antennas",
-            reasons=("a wall or another body bends the paths", "one recording alone tells too little"),
-            remedy="Give more recordings, from other places.",
-        )
+        raise worded(ProcessingError, "samples_disagree")
     # with all mismatch fitted half a millimetre is left by no motion that was as stated
     refuse_above(LEFT_M, found, recordings)
     calibration = _calibration(found, before, settled.likelihoods, recordings, origin)

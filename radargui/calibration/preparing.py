@@ -32,7 +32,7 @@ from radargui.estimation.solve.initial_problem import first_motion, initial_prob
 from radargui.estimation.solve.problem import Start
 from radargui.geometry.path_length import LEAST_RECEIVERS, path_lengths, place_antennas
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
-from radargui.model.errors import ProcessingError, SolveError
+from radargui.model.errors import ProcessingError, SolveError, worded
 from radargui.model.gravity import drag_of_sphere, expected_gravity_m_s2
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
@@ -241,15 +241,7 @@ def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
         )
         impact_s, after_m_s, end_s = _flights(replace(estimate, impact_s=by_receivers), gravity_m_s2)
     if end_s - estimate.onset_s < LEAST_FLIGHT_S:
-        raise ProcessingError(
-            f"{recording.name}: no free fall of {1e3 * LEAST_FLIGHT_S:g} ms was found",
-            reasons=(
-                "it is no drop",
-                "a receiver is too weak, and loses fringes",
-                "the antennas are far from where the setup says",
-            ),
-            remedy="Give the recordings of drops with --known fall.",
-        )
+        raise worded(ProcessingError, "no_fall", name=recording.name, least_ms=1e3 * LEAST_FLIGHT_S)
     slow_m_s = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3, setup.air.gas).slow_m_s
     motion = Falls(place, estimate.onset_s, impact_s, after_m_s, end_s, slow_m_s)
     change = np.where(estimate.valid, estimate.change_m, np.nan)
@@ -435,11 +427,8 @@ def refuse_apart(name: str, first_s: float, last_s: float, trajectory: Trajector
         They do not overlap.
     """
     if trajectory.end_s <= first_s or trajectory.begin_s >= last_s:
-        raise ProcessingError(
-            f"{name}: its {first_s:.3g} to {last_s:.3g} s and the {trajectory.begin_s:.3g} to {trajectory.end_s:.3g} s "
-            f"of the {trajectory.words} do not overlap",
-            remedy="Give the path of this recording, or leave --clock shared out.",
-        )
+        facts = {"name": name, "first_s": first_s, "last_s": last_s, "path": trajectory}
+        raise worded(ProcessingError, "no_overlap", **facts)
 
 
 def _circle(phase_rad: FloatArray, pair: FloatArray) -> tuple[FloatArray, float]:

@@ -7,11 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.calibration.fit import MOST_STEPS, Fit, unfitted
+from radargui.calibration.fit import MOST_STEPS, Fit, crew, unfitted
 from radargui.calibration.known_path import Trajectory
 from radargui.calibration.likelihood import PathLikelihood, World, own_values
 from radargui.calibration.preparing import Prepared, measured_again, prepare_fall, prepare_known
-from radargui.calibration.shares import crew
 from radargui.calibration.unknowns import (
     antenna_unknowns,
     fall_unknowns,
@@ -31,7 +30,7 @@ from radargui.calibration.verdict import (
     put_right,
     rms_m,
 )
-from radargui.model.errors import ProcessingError
+from radargui.model.errors import ProcessingError, worded
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 
@@ -239,10 +238,7 @@ def _refuse_misfit(rough: Fit, recordings: Sequence[KnownRecording]) -> None:
         alike = [also for other, also, _ in tried if also != words and other < least + GAIN]
         # in drops near the axis a swap looks like a mirror image of another one
         ambiguous = f"; or, which they cannot tell from that, where {'; or '.join(alike)}" if alike else ""
-        raise ProcessingError(
-            f"the recordings do not fit the setup, but they do where {words}{ambiguous}",
-            remedy="Correct the wiring, or the order and azimuths of the receivers in the setup.",
-        )
+        raise worded(ProcessingError, "other_wiring_fits", words=words, ambiguous=ambiguous)
     refuse_above(MISFIT_M, rough, recordings)
 
 
@@ -253,16 +249,9 @@ def refuse_above(most_m: float, found: Fit, recordings: Sequence[KnownRecording]
     if rms[number] < most_m:
         return
     known = recordings[number].trajectory
-    error = ProcessingError(
-        f"{recordings[number].name}: its paths are {1e3 * rms[number]:.1f} mm off what is known of its motion "
-        f"({'fall' if known is None else known.words}), whatever the antennas",
-        reasons=(
-            "it was pushed as it left" if known is None else "it belongs to another path file",
-            "a wall or another body bends its paths",
-            "the antennas are farther off than the setup's u says",
-        ),
-        remedy="Leave this recording out, or state larger u.",
-    )
+    words = ("fall", "it was pushed as it left") if known is None else (known.words, "it belongs to another path file")
+    facts = {"name": recordings[number].name, "off_mm": 1e3 * rms[number], "known": words[0], "why": words[1]}
+    error = worded(ProcessingError, "off_known_motion", **facts)
     raise UnfitFallError.of(number, error) if known is None else error
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from radargui.model.assumed import u_phase_centre_m
-from radargui.model.errors import UsageError
+from radargui.model.errors import UsageError, worded
 from radargui.model.gravity import drag_of_sphere, g_and_u_of_site, share_in_air
 from radargui.model.setup import Setup, moved, value_of
 
@@ -90,10 +90,7 @@ def with_polarisations(setup: Setup) -> Setup:
         The setup states no polarisation of the transmitter: the sphere counts as a point.
     """
     if setup.transmitter.polarization_deg is None:
-        raise UsageError(
-            "the polarisation cannot be free where the setup gives no transmitter.polarization_deg: there the sphere "
-            "counts as a point"
-        )
+        raise worded(UsageError, "polarisation_not_free")
     pairs = zip(setup.receiver, setup.received_fields(), strict=True)
     receivers = tuple(one.model_copy(update={POLARISATION: field.angle_deg}) for one, field in pairs)
     return setup.model_copy(update={"receiver": receivers})

@@ -10,9 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from radargui.calibration.fit import MOST_STEPS, Fit, fit
+from radargui.calibration.fit import MOST_STEPS, Fit, crew, fit
 from radargui.calibration.likelihood import Likelihood, PathLikelihood, own_values
-from radargui.calibration.shares import crew
 from radargui.calibration.unknowns import Unknown, setup_with
 from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import BoolArray, FloatArray

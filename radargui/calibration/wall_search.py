@@ -9,9 +9,8 @@ from itertools import compress
 
 import numpy as np
 
-from radargui.calibration.fit import Fit, Settled, settling
+from radargui.calibration.fit import Fit, Settled, crew, settling
 from radargui.calibration.likelihood import Likelihood
-from radargui.calibration.shares import crew
 from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.select.wall_grid import (

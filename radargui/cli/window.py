@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from radargui.model.errors import RadarGuiError
+from radargui.model.errors import RadarGuiError, worded
 
 
 def open_window(path: Path | None = None, run: Callable[..., int] | None = None) -> int:
@@ -26,10 +26,7 @@ def open_window(path: Path | None = None, run: Callable[..., int] | None = None)
     from radargui.gui.qt_libraries import OFFSCREEN, WINDOW, advice, has_display, missing
 
     if not has_display() and "QT_QPA_PLATFORM" not in os.environ:
-        raise RadarGuiError(
-            "There is no display for the window (DISPLAY and WAYLAND_DISPLAY are unset).",
-            remedy="The commands work without one: see radargui --help.",
-        )
+        raise worded(RadarGuiError, "no_display")
     # Qt itself would abort without saying which package helps
     on_x11 = bool(os.environ.get("DISPLAY")) and "QT_QPA_PLATFORM" not in os.environ
     if sys.platform.startswith("linux") and (lost := missing(WINDOW if on_x11 else OFFSCREEN)):

@@ -20,7 +20,6 @@ from radargui.files.access import Progress, each_run, silent, write_whole
 from radargui.files.formats import RUN, format_of, list_channels, own_setup_of, session_facts_of
 from radargui.files.raw_file import RawLayout
 from radargui.files.reading import (
-    LARGEST,
     Basis,
     ChannelEntry,
     ChannelGuess,
@@ -32,6 +31,7 @@ from radargui.files.reading import (
 )
 from radargui.files.signals import ChannelInfo
 from radargui.model.errors import FileError, RadarGuiError, UsageError, worded
+from radargui.model.radar import MOST_RECEIVERS
 from radargui.model.recording import iq_names
 from radargui.model.result import RunResult
 from radargui.model.setup import MEASURING, Setup
@@ -55,7 +55,7 @@ def _different(places: list[int]) -> list[int]:
 
 
 _DIFFERENT = AfterValidator(_different)
-_Places = Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=2, max_length=2 * LARGEST), _DIFFERENT]
+_Places = Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=2, max_length=2 * MOST_RECEIVERS), _DIFFERENT]
 
 
 class _KnownMaps(BaseModel):
@@ -63,11 +63,6 @@ class _KnownMaps(BaseModel):
 
     schema_version: Literal[1] = Field(alias="schema")
     maps: dict[str, _Places]
-
-
-def default_memory_path() -> Path:
-    """Return the file in the user's own configuration folder; it may not be there yet."""
-    return platformdirs.user_config_path("radargui", appauthor=False) / FILE_NAME
 
 
 class MapMemory:
@@ -80,7 +75,7 @@ class MapMemory:
     """
 
     def __init__(self, path: Path | None = None) -> None:
-        self._path = path or default_memory_path()
+        self._path = path or platformdirs.user_config_path("radargui", appauthor=False) / FILE_NAME
 
     def guess(self, infos: Sequence[ChannelInfo]) -> ChannelGuess:
         """Return the map that was chosen for these names before, else a guess from them."""

@@ -39,8 +39,6 @@ _KNOWN = range(1, 18)  # all classes, and two that it does not name: function ha
 _COMPLEX = 0x08  # a flag of an array
 _DEEPEST_STRUCTURE = 32
 """Structures within structures; what people nest ends at a few, and recursion must end. Chosen by hand."""
-_RATIO = 1100
-"""Deflate makes data at most about 1032 times smaller; what claims more is wrong."""
 _TAG_BYTES = 8  # type and length before each element, 4 bytes each
 
 
@@ -97,7 +95,7 @@ def _inflated(content: memoryview, order: str) -> memoryview:
     if len(start) < _TAG_BYTES:
         raise ValueError("a compressed variable is cut off")
     _, count = struct.unpack(order + "II", start)
-    if count > _RATIO * len(content):
+    if count > hdf5.LARGEST_RATIO * len(content):
         raise ValueError(f"a variable claims {count / 1e9:.3g} GB, far more than the file holds")
     rest = inflate.decompress(inflate.unconsumed_tail, count + 1)
     # One step more reaches the end of the stream and with it the checksum.

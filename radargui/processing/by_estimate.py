@@ -34,16 +34,23 @@ from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.finding import Finding, error_of, refuse, warn, why_of
 from radargui.model.front_end import FrontEnd, FrontEndPrior, run_names
 from radargui.model.gravity import expected_gravity_m_s2
-from radargui.model.result import Bounces, CorrectedIQ, Kinematics, PathLengths, Segment, Track, whole_milliseconds
+from radargui.model.result import Bounces, Kinematics, PathLengths, Segment, Track, whole_milliseconds
 from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior, bumped
 from radargui.model.setup_posterior import SetupPosterior
 from radargui.model.uncertainty_budget import InputChange
 from radargui.processing.by_flights import MeasuredDrop
 from radargui.processing.checks.estimate import doubt, is_blamed, is_fringe_sure, is_unknown
-from radargui.processing.continuity import checked
-from radargui.processing.in_band import measure_in_band
-from radargui.processing.measured_motion import MeasuredMotion, Progress, Report, locate, locate_body
+from radargui.processing.continuity import checked, measure_in_band
+from radargui.processing.measured_motion import (
+    MeasuredMotion,
+    Progress,
+    Report,
+    corrected_of,
+    locate_body,
+    paths_of,
+    track_of,
+)
 from radargui.restitution.flight_fit import FlightFit
 from radargui.restitution.flight_test import FlightTest
 from radargui.restitution.input_changes import SetupResponses, joint_changes, setup_responses
@@ -448,8 +455,8 @@ def motion_of_adaptive(
     estimate: MotionEstimate, conditioned: Conditioned, setup: Setup, *, is_tested: bool = False
 ) -> MeasuredMotion:
     """Return what circles found; `is_tested`: an estimate that follows tests it."""
-    paths, track = _located(estimate, _paths_of(estimate, setup), setup)
-    motion = MeasuredMotion(_corrected_of(estimate, setup), paths, track)
+    paths, track = _located(estimate, paths_of(estimate, setup), setup)
+    motion = MeasuredMotion(corrected_of(estimate, setup), paths, track)
     return checked(motion, conditioned, setup.radar.wavelength_m, is_held=is_tested)
 
 
@@ -462,12 +469,12 @@ def motion_of_joint(
     """Return what the joint estimate found, its uncertainties widened by what its flights, bounces and g, say."""
     found = estimate.chosen.setup
     estimate, bounces, changes, flights = _with_flights(estimate, setup, bounces_of)
-    paths, track = _located(estimate, _paths_of(estimate, setup), setup)
+    paths, track = _located(estimate, paths_of(estimate, setup), setup)
     # flights that do not fit bend antennas, too: other runs must not be told
     is_sound = estimate.chosen.solution.settled and flights.bent is None and flights.cause is None
     said = found.alone.widened(flights.widening) if found is not None and is_sound else None
     motion = MeasuredMotion(
-        _corrected_of(estimate, setup),
+        corrected_of(estimate, setup),
         paths,
         track,
         bounces,
@@ -505,29 +512,11 @@ def _with_flights(
     return estimate.widened(test.widening), bounces.widened(test.widening), changes, test
 
 
-def _paths_of(estimate: MotionEstimate, setup: Setup) -> PathLengths:
-    # phase = 2 pi L / wavelength: estimates are in metres, the corrected IQ is shown in rad (method 1)
-    phase = estimate.change_m * _rad_per_m(setup)
-    return PathLengths(estimate.time_s, phase, estimate.change_m, estimate.u_change_m, estimate.valid)
-
-
-def _corrected_of(estimate: MotionEstimate, setup: Setup) -> CorrectedIQ:
-    samples = estimate.time_s, estimate.i, estimate.q, estimate.valid, estimate.u_change_m * _rad_per_m(setup)
-    return CorrectedIQ(*samples, estimate.method, estimate.channels, decisions=estimate.choices)
-
-
-def _rad_per_m(setup: Setup) -> float:
-    return 2.0 * np.pi / setup.radar.wavelength_m
-
-
 def _located(estimate: MotionEstimate, paths: PathLengths, setup: Setup) -> tuple[PathLengths, Track | None]:
     # the joint estimate knows the sphere as a body; the adaptive one's circles show the phase that it scatters with
     measured = is_delayed(setup) and not isinstance(estimate, JointEstimate)
     if estimate.position_m is None or estimate.u_position_m is None or measured:
         # the phase that the body adds is taken off the direct path (method 3)
         return locate_body(paths, setup)
-    if setup.processing.geometry == "plane":
-        # the joint estimate's paths are those to the centre already
-        return paths, locate(paths, setup)
-    valid = np.asarray(estimate.valid.all(axis=0) & np.isfinite(estimate.position_m).all(axis=0))
-    return paths, Track(estimate.time_s, estimate.position_m, estimate.u_position_m, valid, "exact")
+    # the joint estimate's paths are those to the centre already
+    return paths, track_of(estimate, paths, setup)

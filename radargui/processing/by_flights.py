@@ -20,10 +20,10 @@ from radargui.model.assumed import DIAMETER
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.finding import Finding, error_of, refuse, warn
 from radargui.model.front_end import FrontEndPrior
-from radargui.model.result import CorrectedIQ, PathLengths, Track, whole_milliseconds
+from radargui.model.result import whole_milliseconds
 from radargui.model.setup import Setup
 from radargui.processing.checks.estimate import gained_by_polarization, is_blamed
-from radargui.processing.measured_motion import MeasuredMotion, locate
+from radargui.processing.measured_motion import MeasuredMotion, corrected_of, paths_of, track_of
 from radargui.restitution.drop_bounces import drop_bounces, drop_changes
 from radargui.restitution.setup_outlier import wrong_value
 
@@ -160,26 +160,15 @@ def measure_by_flights(
     except np.linalg.LinAlgError as error:
         raise error_of(SolveError, "no_solution", error=str(error)) from error
     motion = drop_motion(estimate, signals, changes)
-    rad_per_m = 2.0 * np.pi / setup.radar.wavelength_m
     if any(one.verdict == "rejected" for one in motion.channels):
         raise error_of(ProcessingError, "flights_explain_little")
-    phase, u_phase = motion.change_m * rad_per_m, motion.u_change_m * rad_per_m
-    paths = PathLengths(motion.time_s, phase, motion.change_m, motion.u_change_m, motion.valid)
-    corrected = CorrectedIQ(
-        motion.time_s, motion.i, motion.q, motion.valid, u_phase, "flights", motion.channels, decisions=motion.choices
-    )
-    bounces = drop_bounces(estimate, setup)
-    if setup.processing.geometry == "plane" or motion.position_m is None or motion.u_position_m is None:
-        track = locate(paths, setup)
-    else:
-        known_where = np.asarray(motion.valid.all(axis=0) & np.isfinite(motion.position_m).all(axis=0))
-        track = Track(motion.time_s, motion.position_m, motion.u_position_m, known_where, "exact")
+    paths, bounces = paths_of(motion, setup), drop_bounces(estimate, setup)
     used = None if prior is None else replace(prior, used=True)
     moved = drop_changes(estimate, bounces, changes, setup)
     found = MeasuredMotion(
-        corrected,
+        corrected_of(motion, setup),
         paths,
-        track,
+        track_of(motion, paths, setup),
         bounces,
         moved,
         drop_kinematics(estimate, whole_milliseconds(estimate.flights.onset_s, estimate.end_s)),

@@ -7,7 +7,7 @@ from pathlib import Path
 from radargui.conditioning.long_motion import find_long_motion
 from radargui.files.reading import read_recording
 from radargui.files.run_file import RunStream, read_run, run_stream
-from radargui.files.run_layout import SUFFIX
+from radargui.files.run_layout import PIECE, SUFFIX
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import FileError
 from radargui.model.recording import Excerpt, Recording, as_excerpt
@@ -16,8 +16,6 @@ LONG_SAMPLES = 1 << 22
 """A recording with more samples a channel (126 s at 33.3 kS/s) is long."""
 MOST_SAMPLES = 1 << 19
 """The longest stretch of a long one that is processed (16 s at 33.3 kS/s): moving throughout it takes about 1 GB."""
-_PIECE = 1 << 18
-"""Samples a channel read at once: 2 MB each as float64."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +34,7 @@ class LengthLimits:
 
     long: int = LONG_SAMPLES
     most: int = MOST_SAMPLES
-    piece: int = _PIECE
+    piece: int = PIECE
 
 
 LENGTHS = LengthLimits()

@@ -31,6 +31,7 @@ from radargui.restitution.flight_test import FlightTest
 if TYPE_CHECKING:
     # only who asks for it pays for loading it
     from radargui.estimation.joint import JointEstimate
+    from radargui.estimation.motion_estimate import MotionEstimate
 
 
 def locate_body(paths: PathLengths, setup: Setup) -> tuple[PathLengths, Track | None]:
@@ -79,6 +80,31 @@ def place_at(change_m: FloatArray, setup: Setup) -> FloatArray:
     solve = locate_plane if setup.processing.geometry == "plane" else locate_exact
     # changes of path count from the release: there the antennas' geometry fixes L itself
     return solve(change_m, place_antennas(setup), np.array(setup.tracer.release_position_m))
+
+
+def paths_of(estimate: MotionEstimate, setup: Setup) -> PathLengths:
+    """Return an estimate's path lengths, with their phases."""
+    # phase = 2 pi L / wavelength: estimates are in metres, the corrected IQ is shown in rad (method 1)
+    phase = estimate.change_m * _rad_per_m(setup)
+    return PathLengths(estimate.time_s, phase, estimate.change_m, estimate.u_change_m, estimate.valid)
+
+
+def corrected_of(estimate: MotionEstimate, setup: Setup) -> CorrectedIQ:
+    """Return an estimate's corrected IQ."""
+    samples = estimate.time_s, estimate.i, estimate.q, estimate.valid, estimate.u_change_m * _rad_per_m(setup)
+    return CorrectedIQ(*samples, estimate.method, estimate.channels, decisions=estimate.choices)
+
+
+def _rad_per_m(setup: Setup) -> float:
+    return 2.0 * np.pi / setup.radar.wavelength_m
+
+
+def track_of(estimate: MotionEstimate, paths: PathLengths, setup: Setup) -> Track | None:
+    """Return an estimate's own places; by the far field, and where it has none, those of its paths."""
+    if setup.processing.geometry == "plane" or estimate.position_m is None or estimate.u_position_m is None:
+        return locate(paths, setup)
+    valid = np.asarray(estimate.valid.all(axis=0) & np.isfinite(estimate.position_m).all(axis=0))
+    return Track(estimate.time_s, estimate.position_m, estimate.u_position_m, valid, "exact")
 
 
 Report = Callable[[float], None]

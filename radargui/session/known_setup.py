@@ -41,19 +41,31 @@ def known_front_ends(run: Path, setup: Setup) -> FrontEndPrior | None:
     # the joint estimate alone asks: nobody else shall wait until hundreds of earlier runs have been opened
     if setup.processing.correction != "joint":
         return None
+    if (others := _others(run)) is None:
+        return None
+    stored = map(read_front_ends, reversed(others[0]))
+    sound = (one for one in stored if one is not None and _same_hardware(one, setup))
+    found = [*islice(sound, _MOST_RUNS)][::-1]
+    if not found:
+        return None
+    return FrontEndPrior(tuple(stored.run for stored in found), pool_constants([stored.front_ends for stored in found]))
+
+
+def _others(run: Path) -> tuple[list[Path], list[Path]] | None:
+    """Return the runs before and after one in its session but for those set aside; None where it is in no session."""
     try:
         rejected = read_info(run.parent).rejected
     except RadarGuiError:
         return None
     paths = run_paths(run.parent)
     names = [path.name for path in paths]
-    earlier = paths[: names.index(run.name)] if run.name in names else ()
-    stored = (read_front_ends(path) for path in reversed(earlier) if path.name not in rejected)
-    sound = (one for one in stored if one is not None and _same_hardware(one, setup))
-    found = [*islice(sound, _MOST_RUNS)][::-1]
-    if not found:
+    if run.name not in names:
         return None
-    return FrontEndPrior(tuple(stored.run for stored in found), pool_constants([stored.front_ends for stored in found]))
+    place = names.index(run.name)
+    earlier, later = (
+        [path for path in side if path.name not in rejected] for side in (paths[:place], paths[place + 1 :])
+    )
+    return earlier, later
 
 
 def _same_hardware(stored: StoredFrontEnds, setup: Setup) -> bool:
@@ -80,21 +92,13 @@ def known_setup_of_run(run: Path, setup: Setup, *, only_again: bool = False) -> 
     # the joint estimate alone asks: nobody else shall wait until hundreds of other runs have been opened
     if setup.processing.correction != "joint" or not setup.processing.pool_setup:
         return None
-    try:
-        rejected = read_info(run.parent).rejected
-    except RadarGuiError:
+    if (others := _others(run)) is None:
         return None
-    paths = run_paths(run.parent)
-    names = [path.name for path in paths]
-    if run.name not in names:
-        return None
-    place, own = names.index(run.name), read_setup_likelihood(run)
+    (earlier, later), own = others, read_setup_likelihood(run)
     if only_again and not (own and own.is_of(setup)):
         return None
-    sides = paths[:place], paths[place + 1 :] if own is None or not own.begins else ()
-    before, after = (
-        [one for path in side if path.name not in rejected and (one := read_setup_likelihood(path))] for side in sides
-    )
+    sides = earlier, later if own is None or not own.begins else ()
+    before, after = ([one for path in side if (one := read_setup_likelihood(path))] for side in sides)
     return known_setup(before, after, setup)
 
 

@@ -190,8 +190,4 @@ def _refused(folder: Path, owner: Owner | None) -> SessionLockedError:
     remedy = "It is opened for looking only; close it there to add to it."
     if owner is not None and not owner.is_here:
         remedy += f" If that program is gone, delete {FILE_NAME} in the folder."
-    return SessionLockedError(
-        f"{folder} is being written by another program ({owner or 'unknown'}).",
-        reasons=("a second window has it open", "it is recording"),
-        remedy=remedy,
-    )
+    return worded(SessionLockedError, "session_locked", folder=folder, owner=owner or "unknown", remedy=remedy)

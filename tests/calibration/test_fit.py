@@ -8,11 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from radargui.calibration.fit import LEAST, Fit, fit, unfitted
+from radargui.calibration.fit import LEAST, Fit, fit, unfitted, working
 from radargui.calibration.known_path import KnownMotion, read_known
 from radargui.calibration.likelihood import Measured, MotionModel, PathLikelihood, World
 from radargui.calibration.preparing import Falls
-from radargui.calibration.shares import working
 from radargui.calibration.unknowns import USUAL, antenna_unknowns, fall_unknowns, place_unknowns, setup_with
 from radargui.calibration.verdict import (
     GAIN,

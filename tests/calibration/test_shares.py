@@ -8,7 +8,7 @@ import signal
 
 import pytest
 
-from radargui.calibration.shares import Shares, crew, working
+from radargui.calibration.fit import Shares, crew, working
 from radargui.model.errors import CancelledError, ProcessingError
 
 

@@ -11,7 +11,6 @@ from PySide6.QtCore import QSignalBlocker, Signal
 from radargui.experiment.importing import FilesLook, ImportOrder, inputs_of, look_into
 from radargui.files.formats import SUFFIXES
 from radargui.files.raw_file import first_seconds
-from radargui.files.reading import LARGEST
 from radargui.files.signals import ChannelInfo
 from radargui.gui.background import Then, Work
 from radargui.gui.dialog import Dialog, fit_screen
@@ -22,6 +21,7 @@ from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import RadarGuiError
+from radargui.model.radar import MOST_RECEIVERS
 from radargui.model.recording import iq_names
 from radargui.model.setup import Setup, read_setup
 
@@ -43,7 +43,7 @@ class MappingForm(Group):
         self._infos: tuple[ChannelInfo, ...] = ()
         self.boxes: list[QtWidgets.QComboBox] = []
         self.words, self.fault = PlainLabel("Choose files first."), FaultText()
-        self.count = QtWidgets.QSpinBox(minimum=1, maximum=LARGEST)
+        self.count = QtWidgets.QSpinBox(minimum=1, maximum=MOST_RECEIVERS)
         having(self.count, maximumWidth=70, accessibleName="Receivers")
         self.count.valueChanged.connect(lambda _count: self._fill(self.names))
         self.put(("Receivers", side_by_side(self.count, self.words)), self.fault)

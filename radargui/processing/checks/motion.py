@@ -10,7 +10,7 @@ from radargui.model.finding import Finding, warn
 from radargui.model.gravity import EARTH_GRAVITY_M_S2, expected_gravity_m_s2, gravity_of_site, share_in_air
 from radargui.model.setup import Setup
 from radargui.processing.checks.evidence import Evidence
-from radargui.processing.checks.setup import floor_elsewhere, is_misplaced
+from radargui.processing.checks.setup import SIGMAS, floor_elsewhere, is_misplaced
 from radargui.restitution.cross_check import disagreements, floor_and_wall
 from radargui.restitution.stopped_fall import braked_without_impact
 
@@ -57,8 +57,6 @@ def no_rest(evidence: Evidence) -> Finding | None:
 
 _LIGHTEST_KG_M3 = 1000.0
 """Of a sphere of which no density is given: air may take 0.18 % off its acceleration, or nothing."""
-_SIGMAS = 3.0
-"""How far beyond what is possible a measured value has to be, in its own u."""
 
 
 def setup_contradicted(evidence: Evidence) -> Finding | None:
@@ -100,7 +98,7 @@ def g_impossible(evidence: Evidence) -> Finding | None:
     u = fall.u_g_m_s2 if combined is None else combined
     least, most = possible_g_m_s2(setup)
     # NaN compares false: what is not known contradicts nothing
-    if not max(least - fall.g_m_s2, fall.g_m_s2 - most) > _SIGMAS * u:
+    if not max(least - fall.g_m_s2, fall.g_m_s2 - most) > SIGMAS * u:
         return None
     site, there = gravity_of_site(setup.site), expected_gravity_m_s2(setup.site)
     # lengths go with 1 / frequency, times with 1 / rate
@@ -135,7 +133,7 @@ def falls_otherwise(evidence: Evidence) -> Finding | None:
 def possible_g_m_s2(setup: Setup) -> tuple[float, float]:
     """Return the least and the most that the sphere may fall with at the setup's site, or anywhere on Earth, m/s^2."""
     density, site = setup.tracer.density_kg_m3, gravity_of_site(setup.site)
-    least, most = EARTH_GRAVITY_M_S2 if site is None else (site[0] - _SIGMAS * site[1], site[0] + _SIGMAS * site[1])
+    least, most = EARTH_GRAVITY_M_S2 if site is None else (site[0] - SIGMAS * site[1], site[0] + SIGMAS * site[1])
     lightest = share_in_air(_LIGHTEST_KG_M3 if density is None else density, setup.air.gas)
     return lightest * least, most if density is None else lightest * most
 

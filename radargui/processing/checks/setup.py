@@ -20,8 +20,8 @@ _LEAST_TILT_DEG = 2.0
 place."""
 _THINNEST_AIR = 1.0001
 """n of dry air at 5000 m and 40 degrees C is 1.00013 (ITU-R P.453)."""
-_SIGMAS = 3.0
-"""How far from where it is stated a floor has to be met, in the u of both."""
+SIGMAS = 3.0
+"""How far from what is stated, or possible, a measured value has to be, in the u of both."""
 _U_FLOOR_M = 3e-3
 """Of a floor's height measured by tape, as of antennas: the setup has no u for it."""
 
@@ -78,11 +78,6 @@ def floor_above_release(setup: Setup) -> Finding | None:
     return warn("floor_above_release", floor_m=floor_m, release_m=release_m)
 
 
-def not_as_calibrated(setup: Setup) -> Finding | None:
-    """Antennas do not stand where their calibration found them."""
-    return edited_since(setup)
-
-
 OF_SETUP = (
     release_assumed,
     antenna_far,
@@ -90,7 +85,7 @@ OF_SETUP = (
     index_of_vacuum,
     floor_upside_down,
     floor_above_release,
-    not_as_calibrated,
+    edited_since,
 )
 """What the setup alone says, in order."""
 
@@ -113,7 +108,7 @@ def floor_elsewhere(evidence: Evidence) -> Finding | None:
     if met is None:
         return None
     height_m, u_m = met
-    if not abs(height_m - stated_m) > _SIGMAS * math.hypot(u_m, _U_FLOOR_M):
+    if not abs(height_m - stated_m) > SIGMAS * math.hypot(u_m, _U_FLOOR_M):
         return None
     x, y, _ = normal
     return warn("floor_elsewhere", height_m=height_m, stated_m=stated_m, is_tilted=not x == y == 0.0)

@@ -102,7 +102,7 @@ class CsvLayout:
         for column in self.columns:
             if column.is_time:
                 cells = self.cells(self.first_row or "")
-                return column if column.place < len(cells) and is_number(cells[column.place].strip().replace(",", ".")) else None
+                return column if column.place < len(cells) and is_number(_pointed(cells[column.place])) else None
         return None
 
     @property
@@ -281,6 +281,10 @@ def _is_numbers(line: str) -> bool:
 def _is_units(line: str) -> bool:
     cells = [cell.strip() for cell in re.split(r"[;,\t]", line) if cell.strip()]
     return bool(cells) and all(_unit(cell.strip("[]()"))[0] for cell in cells)
+
+
+def _pointed(cell: str) -> str:
+    return cell.strip().replace(",", ".")
 
 
 def _want_text(line: str, path: Path) -> None:

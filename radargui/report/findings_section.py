@@ -267,13 +267,15 @@ def _found(one: SessionFindings, session: SessionFacts) -> Iterator[Content]:
         if e.n > 2
         else "",
         "g of the first fall": quantity(series.g_m_s2.mean, series.g_m_s2.u, "m/s²") if series.g_m_s2.n else "",
-        "g of the place": f"{one.site.verdict}; expected {quantity(one.site.expected_m_s2, one.site.u_expected_m_s2, 'm/s²')}"
-        if one.site
-        else "",
+        "g of the place": _site(one.site) if one.site else "",
     }
     yield Facts.of(rows)
     if not session.runs:
         yield Note("This session holds no run.", warning=True)
+
+
+def _site(site: SiteCheck) -> str:
+    return f"{site.verdict}; expected {quantity(site.expected_m_s2, site.u_expected_m_s2, 'm/s²')}"
 
 
 def _mean(found: Statistics, scale: float = 1.0) -> str:

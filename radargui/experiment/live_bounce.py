@@ -8,7 +8,7 @@ from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.live.track import LiveTrack
 from radargui.model.result import Bounce, PathLengths, Segment, Track
 from radargui.model.setup import Setup
-from radargui.processing.uncertainty_budget import impacts_of_track
+from radargui.processing.impacts_of_track import impacts_of_track
 
 FLOWN_S = 0.1
 """Of the flight after the first impact, unless the next impact ends it. It leaves four fifths of half a second to find

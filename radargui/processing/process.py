@@ -35,9 +35,9 @@ from radargui.processing.checks.evidence import Evidence, Part
 from radargui.processing.checks.receivers import wired_wrongly
 from radargui.processing.checks.run import findings_before, findings_of
 from radargui.processing.continuity import checked, is_alone, known_where, lay_down
+from radargui.processing.impacts_of_track import impacts_of_track
 from radargui.processing.long_recording import shortened
 from radargui.processing.measured_motion import MeasuredMotion, Progress, Report, locate_body, nothing_measured
-from radargui.processing.uncertainty_budget import impacts_of_track
 from radargui.processing.whole import Whole
 from radargui.restitution.cross_check import found_tilt, walls_met
 from radargui.restitution.impact_plane import judged_by_floor

@@ -1,11 +1,7 @@
-"""The uncertainty budget of a result, and the combined uncertainties of its track and its impacts (method 6).
-
-Of a recorded run, of one that still falls, and of places before anything is recorded.
-"""
+"""The uncertainty budget of a result, and the combined uncertainties of its track and its impacts (method 6)."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from itertools import combinations_with_replacement
@@ -17,9 +13,7 @@ from radargui.geometry.path_length import (
     LEAST_RECEIVERS,
     distance,
     path_gradient,
-    path_lengths,
     place_antennas,
-    range_factor,
     solve_gradient,
     t_matrix,
 )
@@ -34,14 +28,11 @@ from radargui.model.assumed import (
     assumed_uncertainties,
     uncertain_inputs,
 )
-from radargui.model.gravity import drag_of_sphere, expected_gravity_m_s2
+from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import BudgetLine, InputChange, Share, UncertaintyBudget
-from radargui.processing.measured_motion import locate, place_at
-from radargui.restitution.bounces import find_bounces
-from radargui.restitution.oblique import with_oblique
-from radargui.restitution.site_gravity import with_missed_gravity
+from radargui.processing.measured_motion import place_at
 from radargui.restitution.track_response import floor_and_clock, respond
 
 POINTS, LONGEST_S = 500, 0.002
@@ -301,94 +292,3 @@ def _cubic(place: FloatArray) -> FloatArray:
     """Return the twenty products of up to three coordinates of places (3, n), shape (20, n)."""
     x = np.concatenate([np.ones((1, place.shape[1])), place])
     return np.stack([x[a] * x[b] * x[c] for a, b, c in combinations_with_replacement(range(4), 3)])
-
-
-def impacts_of_track(
-    track: Track,
-    paths: PathLengths,
-    segment: Segment,
-    setup: Setup,
-    sample_rate_hz: float,
-    bounces: Bounces | None = None,
-    changes: tuple[InputChange, ...] | None = None,
-) -> tuple[Track, Bounces, UncertaintyBudget | None]:
-    """Return a track and its bounces with their combined uncertainties, and the budget of these.
-
-    Parameters
-    ----------
-    track, paths
-        Places, and the path lengths that they were located from.
-    segment
-        The motion within both. Without a rest before it no e is valid, and there is no budget.
-    setup
-        Geometry, floor and sphere, with their uncertainties.
-    sample_rate_hz
-        Of track and paths.
-    bounces, changes
-        Of an estimate that knows the speeds at an impact from all samples, and what its uncertain inputs change; None:
-        those of the track, from its flights.
-    """
-    of_track = bounces is None
-    if bounces is None:
-        bounces = _bounces_of(track, segment, setup, sample_rate_hz)
-    # without a rest the zero of L is assumed: no uncertainty of a calibration means anything then
-    if not segment.has_rest:
-        # where the sphere was at the start is assumed, not known: no e, and no g
-        return track, Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts)), None
-    if changes is None:
-        changes = changes_of_track(paths, bounces, setup, segment)
-    if of_track:
-        bounces = with_missed_gravity(bounces, setup, math.hypot(*(one.g_m_s2 for one in changes)))
-    track, bounces, budget = with_budget(track, bounces, changes, segment, setup)
-    return track, with_oblique(bounces, changes, track, setup), budget
-
-
-def _bounces_of(track: Track, segment: Segment, setup: Setup, rate_hz: float) -> Bounces:
-    # a normal that is a default is no statement about this floor
-    given = "normal" in setup.floor.model_fields_set
-    normal = setup.floor.normal if given else None
-    drag = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3, setup.air.gas)
-    is_known = setup.tracer.density_kg_m3 is not None
-    g_m_s2 = expected_gravity_m_s2(setup.site)
-    return find_bounces(track, segment, normal, rate_hz, g_m_s2, setup.floor.u_tilt_deg, drag, is_drag_known=is_known)
-
-
-def expected_uncertainty(
-    position_m: FloatArray, setup: Setup, snr_db: float
-) -> tuple[FloatArray, UncertaintyBudget] | None:
-    """Return the combined standard uncertainty of places where the sphere may be, and their budget.
-
-    The budget's own rules (method 6) on the exact paths to these places. Noise is that of one sample, u(phase) =
-    sigma / A with SNR = 10 log10(A^2 / (2 sigma^2)) at the release, A falling with the ways there and back; what a
-    correction leaves, and walls, are not in it.
-
-    Parameters
-    ----------
-    position_m
-        Shape (3, n).
-    setup
-        Antennas, release, sphere, wave, and what they are uncertain by.
-    snr_db
-        Of a sample at the release.
-
-    Returns
-    -------
-    tuple or None
-        u of x, y, z in metres, shape (3, n), NaN where no place is determined; None with fewer than three receivers.
-    """
-    antennas, release = place_antennas(setup), np.array(setup.tracer.release_position_m)
-    if antennas.n_receivers < LEAST_RECEIVERS:
-        return None
-    change_m = path_lengths(position_m, antennas) - path_lengths(release[:, None], antennas)
-    u_rad = 10.0 ** (-snr_db / 20.0) / np.sqrt(2.0) / range_factor(position_m, antennas, release)
-    per_rad, n = setup.radar.wavelength_m / (2.0 * np.pi), position_m.shape[1]
-    # a second apart: none is averaged with its neighbour
-    paths = PathLengths(
-        np.arange(n, dtype=np.float64), change_m / per_rad, change_m, per_rad * u_rad, np.isfinite(change_m)
-    )
-    track, whole = locate(paths, setup), Segment(0, n, 0, 0)
-    if track is None:
-        return None
-    changes = changes_of_track(paths, Bounces(), setup, whole)
-    track, _, budget = with_budget(track, Bounces(), changes, whole, setup)
-    return (track.u_position_m if track.u_combined_m is None else track.u_combined_m), budget

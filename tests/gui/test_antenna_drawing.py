@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication
 from support.typing_keys import line, typed
 
 from radargui.gui.main_window import MainWindow
-from radargui.processing.uncertainty_budget import expected_uncertainty
+from radargui.processing.expected_uncertainty import expected_uncertainty
 
 
 def has(window: MainWindow, where: QPointF, colour: str) -> bool:

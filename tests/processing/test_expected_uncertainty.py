@@ -9,8 +9,8 @@ from support.small_setups import quick_setup
 
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
+from radargui.processing.expected_uncertainty import expected_uncertainty
 from radargui.processing.process import process
-from radargui.processing.uncertainty_budget import expected_uncertainty
 from radargui.sources.factory import make_source
 
 

@@ -18,7 +18,7 @@ from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
 from radargui.model.setup import Setup
-from radargui.processing.uncertainty_budget import expected_uncertainty
+from radargui.processing.expected_uncertainty import expected_uncertainty
 
 POINTS = 25
 """Along each edge: a place every 12.5 mm, between which u changes by a twentieth."""

@@ -39,7 +39,7 @@ from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior, bumped
 from radargui.model.setup_posterior import SetupPosterior
 from radargui.model.uncertainty_budget import InputChange
-from radargui.processing.by_flights import MeasuredDrop
+from radargui.processing.by_flights import MOST_PULL, MeasuredDrop
 from radargui.processing.checks.estimate import doubt, is_blamed, is_fringe_sure, is_unknown
 from radargui.processing.continuity import checked, measure_in_band
 from radargui.processing.measured_motion import (
@@ -73,13 +73,9 @@ class _Joint:
     unused: Finding | None = None
 
 
-_MOST_PULL = 4.0
-"""Of a value of the setup from what is stated, in its u: one of 16 000 is farther off by chance."""
-
-
 def _is_pulled(found: SetupPosterior | None) -> bool:
     """Return whether a value of the setup was found so far from what is stated that an entry is wrong."""
-    return found is not None and bool((np.abs(found.mean) > _MOST_PULL * found.deviation).any())
+    return found is not None and bool((np.abs(found.mean) > MOST_PULL * found.deviation).any())
 
 
 def measure_drop(
@@ -114,11 +110,11 @@ def measure_drop(
     if isinstance(joint.found, ProcessingError):
         return drop.motion.said(warn("flights_stand", cause=why_of(joint.found)))
     # flights that explain the signals within what the setup states need no entry that is wrong
-    stands = drop.is_explained and drop.estimate.most_pull < _MOST_PULL
+    stands = drop.is_explained and drop.estimate.most_pull < MOST_PULL
     # an entry that is wrong pulls the others along: the road by circles names it
     if _is_pulled(joint.found.chosen.setup):
         return (
-            drop.motion.said(warn("flights_stand", cause=warn("entry_pulled", times_u=_MOST_PULL))) if stands else None
+            drop.motion.said(warn("flights_stand", cause=warn("entry_pulled", times_u=MOST_PULL))) if stands else None
         )
     found, measured = _pooled(joint.found, fall, conditioned, setup, others)
     motion = _judged(measured, found, drop.motion, setup)

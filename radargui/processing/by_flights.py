@@ -31,6 +31,9 @@ MOST_CHI_SQUARE = 2.0
 """Of residuals averaged over 5 ms: above it more than noise is left, and uncertainties that are widened by it are a
 guess (method 6, Quality)."""
 
+MOST_PULL = 4.0
+"""Of a value of the setup from what is stated, in its u: one of 16 000 is farther off by chance."""
+
 UNCHANGED = 0.8
 """Share of such residuals that stays where another size of the sphere has nothing to do with them."""
 
@@ -185,6 +188,9 @@ def _reflection(estimate: DropEstimate) -> float:
 
 def _findings(estimate: DropEstimate) -> tuple[Finding, ...]:
     found = []
+    # what explains the signals so may be something else than the setup: a plate that nobody stated
+    if (pull := estimate.most_pull) > MOST_PULL:
+        found.append(warn("flights_pulled", times_u=pull, is_unstated=estimate.model.plane.surface is None))
     if _is_misfit(estimate):
         misfit = float(estimate.block_chi_square.max())
         found.append(warn("flights_misfit", misfit=misfit, is_strong=_reflection(estimate) >= STRONG))

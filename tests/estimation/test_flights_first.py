@@ -258,17 +258,45 @@ def test_what_is_foretold_of_a_stretch_is_what_the_whole_shows_there(
     np.testing.assert_allclose(again.value, at.value[..., stretch], atol=1e-12)
 
 
+def test_a_floor_whose_reflection_changes_aside_is_explained(
+    usual: tuple[PopulationRecord, Setup, RunResult],
+) -> None:
+    model, values = _model_of(usual, LinearPart(False, 2, n_uneven=1))
+    values.theta[model.layout.transmitter_reflection] = 0.3, 0.0
+    unknowns = model.unknowns(values)
+    model = model.renewed(values)
+    at = evaluate(model, unknowns)
+    # each receiver's way by T grows as the sphere flies along x: by 5 % of the echo where it is half a fall aside
+    pairs = np.zeros((model.n_receivers, 3, model.linear.n_floor, 2))
+    pairs[:, 0, model.linear.n_uneven, 0] = 0.05
+    at.coefficients[:, model.linear.uneven] = pairs.reshape(model.n_receivers, -1)
+    shown = evaluate(model, unknowns, coefficients=at.coefficients)
+    plain = at.coefficients.copy()
+    plain[:, model.linear.uneven] = 0.0
+    none = evaluate(model, unknowns, coefficients=plain)
+    release = model.mean.setup[model.setup.release]
+    place = Flights.of(values.flights).position_m(model.bins.time_s)
+    there = np.abs(place[0] - release[0]) > 1e-9
+    assert np.abs(shown.value - none.value)[..., there].max() > 0.0
+    np.testing.assert_array_equal(shown.value[..., ~there], none.value[..., ~there])
+    np.testing.assert_allclose(
+        model.aside[0] * 0.5 * (model.heights_m[0] - model.heights_m[1]), place[0] - release[0], atol=1e-12
+    )
+
+
 @pytest.mark.parametrize("free_ways", [True, False])
 def test_derivatives_are_those_of_differences(
     usual: tuple[PopulationRecord, Setup, RunResult], free_ways: bool
 ) -> None:
-    model, _ = _model_of(usual, LinearPart(free_ways, 2))
+    model, _ = _model_of(usual, LinearPart(free_ways, 2, n_uneven=0 if free_ways else 2))
     bins = model.bins
     unknowns = 0.02 * np.random.default_rng(1).standard_normal(model.n_unknowns)
     model = model.renewed(model.values(unknowns))
     at = evaluate(model, unknowns)
     # what a mixer makes of the echo counts as constant: a thousandth of it, not a third as for these random unknowns
-    at.coefficients[:, model.linear.offsets.stop :] = 0.0
+    at.coefficients[:, model.linear.offsets.stop : model.linear.uneven.start] = 0.0
+    # some per cent of what comes over the floor, whose functions of the place count as constant too
+    at.coefficients[:, model.linear.uneven] = 0.02
     slopes = slopes_of(model, at)
     edges = Flights.of(at.values.flights).begin_s
     away = (np.abs(bins.time_s[:, None] - edges).min(axis=1) > 3e-3) & (bins.time_s < edges[-1] + 0.1)

@@ -76,6 +76,9 @@ class DropModel:
         What of the forward model is made once a round: ways of the amplitude and what the sphere scatters.
     functions
         Of the height fallen at the bins, the first of them one, shape (1 + n_functions, n_bins).
+    aside
+        How far x and y are from the release at the bins, in halves of what the heights go through: what the angle at
+        which the floor is seen changes by, up and down or aside, is alike. Shape (2, n_bins).
     heights_m
         Highest and lowest place of the bins that these functions were made for: between them they go from -1 to 1.
     noise
@@ -101,6 +104,7 @@ class DropModel:
     deviation: Parts
     inputs: ModelInputs
     functions: FloatArray
+    aside: FloatArray
     heights_m: tuple[float, float]
     noise: FloatArray
     least_sigma: float
@@ -111,6 +115,11 @@ class DropModel:
     def linear_deviations(self) -> FloatArray:
         """Prior deviations of what is linear, shape (n_receivers, n_columns)."""
         return self.linear.deviations(self.scattered)
+
+    @property
+    def of_floor(self) -> FloatArray:
+        """Functions of the place for each way over the floor, shape (n_floor, n_bins)."""
+        return np.concatenate([self.functions[1 : 1 + self.linear.n_uneven], self.aside])[: self.linear.n_floor]
 
     @property
     def n_receivers(self) -> int:
@@ -210,9 +219,11 @@ class DropModel:
         )
         height = position[2]
         top, lowest = heights_m or (float(height.max()), float(height[self.used].min()))
-        fallen = (height - top) / max(top - lowest, 1e-3)
-        functions = np.polynomial.legendre.legvander(2.0 * np.clip(fallen, -1.0, 0.0) + 1.0, self.linear.n_functions)
-        return replace(self, inputs=inputs, functions=functions.T, heights_m=(top, lowest))
+        through_m = max(top - lowest, 1e-3)
+        fallen = np.clip((height - top) / through_m, -1.0, 0.0)
+        functions = np.polynomial.legendre.legvander(2.0 * fallen + 1.0, self.linear.n_functions)
+        aside = (position[:2] - release[:2, None]) / (0.5 * through_m)
+        return replace(self, inputs=inputs, functions=functions.T, aside=aside, heights_m=(top, lowest))
 
 
 @dataclass(frozen=True, slots=True)
@@ -367,7 +378,7 @@ def basis_of(model: DropModel, waves: Waves, theta: FloatArray) -> FloatArray:
     if model.linear.n_uneven:
         every = waves.strength[..., None, :] * waves.mean
         ways = np.stack([every[:, 1, 0], every[:, 0, 1], every[:, 1, 1]], axis=-1)[..., None]
-        changed = (ways * functions[1 : 1 + model.linear.n_uneven].T[:, None]).reshape(*ways.shape[:3], -1)
+        changed = (ways * model.of_floor.T[:, None]).reshape(*ways.shape[:3], -1)
         out[..., uneven.start :: 2], out[..., uneven.start + 1 :: 2] = changed.real, -changed.imag
     return out
 
@@ -392,9 +403,9 @@ def wave_gain(model: DropModel, at: Evaluation) -> ComplexArray:
     if not model.linear.free_ways:
         out = np.empty((model.n_receivers, 2, 2, 1, 1, n_bins), complex)
         out[:] = (pairs[:, :1] + changes)[:, None, None, None, None]
-        if n_uneven := model.linear.n_uneven:
-            floor = pairs[:, model.linear.uneven.start // 2 :].reshape(len(pairs), 3, n_uneven)
-            by_way = floor @ model.functions[1 : 1 + n_uneven]
+        if n_floor := model.linear.n_floor:
+            floor = pairs[:, model.linear.uneven.start // 2 :].reshape(len(pairs), 3, n_floor)
+            by_way = floor @ model.of_floor
             for number, (sent, got) in enumerate(((1, 0), (0, 1), (1, 1))):
                 out[:, sent, got, 0, 0] += by_way[:, number]
         return out

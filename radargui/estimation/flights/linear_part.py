@@ -8,6 +8,9 @@ import numpy as np
 
 from radargui.model.arrays import FloatArray, IntArray
 
+ASIDE = 2
+"""x and y: an R that changes with the angle does so aside as well as up and down."""
+
 
 @dataclass(frozen=True, slots=True)
 class LinearPart:
@@ -31,7 +34,8 @@ class LinearPart:
         Where deviations begin that are re-estimated for each receiver (`DropModel.scattered`): those of the other
         functions and of the offsets', what else reflects, a wall of some per cent; and that of an uneven floor's.
     n_uneven
-        Functions of the height for each way over the floor: a small plate, or one whose R changes with the angle.
+        Functions of the height for each way over the floor, which changes aside too (`ASIDE`): a small plate, or one
+        whose R changes with the angle.
     """
 
     free_ways: bool
@@ -57,11 +61,16 @@ class LinearPart:
         return 0 if self.free_ways else 4
 
     @property
+    def n_floor(self) -> int:
+        """How many functions of the place each way over the floor has."""
+        return self.n_uneven + ASIDE if self.n_uneven else 0
+
+    @property
     def group(self) -> IntArray:
         """Of each column which deviation holds: 0 its own, 1 that of what else reflects, 2 of an uneven floor."""
         waves, changes = np.zeros(self.n_waves), np.repeat(np.arange(self.n_functions) >= self.n_lobe, 2)
         offsets = np.repeat([0, 1], [2, 2 * self.n_functions])
-        floor = np.full(6 * self.n_uneven, 2)
+        floor = np.full(6 * self.n_floor, 2)
         return np.concatenate([waves, changes, offsets, np.zeros(self.n_harmonics), floor]).astype(np.intp)
 
     @property
@@ -74,7 +83,7 @@ class LinearPart:
     def uneven(self) -> slice:
         """Where the functions of the ways over the floor stand: those by T, by R and by both, real and imaginary."""
         first = self.offsets.stop + self.n_harmonics
-        return slice(first, first + 6 * self.n_uneven)
+        return slice(first, first + 6 * self.n_floor)
 
     def deviations(self, scattered: FloatArray) -> FloatArray:
         """Return the prior deviations of the columns, (n_receivers, n_columns), of `scattered`, (n_receivers, 2)."""
@@ -83,6 +92,6 @@ class LinearPart:
         images = [self.u_amplitude] * 2 + [self.u_image * self.u_way] * 6
         waves = ways + images if self.free_ways else [self.u_amplitude] * 2
         rest = [self.u_lobe] * (2 * self.n_functions) + [self.u_offset] * 2 + [1.0] * (2 * self.n_functions)
-        rest += [self.u_harmonic] * self.n_harmonics + [1.0] * (6 * self.n_uneven)
+        rest += [self.u_harmonic] * self.n_harmonics + [1.0] * (6 * self.n_floor)
         shared = np.concatenate([np.ones((len(scattered), 1)), scattered], axis=1)[:, self.group]
         return np.where(self.group > 0, shared, np.array(waves + rest))

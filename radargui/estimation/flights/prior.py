@@ -206,6 +206,7 @@ def drop_model(
         Parts(flights[1], np.zeros(stated.stated.size), deviation),
         inputs,
         np.ones((1 + linear.n_functions, bins.n_bins)),
+        np.zeros((2, bins.n_bins)),
         (0.0, 0.0),
         np.ones(n_receivers),
         0.0,

@@ -68,7 +68,7 @@ _CODES: Mapping[Causes, str] = {
     _set("tilt drag motion"): "e_disagrees",
     _set("disturbance offsets motion"): "rest_drifts",
     _set("clock wavelength gravity"): "clock_wrong falls_otherwise",
-    STATED | REFLECTORS: "g_impossible",
+    STATED | REFLECTORS: "g_impossible flights_pulled",
     _set("drag sphere"): "flights_braked",
     _set("release"): "release_assumed",
     _set("antennas release"): "setup_differs antenna_moved",

@@ -1,4 +1,4 @@
-"""Fit constant ellipses to pooled samples, well enough to count fringes."""
+"""Fit one circle to pooled samples of each receiver, well enough to count fringes."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from radargui.estimation.adaptive.still_ellipse import StillEllipse, fit_still_ellipse
+from radargui.conditioning.ellipse import Ellipse, circle_through
 from radargui.estimation.adaptive.unwrapping import unwrapped
 from radargui.estimation.forward.bins import pool
 from radargui.estimation.signals import ScaledSignals
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, pairs_of
 
 
 @dataclass(frozen=True, slots=True)
 class RoughSettings:
-    """How samples are pooled and which ellipses are trusted. Chosen by hand.
+    """How samples are pooled and which circles are trusted. Chosen by hand.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class RoughSettings:
     half_as_wide
         Receivers whose samples span less than this share of the largest span do not determine a radius.
     enough
-        Of more than twice as many pooled samples only some are used to fit an ellipse.
+        Of more than twice as many pooled samples only some are used to fit a circle.
     """
 
     pool_s: float = 1e-4
@@ -57,7 +57,7 @@ ROUGH = RoughSettings()
 
 @dataclass(frozen=True, slots=True)
 class RoughPhases:
-    """Phases by constant ellipses.
+    """Phases by constant circles.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class RoughPhases:
     phase_rad
         Unwrapped, shape (n_receivers, n).
     turns_hz
-        Fringes per second of the fastest receiver by any of its ellipses, smoothed, shape (n,).
+        Fringes per second of the fastest receiver by any of its circles, smoothed, shape (n,).
     ellipses
         One a receiver.
     seen
@@ -77,8 +77,8 @@ class RoughPhases:
     time_s: FloatArray
     phase_rad: FloatArray
     turns_hz: FloatArray
-    ellipses: tuple[StillEllipse, ...]
-    seen: dict[int, tuple[StillEllipse, FloatArray]]
+    ellipses: tuple[Ellipse, ...]
+    seen: dict[int, tuple[Ellipse, FloatArray]]
 
     def as_seen(self, receiver: int) -> RoughPhases:
         """Return the same with one receiver's arc not completed."""
@@ -89,29 +89,27 @@ class RoughPhases:
 
 
 def rough_phases(signals: ScaledSignals, onset_s: float) -> RoughPhases:
-    """Fit a still ellipse to each receiver's moving part and unwrap its phase."""
+    """Fit a circle to each receiver's moving part and unwrap its phase."""
     pooled = pool(signals, ROUGH.pool_s)
     spacing = float(np.median(np.diff(pooled.time_s)))
     width = max(1, round(ROUGH.smooth_s / spacing))
     smooth = uniform_filter1d(pooled.value, width, axis=1, mode="nearest")
     moving = pooled.time_s >= onset_s
     fitted = []
-    for i, q, smooth_i, smooth_q in zip(
-        pooled.value[0::2], pooled.value[1::2], smooth[0::2], smooth[1::2], strict=True
-    ):
+    for pair in pairs_of(smooth):
         # weighed by the arc: else the slow beginning and the apexes, with most samples, would be the ellipse
-        arc = np.hypot(np.gradient(smooth_i), np.gradient(smooth_q))
+        arc = np.hypot(*np.gradient(smooth[pair], axis=1))
         noise = float(np.median(arc[~moving])) if (~moving).sum() > ROUGH.at_rest else 0.0
         # noise makes a path of its own, longer than that of a slow target
         arc = np.sqrt(np.maximum(arc**2 - noise**2, 0.05 * noise**2 + 1e-12))
         weight = np.minimum(arc, np.quantile(arc[moving], ROUGH.arc_quantile))[moving]
         part = np.flatnonzero(moving)[:: max(1, weight.size // ROUGH.enough)]
-        i, q, weight = i[part], q[part], weight[:: max(1, weight.size // ROUGH.enough)]
-        ellipse = fit_still_ellipse(i, q, weight)
-        # outliers have drawn the ellipse by which they are judged: twice, for the second judgement is fairer
+        points, weight = pooled.value[pair, part], weight[:: max(1, weight.size // ROUGH.enough)]
+        circle = circle_through(points, weight)
+        # outliers have drawn the circle by which they are judged: twice, for the second judgement is fairer
         for _ in range(2):
-            ellipse = _drop_outliers(i, q, weight, ellipse)
-        fitted.append(ellipse)
+            circle = _without_outliers(points, weight, circle)
+        fitted.append(circle)
     ellipses = _arcs_completed(smooth, moving, fitted, signals.scale_v)
     pairs = pooled.value.reshape(-1, 2, pooled.time_s.size)
     phase = np.array([_phase_of(pair, pooled.time_s, own) for pair, own in zip(pairs, ellipses, strict=True)])
@@ -124,14 +122,14 @@ def rough_phases(signals: ScaledSignals, onset_s: float) -> RoughPhases:
     return RoughPhases(pooled.time_s, phase, turns, tuple(ellipses), seen)
 
 
-def _phase_of(pair: FloatArray, time_s: FloatArray, ellipse: StillEllipse) -> FloatArray:
-    x, y = ellipse.point(pair[0], pair[1])
+def _phase_of(pair: FloatArray, time_s: FloatArray, ellipse: Ellipse) -> FloatArray:
+    x, y = ellipse.apply(pair)
     return unwrapped(np.arctan2(y, x), time_s)
 
 
 def _arcs_completed(
-    smooth: FloatArray, moving: BoolArray, ellipses: list[StillEllipse], scale_v: FloatArray
-) -> list[StillEllipse]:
+    smooth: FloatArray, moving: BoolArray, ellipses: list[Ellipse], scale_v: FloatArray
+) -> list[Ellipse]:
     """Return the ellipses; a receiver that saw less than a fifth of a turn gets a circle as large as the others'.
 
     A short arc does not determine its circle. The radius is taken from receivers that saw more, the gain ratio is one,
@@ -158,14 +156,12 @@ def _arcs_completed(
         across = np.array([-along[k][1], along[k][0]]) * np.sqrt(max(radius**2 - (0.5 * chord[k]) ** 2, 0.0))
         # offsets are small against an echo that is tuned for it; the mirror image of a short arc fits as well
         centre = min((middle[k] + across, middle[k] - across), key=lambda c: float(c @ c))
-        out[k] = StillEllipse(float(centre[0]), float(centre[1]), 0.0, 0.0, radius)
+        out[k] = Ellipse(float(centre[0]), float(centre[1]), radius, 1.0, 0.0)
     return out
 
 
-def _drop_outliers(i: FloatArray, q: FloatArray, weight: FloatArray, ellipse: StillEllipse) -> StillEllipse:
+def _without_outliers(points: FloatArray, weight: FloatArray, circle: Ellipse) -> Ellipse:
     """Fit again without points nearer to the centre than a fifth of the amplitude or farther than three."""
-    radius = np.hypot(*ellipse.point(i, q)) / ellipse.amplitude
+    radius = np.hypot(*circle.apply(points))
     keep = (radius > ROUGH.nearest) & (radius < ROUGH.farthest)
-    if keep.mean() < ROUGH.least_kept:
-        return ellipse
-    return fit_still_ellipse(i[keep], q[keep], weight[keep])
+    return circle if keep.mean() < ROUGH.least_kept else circle_through(points[:, keep], weight[keep])

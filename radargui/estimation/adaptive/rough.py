@@ -28,9 +28,6 @@ class RoughSettings:
         Least number of pooled samples at rest that show which arc noise makes.
     arc_quantile
         No sample weighs more than this quantile of the arcs, so that a jump does not count as motion.
-    nearest, farthest, least_kept
-        Samples nearer to the centre than `nearest` or farther than `farthest` amplitudes are left out, as long as the
-        share `least_kept` remains.
     short_chord
         A receiver whose samples span less than so many radii of the others' circles saw less than a fifth of a turn (2
         sin 37 degrees), and gets their radius.
@@ -44,9 +41,6 @@ class RoughSettings:
     smooth_s: float = 1e-3
     at_rest: int = 10
     arc_quantile: float = 0.9
-    nearest: float = 0.2
-    farthest: float = 3.0
-    least_kept: float = 0.5
     short_chord: float = 1.2
     half_as_wide: float = 0.5
     enough: int = 6000
@@ -97,7 +91,7 @@ def rough_phases(signals: ScaledSignals, onset_s: float) -> RoughPhases:
     moving = pooled.time_s >= onset_s
     fitted = []
     for pair in pairs_of(smooth):
-        # weighed by the arc: else the slow beginning and the apexes, with most samples, would be the ellipse
+        # weighed by the arc: else the slow beginning and the apexes, with most samples, would be the circle
         arc = np.hypot(*np.gradient(smooth[pair], axis=1))
         noise = float(np.median(arc[~moving])) if (~moving).sum() > ROUGH.at_rest else 0.0
         # noise makes a path of its own, longer than that of a slow target
@@ -105,11 +99,7 @@ def rough_phases(signals: ScaledSignals, onset_s: float) -> RoughPhases:
         weight = np.minimum(arc, np.quantile(arc[moving], ROUGH.arc_quantile))[moving]
         part = np.flatnonzero(moving)[:: max(1, weight.size // ROUGH.enough)]
         points, weight = pooled.value[pair, part], weight[:: max(1, weight.size // ROUGH.enough)]
-        circle = circle_through(points, weight)
-        # outliers have drawn the circle by which they are judged: twice, for the second judgement is fairer
-        for _ in range(2):
-            circle = _without_outliers(points, weight, circle)
-        fitted.append(circle)
+        fitted.append(circle_through(points, weight))
     ellipses = _arcs_completed(smooth, moving, fitted, signals.scale_v)
     pairs = pooled.value.reshape(-1, 2, pooled.time_s.size)
     phase = np.array([_phase_of(pair, pooled.time_s, own) for pair, own in zip(pairs, ellipses, strict=True)])
@@ -130,14 +120,14 @@ def _phase_of(pair: FloatArray, time_s: FloatArray, ellipse: Ellipse) -> FloatAr
 def _arcs_completed(
     smooth: FloatArray, moving: BoolArray, ellipses: list[Ellipse], scale_v: FloatArray
 ) -> list[Ellipse]:
-    """Return the ellipses; a receiver that saw less than a fifth of a turn gets a circle as large as the others'.
+    """Return the circles; a receiver that saw less than a fifth of a turn gets a circle as large as the others'.
 
-    A short arc does not determine its circle. The radius is taken from receivers that saw more, the gain ratio is one,
-    the quadrature error zero, and the centre lies on the side of the smaller offset.
+    A short arc does not determine its circle. The radius is taken from receivers that saw more, and the centre lies on
+    the side of the smaller offset.
     """
     chord, middle, along = [], [], []
     for pair in smooth.reshape(-1, 2, smooth.shape[1]):
-        # by moments: a chord is known where an ellipse is not
+        # by moments: a chord is known where a circle is not
         mean = pair[:, moving].mean(axis=1)
         apart = pair[:, moving] - mean[:, None]
         _, axes = np.linalg.eigh(apart @ apart.T)
@@ -158,10 +148,3 @@ def _arcs_completed(
         centre = min((middle[k] + across, middle[k] - across), key=lambda c: float(c @ c))
         out[k] = Ellipse(float(centre[0]), float(centre[1]), radius, 1.0, 0.0)
     return out
-
-
-def _without_outliers(points: FloatArray, weight: FloatArray, circle: Ellipse) -> Ellipse:
-    """Fit again without points nearer to the centre than a fifth of the amplitude or farther than three."""
-    radius = np.hypot(*circle.apply(points))
-    keep = (radius > ROUGH.nearest) & (radius < ROUGH.farthest)
-    return circle if keep.mean() < ROUGH.least_kept else circle_through(points[:, keep], weight[keep])

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from radargui.conditioning.ellipse import Ellipse, circle_through
-from radargui.estimation.adaptive.unwrapping import unwrapped
+from radargui.correction.phase import unwrapped
 from radargui.estimation.forward.bins import pool
 from radargui.estimation.signals import ScaledSignals
 from radargui.model.arrays import BoolArray, FloatArray, pairs_of

@@ -1,4 +1,4 @@
-"""Fit one ellipse to I and Q of all samples: offset, gain ratio and quadrature error (Heydemann 1981)."""
+"""Fit one ellipse to I and Q: offset, gain ratio and quadrature error (Heydemann 1981)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from radargui.model.front_end import channels_of, point_of
 
 @dataclass(frozen=True, slots=True)
 class Ellipse:
-    """I = i0 + A cos(phase), Q = q0 + g A sin(phase + eps).
+    """I = i0 + A cos(phase), Q = q0 + g A sin(phase + eps), in volts or in the scale of the samples that it is of.
 
     Attributes
     ----------
@@ -82,6 +82,27 @@ def fit_ellipse(pair_v: FloatArray) -> Ellipse:
         raise no_ellipse()
     i0_v, q0_v = float(x0 * spread + centre[0]), float(y0 * spread + centre[1])
     return Ellipse(i0_v, q0_v, float(amplitude * spread), float(np.sqrt(a / c)), float(np.arcsin(sine)))
+
+
+def circle_through(pair_v: FloatArray, weight: FloatArray | None = None) -> Ellipse:
+    """Fit a circle by least squares, linear in its centre: short arcs that lead a conic astray have one too.
+
+    Parameters
+    ----------
+    pair_v
+        I and Q, finite, shape (2, n_samples).
+    weight
+        Of each sample, shape (n_samples,); None: all alike.
+    """
+    mean_v = pair_v.mean(axis=1, keepdims=True)
+    weight = np.ones(pair_v.shape[1]) if weight is None else weight
+    columns = np.stack([*(2.0 * (pair_v - mean_v)), np.ones_like(weight)], axis=1)
+    square = ((pair_v - mean_v) ** 2).sum(axis=0)
+    root = np.sqrt(weight)
+    (i0_v, q0_v, level), *_ = np.linalg.lstsq(columns * root[:, None], square * root, rcond=None)
+    # the weighted mean of the squared distances from the centre
+    amplitude_v = max(float(np.sqrt(max(level + i0_v**2 + q0_v**2, 0.0))), 1e-300)
+    return Ellipse(float(i0_v + mean_v[0, 0]), float(q0_v + mean_v[1, 0]), amplitude_v, 1.0, 0.0)
 
 
 def _conic(x: FloatArray, y: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.conditioning.averager import block_means
-from radargui.model.arrays import FloatArray, even_transform_size, pieces
+from radargui.model.arrays import FloatArray, pieces
 
 MAINS_HZ = (50.0, 60.0)  # nominal, of public grids (IEC 60196)
 HARMONICS = 5
@@ -48,10 +48,6 @@ class HumSettings:
 
 
 SETTINGS = HumSettings()
-LEAST_SHOWN = 0.75
-"""Share of what a line must bring that a spectrum shows of it at the least."""
-LEAST_SHOWING_S = 0.5
-"""Of a rest whose spectrum tells lines apart: its bins are 2 Hz wide."""
 SHORTLIST = 8
 """Frequencies with the strongest lines among which least squares choose: in a short rest lines leak into each other."""
 _Rest = tuple[FloatArray, FloatArray]
@@ -123,8 +119,6 @@ def find_hum(volts: FloatArray, sample_rate_hz: float, rests: Sequence[slice], n
         away = min(abs(frequency_hz - nominal) for nominal in MAINS_HZ)
         return pooled.misfit(frequency_hz, orders) + (away / SETTINGS.frequency_sd_hz) ** 2
 
-    if pooled.shows_none():
-        return None
     # two rests far apart make many minima side by side: all frequencies are looked at
     span_s = (rests[-1].stop - rests[0].start) / sample_rate_hz
     step = min(0.1, 0.15 / span_s)
@@ -238,31 +232,6 @@ class _Rests:
         """Return the sum of squared residuals over the noise's variance, all channels together."""
         solution, pull = _solve(self.rests, frequency_hz, orders)
         return float(((self._total - (solution * pull).sum(axis=0)) / self._variance).sum())
-
-    def shows_none(self) -> bool:
-        """Whether no multiple of the mains can bring what convinces.
-
-        Waves through all rests bring at most what each rest by itself does (Cauchy and Schwarz).
-        """
-        longest = max(time_s.size for time_s, _ in self.rests)
-        spacing_s = self.rests[0][0][1] - self.rests[0][0][0]
-        if longest * spacing_s < LEAST_SHOWING_S:
-            return False
-        size = even_transform_size(1.1 * longest)
-        hz = np.arange(size // 2) / (size * spacing_s)
-        orders = np.arange(1, HARMONICS + 1)[:, None, None]
-        near = np.abs(hz - orders * np.array(MAINS_HZ)[:, None]) < orders * SETTINGS.search_hz + hz[1]
-        places = np.flatnonzero(near.any(axis=(0, 1)))
-        at, between = np.zeros((2, places.size))
-        for time_s, means in self.rests:
-            spectrum = np.fft.rfft(_levelled(time_s, means), size, axis=1)
-            below, above = spectrum[:, places], spectrum[:, places + 1]
-            weight = 2.0 / time_s.size / self._variance
-            at += weight @ (below.real**2 + below.imag**2)
-            # a line between two bins has them of opposite signs, and leaves neither more than half of what it brings
-            between += weight @ (0.5 * np.abs(below - above) ** 2)
-        enough = SETTINGS.convincing + 2.0 * self._variance.size
-        return bool(max(at.max(initial=0.0), between.max(initial=0.0)) < LEAST_SHOWN * enough)
 
     def shown(self, nominal_hz: float, around_hz: FloatArray) -> FloatArray:
         """Return about what a line at each distance from a frequency takes off the misfit, shape (n,).

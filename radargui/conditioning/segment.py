@@ -8,8 +8,9 @@ from itertools import pairwise
 import numpy as np
 
 from radargui.conditioning.averager import block_means
+from radargui.conditioning.ellipse import circle_through
 from radargui.conditioning.hum import HARMONICS, MAINS_HZ, without_mains
-from radargui.model.arrays import BoolArray, FloatArray, held_beyond, median, order_statistics, runs_of
+from radargui.model.arrays import BoolArray, FloatArray, held_beyond, median, order_statistics, pairs_of, runs_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,8 +220,8 @@ def turns_slowly(means_v: FloatArray, rate_hz: float, noise_v: FloatArray) -> bo
     means = block_means(means_v, further)
     if means.shape[1] < _LEAST_SAMPLES:
         return False
-    pairs = zip(means[0::2], means[1::2], noise_v[0::2] / np.sqrt(further), strict=True)
-    circles = [_turn(i, q, SETTINGS.least_radius * float(noise)) for i, q, noise in pairs]
+    least_v = SETTINGS.least_radius / np.sqrt(further) * noise_v[0::2]
+    circles = [_turn(means[pair], float(least)) for pair, least in zip(pairs_of(means), least_v, strict=True)]
     if any(turn >= SETTINGS.sure_turn_rad and spread <= SETTINGS.spread_if_sure for turn, spread in circles):
         return True
     turns = sorted((turn if spread <= SETTINGS.spread else 0.0 for turn, spread in circles), reverse=True)
@@ -228,17 +229,14 @@ def turns_slowly(means_v: FloatArray, rate_hz: float, noise_v: FloatArray) -> bo
     return turns[0] >= enough and (turns[-1] >= SETTINGS.one_turn_rad or turns[1] >= enough)
 
 
-def _turn(i: FloatArray, q: FloatArray, least_radius: float) -> tuple[float, float]:
+def _turn(pair_v: FloatArray, least_radius: float) -> tuple[float, float]:
     """Return the angle run through round the best circle, and the radii's spread; no angle within the noise."""
-    design = np.stack([2.0 * i, 2.0 * q, np.ones_like(i)], axis=1)
-    # linear in the centre: a rough circle is all that is asked
-    (a, b, _), *_ = np.linalg.lstsq(design, i * i + q * q, rcond=None)
     # an arc of a drift has any centre, far away or near: how evenly it is kept tells a circle
-    radius = np.hypot(i - a, q - b)
-    size = float(radius.mean())
-    if size < least_radius:
+    circle = circle_through(pair_v)
+    if circle.amplitude_v < least_radius:
         return 0.0, np.inf
-    return float(np.ptp(np.unwrap(np.arctan2(q - b, i - a)))), float(radius.std()) / size
+    x, y = circle.apply(pair_v)
+    return float(np.ptp(np.unwrap(np.arctan2(y, x)))), float(np.hypot(x, y).std())
 
 
 def _moving(level: FloatArray, means_v: FloatArray, rate_hz: float, noise_v: FloatArray) -> BoolArray | None:

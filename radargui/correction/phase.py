@@ -14,6 +14,10 @@ import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray, IntArray, runs_of
 
+if TYPE_CHECKING:
+    # loads what only one or two receivers need
+    from radargui.conditioning.echo import Echo
+
 
 def wrapped_phase(i: FloatArray, q: FloatArray) -> FloatArray:
     """Return arctan(Q / I) in all four quadrants, in rad, of the shape of I and Q (Rech & Huang 2019, eq. 1)."""
@@ -45,34 +49,48 @@ def _unwrap(phase_rad: FloatArray) -> FloatArray:
     return phase_rad
 
 
-if TYPE_CHECKING:
-    # loads what only one or two receivers need
-    from radargui.conditioning.echo import Echo
-
-
 @dataclass(frozen=True, slots=True)
-class PieceSettings:
-    """When the phase is carried over a hole. Chosen by hand.
+class HoleSettings:
+    """When the phase is carried over a hole. Chosen by hand, `hole_s` to `side_s` on loose contacts (decision 46).
 
     Attributes
     ----------
-    slope_s
-        Time before and after the hole from which the speed is taken.
-    longest_s
-        A longer hole is never bridged.
     least_samples
         Least number of samples that determine a speed.
-    most_u_rad
-        Largest standard uncertainty of the phase carried over: twice it is a quarter of a wavelength of path.
+    hole_s, times_step, side_s
+        Where an estimate knows what moves, a hole is longer than `hole_s` and than `times_step` typical steps: in less,
+        half a turn would take 3 m/s of path. The speed is taken from `side_s` before and after it: a fall bends that by
+        a tenth of a turn.
+    slope_s, longest_s, most_u_rad
+        Of one receiver by itself: time from which the speed is taken; the longest hole that is bridged; and the largest
+        standard uncertainty of the phase carried over: twice it is a quarter of a wavelength of path.
     """
 
+    least_samples: int = 4
+    hole_s: float = 0.002
+    times_step: float = 4.0
+    side_s: float = 0.008
     slope_s: float = 0.004
     longest_s: float = 0.006
-    least_samples: int = 4
     most_u_rad: float = 0.25 * np.pi
 
 
-SETTINGS = PieceSettings()
+SETTINGS = HoleSettings()
+
+
+def unwrapped(angle_rad: FloatArray, time_s: FloatArray) -> FloatArray:
+    """Return angles, shape (..., n), without steps of more than half a turn at times (n,), counted over holes."""
+    # neighbours turn by less than half a turn, but not the two sides of a hole
+    phase, step_s = np.unwrap(angle_rad, axis=-1), np.diff(time_s)
+    longest_s = max(SETTINGS.hole_s, SETTINGS.times_step * float(np.median(step_s))) if step_s.size else np.inf
+    for last in np.flatnonzero(step_s > longest_s):
+        before = slice(int(np.searchsorted(time_s, time_s[last] - SETTINGS.side_s)), int(last) + 1)
+        after = slice(int(last) + 1, int(np.searchsorted(time_s, time_s[last + 1] + SETTINGS.side_s)))
+        if min(before.stop - before.start, after.stop - after.start) >= SETTINGS.least_samples:
+            missed, _ = _missed(time_s[before], phase[..., before], time_s[after], phase[..., after])
+            # whole turns alone: the fraction was measured on both sides
+            phase[..., last + 1 :] += 2.0 * np.pi * np.rint(missed / (2.0 * np.pi))[..., None]
+    return phase
 
 
 def join_pieces(
@@ -80,9 +98,8 @@ def join_pieces(
 ) -> tuple[FloatArray, IntArray]:
     """Return the phases and the number of the piece of each sample, shapes (n_receivers, n_samples) and (n_samples,).
 
-    Over a hole of d samples between speeds a and b the phase turns by (a + b) d / 2, uncertain by |a - b| d / 4 and by
-    the speeds' own uncertainty. Where that is below a quarter of a turn the phase goes on; else a new piece begins,
-    for all receivers.
+    Where the turn over a hole is uncertain by less than a quarter the phase goes on; else a new piece begins, for all
+    receivers.
 
     Parameters
     ----------
@@ -103,13 +120,12 @@ def join_pieces(
         for before, after in pairwise(runs):
             # longer holes are where an echo was lost: there it may have turned round
             short = after[0] - before[1] < SETTINGS.longest_s * sample_rate_hz
+            away = np.nan
             if echo is None:
-                turn = _carried(row, before, after, sample_rate_hz)
+                away = _carried(row, before, after, sample_rate_hz)
             elif short and echo.leads[before[1] - 1 : after[0] + 1].all():
                 turn = float(echo.phase_rad[after[0]] - echo.phase_rad[before[1] - 1])
-            else:
-                turn = np.nan
-            away = row[before[1] - 1] + turn - row[after[0]]
+                away = row[before[1] - 1] + turn - row[after[0]]
             turns = 2.0 * np.pi * np.round(away / (2.0 * np.pi))
             # speeds tell whole turns alone; against an echo what is left over is a slip; an unknown turn is neither
             if abs(away - turns) <= (np.inf if echo is None else SETTINGS.most_u_rad):
@@ -120,22 +136,38 @@ def join_pieces(
 
 
 def _carried(phase: FloatArray, before: tuple[int, int], after: tuple[int, int], rate_hz: float) -> float:
-    """Return by how much the phase turns over a hole; NaN where the motion does not determine it."""
-    hole = after[0] - before[1] + 1
-    if hole > SETTINGS.longest_s * rate_hz:
+    """Return what the phase misses over a hole; NaN where the motion does not determine it."""
+    if after[0] - before[1] + 1 > SETTINGS.longest_s * rate_hz:
         return np.nan
     reach = max(SETTINGS.least_samples, round(SETTINGS.slope_s * rate_hz))
-    slope_a, u_a = _slope(phase[max(before[0], before[1] - reach) : before[1]])
-    slope_b, u_b = _slope(phase[after[0] : min(after[1], after[0] + reach)])
-    # between the speeds at both ends it may have been either all the way
-    u = np.hypot(0.25 * abs(slope_a - slope_b) * hole, 0.5 * hole * np.hypot(u_a, u_b))
-    return 0.5 * (slope_a + slope_b) * hole if u < SETTINGS.most_u_rad else np.nan
+    left = np.arange(max(before[0], before[1] - reach), before[1])
+    right = np.arange(after[0], min(after[1], after[0] + reach))
+    missed, u = _missed(left, phase[left], right, phase[right])
+    return float(missed) if u < SETTINGS.most_u_rad else np.nan
 
 
-def _slope(phase: FloatArray) -> tuple[float, float]:
-    """Return the slope of a line through phases at successive samples, and its standard uncertainty."""
-    x = np.arange(phase.size) - 0.5 * (phase.size - 1)
-    square = float(x @ x)
-    slope = float(x @ phase) / square
-    residual = phase - phase.mean() - slope * x
-    return slope, float(np.sqrt(residual @ residual / max(phase.size - 2, 1) / square))
+def _missed(
+    before_s: FloatArray | IntArray, before: FloatArray, after_s: FloatArray | IntArray, after: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return what phases (..., n) miss over a hole, and its standard uncertainty, shapes (...).
+
+    Over a hole of d between angular speeds a and b the phase turns by (a + b) d / 2: exact under any even acceleration,
+    an impact excepted. It is uncertain by |a - b| d / 4, for it may have had either speed all the way, and by the
+    speeds' own uncertainty.
+    """
+    (begin, slow, u_slow), (end, fast, u_fast) = _line(before_s, before, -1), _line(after_s, after, 0)
+    hole = after_s[0] - before_s[-1]
+    u = hole * np.hypot(0.25 * np.abs(slow - fast), 0.5 * np.hypot(u_slow, u_fast))
+    return np.asarray(begin + 0.5 * (slow + fast) * hole - end), np.asarray(u)
+
+
+def _line(
+    time_s: FloatArray | IntArray, phase_rad: FloatArray, place: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return value at one of the times, slope and its standard uncertainty of lines through phases, shapes (...)."""
+    # one sample beside a hole would add its noise to the turn
+    away, mean = time_s - time_s.mean(), phase_rad.mean(axis=-1)
+    slope = (phase_rad @ away) / (away @ away)
+    left = phase_rad - mean[..., None] - slope[..., None] * away
+    u_slope = np.sqrt((left**2).sum(axis=-1) / max(away.size - 2, 1) / (away @ away))
+    return mean + slope * away[place], slope, u_slope

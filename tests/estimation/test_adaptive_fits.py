@@ -9,20 +9,20 @@ import numpy as np
 import pytest
 from support.small_problem import ANTENNAS, RELEASE_M
 
+from radargui.conditioning.ellipse import Ellipse
 from radargui.estimation.adaptive.circle_data import map_places
 from radargui.estimation.adaptive.circle_fit import CircleData, CircleFit, fit_circle
 from radargui.estimation.adaptive.circle_layout import CircleLayout, CircleSettings
-from radargui.estimation.adaptive.still_ellipse import StillEllipse
 from radargui.geometry.path_length import Antennas
 
-TRUE = StillEllipse(0.2, -0.1, np.log(1.15), 0.12, 0.9)
+TRUE = Ellipse(0.2, -0.1, 0.9, 1.15, 0.12)
 TIGHT = CircleSettings(close=1e-9, worth=1e-3, steps=100)
 
 
 def circle(n: int = 400, sigma: float = 0.01, n_bias: int = 3, n_map: int = 2, seed: int = 0) -> CircleData:
     phase, rng, place = np.linspace(0.0, 40.0, n), np.random.default_rng(seed), np.linspace(-1.0, 1.0, n)
-    i = TRUE.offset_i + TRUE.amplitude * np.cos(phase)
-    q = TRUE.offset_q + TRUE.gain_ratio * TRUE.amplitude * np.sin(phase + TRUE.quadrature_error_rad)
+    i = TRUE.i0_v + TRUE.amplitude_v * np.cos(phase)
+    q = TRUE.q0_v + TRUE.gain_ratio * TRUE.amplitude_v * np.sin(phase + TRUE.quadrature_error_rad)
     noise, spread = sigma * rng.standard_normal((2, n)), np.full(n, sigma)
     bias = np.sin(np.outer(place, np.arange(1.0, n_bias + 1.0)))
     level = np.cos(np.outer(place, np.arange(1.0, n_map + 1.0)))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from support.small_problem import ANTENNAS, BOUNCE_S, CONSTANTS, RELEASE_M, positions, small_problem
 
+from radargui.conditioning.ellipse import Ellipse
 from radargui.estimation.adaptive.circle_data import averaging_loss
 from radargui.estimation.adaptive.circle_layout import CircleLayout
 from radargui.estimation.adaptive.foretold import foretold_round, unwound_round
@@ -23,12 +24,11 @@ from radargui.estimation.adaptive.rounds import (
     still_round,
     stride_of,
 )
-from radargui.estimation.adaptive.still_ellipse import StillEllipse
 from radargui.estimation.forward.bins import BinnedData
 from radargui.geometry.path_length import path_lengths, range_factor
 
 ELLIPSES = tuple(
-    StillEllipse(c.offset_i, c.offset_q, c.log_gain, c.quadrature_error_rad, float(np.exp(c.log_amplitude)))
+    Ellipse(c.offset_i, c.offset_q, np.exp(c.log_amplitude), np.exp(c.log_gain), c.quadrature_error_rad)
     for c in CONSTANTS
 )
 
@@ -138,8 +138,8 @@ def test_of_a_receiver_whose_phase_is_foretold_amplitude_phase_and_centre_are_le
     assert found.amplitude[1] == pytest.approx(0.7 * shape)
     assert found.rest_phase_rad[1] == pytest.approx(0.4)
     fit = found.fits[1].ellipse
-    assert (fit.offset_i, fit.offset_q, fit.amplitude) == pytest.approx((0.3, -0.2, 0.7))
-    assert (fit.log_gain, fit.quadrature_error_rad) == (0.0, 0.0)
+    assert (fit.i0_v, fit.q0_v, fit.amplitude_v) == pytest.approx((0.3, -0.2, 0.7))
+    assert (fit.gain_ratio, fit.quadrature_error_rad) == (1.0, 0.0)
     # of the others nothing is changed
     for n in (0, 2):
         assert found.fits[n] is one.fits[n]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from support.small_problem import ANTENNAS, BOUNCE_S, RELEASE_M, START_S, WAVELENGTH_M, positions, small_problem
 
+from radargui.conditioning.ellipse import Ellipse
 from radargui.estimation.adaptive.circle_data import averaging_loss
 from radargui.estimation.adaptive.circle_fit import CircleFit
 from radargui.estimation.adaptive.estimate import estimate_adaptive
@@ -15,13 +16,14 @@ from radargui.estimation.adaptive.found import AdaptiveRounds
 from radargui.estimation.adaptive.rough import RoughPhases
 from radargui.estimation.adaptive.rounds import Round
 from radargui.estimation.adaptive.samples import circles_at_samples
-from radargui.estimation.adaptive.still_ellipse import StillEllipse
 from radargui.estimation.signals import ScaledSignals
 from radargui.geometry.path_length import path_lengths, position_uncertainty
 
 SIGMA, AT_REST = np.array([0.01, 0.02, 0.01, 0.01, 0.03, 0.01]), np.array([0.4, -2.0, 1.1])
-ROUND = tuple(StillEllipse(0.2 - 0.1 * n, 0.1 * n, 0.0, 0.0, 0.8 + 0.1 * n) for n in range(3))
-SKEW = tuple(replace(one, log_gain=0.1 - 0.1 * n, quadrature_error_rad=0.05 * n) for n, one in enumerate(ROUND))
+ROUND = tuple(Ellipse(0.2 - 0.1 * n, 0.1 * n, 0.8 + 0.1 * n, 1.0, 0.0) for n in range(3))
+SKEW = tuple(
+    replace(one, gain_ratio=np.exp(0.1 - 0.1 * n), quadrature_error_rad=0.05 * n) for n, one in enumerate(ROUND)
+)
 
 
 def phases_at(time_s: np.ndarray) -> np.ndarray:
@@ -31,7 +33,7 @@ def phases_at(time_s: np.ndarray) -> np.ndarray:
 
 
 def found_of(
-    ellipses: tuple[StillEllipse, ...], *, rate_hz: float = 4000.0, delay_s: float = 0.0, off_rad: float = 0.0
+    ellipses: tuple[Ellipse, ...], *, rate_hz: float = 4000.0, delay_s: float = 0.0, off_rad: float = 0.0
 ) -> AdaptiveRounds:
     """Return rounds on circles that fit exactly, of phases that the bins have seen off by some, and their samples."""
     data = small_problem(delay_s=delay_s, n_bins=900).data
@@ -41,8 +43,8 @@ def found_of(
     phase, value = phases_at(bins.time_s) + off_rad, []
     for n, own in enumerate(ellipses):
         i, q = (phases_at(time + delay)[n] + AT_REST[n] for delay in data.delay_s[2 * n : 2 * n + 2])
-        value.append(own.offset_i + own.amplitude * np.cos(i))
-        value.append(own.offset_q + own.gain_ratio * own.amplitude * np.sin(q + own.quadrature_error_rad))
+        value.append(own.i0_v + own.amplitude_v * np.cos(i))
+        value.append(own.q0_v + own.gain_ratio * own.amplitude_v * np.sin(q + own.quadrature_error_rad))
     signals = ScaledSignals(
         time_s=time,
         value=np.array(value),
@@ -63,11 +65,11 @@ def found_of(
         part
         for n, own in enumerate(ellipses)
         for part in (
-            own.offset_i + own.amplitude * np.cos(phase[n] + AT_REST[n]),
-            own.offset_q + own.amplitude * np.sin(phase[n] + AT_REST[n]),
+            own.i0_v + own.amplitude_v * np.cos(phase[n] + AT_REST[n]),
+            own.q0_v + own.amplitude_v * np.sin(phase[n] + AT_REST[n]),
         )
     ]
-    amplitude = np.array([np.full(900, own.amplitude) for own in ellipses])
+    amplitude = np.array([np.full(900, own.amplitude_v) for own in ellipses])
     last = Round(
         phase_rad=phase,
         rest_phase_rad=AT_REST,

@@ -20,8 +20,8 @@ from support.small_problem import (
     small_problem,
 )
 
+from radargui.conditioning.ellipse import Ellipse
 from radargui.estimation.adaptive.rounds import first_round, next_round, still_round
-from radargui.estimation.adaptive.still_ellipse import StillEllipse
 from radargui.estimation.forward.mirrors import has_floor
 from radargui.estimation.forward.parameters import lobe_places
 from radargui.estimation.forward.slow_noise import Drift
@@ -46,7 +46,7 @@ def rounds(made: SmallProblem, *, lands: bool = True) -> SimpleNamespace:
     away = path_lengths(positions(data.bins.time_s), data.antennas)
     counted = 2.0 * np.pi * (away - away[:, :1]) / data.wavelength_m
     ellipses = tuple(
-        StillEllipse(c.offset_i, c.offset_q, c.log_gain, c.quadrature_error_rad, float(np.exp(c.log_amplitude)))
+        Ellipse(c.offset_i, c.offset_q, np.exp(c.log_amplitude), np.exp(c.log_gain), c.quadrature_error_rad)
         for c in CONSTANTS
     )
     first = first_round(data, still_round(data, ellipses, counted))

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from radargui.conditioning.ellipse import Ellipse
 from radargui.estimation.adaptive.circle_fit import CircleData
-from radargui.estimation.adaptive.still_ellipse import StillEllipse
 from radargui.estimation.forward.bins import BinnedData, Bins
 from radargui.estimation.forward.position_map import PositionBasis
 from radargui.geometry.path_length import LEAST_RECEIVERS, Antennas, locate_exact, range_factor
@@ -102,7 +102,7 @@ def unit_phasor(angle_rad: FloatArray) -> ComplexArray:
 
 
 def at_one_time(
-    binned: BinnedData, phase_rad: FloatArray, amplitude: FloatArray, ellipses: Sequence[StillEllipse]
+    binned: BinnedData, phase_rad: FloatArray, amplitude: FloatArray, ellipses: Sequence[Ellipse]
 ) -> FloatArray:
     """Return what each channel would have shown at the time of channel 0, shape (n_channels, n_bins).
 

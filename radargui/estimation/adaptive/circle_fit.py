@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg.lapack import dposv, dpotrf, dpotri
 
+from radargui.conditioning.ellipse import Ellipse
 from radargui.estimation.adaptive.circle_layout import CIRCLE, CircleLayout, CircleSettings
-from radargui.estimation.adaptive.still_ellipse import StillEllipse
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
 from radargui.model.front_end import point_of, slopes_of_point
@@ -77,13 +77,14 @@ class CircleFit:
     deviation: FloatArray
 
     @classmethod
-    def still(cls, ellipse: StillEllipse) -> CircleFit:
+    def still(cls, ellipse: Ellipse) -> CircleFit:
         """Return a constant ellipse as a fit without maps and of unknown quality."""
         layout = CircleLayout(0, 0)
         theta = np.empty(layout.size)
-        theta[layout.offset_i], theta[layout.offset_q] = ellipse.offset_i, ellipse.offset_q
-        theta[layout.log_gain], theta[layout.quadrature_error] = ellipse.log_gain, ellipse.quadrature_error_rad
-        theta[layout.log_amplitude] = np.log(max(ellipse.amplitude, CIRCLE.least_amplitude))
+        theta[layout.offset_i], theta[layout.offset_q] = ellipse.i0_v, ellipse.q0_v
+        theta[layout.log_gain] = np.log(ellipse.gain_ratio)
+        theta[layout.quadrature_error] = ellipse.quadrature_error_rad
+        theta[layout.log_amplitude] = np.log(max(ellipse.amplitude_v, CIRCLE.least_amplitude))
         return cls(layout, theta, np.zeros((theta.size, theta.size)), -np.inf, np.inf, np.zeros(theta.size))
 
     def deviation_of(self, layout: CircleLayout) -> FloatArray:
@@ -96,15 +97,15 @@ class CircleFit:
         return out
 
     @property
-    def ellipse(self) -> StillEllipse:
+    def ellipse(self) -> Ellipse:
         """The constants alone."""
         at, theta = self.layout, self.theta
-        return StillEllipse(
+        return Ellipse(
             float(theta[at.offset_i]),
             float(theta[at.offset_q]),
-            float(theta[at.log_gain]),
-            float(theta[at.quadrature_error]),
             float(np.exp(theta[at.log_amplitude])),
+            float(np.exp(theta[at.log_gain])),
+            float(theta[at.quadrature_error]),
         )
 
     def centre(self, bias: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Fit constant ellipses to pooled samples, well enough to count fringes."""
+"""Fit one circle to pooled samples of each receiver, well enough to count fringes."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from radargui.estimation.adaptive.still_ellipse import StillEllipse, fit_still_ellipse
-from radargui.estimation.adaptive.unwrapping import unwrapped
+from radargui.conditioning.ellipse import Ellipse, circle_through
+from radargui.correction.phase import unwrapped
 from radargui.estimation.forward.bins import pool
 from radargui.estimation.signals import ScaledSignals
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, pairs_of
 
 
 @dataclass(frozen=True, slots=True)
 class RoughSettings:
-    """How samples are pooled and which ellipses are trusted. Chosen by hand.
+    """How samples are pooled and which circles are trusted. Chosen by hand.
 
     Attributes
     ----------
@@ -28,25 +28,19 @@ class RoughSettings:
         Least number of pooled samples at rest that show which arc noise makes.
     arc_quantile
         No sample weighs more than this quantile of the arcs, so that a jump does not count as motion.
-    nearest, farthest, least_kept
-        Samples nearer to the centre than `nearest` or farther than `farthest` amplitudes are left out, as long as the
-        share `least_kept` remains.
     short_chord
         A receiver whose samples span less than so many radii of the others' circles saw less than a fifth of a turn (2
         sin 37 degrees), and gets their radius.
     half_as_wide
         Receivers whose samples span less than this share of the largest span do not determine a radius.
     enough
-        Of more than twice as many pooled samples only some are used to fit an ellipse.
+        Of more than twice as many pooled samples only some are used to fit a circle.
     """
 
     pool_s: float = 1e-4
     smooth_s: float = 1e-3
     at_rest: int = 10
     arc_quantile: float = 0.9
-    nearest: float = 0.2
-    farthest: float = 3.0
-    least_kept: float = 0.5
     short_chord: float = 1.2
     half_as_wide: float = 0.5
     enough: int = 6000
@@ -57,7 +51,7 @@ ROUGH = RoughSettings()
 
 @dataclass(frozen=True, slots=True)
 class RoughPhases:
-    """Phases by constant ellipses.
+    """Phases by constant circles.
 
     Attributes
     ----------
@@ -66,7 +60,7 @@ class RoughPhases:
     phase_rad
         Unwrapped, shape (n_receivers, n).
     turns_hz
-        Fringes per second of the fastest receiver by any of its ellipses, smoothed, shape (n,).
+        Fringes per second of the fastest receiver by any of its circles, smoothed, shape (n,).
     ellipses
         One a receiver.
     seen
@@ -77,8 +71,8 @@ class RoughPhases:
     time_s: FloatArray
     phase_rad: FloatArray
     turns_hz: FloatArray
-    ellipses: tuple[StillEllipse, ...]
-    seen: dict[int, tuple[StillEllipse, FloatArray]]
+    ellipses: tuple[Ellipse, ...]
+    seen: dict[int, tuple[Ellipse, FloatArray]]
 
     def as_seen(self, receiver: int) -> RoughPhases:
         """Return the same with one receiver's arc not completed."""
@@ -89,29 +83,23 @@ class RoughPhases:
 
 
 def rough_phases(signals: ScaledSignals, onset_s: float) -> RoughPhases:
-    """Fit a still ellipse to each receiver's moving part and unwrap its phase."""
+    """Fit a circle to each receiver's moving part and unwrap its phase."""
     pooled = pool(signals, ROUGH.pool_s)
     spacing = float(np.median(np.diff(pooled.time_s)))
     width = max(1, round(ROUGH.smooth_s / spacing))
     smooth = uniform_filter1d(pooled.value, width, axis=1, mode="nearest")
     moving = pooled.time_s >= onset_s
     fitted = []
-    for i, q, smooth_i, smooth_q in zip(
-        pooled.value[0::2], pooled.value[1::2], smooth[0::2], smooth[1::2], strict=True
-    ):
-        # weighed by the arc: else the slow beginning and the apexes, with most samples, would be the ellipse
-        arc = np.hypot(np.gradient(smooth_i), np.gradient(smooth_q))
+    for pair in pairs_of(smooth):
+        # weighed by the arc: else the slow beginning and the apexes, with most samples, would be the circle
+        arc = np.hypot(*np.gradient(smooth[pair], axis=1))
         noise = float(np.median(arc[~moving])) if (~moving).sum() > ROUGH.at_rest else 0.0
         # noise makes a path of its own, longer than that of a slow target
         arc = np.sqrt(np.maximum(arc**2 - noise**2, 0.05 * noise**2 + 1e-12))
         weight = np.minimum(arc, np.quantile(arc[moving], ROUGH.arc_quantile))[moving]
         part = np.flatnonzero(moving)[:: max(1, weight.size // ROUGH.enough)]
-        i, q, weight = i[part], q[part], weight[:: max(1, weight.size // ROUGH.enough)]
-        ellipse = fit_still_ellipse(i, q, weight)
-        # outliers have drawn the ellipse by which they are judged: twice, for the second judgement is fairer
-        for _ in range(2):
-            ellipse = _drop_outliers(i, q, weight, ellipse)
-        fitted.append(ellipse)
+        points, weight = pooled.value[pair, part], weight[:: max(1, weight.size // ROUGH.enough)]
+        fitted.append(circle_through(points, weight))
     ellipses = _arcs_completed(smooth, moving, fitted, signals.scale_v)
     pairs = pooled.value.reshape(-1, 2, pooled.time_s.size)
     phase = np.array([_phase_of(pair, pooled.time_s, own) for pair, own in zip(pairs, ellipses, strict=True)])
@@ -124,22 +112,22 @@ def rough_phases(signals: ScaledSignals, onset_s: float) -> RoughPhases:
     return RoughPhases(pooled.time_s, phase, turns, tuple(ellipses), seen)
 
 
-def _phase_of(pair: FloatArray, time_s: FloatArray, ellipse: StillEllipse) -> FloatArray:
-    x, y = ellipse.point(pair[0], pair[1])
+def _phase_of(pair: FloatArray, time_s: FloatArray, ellipse: Ellipse) -> FloatArray:
+    x, y = ellipse.apply(pair)
     return unwrapped(np.arctan2(y, x), time_s)
 
 
 def _arcs_completed(
-    smooth: FloatArray, moving: BoolArray, ellipses: list[StillEllipse], scale_v: FloatArray
-) -> list[StillEllipse]:
-    """Return the ellipses; a receiver that saw less than a fifth of a turn gets a circle as large as the others'.
+    smooth: FloatArray, moving: BoolArray, ellipses: list[Ellipse], scale_v: FloatArray
+) -> list[Ellipse]:
+    """Return the circles; a receiver that saw less than a fifth of a turn gets a circle as large as the others'.
 
-    A short arc does not determine its circle. The radius is taken from receivers that saw more, the gain ratio is one,
-    the quadrature error zero, and the centre lies on the side of the smaller offset.
+    A short arc does not determine its circle. The radius is taken from receivers that saw more, and the centre lies on
+    the side of the smaller offset.
     """
     chord, middle, along = [], [], []
     for pair in smooth.reshape(-1, 2, smooth.shape[1]):
-        # by moments: a chord is known where an ellipse is not
+        # by moments: a chord is known where a circle is not
         mean = pair[:, moving].mean(axis=1)
         apart = pair[:, moving] - mean[:, None]
         _, axes = np.linalg.eigh(apart @ apart.T)
@@ -158,14 +146,5 @@ def _arcs_completed(
         across = np.array([-along[k][1], along[k][0]]) * np.sqrt(max(radius**2 - (0.5 * chord[k]) ** 2, 0.0))
         # offsets are small against an echo that is tuned for it; the mirror image of a short arc fits as well
         centre = min((middle[k] + across, middle[k] - across), key=lambda c: float(c @ c))
-        out[k] = StillEllipse(float(centre[0]), float(centre[1]), 0.0, 0.0, radius)
+        out[k] = Ellipse(float(centre[0]), float(centre[1]), radius, 1.0, 0.0)
     return out
-
-
-def _drop_outliers(i: FloatArray, q: FloatArray, weight: FloatArray, ellipse: StillEllipse) -> StillEllipse:
-    """Fit again without points nearer to the centre than a fifth of the amplitude or farther than three."""
-    radius = np.hypot(*ellipse.point(i, q)) / ellipse.amplitude
-    keep = (radius > ROUGH.nearest) & (radius < ROUGH.farthest)
-    if keep.mean() < ROUGH.least_kept:
-        return ellipse
-    return fit_still_ellipse(i[keep], q[keep], weight[keep])

@@ -6,15 +6,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from radargui.conditioning.ellipse import Ellipse
+from radargui.correction.phase import unwrapped
 from radargui.estimation.adaptive.circle_data import at_one_time, circle_data, map_places
 from radargui.estimation.adaptive.circle_fit import CircleData, CircleFit, fit_circle
 from radargui.estimation.adaptive.circle_layout import CircleLayout
-from radargui.estimation.adaptive.still_ellipse import StillEllipse
-from radargui.estimation.adaptive.unwrapping import unwrapped
 from radargui.estimation.forward.bins import BinnedData, Bins
 from radargui.estimation.forward.parameters import ReceiverConstants
 from radargui.estimation.forward.position_map import PositionBasis, make_basis
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, pairs_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,14 +119,14 @@ class Round:
                     log_amplitude=float(np.log(self.amplitude[receiver, 0])),
                     offset_i=float(centre_i),
                     offset_q=float(centre_q),
-                    log_gain=fit.ellipse.log_gain,
+                    log_gain=float(fit.theta[CircleLayout.log_gain]),
                     quadrature_error_rad=fit.ellipse.quadrature_error_rad,
                 )
             )
         return tuple(out)
 
 
-def still_round(binned: BinnedData, ellipses: tuple[StillEllipse, ...], counted_rad: FloatArray) -> Round:
+def still_round(binned: BinnedData, ellipses: tuple[Ellipse, ...], counted_rad: FloatArray) -> Round:
     """Return constant ellipses as a round, with the fringes as counted before.
 
     Parameters
@@ -138,11 +138,11 @@ def still_round(binned: BinnedData, ellipses: tuple[StillEllipse, ...], counted_
     counted_rad
         Their unwrapped phases at the bins, from samples closer in time than the bins, shape (n_receivers, n_bins).
     """
-    amplitude = np.array([np.full(binned.bins.n_bins, ellipse.amplitude) for ellipse in ellipses])
+    amplitude = np.array([np.full(binned.bins.n_bins, ellipse.amplitude_v) for ellipse in ellipses])
     value = binned.bins.value
     # phases tell what a channel would have shown at the time of channel 0, and that tells better phases
     for _ in range(2 if binned.delay_s.any() else 1):
-        points = [ellipse.point(i, q) for i, q, ellipse in zip(value[0::2], value[1::2], ellipses, strict=True)]
+        points = [own.apply(value[pair]) for pair, own in zip(pairs_of(value), ellipses, strict=True)]
         phase, at_rest = _phases(points, binned.bins, binned.rest, counted_rad)
         value = at_one_time(binned, phase + at_rest[:, None], amplitude, ellipses)
     fits = tuple(CircleFit.still(ellipse) for ellipse in ellipses)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radargui.estimation.adaptive.unwrapping import unwrapped
+from radargui.correction.phase import unwrapped
 
 
 def fallen(time_s: np.ndarray) -> np.ndarray:

@@ -123,7 +123,9 @@ def lock(arguments: list[str]) -> int:
 
 
 def _environment(**extra: str) -> dict[str, str]:
-    kept = {name: value for name, value in os.environ.items() if name not in ("PYTHONHOME", "PYTHONPATH")}
+    # without bytecode each of the tests' hundred processes would compile the program anew
+    dropped = ("PYTHONHOME", "PYTHONPATH", "PYTHONDONTWRITEBYTECODE")
+    kept = {name: value for name, value in os.environ.items() if name not in dropped}
     return {**kept, **extra}
 
 

@@ -12,6 +12,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+# each process imports all of the tests first: the collector would look through them again and again
+gc.disable()
 # the tests share the cores already; many small matrices on several threads each would take four times as long
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
@@ -59,7 +61,6 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 @pytest.fixture(autouse=True, scope="module")
 def collected_in_the_main_thread_only(request: pytest.FixtureRequest) -> Iterator[None]:
     """Collect after each module: a library's thread that finds a dead window's objects would end the whole process."""
-    gc.disable()
     if not gc.get_freeze_count():
         # the libraries: a million objects. Later ones would be kept that a window left behind
         gc.freeze()

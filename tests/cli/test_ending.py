@@ -50,7 +50,11 @@ def record_until(
     return child.returncode, errors, session
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP], ids=lambda number: number.name)
+@pytest.mark.parametrize(
+    "number",
+    [signal.SIGINT, signal.SIGTERM, pytest.param(signal.SIGHUP, marks=pytest.mark.slow)],
+    ids=lambda number: number.name,
+)
 def test_what_ends_the_program_closes_the_run_as_ctrl_c_does(tmp_path: Path, number: signal.Signals) -> None:
     processing = "apart" if number == signal.SIGINT else "here"
     status, errors, session = record_until(tmp_path, 1.2, lambda process, _: os.kill(process, number), processing)

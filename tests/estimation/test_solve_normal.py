@@ -15,7 +15,7 @@ from radargui.estimation.forward.motion_spline import MotionSpline, make_spline
 from radargui.estimation.solve.normal import NormalMatrix, band_times, solve_band
 from radargui.model.errors import SolveError
 
-LENGTHS = st.lists(st.floats(0.004, 0.3), min_size=1, max_size=8)
+LENGTHS = st.lists(st.floats(0.004, 0.1), min_size=1, max_size=8)
 
 
 def drawn(seed: int, n_rest: int, lengths: list[float]) -> tuple[NormalMatrix, MotionSpline]:

@@ -230,7 +230,7 @@ def test_the_list_keeps_the_order_of_the_drops_and_the_banner_never_mixes_two(
     assert [one.called for one in model.entries] == ["drop 1", "run-0002", "drop 2", "drop 3"]
 
 
-N_DROPS = 8
+N_DROPS = 5
 
 
 def test_drops_with_a_backlog_closed_in_the_middle_are_found_again(

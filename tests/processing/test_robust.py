@@ -28,7 +28,8 @@ SCENES = (0, 1, 3, 4, 5, 9, 10, 13, 15, 19, 21, 22, 24, 25, 26, 27)
 KNOWN_SCENES = (14, 18, 20, 23)
 """Not yet right: fading, stops, a mixture and a second target: valid in too small a share."""
 
-LONG = (("swapped", 3, 3),)
+LONG = (("dead", 0, 3), ("dead with noise", 1, 3), ("swapped", 3, 3))
+"""Take seconds; of each kind but the last one there is a quick one of four receivers."""
 BROKEN: tuple[tuple[str, int, int], ...] = (
     ("whole", 0, 3),
     ("dead", 0, 3),

@@ -43,7 +43,7 @@ def run_figures() -> list[tuple[str, RunFacts]]:
     return [(name, take_facts(result, name)) for name, result in results.items()]
 
 
-@pytest.mark.parametrize("width_mm", [60.0, 86.0])
+@pytest.mark.parametrize("width_mm", [60.0, pytest.param(86.0, marks=pytest.mark.slow)])
 def test_in_the_narrowest_figures_no_text_lies_on_another_or_leaves_them(width_mm: float) -> None:
     facts = run_figures()
     drawn = {}

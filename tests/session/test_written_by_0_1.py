@@ -116,7 +116,9 @@ def test_stored_results_are_shown(sessions: Path, name: str) -> None:
     assert isinstance(stored.setup, Setup)
 
 
-@pytest.mark.parametrize("name", STORED)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name == "two-drops" else ()) for name in STORED]
+)
 def test_a_run_can_be_processed_again_with_its_own_setup(sessions: Path, name: str) -> None:
     correction, e = STORED[name]
     run = sessions / name / "run-0001.h5"

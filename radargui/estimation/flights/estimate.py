@@ -17,7 +17,7 @@ from radargui.estimation.flights.drop_model import (
     robust_cost,
     with_scattered,
 )
-from radargui.estimation.flights.linear_part import LinearPart
+from radargui.estimation.flights.linear_part import ASIDE, LinearPart
 from radargui.estimation.flights.prior import drop_model, flights_prior
 from radargui.estimation.flights.setup_unknowns import StatedSetup, setup_unknowns
 from radargui.estimation.flights.start import START, DropStart, followed_until, start_drop
@@ -273,7 +273,7 @@ def _begun(
     # of a plate that is stated what is touched reflects
     surface -= 0.0 if Plate.of(setup.floor) is not None else DROP.plate_m
     prior = start.model.mean.flights, start.model.deviation.flights
-    model = drop_model(signals, setup, start.model.bins, prior, surface, known, _whole(), front_ends)
+    model = drop_model(signals, setup, start.model.bins, prior, surface, known, _whole(setup), front_ends)
     own, image = _own_and_image(start)
     together = own + image.conj()
     front_end = (own[:, 0] - image[:, 0].conj()) / together[:, 0]
@@ -291,8 +291,10 @@ def _begun(
     return model, start.at.values._replace(theta=begun_as_stated(theta, layout, model.inputs))
 
 
-def _whole() -> LinearPart:
-    return LinearPart(False, DROP.n_functions, n_uneven=DROP.n_uneven)
+def _whole(setup: Setup) -> LinearPart:
+    # the joint estimate has no such functions: what it begins from has none either, or it begins beside its minimum
+    n_aside = ASIDE if setup.processing.correction == "flights" else 0
+    return LinearPart(False, DROP.n_functions, n_uneven=DROP.n_uneven, n_aside=n_aside)
 
 
 def _own_and_image(start: DropStart) -> tuple[ComplexArray, ComplexArray]:

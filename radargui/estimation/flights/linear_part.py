@@ -34,8 +34,9 @@ class LinearPart:
         Where deviations begin that are re-estimated for each receiver (`DropModel.scattered`): those of the other
         functions and of the offsets', what else reflects, a wall of some per cent; and that of an uneven floor's.
     n_uneven
-        Functions of the height for each way over the floor, which changes aside too (`ASIDE`): a small plate, or one
-        whose R changes with the angle.
+        Functions of the height for each way over the floor: a small plate, or one whose R changes with the angle.
+    n_aside
+        `ASIDE` where these ways change with x and y too, else 0.
     """
 
     free_ways: bool
@@ -49,6 +50,7 @@ class LinearPart:
     n_lobe: int = 2
     u_scattered: float = 0.03
     n_uneven: int = 0
+    n_aside: int = 0
 
     @property
     def n_waves(self) -> int:
@@ -63,7 +65,7 @@ class LinearPart:
     @property
     def n_floor(self) -> int:
         """How many functions of the place each way over the floor has."""
-        return self.n_uneven + ASIDE if self.n_uneven else 0
+        return self.n_uneven + self.n_aside
 
     @property
     def group(self) -> IntArray:

@@ -142,8 +142,7 @@ class MainWindow(QMainWindow):
         offers = (self.recovery, self.later)
         self.setCentralWidget(boxed(QVBoxLayout(), self.bar, (self.panels, 1)))
         messages = self.closing, self.stopping, self.strip, *offers, self.work
-        plots = self.sketch, self.track.curves.height_plot, self.run.tabs, self.browser.thumbnails
-        self.place = MessagePlace(self.bar.runs, self.panels, plots, *messages)
+        self.place = MessagePlace(self.bar.runs, self.panels, *messages)
         self.statusBar().addWidget(self.health, 1)
         self._keys = (FocusMark(self, theme.application), RunKeys(self, theme.application))
         self.titles = DockTitles(self.panels, theme)

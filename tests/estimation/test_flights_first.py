@@ -15,7 +15,7 @@ from support.changed import changed
 from support.estimates import conditioned_of
 
 from radargui.estimation.flights.drop_model import DropModel, Parts, evaluate, slopes_of
-from radargui.estimation.flights.linear_part import LinearPart
+from radargui.estimation.flights.linear_part import ASIDE, LinearPart
 from radargui.estimation.flights.prior import drop_model, flights_prior
 from radargui.estimation.flights.setup_unknowns import setup_unknowns
 from radargui.estimation.forward.bins import pool
@@ -261,7 +261,7 @@ def test_what_is_foretold_of_a_stretch_is_what_the_whole_shows_there(
 def test_a_floor_whose_reflection_changes_aside_is_explained(
     usual: tuple[PopulationRecord, Setup, RunResult],
 ) -> None:
-    model, values = _model_of(usual, LinearPart(False, 2, n_uneven=1))
+    model, values = _model_of(usual, LinearPart(False, 2, n_uneven=1, n_aside=ASIDE))
     values.theta[model.layout.transmitter_reflection] = 0.3, 0.0
     unknowns = model.unknowns(values)
     model = model.renewed(values)
@@ -288,7 +288,9 @@ def test_a_floor_whose_reflection_changes_aside_is_explained(
 def test_derivatives_are_those_of_differences(
     usual: tuple[PopulationRecord, Setup, RunResult], free_ways: bool
 ) -> None:
-    model, _ = _model_of(usual, LinearPart(free_ways, 2, n_uneven=0 if free_ways else 2))
+    model, _ = _model_of(
+        usual, LinearPart(free_ways, 2, n_uneven=0 if free_ways else 2, n_aside=0 if free_ways else ASIDE)
+    )
     bins = model.bins
     unknowns = 0.02 * np.random.default_rng(1).standard_normal(model.n_unknowns)
     model = model.renewed(model.values(unknowns))

@@ -82,7 +82,7 @@ def first_bounce(live: LiveTrack, first_index: int, setup: Setup) -> Bounce | No
     track = Track(span.time_s, span.position_m, np.full(span.position_m.shape, U_M), known, "exact")
     segment = Segment(begin - 1, span.index.size, 0, begin - 1)
     rate_hz = 1.0 / float(span.time_s[1] - span.time_s[0])
-    _, bounces, _ = impacts_of_track(track, paths, segment, setup, rate_hz)
+    bounces = impacts_of_track(track, paths, segment, setup, rate_hz).bounces
     if not bounces.impacts or not bounces.impacts[0].valid:
         return None
     first = bounces.impacts[0]

@@ -7,9 +7,10 @@ import numpy as np
 
 from radargui.model.calibrated_setup import day_of
 from radargui.model.gravity import g_and_u_of_site
-from radargui.model.result import RunResult
+from radargui.model.result import Bounces, RunResult
 from radargui.model.rounding import COVERAGE, concise
 from radargui.processing.uncertainty_budget import changes_of_track
+from radargui.restitution.bounces import FlownTrack
 from radargui.restitution.site_gravity import site_check
 
 COVERAGE_2D = 2.45
@@ -51,7 +52,7 @@ def check_calibration(result: RunResult) -> CalibrationCheck | None:
     # over shares of the span T: the coefficient of their square is a T^2 / 2 itself
     drift = np.polyfit(share, track.position_m[:2, during].T, 2)[0]
     variance = float(np.mean(track.u_position_m[:2, during] ** 2))
-    for one in changes_of_track(paths, result.bounces, result.setup, result.segment):
+    for one in changes_of_track(paths, FlownTrack(Bounces()), result.setup, result.segment):
         inside = (one.time_s >= fall.first_time_s) & (one.time_s <= fall.last_time_s)
         if inside.sum() > 3:
             bends = np.polyfit((one.time_s[inside] - fall.first_time_s) / span, one.moved_m[:2, inside].T, 2)[0]

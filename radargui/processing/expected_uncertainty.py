@@ -11,6 +11,7 @@ from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
 from radargui.processing.measured_motion import locate
 from radargui.processing.uncertainty_budget import changes_of_track, with_budget
+from radargui.restitution.bounces import FlownTrack
 
 
 def expected_uncertainty(
@@ -49,6 +50,6 @@ def expected_uncertainty(
     track, whole = locate(paths, setup), Segment(0, n, 0, 0)
     if track is None:
         return None
-    changes = changes_of_track(paths, Bounces(), setup, whole)
+    changes = changes_of_track(paths, FlownTrack(Bounces()), setup, whole)
     track, _, budget = with_budget(track, Bounces(), changes, whole, setup)
     return (track.u_position_m if track.u_combined_m is None else track.u_combined_m), budget

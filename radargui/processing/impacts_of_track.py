@@ -2,17 +2,40 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from radargui.model.gravity import drag_of_sphere, expected_gravity_m_s2
+from radargui.model.finding import Finding
 from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup
+from radargui.model.setup_posterior import SetupValue
 from radargui.model.uncertainty_budget import InputChange, UncertaintyBudget
+from radargui.processing.locate import locate
 from radargui.processing.uncertainty_budget import changes_of_track, with_budget
-from radargui.restitution.bounces import find_bounces
+from radargui.restitution.bounces import FlownTrack, find_bounces
 from radargui.restitution.oblique import with_oblique
-from radargui.restitution.site_gravity import with_missed_gravity
+
+
+@dataclass(frozen=True, slots=True)
+class ImpactsOfTrack:
+    """A track and its bounces with their combined uncertainties.
+
+    Attributes
+    ----------
+    track, bounces
+        The track located with the setup as its flights found it.
+    budget
+        Of the uncertainties; None without a rest.
+    setup_posterior
+        What the flights of a located track say of the setup.
+    cause
+        What of it is likely wrong.
+    """
+
+    track: Track
+    bounces: Bounces
+    budget: UncertaintyBudget | None = None
+    setup_posterior: tuple[SetupValue, ...] = ()
+    cause: Finding | None = None
 
 
 def impacts_of_track(
@@ -23,7 +46,7 @@ def impacts_of_track(
     sample_rate_hz: float,
     bounces: Bounces | None = None,
     changes: tuple[InputChange, ...] | None = None,
-) -> tuple[Track, Bounces, UncertaintyBudget | None]:
+) -> ImpactsOfTrack:
     """Return a track and its bounces with their combined uncertainties, and the budget of these.
 
     Parameters
@@ -40,26 +63,19 @@ def impacts_of_track(
         Of an estimate that knows the speeds at an impact from all samples, and what its uncertain inputs change; None:
         those of the track, from its flights.
     """
-    of_track = bounces is None
-    if bounces is None:
-        bounces = _bounces_of(track, segment, setup, sample_rate_hz)
+    flown = find_bounces(track, paths, segment, setup, sample_rate_hz) if bounces is None else FlownTrack(bounces)
     # without a rest the zero of L is assumed: no uncertainty of a calibration means anything then
     if not segment.has_rest:
         # where the sphere was at the start is assumed, not known: no e, and no g
-        return track, Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts)), None
+        return ImpactsOfTrack(track, Bounces(tuple(replace(one, valid=False) for one in flown.bounces.impacts)))
+    values: tuple[SetupValue, ...] = ()
     if changes is None:
-        changes = changes_of_track(paths, bounces, setup, segment)
-    if of_track:
-        bounces = with_missed_gravity(bounces, setup, math.hypot(*(one.g_m_s2 for one in changes)))
-    track, bounces, budget = with_budget(track, bounces, changes, segment, setup)
-    return track, with_oblique(bounces, changes, track, setup), budget
-
-
-def _bounces_of(track: Track, segment: Segment, setup: Setup, rate_hz: float) -> Bounces:
-    # a normal that is a default is no statement about this floor
-    given = "normal" in setup.floor.model_fields_set
-    normal = setup.floor.normal if given else None
-    drag = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3, setup.air.gas)
-    is_known = setup.tracer.density_kg_m3 is not None
-    g_m_s2 = expected_gravity_m_s2(setup.site)
-    return find_bounces(track, segment, normal, rate_hz, g_m_s2, setup.floor.u_tilt_deg, drag, is_drag_known=is_known)
+        posterior = flown.posterior
+        found = setup if posterior is None else posterior.applied(setup)
+        values = () if posterior is None else posterior.values(setup)
+        again = None if posterior is None or track.geometry != "exact" else locate(paths, found)
+        if again is not None:
+            track = replace(track, position_m=again.position_m, valid=track.valid & again.valid)
+        changes = changes_of_track(paths, flown, found, segment)
+    track, bounces, budget = with_budget(track, flown.bounces, changes, segment, setup)
+    return ImpactsOfTrack(track, with_oblique(bounces, changes, track, setup), budget, values, flown.cause)

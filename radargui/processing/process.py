@@ -347,6 +347,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
     whole = Whole(recording, conditioned, part.receivers)
     evidence = Evidence(recording, part, motion, whole.channels(corrected, part.faults), motion.track)
     is_refused, paths, track = evidence.is_refused, motion.paths, motion.track
+    setup_posterior = motion.setup_posterior
     if is_refused:
         # rejected means rejected: no sample of it is called valid
         paths = replace(paths, valid=np.zeros_like(paths.valid))
@@ -354,7 +355,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
     if track is not None and not conditioned.segment.has_rest and part.begins_after_gap:
         track = known_where(track, np.zeros_like(track.valid))
     if track is not None and not is_refused:
-        track, bounces, budget = impacts_of_track(
+        impacts = impacts_of_track(
             track,
             motion.paths,
             conditioned.segment,
@@ -363,9 +364,13 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
             motion.bounces,
             motion.changes,
         )
+        track, bounces, budget = impacts.track, impacts.bounces, impacts.budget
         if any(one.code == LANDED_DEAD for one in motion.findings):
             # what flies a millimetre high, if at all, is within what any model of the floor leaves
             bounces, budget = replace(bounces, impacts=(), velocities=None), budget and replace(budget, e=BudgetLine())
+        if impacts.cause is not None:
+            evidence = replace(evidence, motion=motion.contradicted(impacts.cause))
+        setup_posterior = setup_posterior or impacts.setup_posterior
         # the joint estimate's errors belong to the place: what mirrors do turns by one radian within this
         alike_m = None if motion.bounces is None else part.setup.radar.wavelength_m / (4.0 * np.pi)
         by_conic, g_m_s2 = corrected.method in ("ellipse", "none"), expected_gravity_m_s2(part.setup.site)
@@ -383,7 +388,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
         bounces=evidence.bounces,
         motion=None if is_refused else motion.motion,
         uncertainty_budget=evidence.budget,
-        setup_posterior=motion.setup_posterior,
+        setup_posterior=setup_posterior,
         setup_likelihood=None if is_refused or any(part.faults) else motion.setup_likelihood,
         setup_prior=motion.setup_prior,
         findings=findings_of(evidence),

@@ -20,20 +20,19 @@ from radargui.geometry.path_length import (
 from radargui.geometry.scattering import scattering_delay_m, supposed_delays_m
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import (
-    CLOCK,
     OF_SPHERE,
     SUPPOSED_POLARIZATIONS_DEG,
     SUPPOSED_TURNS_DEG,
-    TILT,
     assumed_uncertainties,
     uncertain_inputs,
 )
-from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup
-from radargui.model.uncertainty_budget import BudgetLine, InputChange, Share, UncertaintyBudget
+from radargui.model.setup_posterior import unknown_inputs
+from radargui.model.uncertainty_budget import BudgetLine, InputChange, UncertaintyBudget
 from radargui.processing.measured_motion import place_at
-from radargui.restitution.track_response import floor_and_clock, respond
+from radargui.restitution.bounces import FlownTrack
+from radargui.restitution.track_response import tilt_and_clock
 
 POINTS, LONGEST_S = 500, 0.002
 """Means of the motion at which its shifts are given, at the least, and how long one may be: a flight of 12 ms, and the
@@ -156,17 +155,20 @@ def _line(statistical: float, shares: dict[str, float]) -> BudgetLine:
     return BudgetLine(*known)
 
 
-def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment: Segment) -> tuple[InputChange, ...]:
-    """Return what a located track changes by with each uncertain input of the setup, to first order.
+def changes_of_track(paths: PathLengths, flown: FlownTrack, setup: Setup, segment: Segment) -> tuple[InputChange, ...]:
+    """Return what a located track changes by along each direction in which the setup is left open, to first order.
 
-    The same path lengths are located with the input moved (GUM, 5.1.3). That these change with the geometry too,
-    through maps of position, is of second order. A sphere that is no point adds the phase it scatters with: by its
-    diameter and the polarisations where they are stated, else that of a few polarisations.
+    The same path lengths are located with the inputs moved (GUM, 5.1.3); directions are those of the posterior that the
+    flights leave, or without flights the inputs themselves. That paths change with the geometry too, through maps of
+    position, is of second order. A sphere that is no point adds the phase it scatters with: by its diameter and the
+    polarisations where they are stated, else that of a few polarisations; what flights make of it the setup follows.
 
     Parameters
     ----------
-    paths, bounces, segment
+    paths, flown, segment
         Of the run.
+    setup
+        With the values that the track was located with.
     """
     spacing_s = float(paths.time_s[1] - paths.time_s[0])
     size = max(1, min((segment.last - segment.first) // POINTS, round(LONGEST_S / spacing_s)))
@@ -179,34 +181,46 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     position, time_s = place_at(change_m, setup), block_means(paths.time_s[part], size)
     known = np.asarray(np.isfinite(position).all(axis=0))
     base = Track(time_s, position, np.full_like(position, np.nan), known, setup.processing.geometry)
-    inner = Segment(0, base.time_s.size, 0, 0)
     shifts = _Shifts(base.position_m, change_m, setup)
-    found: list[tuple[str, Share, FloatArray]] = []
+    inputs, _ = unknown_inputs(setup)
+    by_unit = np.zeros((0, *base.position_m.shape))
+    if inputs:
+        by_unit = np.stack([shifts.by_setup(one.moved(setup)) for one in inputs])
+    found: list[InputChange] = []
+
+    def of_paths(key: str, longer_m: FloatArray, share: float = 1.0) -> None:
+        follows, e, g = flown.by_paths(base.time_s[known], longer_m[:, known])
+        moved = shifts.by_paths(longer_m) + (np.tensordot(follows, by_unit, 1) if follows.size else 0.0)
+        found.append(InputChange(key, "sphere", base.time_s, share * moved, share * e, share * g))
+
     is_polarised = setup.transmitter.polarization_deg is not None
     for one in uncertain_inputs(setup):
-        # clock and floor move no place, only what is read from places: `floor_and_clock`
-        if one.u == 0.0 or one.key in (CLOCK, TILT):
-            continue
-        other = one.moved(setup)
-        if one.key in OF_SPHERE or one.key.endswith("polarization_deg"):
-            if is_polarised:
-                change_m = scattering_delay_m(base.position_m, setup) - scattering_delay_m(base.position_m, other)
-                found.append((one.key, "sphere", shifts.by_paths(change_m)))
-            continue
-        found.append((one.key, "calibration", shifts.by_setup(other)))
+        if one.u and is_polarised and (one.key in OF_SPHERE or one.key.endswith("polarization_deg")):
+            other = one.moved(setup)
+            of_paths(one.key, scattering_delay_m(base.position_m, setup) - scattering_delay_m(base.position_m, other))
     if not is_polarised:
         delays_m = smooth_in_place(base.position_m, lambda place_m: supposed_delays_m(place_m, setup))
         # none of them is likelier: their mean square counts
-        found += [("sphere", "sphere", shifts.by_paths(-delay_m) / np.sqrt(SUPPOSED)) for delay_m in delays_m]
-    if not found:
-        return ()
-    given = "normal" in setup.floor.model_fields_set
-    moved = np.stack([shift_m for _, _, shift_m in found])
-    e, g = respond(base, inner, bounces, moved, given, expected_gravity_m_s2(setup.site), setup.floor.u_tilt_deg)
-    moved = moved if known.all() else np.nan_to_num(moved)
-    rows = zip(found, moved, e, g.tolist(), strict=True)
-    changes = [InputChange(key, share, base.time_s, *own) for (key, share, _), *own in rows]
-    return (*changes, *floor_and_clock(base, inner, bounces, setup))
+        for delay_m in delays_m:
+            of_paths("sphere", -delay_m, 1.0 / np.sqrt(SUPPOSED))
+    along, e, g = flown.directions()
+    if not len(along):
+        # without flights nothing is known but what is stated
+        along = np.diag([0.0 if one.u == 0.0 else 1.0 for one in uncertain_inputs(setup) if one in inputs])
+        e, g = np.full((len(along), len(flown.bounces.impacts)), np.nan), np.full(len(along), np.nan)
+    for number, (direction, of_e, of_g) in enumerate(zip(along, e, g.tolist(), strict=True), 1):
+        if direction.any():
+            moved = np.tensordot(direction, by_unit, 1)
+            found.append(InputChange(f"setup[{number}]", "calibration", base.time_s, moved, of_e, of_g))
+    if not known.all():
+        found = [replace(one, moved_m=np.nan_to_num(one.moved_m)) for one in found]
+
+    def sides() -> tuple[FloatArray, FloatArray]:
+        at = flown.bounces.velocities
+        unknown = np.full((len(flown.bounces.impacts), 3), np.nan)
+        return (unknown, unknown) if at is None else (at.before_m_s, at.after_m_s)
+
+    return (*found, *tilt_and_clock(base.time_s, sides, flown.bounces, setup))
 
 
 class _Shifts:

@@ -1,218 +1,328 @@
-"""Bounces of a track: coefficient of restitution of each, and the free fall before the first (method 5, Flights)."""
+"""Bounces of a located track: its flights fitted to the path lengths, e and g with what the setup leaves open.
 
-from dataclasses import dataclass
+Method 5, Flights.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray, robust_sd
-from radargui.model.gravity import NO_DRAG, Drag
-from radargui.model.result import Bounces, FreeFall, Segment, Track
-from radargui.motion.impacts import THIRD_DIFFERENCE_GAIN, find_track_impacts
-from radargui.restitution.cross_check import PARABOLAS, cross_check, without_checks_by_walls
-from radargui.restitution.floor_normal import UP, normal_of_impacts
-from radargui.restitution.impact_speeds import ImpactSpeeds, drag_of_flights, error_of_e, speeds_at_impacts, with_drag
-from radargui.restitution.parabola import fit_parabolas
-from radargui.restitution.settings import TRACKS
-from radargui.restitution.track_flights import (
-    FittedFlights,
-    Heights,
-    find_flights,
-    fit_track_flights,
-    velocities_of_track,
-)
-from radargui.restitution.walls_of_track import without_e_by_walls
-
-SOME = 16
-"""One sample of so many tells u, and one third difference the noise."""
-
-
-def find_bounces(
-    track: Track,
-    segment: Segment,
-    normal: tuple[float, float, float] | None,
-    sample_rate_hz: float,
-    gravity_m_s2: float,
-    u_tilt_deg: float | None = None,
-    drag: Drag = NO_DRAG,
-    *,
-    is_drag_known: bool = True,
-) -> Bounces:
-    """Return impacts with e = speed after / speed before along the floor's normal, and the first fall.
-
-    The flights before and after an impact are parabolas with one g; the instant of impact is where neighbours meet,
-    and the speeds are their slopes there.
-
-    Parameters
-    ----------
-    track
-        Position of the sphere's centre.
-    segment
-        The motion within the track.
-    normal
-        Unit vector away from the floor; None: found from the impacts, its uncertainty a part of u_e.
-    sample_rate_hz
-        Rate of the samples.
-    gravity_m_s2
-        g of the place, `expected_gravity_m_s2`: what falls otherwise is no flight.
-    u_tilt_deg
-        Standard deviation of the floor's slope from level, where the setup gives it and no normal.
-    drag, is_drag_known
-        Of the sphere in air, part of the uncertainties; unless it is known, k of the flights where they show more.
-    """
-    # first along the vertical: the impacts themselves say how the floor leans, and where they are does not need it
-    found = _along(track, segment, UP if normal is None else normal, sample_rate_hz, gravity_m_s2)
-    u_by_normal, u_found_deg = None, None
-    if not isinstance(found, _Along):
-        return Bounces(falls_with_m_s2=found)
-    at = velocities_of_track(track, segment, found.impacts.time_s, gravity_m_s2)
-    if normal is None:
-        # an impact that gives no e may be no impact: it has no say about the floor
-        known = np.isfinite(at.u_side_m_s) & found.impacts.valid
-        floor = normal_of_impacts(at.before_m_s[known], at.after_m_s[known], at.u_side_m_s[known], u_tilt_deg)
-        x, y, z = (float(part) for part in floor.normal)
-        u_by_normal, u_found_deg = np.sqrt(floor.e_variance(at.before_m_s, at.after_m_s)), floor.u_tilt_deg
-        # again: heights, speeds and what counts as a flight are along the normal found
-        found = _along(track, segment, (x, y, z), sample_rate_hz, gravity_m_s2, found.impacts.time_s)
-    if not isinstance(found, _Along):
-        return Bounces(falls_with_m_s2=found)
-    impacts, heights, g_along_m_s2 = found.impacts, found.heights, gravity_m_s2 * found.normal[2]
-    fall = _free_fall(track, segment, found, gravity_m_s2)
-    braked_1_m = None
-    # air on a sphere of metal is known; a plastic one nobody named is braked ten times as much
-    if not is_drag_known:
-        least_1_m = TRACKS.much_drag * drag.k_1_m
-        seen_1_m, u_seen_1_m = drag_of_flights(found.flights, drag.slow_m_s, least_1_m)
-        if seen_1_m - TRACKS.sure_of_drag * u_seen_1_m > least_1_m:
-            braked_1_m, drag = seen_1_m, drag._replace(k_1_m=seen_1_m)
-    # waves as long as a rebound is high bend both flights, and leave no residuals
-    u_at_impact_m = _u_of_waves_m(track, found)
-    rebound_m = impacts.after_m_s**2 / (2.0 * g_along_m_s2)
-    impacts = impacts.widened(TRACKS.waves_in_rebounds * impacts.e * u_at_impact_m / rebound_m, impacts.valid)
-    if drag.k_1_m:
-        impacts = impacts.widened(error_of_e(impacts, found.flights, drag), impacts.valid)
-        fall = None if fall is None else with_drag(fall, found.flights, drag, found.normal)
-    if u_by_normal is not None:
-        # the normal comes from velocities sideways, u_e from heights: independent
-        known = np.isfinite(impacts.u_e) & np.isfinite(u_by_normal)
-        impacts = impacts.widened(np.where(known, u_by_normal, 0.0), known | impacts.valid)
-    bounces = Bounces(impacts.bounces(PARABOLAS), fall, found.normal, u_found_deg, braked_1_m)
-    span_s = float(track.time_s[segment.first]), _landing_s(bounces, segment, track, gravity_m_s2)
-    bounces = without_e_by_walls(bounces, track, at, span_s)
-    return without_checks_by_walls(cross_check(bounces, heights.time_s, heights.height_m, g_along_m_s2))
-
-
-def _landing_s(bounces: Bounces, segment: Segment, track: Track, gravity_m_s2: float) -> float:
-    """Return when the flight after the last impact ends."""
-    last = bounces.impacts[-1]
-    landing_s = last.time_s + 2.0 * last.speed_after_m_s / gravity_m_s2
-    return min(landing_s, float(track.time_s[segment.last - 1]))
+from radargui.conditioning.averager import block_means
+from radargui.geometry.setup_unknowns import SetupUnknowns
+from radargui.model.arrays import BoolArray, FloatArray, median, robust_sd
+from radargui.model.finding import Finding
+from radargui.model.gravity import expected_gravity_m_s2
+from radargui.model.result import Bounce, Bounces, FreeFall, PathLengths, Segment, Track, VelocitiesAtImpacts
+from radargui.model.setup import Setup
+from radargui.model.setup_posterior import SetupPosterior
+from radargui.motion.flights import Flights
+from radargui.motion.impacts import THIRD_DIFFERENCE_GAIN
+from radargui.restitution.cross_check import OF_PATHS, cross_check, without_checks_by_walls
+from radargui.restitution.drop_bounces import bounce_at, fall_of, normal_of_velocities
+from radargui.restitution.floor_normal import FloorNormal
+from radargui.restitution.path_fit import FittedPaths, PathModel, PathSamples, SharedPrior, fit_paths
+from radargui.restitution.settings import FLIGHTS, PATHS, TRACKS
+from radargui.restitution.setup_chi_square import SetupChiSquare
+from radargui.restitution.setup_outlier import setup_outlier
+from radargui.restitution.track_flights import TrackFlights, find_track_flights
+from radargui.restitution.walls_of_track import walls_of_flights
 
 
 @dataclass(frozen=True, slots=True)
-class _Along:
-    """Impacts and flights along a normal, and the heights along it on the known samples of the motion."""
+class FlightChain:
+    """Flights that were fitted together.
 
-    normal: tuple[float, float, float]
-    heights: Heights
-    flights: FittedFlights
-    impacts: ImpactSpeeds
-
-
-def _along(
-    track: Track,
-    segment: Segment,
-    normal: tuple[float, float, float],
-    sample_rate_hz: float,
-    gravity_m_s2: float,
-    impact_s: FloatArray | None = None,
-) -> _Along | float | None:
-    """Return the impacts along a normal, None without any; their instants are sought where they are not known.
-
-    Of what falls and bounces with another g than that of the place, that g.
+    Attributes
+    ----------
+    first
+        Number of the first of them among all flights of the track: its impacts are those from this one on.
+    fit
+        Of their paths.
     """
-    height = np.asarray(normal) @ track.position_m
-    part = slice(segment.first, segment.last)
-    time, known = track.time_s, track.valid & np.isfinite(height)
-    inside = known[part]
-    heights = Heights(time[part][inside], height[part][inside])
-    begin, end = float(time[segment.first]), float(time[segment.last - 1])
 
-    def flights_between(impact_s: FloatArray) -> FittedFlights | None:
-        rising_m_s = heights.rising_speed(float(impact_s[-1]), gravity_m_s2)
-        flights = find_flights(begin, end, impact_s, rising_m_s, gravity_m_s2)
-        return fit_track_flights(heights, flights)
+    first: int
+    fit: FittedPaths
 
-    if impact_s is None:
-        impact_s = find_track_impacts(time[part], height[part], inside, sample_rate_hz, gravity_m_s2)
-        # seen to a millisecond only, and with samples of the wrong flight the parabolas are wrong: fitted twice
-        rough = flights_between(impact_s) if impact_s.size else None
-        if rough is None:
-            return None
-        impact_s = rough.meet(impact_s)
-    fitted, expected = flights_between(impact_s), gravity_m_s2 * max(normal[2], 1e-9)
-    # a hand, a string or a lost fringe makes kinks as well: only what falls under gravity bounces
-    if fitted is None:
-        return None
-    if abs(float(fitted.parabolas.g_m_s2) / expected - 1.0) >= TRACKS.largest_g_error:
-        return _g_of_all(fitted, max(normal[2], 1e-9))
-    return _Along(normal, heights, fitted, speeds_at_impacts(fitted, fitted.meet(impact_s)))
+    @property
+    def impacts(self) -> slice:
+        """Which impacts of the track lie between these flights."""
+        return slice(self.first, self.first + self.fit.flights.impact_s.size)
 
 
-def _g_of_all(fitted: FittedFlights, vertical: float) -> float | None:
-    """Return the vertical acceleration downwards that two flights or more have alike, each by itself; else None."""
-    count, shared = fitted.samples.size, float(fitted.parabolas.g_m_s2)
-    if count < 2 or shared <= 0.0:
-        return None
-    for number in range(count):
-        one = fitted.samples.chosen(np.arange(count) == number)
-        first = int(fitted.samples.count[:number].sum())
-        own = fit_parabolas(one, fitted.height_m[first : first + int(one.count[0])])
-        if abs(own.g_m_s2 / shared - 1.0) > TRACKS.alike_g:
-            return None
-    return shared / vertical
+@dataclass(frozen=True, slots=True)
+class FlownTrack:
+    """What the flights of a track say.
+
+    Attributes
+    ----------
+    bounces
+        With their statistical uncertainties: setup held.
+    chains
+        Of its flights; none where nothing flies.
+    widening
+        What all uncertainties were multiplied by, for the setup is farther off than it states.
+    cause
+        What of the setup is likely wrong.
+    """
+
+    bounces: Bounces
+    chains: tuple[FlightChain, ...] = ()
+    widening: float = 1.0
+    cause: Finding | None = None
+
+    @property
+    def posterior(self) -> SetupPosterior | None:
+        """What the flights say of the setup; None where nothing flies, or the setup has no unknowns."""
+        return self.chains[-1].fit.setup_posterior() if self.chains and self.chains[-1].fit.n_setup else None
+
+    def directions(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return independent directions in which the setup is left open, and how e and g change along each.
+
+        Shapes (n, n_setup), in the u of the inputs, (n, n_impacts) and (n,).
+        """
+        if not self.chains:
+            nothing = np.zeros((0, len(self.bounces.impacts)))
+            return np.zeros((0, 0)), nothing, np.zeros(0)
+        last, first = self.chains[-1].fit, self.chains[0].fit
+        n = last.n_setup
+        along = self.widening * last.directions(last.covariances()[0])[:, :n]
+        e = np.full((n, len(self.bounces.impacts)), np.nan)
+        for chain in self.chains:
+            covariance, _ = chain.fit.covariances()
+            # where the setup is off by this, and the flights follow
+            follows = np.linalg.solve(covariance[:n, :n], covariance[:n]).T
+            e[:, chain.impacts] = along @ (self._e_slopes(chain) @ follows).T
+        _, of_g, _ = first.without_g()
+        return along, e, self.widening * first.directions(of_g)[:, first.gravity_place]
+
+    def by_paths(self, time_s: FloatArray, longer_m: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+        """Return what the setup's unknowns, (n_setup,), e, (n_impacts,), and g change by with small changes of paths.
+
+        Parameters
+        ----------
+        time_s, longer_m
+            Instants, and changes of the paths there, shape (n_receivers, n).
+        """
+        e, setup, g = np.full(len(self.bounces.impacts), np.nan), np.zeros(0), np.nan
+        for number, chain in enumerate(self.chains):
+            fit = chain.fit
+            at = np.array([np.interp(fit.samples.time_s, time_s, row) for row in longer_m])
+            change, of_g = fit.response(at)
+            e[chain.impacts] = self._e_slopes(chain) @ change
+            if number == 0:
+                setup, g = change[: fit.n_setup], of_g
+        return setup, e, g
+
+    def _e_slopes(self, chain: FlightChain) -> FloatArray:
+        """Return the derivatives of e of a chain's impacts by its unknowns, (n_impacts, m)."""
+        velocity, slopes = chain.fit.velocities()
+        normal = np.asarray(self.bounces.normal)
+        into, out = -velocity[:, :3] @ normal, velocity[:, 3:] @ normal
+        by_before, by_after = (np.einsum("a,eam->em", normal, one) for one in (slopes[:, :3], slopes[:, 3:]))
+        return np.asarray((by_after + (out / into)[:, None] * by_before) / into[:, None])
 
 
-def _u_of_waves_m(track: Track, found: _Along) -> FloatArray:
-    """Return u of the height at the impacts without the noise from sample to sample, shape (n_impacts,)."""
-    # it changes slowly: some samples tell it
-    some = np.flatnonzero(track.valid[::SOME]) * SOME
-    u_m = np.linalg.norm(np.array(found.normal)[:, None] * track.u_position_m[:, some], axis=0)
-    # the third difference has none of what is smooth; its median none of gaps and impacts
-    height = found.heights.height_m
-    height = height[: height.size // SOME * SOME].reshape(-1, SOME)
-    third = height[:, 3] - 3.0 * (height[:, 2] - height[:, 1]) - height[:, 0]
-    noise_m = robust_sd(third) / np.sqrt(THIRD_DIFFERENCE_GAIN)
-    waves_m = np.sqrt(np.maximum(u_m**2 - noise_m**2, 0.0))
-    return np.asarray(np.interp(found.impacts.time_s, track.time_s[some], waves_m))
+def find_bounces(track: Track, paths: PathLengths, segment: Segment, setup: Setup, sample_rate_hz: float) -> FlownTrack:
+    """Return impacts with e = speed after / speed before along the floor's normal, and the first fall.
 
+    Where the track shows impacts the flights between them are fitted to the paths, together with what the setup leaves
+    open; the speeds are those with which the flights meet.
 
-def _free_fall(track: Track, segment: Segment, found: _Along, gravity_m_s2: float) -> FreeFall | None:
-    """Return the parabola of the first fall by itself: a check of the whole chain against gravity."""
-    normal, flights = found.normal, found.flights
-    if 0 not in flights.place:
-        return None
-    first = flights.samples.chosen(np.arange(flights.samples.size) == flights.place[0])
-    if np.ptp(first.away_s[: first.count[0]]) < TRACKS.least_fall_s:
-        return None
-    height = flights.height_m[: first.count[0]]
-    # alone: with g shared by all flights, drag and a soft floor of the later ones would hide in it
-    own, vertical = fit_parabolas(first, height), max(abs(normal[2]), 1e-9)
-    # along a leaning normal only the part g cos(tilt) acts; what rides a plate, or hangs, does not fall
-    if abs(own.g_m_s2 / vertical / gravity_m_s2 - 1.0) >= TRACKS.largest_g_error:
-        return None
-    rest = slice(segment.rest_first, segment.rest_last)
-    at_rest = np.asarray(normal) @ track.position_m[:, rest]
-    at_rest = at_rest[track.valid[rest] & np.isfinite(at_rest)]
-    # without a known rest the highest place stands for it: the fall began no lower
-    release = float(at_rest.mean()) if at_rest.size else float(height.max())
-    begin, end = (float(first.origin_s[0] + first.away_s[k]) for k in (0, -1))
-    return FreeFall(
-        g_m_s2=own.g_m_s2 / vertical,
-        u_g_m_s2=own.u_g_m_s2 / vertical,
-        first_time_s=begin,
-        last_time_s=end,
-        release_height_m=release,
-        drop_height_m=release - float(flights.parabolas.height_at(flights.place[0], found.impacts.time_s[0])),
-        parabola=(float(own.parabolas.height_at(0, begin)), float(own.parabolas.speed_at(0, begin)), -0.5 * own.g_m_s2),
-        residual_rms_m=own.residual_rms_m,
+    Parameters
+    ----------
+    track, paths
+        Places, and the path lengths that they were located from.
+    segment
+        The motion within both.
+    setup
+        Antennas, release, sphere, site and floor, with their uncertainties. Where it gives no normal that is found from
+        the impacts, its uncertainty a part of u_e.
+    sample_rate_hz
+        Of both.
+    """
+    gravity_m_s2 = expected_gravity_m_s2(setup.site)
+    flights = find_track_flights(track, segment, sample_rate_hz, gravity_m_s2)
+    if not isinstance(flights, TrackFlights):
+        return FlownTrack(Bounces(falls_with_m_s2=flights))
+    given = np.asarray(setup.floor.normal)
+    turned, thrown, walls_s = walls_of_flights(track, flights, given, gravity_m_s2)
+    samples = _means(paths, segment, sample_rate_hz)
+    chains = tuple(_fitted(flights, flights.are_known, samples, setup))
+    if walls_s and chains:
+        # antennas that stand elsewhere than stated bend flights, too: located with them as found these meet no wall
+        again = walls_of_flights(_located(chains[0].fit, track, paths, setup), flights, given, gravity_m_s2)
+        apart = tuple(_fitted(flights, flights.are_known & ~turned, samples, setup)) if again[-1] else ()
+        # nor is it a wall's what every flight shows
+        if not apart:
+            turned, thrown, walls_s = np.zeros_like(turned), np.zeros_like(thrown), ()
+        chains = apart or chains
+    if not chains:
+        return FlownTrack(Bounces())
+    first = chains[0].fit
+    posterior = first.setup_posterior()
+    pulls, degrees = posterior.alone.misfit(posterior.mean)
+    widening = float(np.sqrt(max(1.0, pulls / degrees))) if degrees else 1.0
+    bounces = _with_waves(_bounces(flights, chains, setup, widening), track, segment, first.flights.g_m_s2)
+    by_wall = list(zip(bounces.impacts, (turned[:-1] | turned[1:] | thrown).tolist(), strict=True))
+    bounces = replace(
+        bounces,
+        impacts=tuple(replace(one, valid=one.valid and not met) for one, met in by_wall),
+        walls_s=walls_s,
+        with_walls_s=tuple(one.time_s for one, met in by_wall if met),
     )
+    checked = _checked(bounces, track, segment, first.flights)
+    outlier = None
+    if first.n_setup:
+        keys = tuple(one.key for one in first.unknowns.inputs)
+        outlier = setup_outlier(SetupChiSquare.of_paths(first), keys, setup)
+    return FlownTrack(without_checks_by_walls(checked), chains, widening, None if outlier is None else outlier.finding)
+
+
+def _located(fit: FittedPaths, track: Track, paths: PathLengths, setup: Setup) -> Track:
+    """Return a track located with the setup as flights found it."""
+    model, values = PathModel(setup, fit.unknowns), fit.values[: fit.n_setup]
+    position_m = model.places(values, np.where(paths.valid, paths.change_m, np.nan))
+    return replace(track, position_m=position_m, valid=track.valid & np.isfinite(position_m).all(axis=0))
+
+
+def _means(paths: PathLengths, segment: Segment, sample_rate_hz: float) -> PathSamples:
+    """Return means of the paths over the motion; NaN where one is not known."""
+    size, part = max(1, round(PATHS.mean_s * sample_rate_hz)), slice(segment.first, segment.last)
+    change_m = np.where(paths.valid[:, part], paths.change_m[:, part], np.nan)
+    return PathSamples(block_means(paths.time_s[part], size), block_means(change_m, size))
+
+
+def _fitted(flights: TrackFlights, known: BoolArray, samples: PathSamples, setup: Setup) -> Iterator[FlightChain]:
+    """Yield runs of known flights with the impacts between them, each fitted with what those before say they share."""
+    unknowns = SetupUnknowns.of(setup)
+    model, prior = PathModel(setup, unknowns), SharedPrior.of(unknowns)
+    seen, half_s = np.isfinite(samples.change_m).all(axis=0), 0.5 * PATHS.mean_s
+    for first, last in _runs(known):
+        begin_s, end_s = flights.begin_s[first:last], flights.end_s[first:last]
+        inside = (samples.time_s[:, None] >= begin_s + half_s) & (samples.time_s[:, None] <= end_s - half_s)
+        used = seen & inside.any(axis=1)
+        if (inside[seen].sum(axis=0) < PATHS.least_means).any():
+            continue
+        start = Flights(
+            float(begin_s[0]) if first == 0 else float(flights.first_s[first]),
+            flights.start_m[first],
+            float(prior.mean[-3]),
+            float(prior.mean[-2]),
+            float(prior.mean[-1]),
+            flights.velocity_m_s[first:last],
+            flights.impact_s[first : last - 1],
+        )
+        try:
+            fit = fit_paths(PathSamples(samples.time_s[used], samples.change_m[:, used]), start, model, prior)
+        except np.linalg.LinAlgError:
+            continue
+        if not np.isfinite(fit.values).all() or np.abs(fit.flights.impact_s - start.impact_s).max(initial=0.0) > (
+            TRACKS.largest_shift_s
+        ):
+            continue
+        prior = fit.shared_posterior()
+        yield FlightChain(first, fit)
+
+
+def _runs(known: BoolArray) -> Iterator[tuple[int, int]]:
+    """Yield begin and end of runs of flights, two to `most_flights` of them; neighbours share a flight."""
+    begin = 0
+    for number in range(1, known.size + 1):
+        ends = number == known.size or not known[number]
+        if ends or number - begin == PATHS.most_flights:
+            if known[begin] and (number - begin > 1 or begin == 0):
+                yield begin, number
+            begin = number if ends else number - 1
+        if number < known.size and not known[begin]:
+            begin = number
+
+
+def _bounces(flights: TrackFlights, chains: tuple[FlightChain, ...], setup: Setup, widening: float) -> Bounces:
+    """Return the bounces of fitted flights; impacts beside others have no speeds."""
+    count = flights.impact_s.size
+    time_s, velocity = flights.impact_s.copy(), np.full((count, 6), np.nan)
+    covariance = np.full((count, 6, 6), np.nan)
+    for chain in chains:
+        values, slopes = chain.fit.velocities()
+        time_s[chain.impacts], velocity[chain.impacts] = chain.fit.flights.impact_s, values
+        covariance[chain.impacts] = widening**2 * (slopes @ chain.fit.covariances()[1] @ slopes.swapaxes(1, 2))
+    known = np.isfinite(velocity).all(axis=1)
+    floor = normal_of_velocities(setup, velocity[known], covariance[known])
+    unknown = float("nan")
+    impacts = []
+    for at, own, spread in zip(time_s.tolist(), velocity, covariance, strict=True):
+        into, out = -float(own[:3] @ floor.normal), float(own[3:] @ floor.normal)
+        # speeds along the normal have no sign left to lose: anything else, and what is not known, is no rebound
+        if into > 0.0 and out > 0.0:
+            impacts.append(bounce_at(at, own, spread, floor, OF_PATHS))
+        else:
+            impacts.append(Bounce(at, into, out, unknown, unknown, OF_PATHS, valid=False))
+    x, y, z = floor.normal.tolist()
+    given = "normal" in setup.floor.model_fields_set
+    velocities = VelocitiesAtImpacts(time_s, velocity[:, :3], velocity[:, 3:], covariance, floor.slope_variance)
+    return Bounces(
+        tuple(impacts),
+        _fall(chains[0], floor, widening, setup),
+        (x, y, z),
+        None if given or not known.any() else floor.u_tilt_deg,
+        _braked(chains[-1].fit, setup),
+        velocities=velocities,
+    )
+
+
+def _with_waves(bounces: Bounces, track: Track, segment: Segment, gravity_m_s2: float) -> Bounces:
+    """Return the bounces with what waves in the track that are as long as a flight is high may do to e and g."""
+    part, normal = slice(segment.first, segment.last), np.asarray(bounces.normal)
+    valid = track.valid[part]
+    height = (normal @ track.position_m[:, part])[valid]
+    u_m = np.sqrt(normal**2 @ track.u_position_m[:, part] ** 2)[valid]
+    # the third difference has none of what is smooth; its median none of gaps and impacts
+    noise_m = robust_sd(np.diff(height, 3)) / np.sqrt(THIRD_DIFFERENCE_GAIN)
+    waves_m = float(np.sqrt(max(float(median(u_m)) ** 2 - noise_m**2, 0.0)))
+    impacts = []
+    for one in bounces.impacts:
+        rebound_m = one.speed_after_m_s**2 / (2.0 * gravity_m_s2 * float(normal[2]))
+        u_e = np.hypot(one.u_e, TRACKS.waves_in_rebounds * one.e * waves_m / max(rebound_m, 1e-9))
+        impacts.append(replace(one, u_e=float(u_e), valid=one.valid and bool(u_e < FLIGHTS.usable_u_e)))
+    fall = bounces.free_fall
+    if fall is not None:
+        fallen_m = abs(fall.parabola[0] - fall.release_height_m) if np.isnan(fall.drop_height_m) else fall.drop_height_m
+        u_g = np.hypot(fall.u_g_m_s2, gravity_m_s2 * waves_m / max(fallen_m, 1e-3))
+        fall = replace(fall, u_g_m_s2=float(u_g))
+    return replace(bounces, impacts=tuple(impacts), free_fall=fall)
+
+
+def _fall(chain: FlightChain, floor: FloorNormal, widening: float, setup: Setup) -> FreeFall | None:
+    """Return the first fall with g and its u where the setup is held; None where the first flight is no fall."""
+    fit = chain.fit
+    if chain.first > 0:
+        return None
+    g, _, held = fit.without_g()
+    release_m = np.asarray(setup.tracer.release_position_m) + fit.unknowns.by_release @ fit.values[: fit.n_setup]
+    u_g = widening * float(np.sqrt(held[fit.gravity_place, fit.gravity_place]))
+    return fall_of(fit.flights, float(fit.samples.time_s[-1]), floor.normal, (g, u_g), release_m)
+
+
+def _braked(fit: FittedPaths, setup: Setup) -> float | None:
+    """Return k of the drag where it is that of no metal sphere, and the setup says nothing of its density; else None.
+
+    Air on a sphere of metal is known; a plastic one nobody named is braked ten times as much.
+    """
+    if setup.tracer.density_kg_m3 is not None:
+        return None
+    k_1_m, metal_1_m = float(fit.flights.drag_1_m), TRACKS.much_drag * fit.unknowns.drag.k_1_m
+    covariance, _ = fit.covariances()
+    u = float(np.sqrt(covariance[fit.drag_place, fit.drag_place]))
+    return k_1_m if k_1_m - TRACKS.sure_of_drag * u > metal_1_m else None
+
+
+def _checked(bounces: Bounces, track: Track, segment: Segment, flights: Flights) -> Bounces:
+    """Return the bounces with e from flight times and heights of the track."""
+    normal, part = np.asarray(bounces.normal), slice(segment.first, segment.last)
+    time, height = track.time_s[part], normal @ track.position_m[:, part]
+    known = track.valid[part] & np.isfinite(height)
+    along = flights.g_m_s2 * float(normal[2])
+    return cross_check(bounces, time[known], height[known], along, flights.drag_1_m, flights.slow_m_s)

@@ -174,8 +174,8 @@ def found_tilt(bounces: Bounces) -> tuple[str, ...]:
     return (sentence,)
 
 
-PARABOLAS = "parabolas with shared g"
-"""Method of impacts whose speeds are those of a track's parabolas."""
+OF_PATHS = "flights of path lengths"
+"""Method of impacts whose speeds are those of flights fitted to path lengths."""
 
 
 def walls_met(bounces: Bounces) -> tuple[str, ...]:
@@ -183,7 +183,7 @@ def walls_met(bounces: Bounces) -> tuple[str, ...]:
     if not bounces.walls_s:
         return ()
     moments = ", ".join(f"{moment:.3f}" for moment in bounces.walls_s)
-    by_track = any(one.method == PARABOLAS for one in bounces.impacts)
+    by_track = any(one.method == OF_PATHS for one in bounces.impacts)
     then = "the flights beside them give no e" if by_track else "its flights end there"
     return (f"Walls beside the fall threw the sphere back at {moments} s: {then}.",)
 
@@ -191,7 +191,7 @@ def walls_met(bounces: Bounces) -> tuple[str, ...]:
 def floor_and_wall(bounces: Bounces) -> list[Finding]:
     """Return a finding for each impact at which a wall was met, too."""
     return [
-        warn("wall_at_impact", impact=number, where="beside" if impact.method == PARABOLAS else "within")
+        warn("wall_at_impact", impact=number, where="beside" if impact.method == OF_PATHS else "within")
         for number, impact in enumerate(bounces.impacts, 1)
         if impact.time_s in bounces.with_walls_s
     ]

@@ -10,6 +10,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.result import Bounce, Bounces, FreeFall, VelocitiesAtImpacts
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
+from radargui.motion.flights import Flights
 from radargui.restitution.cross_check import TimesOfFlights, cross_check, with_e_by_times
 from radargui.restitution.floor_normal import FloorNormal, normal_of_impacts
 from radargui.restitution.settings import FLIGHTS
@@ -24,16 +25,16 @@ def drop_bounces(estimate: DropEstimate, setup: Setup) -> Bounces:
     flights = estimate.flights
     velocity, by_unknowns = estimate.impact_velocities()
     statistical = estimate.widening**2 * np.einsum("ean,nm,ebm->eab", by_unknowns, estimate.held, by_unknowns)
-    floor = _normal(estimate, setup, velocity, statistical)
+    floor = normal_of_velocities(setup, velocity, statistical)
     impacts = tuple(
-        _bounce(float(time), own, covariance, floor)
+        bounce_at(float(time), own, covariance, floor)
         for time, own, covariance in zip(flights.impact_s, velocity, statistical, strict=True)
     )
     given = "normal" in setup.floor.model_fields_set
     x, y, z = (float(part) for part in floor.normal)
     bounces = Bounces(
         impacts,
-        _free_fall(estimate, floor.normal),
+        fall_of(flights, estimate.end_s, floor.normal, estimate.gravity, flights.start_m),
         (x, y, z),
         None if given or not impacts else floor.u_tilt_deg,
         velocities=VelocitiesAtImpacts(
@@ -59,7 +60,16 @@ def _times(estimate: DropEstimate, upright: float) -> TimesOfFlights:
     return TimesOfFlights(times, covariance, flights.g_m_s2 * upright, flights.drag_1_m, flights.slow_m_s)
 
 
-def _normal(estimate: DropEstimate, setup: Setup, velocity: FloatArray, covariance: FloatArray) -> FloorNormal:
+def normal_of_velocities(setup: Setup, velocity: FloatArray, covariance: FloatArray) -> FloorNormal:
+    """Return the floor's normal, where the setup gives none by velocities before and after the impacts.
+
+    Parameters
+    ----------
+    setup
+        Its floor.
+    velocity, covariance
+        At the impacts, shapes (n_impacts, 6) and (n_impacts, 6, 6).
+    """
     floor = FloorNormal(np.asarray(setup.floor.normal))
     if "normal" in setup.floor.model_fields_set or not len(velocity):
         return floor
@@ -68,7 +78,10 @@ def _normal(estimate: DropEstimate, setup: Setup, velocity: FloatArray, covarian
     return normal_of_impacts(velocity[:, :3], velocity[:, 3:], np.sqrt(aside), setup.floor.u_tilt_deg)
 
 
-def _bounce(time_s: float, velocity: FloatArray, covariance: FloatArray, floor: FloorNormal) -> Bounce:
+def bounce_at(
+    time_s: float, velocity: FloatArray, covariance: FloatArray, floor: FloorNormal, method: str = "flights"
+) -> Bounce:
+    """Return the bounce of velocities before and after an impact, (6,), with their covariance (6, 6)."""
     before_m_s, after_m_s = velocity[:3], velocity[3:]
     before, after = -float(before_m_s @ floor.normal), float(after_m_s @ floor.normal)
     e = after / before
@@ -76,19 +89,24 @@ def _bounce(time_s: float, velocity: FloatArray, covariance: FloatArray, floor: 
     variance = float(slope @ covariance @ slope) + float(floor.e_variance(before_m_s, after_m_s))
     u_e = float(np.sqrt(max(variance, 0.0)))
     valid = bool(0.0 < e < FLIGHTS.most_e and u_e < FLIGHTS.usable_u_e)
-    return Bounce(time_s, before, after, e, u_e, "flights", valid)
+    return Bounce(time_s, before, after, e, u_e, method, valid)
 
 
-def _free_fall(estimate: DropEstimate, normal: FloatArray) -> FreeFall:
-    flights = estimate.flights
-    ends = flights.impact_s[:1] if flights.impact_s.size else np.array([estimate.end_s])
+def fall_of(
+    flights: Flights, end_s: float, normal: FloatArray, gravity: tuple[float, float], release_m: FloatArray
+) -> FreeFall:
+    """Return the first of some flights as a fall from a release, (3,), with g and its u.
+
+    Without an impact it ends at `end_s`.
+    """
+    ends = flights.impact_s[:1] if flights.impact_s.size else np.array([end_s])
     time = np.linspace(flights.onset_s, float(ends[0]), 200)
     height = normal @ flights.position_m(time)
     bend, slope, level = np.polyfit(time - time[0], height, 2).tolist()
     residual = height - np.polyval([bend, slope, level], time - time[0])
-    release = float(normal @ flights.start_m)
+    release = float(normal @ release_m)
     drop = release - float(height[-1]) if flights.impact_s.size else float("nan")
-    g, u_g = estimate.gravity
+    g, u_g = gravity
     rms = float(np.sqrt((residual**2).mean()))
     return FreeFall(g, u_g, float(time[0]), float(time[-1]), release, drop, (level, slope, bend), rms)
 

@@ -25,9 +25,6 @@ class NormalSettings:
         Range and number of kicks' standard deviations, log uniform: the last is a rough floor's. With a first of 3e-4
         two kicks that happen to agree look like a tilt that is known: 88 % of e inside 2u after two impacts, 92 to
         100 % with this one.
-    least_weight
-        Of a point of the grid that a change of the normal is summed over, against the largest: what is left out of
-        thirty impacts weighs 2e-8 of all.
     same, faces_deg
         Probability before the impacts that the surface which reflects is the one that the sphere falls on, and how far
         from parallel its faces may be (a plate of 30 cm whose thickness varies by a quarter of a millimetre). Even
@@ -45,7 +42,6 @@ class NormalSettings:
     least_tilt_sd: float = 1e-6
     kick_m_s: tuple[float, float] = (1e-2, 0.5)
     kicks: int = 32
-    least_weight: float = 1e-8
     same: float = 0.5
     faces_deg: float = 0.05
     friction: tuple[float, ...] = tuple(4.0 / 7.0 * step / 8.0 for step in range(9))
@@ -54,7 +50,6 @@ class NormalSettings:
 NORMALS = NormalSettings()
 _TILTS_SD = np.tan(np.radians(np.geomspace(*NORMALS.tilt_sd_deg, NORMALS.tilts)))
 _KICKS_M_S = np.geomspace(*NORMALS.kick_m_s, NORMALS.kicks)
-_ONE_MORE = ((1, 0), (0, 0), (0, 0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,47 +135,6 @@ def normal_of_impacts(
     normal = np.array([*tilt, 1.0])
     # law of total variance: within each of the grid's points and between them
     return FloorNormal(normal / np.linalg.norm(normal), float(np.mean(second) - np.mean(tilt**2)))
-
-
-def normal_changes(
-    before_m_s: FloatArray,
-    after_m_s: FloatArray,
-    more_before_m_s: FloatArray,
-    more_after_m_s: FloatArray,
-    u_m_s: FloatArray,
-    u_tilt_deg: float | None = None,
-) -> FloatArray:
-    """Return the changes of the mean normal by changes of the velocities.
-
-    Parameters
-    ----------
-    before_m_s, after_m_s, u_m_s, u_tilt_deg
-        As in `normal_of_impacts`.
-    more_before_m_s, more_after_m_s
-        Their changes, shape (n_changes, n_impacts, 3).
-
-    Returns
-    -------
-    FloatArray
-        Shape (n_changes, 3).
-    """
-    precision = _tilts_sd(u_tilt_deg) ** -2.0
-    before, after = before_m_s + np.pad(more_before_m_s, _ONE_MORE), after_m_s + np.pad(more_after_m_s, _ONE_MORE)
-    a, b, level = (sums.reshape(*sums.shape[:-2], -1) for sums in _sums_of_impacts(before, after, u_m_s))
-
-    square = (b**2).sum(axis=1)
-    # few points of the grid weigh anything: the others are left out, of all sets alike
-    softness = 1.0 / (a[0, :, None] + precision)
-    weight = level[0, :, None] + 0.5 * square[0, :, None] * softness + np.log(softness * precision)
-    heavy = weight > weight.max() + np.log(NORMALS.least_weight)
-    point, precision = np.flatnonzero(heavy.any(axis=1)), precision[heavy.any(axis=0)]
-    softness = 1.0 / (a[:, point, None] + precision)
-    exponent = level[:, point, None] + 0.5 * square[:, point, None] * softness
-    share = np.exp(exponent - exponent.max(axis=(1, 2), keepdims=True)) * softness * precision
-    tilt = (b[..., point] @ (softness * share).sum(axis=2)[..., None])[..., 0] / share.sum(axis=(1, 2))[:, None]
-    normal = np.pad(tilt, ((0, 0), (0, 1)), constant_values=1.0)
-    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-    return np.asarray(normal[1:] - normal[0])
 
 
 def _tilts_sd(u_tilt_deg: float | None) -> FloatArray:

@@ -112,10 +112,8 @@ class TrackSettings:
     alike_g
         Unless each of them has the same g within this share: then it falls and bounces, but not with the g of the
         place, and that is told. What a hand does is no parabola twice. Chosen by hand.
-    largest_u_e, sigmas_above_1
-        e is valid with u_e below the first, and at most so many u_e above 1.
     least_fall_s
-        Known of the first fall by itself.
+        Known of a fall by itself.
     side_s, least_side_s
         Velocities at an impact come from straight lines, gravity taken off, over so long on each side, of which so much
         is known: sideways a flight is straight.
@@ -125,9 +123,6 @@ class TrackSettings:
     sure_of_drag, much_drag
         Drag that flights show counts where it is above so many times that of the sphere assumed, by so many u: that of
         a sphere in air is known within 30 %.
-    hidden_waves
-        A parabola follows part of the waves that a mismatch leaves in the track. On simulated drops with every kind of
-        mismatch the errors of e and g were so many times what the residuals alone say; white noise needs no widening.
     """
 
     clearance_s: float = 0.0015
@@ -142,15 +137,12 @@ class TrackSettings:
     largest_shift_s: float = 0.005
     largest_g_error: float = 0.3
     alike_g: float = 0.15
-    largest_u_e: float = 0.1
-    sigmas_above_1: float = 3.0
     least_fall_s: float = 0.008
     side_s: float = 0.03
     least_side_s: float = 0.006
     waves_in_rebounds: float = 0.2
     sure_of_drag: float = 2.0
     much_drag: float = 1.5
-    hidden_waves: float = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -281,5 +273,52 @@ class TrackWallSettings:
     sigmas_back: float = 2.0
 
 
-FLIGHTS, TRACKS, CHECKS = FlightSettings(), TrackSettings(), CheckSettings()
+@dataclass(frozen=True, slots=True)
+class PathFitSettings:
+    """How flights are fitted to path lengths. Chosen by hand where nothing else is said.
+
+    Attributes
+    ----------
+    mean_s
+        Means of the paths that are fitted: at 2 m/s they blur a quarter of a wavelength by 5 %.
+    finest
+        Period of the finest cosine in wavelengths: of what a mismatch leaves little has a shorter one.
+    most_flights
+        That are fitted together; those after them begin from what is known then.
+    turns, steps
+        Gauss-Newton steps, the last with widened waves, and steps of the variances in each.
+    first_wave_m, first_noise_m, least_noise_m
+        Deviations of cosines and of means that it begins with, and the least of both.
+    least_means
+        Of each flight.
+    least_freedom, least_count
+        Share of the samples that counts as free at least, and the least number of cosines that a variance is of.
+    widened
+        Factor on the deviation of the cosines at the end.
+    least_u_g_m_s2, most_u_g_m_s2
+        Of g that is called exact, and where nothing is known of it.
+    least_u_k_1_m, u_slow_share, least_u_slow_m_s
+        Of drag k and its v1.
+    """
+
+    mean_s: float = 0.001
+    finest: float = 0.25
+    most_flights: int = 9
+    turns: int = 4
+    steps: int = 4
+    first_wave_m: float = 5e-5
+    first_noise_m: float = 3e-5
+    least_noise_m: float = 1e-7
+    least_means: int = 4
+    least_freedom: float = 0.25
+    least_count: float = 1e-3
+    widened: float = 2.0
+    least_u_g_m_s2: float = 1e-4
+    most_u_g_m_s2: float = 100.0
+    least_u_k_1_m: float = 1e-5
+    u_slow_share: float = 0.3
+    least_u_slow_m_s: float = 0.03
+
+
+FLIGHTS, TRACKS, CHECKS, PATHS = FlightSettings(), TrackSettings(), CheckSettings(), PathFitSettings()
 CONTACTS, WALLS = ContactSettings(), TrackWallSettings()

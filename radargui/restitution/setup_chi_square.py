@@ -13,6 +13,7 @@ from radargui.model.gravity import expected_gravity
 from radargui.model.setup import Setup
 from radargui.model.setup_posterior import SetupLikelihood
 from radargui.restitution.flight_fit import FlightFit
+from radargui.restitution.path_fit import FittedPaths, SharedPrior
 
 _FREE = 1e-6
 """Weight of the square of an input that is freed: what nothing shows stays where it is."""
@@ -76,6 +77,23 @@ class SetupChiSquare:
         # back to what is stated, where the inputs' own squares count from
         value += weight * off**2 - 2.0 * float(pull @ at) + float(at @ cost @ at)
         return cls(value, expected, cost, pull - cost @ at, own, fit.g_m_s2 - float(by_input @ at), by_input, weight)
+
+    @classmethod
+    def of_paths(cls, fit: FittedPaths) -> SetupChiSquare:
+        """Return that of flights fitted to paths, all else of them where it is least."""
+        n, prior = fit.n_setup, fit.prior
+        # without what is stated of the setup itself
+        bare = prior.precision.copy()
+        bare[:n, :n] -= np.diag(fit.unknowns.deviation**-2.0)
+        matrix = fit.precision(SharedPrior(prior.mean, bare))
+        across = matrix[:n, n:]
+        cost = matrix[:n, :n] - across @ np.linalg.solve(matrix[n:, n:], across.T)
+        at, own = fit.values[:n], fit.unknowns.deviation**-2.0
+        # at the minimum the pull of the flights is that of what is stated
+        pull = -own * at - cost @ at
+        expected = fit.samples.change_m.size
+        value = float(expected) - 2.0 * float(pull @ at) - float(at @ cost @ at)
+        return cls(value, expected, cost, pull, own, fit.flights.g_m_s2, np.zeros(n), 0.0)
 
     def with_others(self, others: SetupLikelihood) -> SetupChiSquare:
         """Return chi-square with what other runs say of the inputs."""

@@ -1,19 +1,12 @@
 """The acceleration of the first fall against the gravity of the laboratory's place."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from radargui.model.gravity import g_and_u_of_site, gravity_of_site, share_in_air
-from radargui.model.result import Bounces, RunResult
+from radargui.model.gravity import gravity_of_site, share_in_air
+from radargui.model.result import RunResult
 from radargui.model.rounding import COVERAGE, plain, quantity
 from radargui.model.setup import Setup
-from radargui.restitution.settings import TRACKS
-
-SHARES_OF_MISSED = 1.0, 0.5
-"""Relative error of e over that of the first fall's g, of the impact that ends the fall and of those after it. Of 116
-first impacts of drops in rooms with reflectors 2u held 80 to 90 % without it and 93 to 97 % with it (of 147 fresh ones
-94 to 96 %), the worst was off by 2.6 u instead of 5.7 (5.3): published, ellipse, adaptive; decision 48.
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,35 +57,6 @@ def site_check(result: RunResult) -> SiteCheck | None:
         return None
     combined = None if budget is None else budget.g_m_s2.combined
     return check_against_site(fall.g_m_s2, fall.u_g_m_s2, result.setup, combined)
-
-
-def with_missed_gravity(bounces: Bounces, setup: Setup, u_setup_m_s2: float) -> Bounces:
-    """Return the bounces of a track with what the first fall misses gravity by in each u of e.
-
-    A wave that a reflector leaves in a track bends a flight and leaves few residuals. The flight's g shows it, and its
-    speed at the impact is wrong by about the same share; later flights by less (`SHARES_OF_MISSED`).
-
-    Parameters
-    ----------
-    bounces
-        Of a track: the joint estimate knows speeds and g from one motion.
-    setup
-        Its site, where it gives one, and the sphere's density.
-    u_setup_m_s2
-        What the uncertainties of antennas, clock and wavelength make of g: these change no e.
-    """
-    fall = bounces.free_fall
-    if fall is None:
-        return bounces
-    g, u_g = g_and_u_of_site(setup.site)
-    missed = fall.g_m_s2 - g * share_in_air(setup.tracer.density_kg_m3, setup.air.gas)
-    share = math.sqrt(max(0.0, missed**2 - u_g**2 - u_setup_m_s2**2)) / g
-    first, later = SHARES_OF_MISSED
-    widened = []
-    for number, impact in enumerate(bounces.impacts):
-        u_e = math.hypot(impact.u_e, (later if number else first) * share * impact.e)
-        widened.append(replace(impact, u_e=u_e, valid=impact.valid and u_e < TRACKS.largest_u_e))
-    return replace(bounces, impacts=tuple(widened))
 
 
 def check_against_site(

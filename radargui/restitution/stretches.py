@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
-from radargui.motion.impacts import THIRD_DIFFERENCE_GAIN
 
 LEAST_RESIDUALS = 8
 """Of fewer samples neither a correlation nor a third difference tells anything."""
@@ -102,23 +101,6 @@ class Stretches:
             rows = np.where(inside, residual[..., place], 0.0)
             out[..., own] = _correlation_lengths(rows, self.count[own])
         return out
-
-    def misfit_widenings(self, residual: FloatArray, hidden_waves: float) -> FloatArray:
-        """Return by how much the variance of residuals that are not white must be widened, shape (n_stretches,).
-
-        A parabola follows part of the waves that a mismatch leaves in the track, so that the residuals show less of
-        them than there is: 1 for white ones, `hidden_waves` squared for waves. Parameters as above.
-        """
-        square = self.means(residual**2)
-        # third differences see noise, not waves: what is left of the residuals is no noise
-        third = np.concatenate([np.diff(residual, 3) ** 2, np.zeros(min(3, residual.size))])
-        count = np.maximum(self.count - 3, 1)
-        # those that reach into the next stretch belong to none
-        ends = np.stack([self.first, self.first + count], axis=1).ravel()
-        sums = np.add.reduceat(np.append(third, 0.0), ends)[::2]
-        share = np.minimum(1.0, sums / count / THIRD_DIFFERENCE_GAIN / np.maximum(square, 1e-300))
-        known = (self.count >= LEAST_RESIDUALS) & (square > 0.0)
-        return np.where(known, share + (1.0 - share) * hidden_waves**2, 1.0)
 
 
 def _correlation_lengths(rows: FloatArray, count: IntArray) -> FloatArray:

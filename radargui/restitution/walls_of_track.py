@@ -5,47 +5,36 @@ A wall rubs: flights that met one are no parabolas, and their ends tell no speed
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
-from radargui.model.result import Bounces, Track
+from radargui.model.result import Track
 from radargui.restitution.settings import WALLS
-from radargui.restitution.track_flights import ImpactVelocities
+from radargui.restitution.track_flights import TrackFlights
 
 
-def without_e_by_walls(bounces: Bounces, track: Track, at: ImpactVelocities, span_s: tuple[float, float]) -> Bounces:
-    """Return the bounces without e beside walls, and when these were met.
+def walls_of_flights(
+    track: Track, flights: TrackFlights, normal: FloatArray, gravity_m_s2: float
+) -> tuple[BoolArray, BoolArray, tuple[float, ...]]:
+    """Return which flights met a wall, which impacts did, shapes (n_flights,) and (n_impacts,), and when.
 
     Parameters
     ----------
-    bounces, track
-        Of the parabolas of a track.
-    at
-        Velocities at the impacts.
-    span_s
-        When the motion begins, and the flight after the last impact ends.
+    track, flights
+        Places, and what flies; shape (n_flights,).
+    normal, gravity_m_s2
+        Floor's normal, shape (3,), and g of the place.
     """
-    impact_s = np.array([one.time_s for one in bounces.impacts])
-    if not impact_s.size or bounces.normal is None:
-        return bounces
-    edges = np.concatenate([[span_s[0]], impact_s, [max(span_s[1], float(impact_s[-1]))]])
-    aside = Aside.of(track, edges[:-1], edges[1:])
-    turned, thrown = aside.turned, aside.thrown_back(at, np.asarray(bounces.normal))
-    beside = turned[:-1] | turned[1:] | thrown
-    if not beside.any():
-        return bounces
-    walls_s = tuple(np.sort(np.concatenate([aside.when_s[turned], impact_s[thrown]])).tolist())
-    by_wall = list(zip(bounces.impacts, beside.tolist(), strict=True))
-    return replace(
-        bounces,
-        impacts=tuple(replace(one, valid=one.valid and not met) for one, met in by_wall),
-        walls_s=walls_s,
-        # an impact that gave no e before needs no reason
-        with_walls_s=tuple(one.time_s for one, met in by_wall if met and one.valid),
-    )
+    first_s, last_s = flights.first_s, np.append(flights.impact_s, flights.end_s[-1])
+    aside = Aside.of(track, first_s, np.where(np.isfinite(last_s), last_s, first_s))
+    falls = flights.velocity_m_s[:, 2] - gravity_m_s2 * (last_s - first_s)
+    thrown = aside.thrown_back(falls[:-1], flights.velocity_m_s[1:, 2], normal)
+    thrown &= flights.are_known[:-1] & flights.are_known[1:]
+    walls_s = np.sort(np.concatenate([aside.when_s[aside.turned], flights.impact_s[thrown]]))
+    return aside.turned, thrown, tuple(walls_s.tolist())
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,13 +82,14 @@ class Aside:
             u[seen] = np.sqrt(12.0) * u_m / length[seen]
         return cls(when, before, after, turned, u)
 
-    def thrown_back(self, at: ImpactVelocities, normal: FloatArray) -> BoolArray:
+    def thrown_back(self, falls_m_s: FloatArray, rises_m_s: FloatArray, normal: FloatArray) -> BoolArray:
         """Return which impacts turned the motion along the floor back: friction stops it at most, shape (n_impacts,).
 
         Whole flights say how fast they go aside: what a wall within milliseconds of the floor does is the impact's.
+        Speeds along z before and after, shape (n_impacts,).
         """
-        before = np.column_stack([self.after_m_s[:-1], at.before_m_s[:, 2]])
-        after = np.column_stack([self.before_m_s[1:], at.after_m_s[:, 2]])
+        before = np.column_stack([self.after_m_s[:-1], falls_m_s])
+        after = np.column_stack([self.before_m_s[1:], rises_m_s])
         before, after = (one - np.outer(one @ normal, normal) for one in (before, after))
         slower = np.minimum(np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1))
         back = (before * after).sum(axis=1) < 0.0

@@ -9,13 +9,13 @@ import pytest
 from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_problem
 
 from radargui.estimation.forward.parameters import lobe_places
-from radargui.estimation.forward.setup_unknowns import SetupUnknowns
 from radargui.estimation.forward.signal_model import EVERY, nodes_of
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.solve.changed_problem import problem_with_flights
 from radargui.estimation.solve.held_setup import setup_posterior, with_setup_held
 from radargui.estimation.solve.minimise import Solution, minimise, solved_at
 from radargui.estimation.solve.problem import JointProblem, Start, State, linearise
+from radargui.geometry.setup_unknowns import SetupUnknowns
 from radargui.model.assumed import UncertainInput
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, U_ANYWHERE_M_S2, UNKNOWN_DRAG
 from radargui.model.resources import default_setup_path

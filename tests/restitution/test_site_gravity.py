@@ -9,9 +9,8 @@ from support.changed import changed
 
 from radargui.model.gravity import normal_gravity_m_s2, share_in_air
 from radargui.model.resources import default_setup_path
-from radargui.model.result import Bounce, Bounces, FreeFall
 from radargui.model.setup import Setup, read_setup
-from radargui.restitution.site_gravity import check_against_site, with_missed_gravity
+from radargui.restitution.site_gravity import check_against_site
 
 STEEL = 7800.0
 
@@ -70,33 +69,3 @@ def test_a_wavelength_of_vacuum_is_told_and_no_site_is_no_check() -> None:
     told = [check_against_site(9.81, 1e-4, one, 1e-3) for one in (setup, vacuum)]
     assert [one is not None and "of vacuum" in one.compared for one in told] == [False, True]
     assert check_against_site(9.81, 1e-4, at_site(), 1e-3) is None
-
-
-def fallen(g_m_s2: float) -> Bounces:
-    fall = FreeFall(g_m_s2, 0.01, 0.0, 0.2, 0.1, 0.2, (0.1, 0.0, -0.5 * g_m_s2), 1e-5)
-    return Bounces(tuple(Bounce(0.2 + k, 2.0, 1.6, 0.8, 0.001, "parabolas", True) for k in range(3)), fall)
-
-
-def test_what_the_first_fall_misses_gravity_by_is_in_u_of_e() -> None:
-    setup, in_air = at_site(g_m_s2=9.81, u_g_m_s2=1e-4), 9.81 * share_in_air(STEEL)
-    first, second, third = with_missed_gravity(fallen(0.99 * in_air), setup, 0.0).impacts
-    assert first.e == 0.8
-    assert first.u_e == pytest.approx(math.hypot(0.001, 0.008), rel=1e-3)
-    assert second.u_e == third.u_e == pytest.approx(math.hypot(0.001, 0.004), rel=1e-3)
-    assert first.valid
-
-
-def test_what_place_and_antennas_explain_of_g_leaves_e_alone() -> None:
-    setup, in_air = at_site(g_m_s2=9.81, u_g_m_s2=1e-4), 9.81 * share_in_air(STEEL)
-    missed = fallen(0.995 * in_air)
-    assert with_missed_gravity(missed, setup, 0.06) == missed
-    # without a site gravity is known to 0.15 %
-    anywhere = fallen(9.825 * share_in_air(STEEL))
-    assert with_missed_gravity(anywhere, at_site(), 0.0) == anywhere
-    assert with_missed_gravity(anywhere, setup, 0.0).impacts[0].u_e > anywhere.impacts[0].u_e
-
-
-def test_an_e_that_a_fall_far_from_gravity_ends_with_is_not_valid() -> None:
-    found = with_missed_gravity(fallen(0.8 * 9.81), at_site(g_m_s2=9.81), 0.0).impacts
-    assert [impact.valid for impact in found] == [False, True, True]
-    assert with_missed_gravity(Bounces(found), at_site(), 0.0).impacts == found

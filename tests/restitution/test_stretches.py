@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radargui.motion.impacts import THIRD_DIFFERENCE_GAIN
 from radargui.restitution.stretches import LEAST_RESIDUALS, Stretches
 
 TIME_S = np.cumsum(np.random.default_rng(1).uniform(0.5, 1.5, 300)) * 1e-3
@@ -56,16 +55,3 @@ def test_a_correlation_length_is_one_and_twice_the_correlations_up_to_their_firs
         stop = int(np.argmax(correlation <= 0.0)) if (correlation <= 0.0).any() else correlation.size
         assert found[k] == pytest.approx(max(1.0, 2.0 * correlation[:stop].sum() / correlation[0] - 1.0))
     assert found[3] > 4.0
-
-
-def test_waves_in_residuals_widen_by_what_third_differences_do_not_see(stretches: Stretches) -> None:
-    rng = np.random.default_rng(4)
-    residual = rng.standard_normal(stretches.place.size) + 3.0 * np.sin(0.2 * np.arange(stretches.place.size))
-    found = stretches.misfit_widenings(residual, 2.0)
-    at = 0
-    for k, count in enumerate(stretches.count):
-        own, at = residual[at : at + count], at + count
-        share = min(1.0, (np.diff(own, 3) ** 2).mean() / THIRD_DIFFERENCE_GAIN / (own**2).mean())
-        wanted = share + (1.0 - share) * 4.0 if count >= LEAST_RESIDUALS else 1.0
-        assert found[k] == pytest.approx(wanted)
-    assert found.max() > 2.0

@@ -10,7 +10,6 @@ from benchmarks.world.scene import make_record
 
 from radargui.model.result import RunResult, Track
 from radargui.processing.process import process
-from radargui.restitution.track_flights import ImpactVelocities
 from radargui.restitution.walls_of_track import Aside
 
 RATE_HZ, U_M = 5000.0, 2e-4
@@ -55,8 +54,7 @@ def test_a_gap_hides_a_wall_and_tells_none() -> None:
 @pytest.mark.parametrize(("after_m_s", "is_wall"), [(-0.2, True), (0.2, False), (-0.01, False)])
 def test_an_impact_that_throws_back_along_the_floor_met_a_wall(after_m_s: float, *, is_wall: bool) -> None:
     found = Aside.of(track(0.3 * TIME_S + (after_m_s - 0.3) * np.maximum(0.0, TIME_S - 0.3)), BEGIN_S, END_S)
-    down, up = np.tile([0.0, 0.0, -2.0], (2, 1)), np.tile([0.0, 0.0, 1.5], (2, 1))
-    thrown = found.thrown_back(ImpactVelocities(down, up, np.full(2, 0.01)), NORMAL)
+    thrown = found.thrown_back(np.full(2, -2.0), np.full(2, 1.5), NORMAL)
     assert thrown.tolist() == [is_wall, False]
 
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.estimation.forward.setup_unknowns import SetupUnknowns
 from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere
 from radargui.estimation.signals import ScaledSignals
 from radargui.geometry.path_length import Antennas, place_antennas
 from radargui.geometry.plate import StatedSurface
+from radargui.geometry.setup_unknowns import SetupUnknowns
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.radar import Walls

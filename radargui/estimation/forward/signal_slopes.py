@@ -8,7 +8,6 @@ import numpy as np
 
 from radargui.estimation.forward.lobes import Lobes
 from radargui.estimation.forward.parameters import Layout
-from radargui.estimation.forward.setup_unknowns import SetupUnknowns
 from radargui.estimation.forward.signal_model import (
     ModelInputs,
     Waves,
@@ -21,6 +20,7 @@ from radargui.estimation.forward.signal_model import (
     waves_at,
 )
 from radargui.estimation.forward.sphere import SphereFields
+from radargui.geometry.setup_unknowns import SetupUnknowns
 from radargui.model.arrays import ComplexArray, FloatArray
 
 

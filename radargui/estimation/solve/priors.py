@@ -15,9 +15,9 @@ from radargui.estimation.forward.parameters import (
     of_mirror,
     polarisation_places,
 )
-from radargui.estimation.forward.setup_unknowns import SetupUnknowns
 from radargui.estimation.forward.sphere import EXCHANGE, U_EXCHANGE, PolarisedSphere
 from radargui.estimation.hardware import LogFrontEnd
+from radargui.geometry.setup_unknowns import SetupUnknowns
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.gravity import TIDES_M_S2, U_ANYWHERE_M_S2, UNKNOWN_DRAG
 

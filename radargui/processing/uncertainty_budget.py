@@ -26,6 +26,7 @@ from radargui.model.assumed import (
     assumed_uncertainties,
     uncertain_inputs,
 )
+from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.setup_posterior import unknown_inputs

@@ -183,7 +183,7 @@ def changes_of_track(paths: PathLengths, flown: FlownTrack, setup: Setup, segmen
     known = np.asarray(np.isfinite(position).all(axis=0))
     base = Track(time_s, position, np.full_like(position, np.nan), known, setup.processing.geometry)
     shifts = _Shifts(base.position_m, change_m, setup)
-    inputs, _ = unknown_inputs(setup)
+    inputs, deviation = unknown_inputs(setup)
     by_unit = np.zeros((0, *base.position_m.shape))
     if inputs:
         by_unit = np.stack([shifts.by_setup(one.moved(setup)) for one in inputs])
@@ -206,8 +206,8 @@ def changes_of_track(paths: PathLengths, flown: FlownTrack, setup: Setup, segmen
             of_paths("sphere", -delay_m, 1.0 / np.sqrt(SUPPOSED))
     along, e, g = flown.directions()
     if not len(along):
-        # without flights nothing is known but what is stated
-        along = np.diag([0.0 if one.u == 0.0 else 1.0 for one in uncertain_inputs(setup) if one in inputs])
+        # without flights nothing is known but what is stated; what is called exact moves nothing
+        along = np.diag(np.where(deviation < 1.0, 0.0, 1.0))
         e, g = np.full((len(along), len(flown.bounces.impacts)), np.nan), np.full(len(along), np.nan)
     for number, (direction, of_e, of_g) in enumerate(zip(along, e, g.tolist(), strict=True), 1):
         if direction.any():

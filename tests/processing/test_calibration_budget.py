@@ -19,6 +19,7 @@ from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup, moved
 from radargui.processing.measured_motion import locate
 from radargui.processing.uncertainty_budget import changes_of_track, with_budget
+from radargui.restitution.bounces import FlownTrack
 
 DRAWS = 2000
 
@@ -60,7 +61,7 @@ def fallen(setup: Setup) -> tuple[PathLengths, Track, Segment]:
 
 def share_of(setup: Setup) -> float:
     paths, track, segment = fallen(setup)
-    changes = changes_of_track(paths, Bounces(), setup, segment)
+    changes = changes_of_track(paths, FlownTrack(Bounces()), setup, segment)
     share = with_budget(track, Bounces(), changes, segment, setup)[2].position_m.calibration
     assert share is not None
     return share

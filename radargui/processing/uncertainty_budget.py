@@ -183,7 +183,9 @@ def changes_of_track(paths: PathLengths, flown: FlownTrack, setup: Setup, segmen
     known = np.asarray(np.isfinite(position).all(axis=0))
     base = Track(time_s, position, np.full_like(position, np.nan), known, setup.processing.geometry)
     shifts = _Shifts(base.position_m, change_m, setup)
-    inputs, deviation = unknown_inputs(setup)
+    posterior = flown.posterior
+    # a setup that was moved may state its antennas by other keys
+    inputs, deviation = unknown_inputs(setup) if posterior is None else (posterior.inputs, posterior.deviation)
     by_unit = np.zeros((0, *base.position_m.shape))
     if inputs:
         by_unit = np.stack([shifts.by_setup(one.moved(setup)) for one in inputs])

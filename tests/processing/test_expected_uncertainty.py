@@ -26,24 +26,14 @@ def drop_of(setup: Setup) -> Recording:
     return Recording("drop", np.concatenate(blocks, axis=1), digitisation)
 
 
-@pytest.mark.parametrize(
-    ("u_tilt_deg", "geometry", "agree"),
-    [
-        (None, "exact", 0.01),
-        (0.05, "exact", 0.03),
-        # the exact paths are located by the plane wave: millimetres beside
-        (None, "plane", 0.03),
-    ],
-)
-def test_the_map_is_the_budget_of_a_drop_where_it_fell(u_tilt_deg: float | None, geometry: str, agree: float) -> None:
-    quick = changed(
+@pytest.mark.parametrize("geometry", ["exact", "plane"])
+def test_no_drop_is_less_certain_than_the_map_and_its_flights_make_it_surer(geometry: str) -> None:
+    setup = changed(
         quick_setup(),
         daq={"rate_hz": 5000.0, "channel_skew_s": 0.0},
         processing={"correction": "adaptive", "geometry": geometry},
         simulation={"lateral_speed_m_s": 0.1, "restitution": 0.5},
     )
-    receivers = tuple(one.model_copy(update={"u_tilt_deg": u_tilt_deg}) for one in quick.receiver)
-    setup = quick.model_copy(update={"receiver": receivers})
     result = process(drop_of(setup), setup)
     track, segment = result.track, result.segment
     assert track is not None
@@ -56,7 +46,9 @@ def test_the_map_is_the_budget_of_a_drop_where_it_fell(u_tilt_deg: float | None,
     found = expected_uncertainty(track.position_m[:, few], setup, 200.0)
     assert found is not None
     of_setup = np.sqrt(track.u_combined_m[:, few] ** 2 - track.u_position_m[:, few] ** 2)
-    assert found[0] == pytest.approx(of_setup, rel=agree)
+    # the map knows what is stated, a drop also what its flights tell of it
+    assert (of_setup < 1.03 * found[0]).all()
+    assert of_setup.max() > 0.3 * found[0].max()
     # over the way, not at one place
     assert np.ptp(found[0], axis=1).max() > 0.3 * found[0].min()
 

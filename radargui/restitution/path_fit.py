@@ -289,8 +289,11 @@ def _parted(precision: FloatArray, n_setup: int) -> tuple[FloatArray, FloatArray
 
 
 def _inverse(matrix: FloatArray) -> FloatArray:
-    """Return the inverse of a symmetric matrix whose rows have units of their own."""
-    unit = 1.0 / np.sqrt(np.diagonal(matrix))
+    """Return the inverse of a symmetric matrix whose rows have units of their own; one that is not positive has none."""
+    diagonal = np.diagonal(matrix)
+    if not (diagonal > 0.0).all():
+        raise np.linalg.LinAlgError
+    unit = 1.0 / np.sqrt(diagonal)
     scale = np.outer(unit, unit)
     return np.asarray(np.linalg.inv(matrix * scale) * scale)
 

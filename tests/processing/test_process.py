@@ -9,6 +9,7 @@ import pytest
 from benchmarks.world.generic.draw import draw_scene
 from benchmarks.world.generic.scene import make_record
 from support.changed import changed
+from support.estimates import exactly_known
 from support.simulated_recording import simulate_recording
 from support.small_setups import quick_setup
 
@@ -41,7 +42,8 @@ def test_without_mismatch_the_chain_is_true_to_a_micrometre_and_e_to_a_ten_thous
         processing={"correction": "none", "geometry": "exact"},
     )
     recording, truth = simulate_recording(perfect)
-    result = process(recording, perfect)
+    # by as much as antennas are uncertain the flights move them, from what is exact already
+    result = process(recording, exactly_known(perfect))
     assert result.status == "ok"
     assert result.track is not None
     assert result.track.valid.all()
@@ -90,18 +92,18 @@ def test_every_mismatch_at_a_tenth_leaves_the_first_e_within_three_percent(setup
     assert np.abs(times[:, None] - truth.impact_time_s).min(axis=1).max() < 0.003
 
 
-def test_the_exact_geometry_gives_g_where_the_plane_wave_misses_it_by_percents(setup: Setup) -> None:
+def test_g_is_that_of_the_paths_whichever_geometry_locates_the_track(setup: Setup) -> None:
     recording, _ = simulate_recording(setup)
     g = {}
     for geometry in ("exact", "plane"):
         result = process(recording, changed(setup, processing={"geometry": geometry}))
         fall = result.bounces.free_fall
         assert fall is not None
-        # its uncertainty does not hold that error
+        # the uncertainty of places does not hold the error of the plane wave
         assert (warn("plane_geometry") in result.findings) is (geometry == "plane")
         g[geometry] = fall.g_m_s2
     assert g["exact"] == pytest.approx(9.81, rel=0.002)
-    assert abs(g["plane"] / 9.81 - 1) > 0.01
+    assert g["plane"] == pytest.approx(9.81, rel=0.002)
 
 
 def test_path_lengths_start_at_zero_in_the_mean_at_rest(setup: Setup) -> None:
@@ -316,8 +318,9 @@ def test_the_budget_holds_what_the_setup_leaves_open_and_names_what_was_assumed(
     assert track.u_combined_m is not None
     known = track.valid & (np.arange(track.time_s.size) >= segment.first)
     begin, end = np.flatnonzero(known)[[0, -1]]
-    # at the release only its own place is open, where the sphere came down the antennas' angles too
-    assert track.u_combined_m[:, begin] == pytest.approx(0.003, rel=0.1)
+    # at the release only its own place is open, of which flights tell little; further down the antennas' angles too
+    assert (track.u_combined_m[:, begin] < 1.01 * 0.003).all()
+    assert (track.u_combined_m[:, begin] > 0.75 * 0.003).all()
     assert (track.u_combined_m[:, end] > track.u_combined_m[:, begin]).any()
 
 

@@ -9,7 +9,7 @@ from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.setup_posterior import SetupValue
 from radargui.model.uncertainty_budget import InputChange, UncertaintyBudget
-from radargui.processing.locate import locate
+from radargui.processing.measured_motion import locate
 from radargui.processing.uncertainty_budget import changes_of_track, with_budget
 from radargui.restitution.bounces import FlownTrack, find_bounces
 from radargui.restitution.oblique import with_oblique

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.geometry.bistatic import locate_exact
-from radargui.geometry.path_length import path_gradient, path_lengths, place_antennas
+from radargui.geometry.path_length import locate_exact, path_gradient, path_lengths, place_antennas
 from radargui.geometry.setup_unknowns import SetupUnknowns
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.setup import Setup
@@ -289,7 +288,7 @@ def _parted(precision: FloatArray, n_setup: int) -> tuple[FloatArray, FloatArray
 
 
 def _inverse(matrix: FloatArray) -> FloatArray:
-    """Return the inverse of a symmetric matrix whose rows have units of their own; one that is not positive has none."""
+    """Return the inverse of a symmetric matrix whose rows have their own units; one not positive has none."""
     diagonal = np.diagonal(matrix)
     if not (diagonal > 0.0).all():
         raise np.linalg.LinAlgError

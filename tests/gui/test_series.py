@@ -88,9 +88,11 @@ def test_three_heights_are_compared(window: MainWindow, wait_for: Any, three: li
     assert all(sign in panel.pages.page("speeds").key.text() for sign in "●■▲")
     fastest = sorted(float(item.xData.max()) for item in dots)
     assert fastest == pytest.approx(sorted(np.sqrt(2.0 * G * np.array(HEIGHTS_M))), rel=0.01)
-    for item in dots:
-        # of the first impacts, which have the most samples
-        assert item.yData[item.xData > 0.9 * item.xData.max()] == pytest.approx(0.5, abs=0.002)
+    # first impacts are the fastest
+    shown = [sorted(item.yData[item.xData > 0.9 * item.xData.max()]) for item in dots]
+    opened_again = [Session.open(path, write=False) for path in three]
+    stored = [[stored_result(run, one.setup).bounces.impacts[0].e for run in one.run_paths()] for one in opened_again]
+    assert np.sort(shown, axis=0) == pytest.approx(np.sort([sorted(one) for one in stored], axis=0), abs=1e-9)
     panel.pages.page("speeds").model.setCurrentIndex(panel.pages.page("speeds").model.findData("power"))
     (fit,) = panel.pages.page("speeds").fits
     assert fit == next(one for one in found.samples[0].fits if one.model == "power")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.signal import firwin, upfirdn
 
 from radargui.acquisition.baseband import Baseband
 from radargui.acquisition.ring import Ring
@@ -125,15 +124,3 @@ def test_a_waterfall_shows_when_a_line_was_there() -> None:
     assert loud[0]
     assert not loud[-1]
     assert edge == pytest.approx(0.5, abs=0.05)
-
-
-@pytest.mark.parametrize("step", [2, 7, 66])
-def test_it_is_thinned_as_scipy_does(step: int) -> None:
-    half_band_hz = 0.999 * RATE_HZ / (4.0 * step)
-    ring = filled(0.4, tones={0.3 * half_band_hz: 1.0, 3.1 * half_band_hz: 0.5})
-    taps = firwin(10 * step + 1, 1.0 / step, window=("kaiser", 7.0))
-    volts = ring.span(0, ring.latest).volts
-    expected = upfirdn(taps, volts[0] + 1j * volts[1], 1, step)[10:]
-    kept = followed(ring, half_band_hz).samples_v[0]
-    np.testing.assert_allclose(kept, expected[: kept.size], atol=1e-12)
-    assert kept.size == (volts.shape[1] - taps.size) // step + 1

@@ -55,16 +55,6 @@ def test_a_run_is_bit_exact_from_before_the_trigger_until_quiet(size: int) -> No
     assert started == pytest.approx(recorder.output.first_index / 10000.0, abs=2e-6)
 
 
-def test_a_recorder_is_armed_then_recording_then_done() -> None:
-    states: list[RecorderState] = []
-    recorder = Recorder(MemoryRun(), LIMITS, on_change=states.append)
-    assert recorder.state is RecorderState.IDLE
-    recorder.prepare(digitisation(), START)
-    for block in blocks(codes(20000, moving=slice(8000, 12000)), 200):
-        recorder.push(block)
-    assert states == [RecorderState.ARMED, RecorderState.RECORDING, RecorderState.DONE]
-
-
 def test_a_run_shorter_than_its_pretrigger_begins_with_the_first_sample() -> None:
     samples = codes(9000, moving=slice(3000, 5000))
     limits = RecordingLimits(pretrigger_s=2.0, quiet_s=0.15)
@@ -84,18 +74,6 @@ def test_the_longest_run_counts_from_the_trigger_and_is_exact() -> None:
         recorder.push(block)
     assert recorder.ending is Ending.MAXIMUM
     assert recorder.count == 2000 + 20000
-
-
-def test_a_fixed_run_has_exactly_its_length() -> None:
-    samples = codes(5000)
-    run = MemoryRun()
-    recorder = armed(run, seconds=0.25)
-    for block in blocks(samples, 400):
-        recorder.push(block)
-    assert recorder.ending is Ending.SECONDS
-    assert np.array_equal(run.raw, samples[:, :2500])
-    assert run.trigger_index is None
-    assert run.started_at.startswith("2026-11-20T12:00:00.000000")
 
 
 def test_gaps_are_written_with_indices_from_the_first_sample_of_the_run() -> None:
@@ -171,23 +149,6 @@ def test_the_truth_of_exactly_the_recorded_samples_is_kept_without_the_lost_ones
     assert run.truth.path_m[0, 399:401].tolist() == [399.0, 500.0]
 
 
-def test_nothing_is_opened_where_nothing_moves() -> None:
-    run = MemoryRun()
-    recorder = armed(run)
-    recorder.push(Block(codes(20000), 0))
-    recorder.finish(Ending.END_OF_DATA)
-    assert recorder.ending is Ending.NO_MOTION
-    assert run.opened == 0
-    assert recorder.path is None
-
-
-def test_waiting_ends_by_itself() -> None:
-    recorder = armed(MemoryRun(), RecordingLimits(wait_s=0.5))
-    for block in blocks(codes(6000), 100):
-        recorder.push(block)
-    assert recorder.ending is Ending.WAITED
-
-
 @pytest.mark.parametrize("simulation", [{"mismatch": 0.2}, {"mismatch": 0.5}, {"snr_db": 3.0}], ids=str)
 def test_a_fall_in_the_hum_of_a_strong_mismatch_or_in_noise_is_recorded(simulation: dict[str, float]) -> None:
     setup = changed(read_setup(default_setup_path()), simulation={"restitution": 0.5, **simulation})
@@ -218,48 +179,6 @@ def test_who_is_armed_in_vain_is_told_why_until_the_end(ending: Ending) -> None:
     recorder.finish(ending)
     assert recorder.is_done
     assert "as a hum or a vibration does" in recorder.objection
-
-
-def test_a_source_that_ends_while_recording_completes_the_run() -> None:
-    run = MemoryRun()
-    recorder = armed(run)
-    samples = codes(9000, moving=slice(6000, 9000))
-    for block in blocks(samples, 100):
-        recorder.push(block)
-    recorder.finish(Ending.END_OF_DATA)
-    recorder.finish(Ending.STOPPED)
-    assert recorder.ending is Ending.END_OF_DATA
-    assert run.complete is True
-    assert np.array_equal(run.raw[:, -1000:], samples[:, -1000:])
-
-
-def test_a_failed_source_leaves_a_file_that_says_it_is_not_complete() -> None:
-    run = MemoryRun()
-    recorder = armed(run, seconds=1.0)
-    recorder.push(Block(codes(1000), 0))
-    recorder.finish(Ending.FAILED)
-    assert run.complete is False
-    assert run.raw.shape[1] == 1000
-
-
-def test_a_failed_write_closes_the_file() -> None:
-    run = MemoryRun()
-    run.error, run.fail_at = FileError("The disk is full"), 15
-    recorder = armed(run, seconds=1.0)
-    recorder.push(Block(codes(1000), 0))
-    with pytest.raises(FileError, match="disk is full"):
-        recorder.push(Block(codes(1000), 1000))
-    recorder.fail()
-    recorder.fail()
-    assert run.complete is False
-    assert recorder.ending is Ending.FAILED
-
-
-def test_a_recorder_that_was_never_prepared_ends_without_a_run() -> None:
-    recorder = Recorder(MemoryRun(), LIMITS)
-    recorder.finish(Ending.FAILED)
-    assert recorder.is_done
-    assert recorder.path is None
 
 
 def test_an_almost_full_disk_refuses_to_arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 from support.controlled_source import digitisation
 
 from radargui.acquisition.run_output import History, cut
-from radargui.acquisition.run_plan import Ending, FixedPlan, IndexMap, MotionPlan
+from radargui.acquisition.run_plan import Ending, MotionPlan
 from radargui.live.trigger import TriggerState
 from radargui.model.arrays import RawArray
 from radargui.model.daq import RecordingLimits
@@ -95,21 +95,6 @@ def test_the_trigger_is_at_its_absolute_index_after_a_gap() -> None:
     assert a_plan.trigger_index == 550
 
 
-def test_waiting_ends_after_the_time_allowed() -> None:
-    a_plan = plan()
-    push(a_plan, block(0, 2990))
-    assert a_plan.ending is None
-    push(a_plan, block(2990, 20))
-    assert a_plan.ending is Ending.WAITED
-    assert a_plan.first_index is None
-
-
-def test_a_fixed_run_starts_at_once_and_has_its_length() -> None:
-    fixed = FixedPlan(digitisation(1, 1000.0), 0.25)
-    fixed.push(block(0, 100))
-    assert (fixed.first_index, fixed.last_index, fixed.trigger_index) == (0, 250, None)
-
-
 def test_a_history_forgets_old_blocks_only() -> None:
     history = History(100)
     for first in range(0, 500, 50):
@@ -124,14 +109,6 @@ def test_a_cut_block_keeps_the_part_of_its_gap_that_lies_inside() -> None:
     assert cut(whole, 90, 120).count == 20
     assert cut(whole, 110, 150).gap is None
     assert cut(whole, 0, 60).count == 0
-
-
-def test_indices_count_lost_samples() -> None:
-    index = IndexMap()
-    index.push(0, 100)
-    index.push(150, 100)
-    index.push(250, 10)
-    assert [index.absolute(pushed) for pushed in (0, 99, 100, 205)] == [0, 99, 150, 255]
 
 
 def test_an_armed_plan_waits_for_the_next_motion_and_takes_only_the_quiet_before_it() -> None:

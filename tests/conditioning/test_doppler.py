@@ -13,7 +13,7 @@ from support.words import words
 
 from radargui.conditioning.condition import condition
 from radargui.conditioning.conditioned import Conditioned
-from radargui.conditioning.doppler import SETTINGS, Doppler, measure_doppler
+from radargui.conditioning.doppler import Doppler, measure_doppler
 from radargui.conditioning.echo import Echo, follow_echo
 from radargui.conditioning.interference import find_interference, without_interference
 from radargui.conditioning.receiver_check import check_receiver, is_worse_pair, same_channels
@@ -46,20 +46,6 @@ def test_a_steady_target_has_its_doppler_frequency_in_every_frame(doppler_hz: fl
     found = measured(echo(sign * 2 * np.pi * doppler_hz * TIME, 1.4, 0.5))
     assert found.clear.all()
     assert found.frequency_hz == pytest.approx(np.full(found.centre.size, doppler_hz), abs=0.1 * found.resolution_hz)
-
-
-def test_frames_too_short_for_any_line_up_to_the_fastest_are_not_tried() -> None:
-    assert SETTINGS.holding(np.inf) is not SETTINGS
-    assert SETTINGS.holding(np.inf).lengths_s == SETTINGS.lengths_s
-    # two and a half waves of 100 Hz
-    assert SETTINGS.holding(100.1).lengths_s == (0.025, 0.05, 0.1, 0.2, 0.5)
-    assert SETTINGS.holding(99.9).lengths_s == (0.05, 0.1, 0.2, 0.5)
-    assert SETTINGS.holding(0.1).lengths_s == (0.5,)
-    # what a shorter frame would show is below its lowest bin: the same lines with and without it
-    pair, few = echo(2.0 * np.pi * 60.0 * TIME), SETTINGS.holding(70.0)
-    one, other = (measure_doppler(pair, RATE, NOISE, settings) for settings in (SETTINGS, few))
-    assert one.size == other.size
-    assert one.frequency_hz == pytest.approx(other.frequency_hz)
 
 
 def test_noise_has_no_line() -> None:
@@ -130,11 +116,6 @@ def test_a_tone_that_is_left_where_the_echo_fades_does_not_lead() -> None:
     found = followed(echo(2 * np.pi * 300.0 * TIME, 0.8, 0.3, beam) + tone)
     assert found.leads[np.abs(TIME - 1.0) < 0.2].mean() < 0.05
     assert found.leads[np.abs(TIME - 1.0) > 0.4].mean() > 0.95
-
-
-def test_a_sound_receiver_is_one() -> None:
-    pair = echo(2 * np.pi * 240.0 * TIME, 1.6, np.radians(35.0))
-    assert check_receiver(measured(pair), pair, NOISE, usable(pair)) is None
 
 
 def test_what_is_wrong_with_a_receiver_is_named() -> None:

@@ -53,11 +53,6 @@ def test_without_a_rest_no_hum_is_found() -> None:
     assert find_hum(volts, RATE, (slice(0, 999),), np.full(4, 0.005)) is None
 
 
-def test_at_a_rate_too_low_for_the_mains_no_hum_is_found() -> None:
-    time = np.arange(1000) / 100.0
-    assert find_hum(np.sin(314.0 * time)[None], 100.0, (slice(0, 1000),), np.array([0.01])) is None
-
-
 def test_noise_whose_power_falls_with_the_frequency_has_no_hum() -> None:
     rng = np.random.default_rng(2)
     frequency = np.fft.rfftfreq(30000, 1.0 / RATE)

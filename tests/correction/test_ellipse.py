@@ -7,9 +7,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from radargui.conditioning.ellipse import fit_ellipse
-from radargui.conditioning.skew import remove_skew
 from radargui.correction.correct import arc_over_roundness, correct_ellipse
-from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.model.errors import ProcessingError
 from radargui.model.result import Segment
 
@@ -54,24 +52,6 @@ def test_the_conic_under_noise_is_true_within_a_percent() -> None:
     ellipse = fit_ellipse(pair)
     assert ellipse.gain_ratio == pytest.approx(1.1, rel=0.01)
     assert ellipse.quadrature_error_rad == pytest.approx(0.1, abs=0.01)
-
-
-def test_unwrapping_passes_over_unknown_samples() -> None:
-    phase = np.linspace(0, 20, 400)
-    wrapped = wrapped_phase(np.cos(phase), np.sin(phase))[None]
-    wrapped[0, 100:105] = np.nan
-    out = unwrap(wrapped)[0]
-    assert np.isnan(out[100:105]).all()
-    assert np.delete(out, range(100, 105)) == pytest.approx(np.delete(phase, range(100, 105)), abs=1e-9)
-
-
-def test_skew_is_interpolated_away() -> None:
-    rate, skew = 20000.0, 5e-6
-    time = np.arange(4000) / rate
-    late = np.stack([np.cos(2 * np.pi * 300 * (time + k * skew)) for k in range(6)])
-    straight = remove_skew(late, rate, skew * np.arange(6))
-    assert straight[:, 5:-5] == pytest.approx(np.cos(2 * np.pi * 300 * time)[None, 5:-5].repeat(6, axis=0), abs=1e-7)
-    assert np.abs(late[5] - late[0]).max() > 0.04
 
 
 def test_an_arc_of_which_the_strength_changes_is_round_and_off_and_counts_as_more_uncertain() -> None:

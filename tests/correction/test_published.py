@@ -8,15 +8,11 @@ from support.drops import Drop
 
 from radargui.correction.published import (
     correct_published,
-    envelope,
-    find_bias,
     find_extremes,
     find_zero_crossings,
     local_scale,
-    local_swing,
     motion_turns,
     smooth,
-    turning_points,
 )
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import ProcessingError
@@ -51,19 +47,6 @@ def test_extremes_follow_an_amplitude_that_falls_to_a_fifth() -> None:
     assert (peaks.size, valleys.size) == (39, 40)
 
 
-def test_bias_is_the_mean_of_both_splines_and_held_before_the_first_extreme() -> None:
-    time, phase = sweep()
-    drift = 0.3 + 0.2 * time
-    x = drift + np.cos(phase)
-    segment = Segment(1000, time.size - 1000, 0, 0)
-    peaks, valleys = find_extremes(x, segment)
-    bias = find_bias(envelope(x, peaks, segment), envelope(x, valleys, segment), peaks, valleys, segment, x.size)
-    first, last = max(peaks[0], valleys[0]), min(peaks[-1], valleys[-1])
-    assert bias[first:last] == pytest.approx(drift[first:last], abs=2e-3)
-    assert np.ptp(bias[:first]) == 0.0
-    assert np.ptp(bias[last:]) == 0.0
-
-
 def test_zero_crossings_lie_between_extremes_and_noise_adds_none() -> None:
     time, phase = sweep()
     noisy = np.cos(phase) + np.random.default_rng(0).normal(0, 0.1, time.size)
@@ -72,38 +55,6 @@ def test_zero_crossings_lie_between_extremes_and_noise_adds_none() -> None:
     crossings = find_zero_crossings(noisy, peaks, valleys)
     assert crossings.size == peaks.size + valleys.size - 1
     assert np.abs(np.cos(phase[crossings])).max() < 0.4
-
-
-def test_each_piece_is_divided_by_its_own_extreme() -> None:
-    time, phase = sweep()
-    x = (1 - 0.5 * time) * np.cos(phase)
-    segment = Segment(0, time.size, 0, 0)
-    peaks, valleys = find_extremes(x, segment)
-    scale = local_scale(x, find_zero_crossings(x, peaks, valleys), np.sort(np.concatenate([peaks, valleys])))
-    assert scale == pytest.approx(1 - 0.5 * time, abs=0.08)
-    assert np.abs(x / scale).max() < 1.1
-
-
-def test_a_crossing_is_the_first_sample_on_the_other_side_and_between_two_peaks_there_is_none() -> None:
-    time, phase = sweep()
-    x = np.cos(phase)
-    peaks, valleys = find_extremes(x, Segment(0, time.size, 0, 0))
-    crossings = find_zero_crossings(x, peaks, valleys)
-    assert (np.signbit(x[crossings - 1]) != np.signbit(x[crossings])).all()
-    fewer = find_zero_crossings(x, peaks, np.delete(valleys, 5))
-    gone = np.setdiff1d(crossings, fewer)
-    assert gone.size == 2
-    assert gone[0] < valleys[5] < gone[1]
-    assert fewer.size == crossings.size - 2
-
-
-def test_the_swing_follows_an_amplitude_that_falls_to_a_fifth() -> None:
-    time, phase = sweep()
-    x = (1 - 0.8 * time) * np.cos(phase)
-    turning, _ = turning_points(x)
-    inner = (turning > 0.1 * RATE) & (turning < 0.95 * RATE)
-    assert inner.sum() > 20
-    assert local_swing(x, turning)[inner] == pytest.approx(2.0 * (1 - 0.8 * time[turning[inner]]), rel=0.08)
 
 
 def test_a_piece_whose_extreme_is_no_extreme_of_the_circle_takes_the_scale_between_its_neighbours() -> None:

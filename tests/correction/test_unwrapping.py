@@ -26,14 +26,6 @@ def test_a_hole_of_several_turns_is_counted_by_the_speeds_beside_it(hole_s: floa
     assert hole_s < 0.01 or np.abs(plain - plain[:, :1] - (true - true[:, :1])).max() > 6.0
 
 
-def test_without_a_hole_it_is_what_numpy_says() -> None:
-    rng = np.random.default_rng(3)
-    time = np.cumsum(rng.uniform(0.5, 1.5, 500)) * 1e-3
-    angle = np.angle(np.exp(1j * np.cumsum(rng.normal(0.0, 1.0, (3, 500)), axis=1)))
-    assert unwrapped(angle, time).tolist() == np.unwrap(angle, axis=1).tolist()
-    assert unwrapped(angle[:, :1], time[:1]).tolist() == angle[:, :1].tolist()
-
-
 def test_two_samples_between_two_holes_tell_no_speed() -> None:
     time = np.arange(2000) / 5000.0
     time = time[(time < 0.25) | (np.abs(time - 0.2651) < 2e-4) | (time > 0.28)]

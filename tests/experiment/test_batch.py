@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from support.run_contents import read_summary
 from support.small_setups import PLATE
-from support.stored_runs import SETUP, raw_digest, results_digest, store_runs
+from support.stored_runs import raw_digest, results_digest, store_runs
 
 from radargui.experiment.batch import BatchOutcome, BatchTask, TablesTo, find_runs, run_local, work_on
 from radargui.experiment.reprocess import process_run
@@ -23,7 +23,7 @@ from radargui.files import hdf5
 from radargui.model.errors import CancelledError, FileError, ProcessingError, SetupError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup, parse_setup
-from radargui.report.tables import tables_are_current, write_tables
+from radargui.report.tables import write_tables
 
 
 @pytest.fixture(scope="module")
@@ -77,28 +77,10 @@ def test_runs_are_found_at_any_depth_each_once_with_a_place_of_its_own(stored: P
     assert not found.errors
 
 
-def test_what_holds_no_run_is_told_and_the_others_are_found(stored: Path, tmp_path: Path) -> None:
-    (tmp_path / "a.txt").write_text("", encoding="utf-8")
-    found = find_runs([tmp_path, tmp_path / "absent", tmp_path / "a.txt", stored])
-    assert len(found.runs) == 3
-    assert [str(error).partition(".")[0].rpartition(" ")[2] for error in found.errors[:1]] == ["runs"]
-    assert "no such file" in str(found.errors[1])
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="links need a privilege there")
 def test_a_link_in_a_circle_is_not_followed(data: Path) -> None:
     (data / "2026" / "again").symlink_to(data)
     assert len(find_runs([data]).runs) == 3
-
-
-def test_a_run_is_skipped_while_setup_and_version_are_those_of_its_results(data: Path) -> None:
-    run = runs_of(data)[0]
-    assert work_on(BatchTask(run)).state == "done"
-    assert work_on(BatchTask(run)).state == "skipped"
-    assert work_on(BatchTask(run, changes={"processing.geometry": "plane"})).state == "done"
-    assert work_on(BatchTask(run, changes={"processing.geometry": "plane"})).state == "skipped"
-    assert work_on(BatchTask(run)).state == "done"
-    assert work_on(BatchTask(run, force=True)).state == "done"
 
 
 def test_results_of_another_version_are_made_again(data: Path) -> None:
@@ -194,14 +176,3 @@ def test_closing_the_iterator_ends_the_workers_and_leaves_whole_files(data: Path
     states = [results_digest(run) != "" for run in runs_of(data)]
     assert any(states)
     assert not list(data.rglob("*.part"))
-
-
-def test_tables_go_beside_and_leave_the_run_alone(data: Path, tmp_path: Path) -> None:
-    run = runs_of(data)[0]
-    content = run.read_bytes()
-    task = BatchTask(run, tables=TablesTo(tmp_path / "out", write_tables, tables_are_current))
-    assert [work_on(task).state, work_on(task).state] == ["done", "skipped"]
-    assert work_on(replace(task, changes={"processing.geometry": "plane"})).state == "done"
-    assert run.read_bytes() == content
-    (tmp_path / "out" / "result.json").write_text("[" * 100_000, encoding="utf-8")
-    assert not tables_are_current(tmp_path / "out", SETUP)

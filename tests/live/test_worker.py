@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, strategies as st
 from support.changed import changed
 from support.controlled_source import codes, digitisation
-from support.simulated_setup import simulated_setup
 
 from radargui.acquisition.ring import Ring
 from radargui.acquisition.stream import LiveWorker
@@ -19,7 +18,6 @@ from radargui.model.arrays import RawArray
 from radargui.model.recording import Block, Gap
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
-from radargui.sources.simulated.model import SimulatedSource
 
 
 def estimate(first: int, count: int, step: int = 1) -> LiveEstimate:
@@ -125,25 +123,6 @@ def test_asking_for_what_follows_a_span_gives_nothing_twice() -> None:
     track.append(estimate(20, 5))
     assert track.since(int(first.index[-1]) + 1).index.tolist() == [20, 21, 22, 23, 24]
     assert track.moving
-
-
-def test_the_live_track_of_a_falling_sphere_follows_the_truth() -> None:
-    setup = simulated_setup(mismatch=0.01, snr_db=45.0, settle_s=0.2)
-    source = SimulatedSource(setup)
-    how = source.open()
-    source.start()
-    ring = Ring(how.n_channels, 100_000, np.int16, how)
-    track = LiveTrack(how.n_receivers, how.sample_rate_hz, 10.0)
-    live = LiveWorker(ring, LiveProcessor(setup, how), track, 2500)
-    while (block := source.read()) is not None:
-        ring.append(block)
-        live.catch_up()
-    span = track.since(0)
-    truth = source.truth(0, ring.latest).position_m[:, span.index]
-    falling = (span.time_s > 0.75) & (span.time_s < 0.83)
-    error_m = np.linalg.norm(span.position_m - truth, axis=0)[falling]
-    assert np.sqrt(np.mean(error_m**2)) < 3e-3
-    assert live.skipped == 0
 
 
 def test_the_worker_is_told_when_the_tracer_hangs_at_its_release_again() -> None:

@@ -23,28 +23,6 @@ def apart() -> Iterator[list[Lane[str, int]]]:
     found.close()
 
 
-def test_a_lane_goes_one_step_at_a_time_and_has_the_last() -> None:
-    lane: Lane[str, int] = Lane(counting)
-    lane.begin(0, 2)
-    lane.begin(1, 3)
-    lane.ask([0, 1])
-    assert dict(lane.answer()) == {0: 0, 1: 0}
-    lane.ask([1])
-    assert dict(lane.answer()) == {1: 1}
-    assert (lane.result(0), lane.result(1)) == ("step 0 of 2", "step 1 of 3")
-
-
-def test_a_piece_at_its_end_tells_nothing_more_and_keeps_its_result(apart: list[Lane[str, int]]) -> None:
-    for lane in (Lane(counting), apart[0]):
-        lane.begin(7, 1)
-        lane.ask([7])
-        assert dict(lane.answer()) == {7: 0}
-        lane.ask([7])
-        assert dict(lane.answer()) == {}
-        assert lane.result(7) == "step 0 of 1"
-        lane.clear()
-
-
 def test_lanes_apart_work_at_once_each_in_a_process_of_its_own(apart: list[Lane[str, int]]) -> None:
     assert len(apart) == 2
     for lane in apart:
@@ -77,12 +55,6 @@ def test_without_a_word_all_is_done_here() -> None:
     assert [type(lane) for lane in cores().lanes(counting, 100)] == [Lane]
     with on_cores(1) as found:
         assert found.count == 0
-
-
-def test_few_pieces_begin_no_process() -> None:
-    with on_cores(2) as found:
-        assert [type(lane) for lane in found.lanes(counting, PARTS - 1)] == [Lane]
-        assert not found.wait_ready(0.0)
 
 
 def _step(lane: Lane[str, int]) -> dict[int, int]:

@@ -34,23 +34,12 @@ def changed(old: str, new: str) -> str:
     return GOOD.replace(old, new)
 
 
-def test_the_setup_that_all_bad_ones_are_made_from_is_good() -> None:
-    assert parse_setup(GOOD).n_receivers == 1
-
-
 @pytest.mark.parametrize(
     ("text", "line"),
     [
         (
             GOOD.split("[[receiver]]", maxsplit=1)[0],
             "[[receiver]] is missing, allowed: 1 to 4 tables, each headed [[receiver]]",
-        ),
-        (
-            GOOD + 4 * "[[receiver]]\ntilt_deg = 1.0\nazimuth_deg = 1.0\ndistance_m = 1.0\n",
-            (
-                "receiver = [{tilt_deg = 40.0, azimuth_deg = 90.0, distance_m = 0.71}..., "
-                "allowed: 1 to 4 tables, each headed [[receiver]]"
-            ),
         ),
         (
             changed("[[receiver]]", "[receiver]"),
@@ -63,20 +52,9 @@ def test_the_setup_that_all_bad_ones_are_made_from_is_good() -> None:
             changed("tilt_deg = 40.0", "tilt_deg = 400.0"),
             "receiver[1].tilt_deg = 400.0, allowed: a number from 0 to 180",
         ),
-        (changed("tilt_deg = 40.0", "tilt_deg = -0.1"), "receiver[1].tilt_deg = -0.1, allowed: a number from 0 to 180"),
-        (
-            changed("azimuth_deg = 90.0", "azimuth_deg = 361"),
-            "receiver[1].azimuth_deg = 361, allowed: a number from -360 to 360",
-        ),
         (changed("tilt_deg = 40.0", "tilt_deg = nan"), "receiver[1].tilt_deg = nan, allowed: a number from 0 to 180"),
-        (changed("tilt_deg = 40.0", 'tilt_deg = "40"'), 'receiver[1].tilt_deg = "40", allowed: a number from 0 to 180'),
         (changed("tilt_deg = 40.0", "tilt_deg = true"), "receiver[1].tilt_deg = true, allowed: a number from 0 to 180"),
-        (changed("tilt_deg = 40.0", ""), "receiver[1].tilt_deg is missing, allowed: a number from 0 to 180"),
         (changed("10.0e9", "inf"), "radar.frequency_hz = inf, allowed: a number from 1e8 to 1e12"),
-        (
-            changed("distance_m = 0.70", "distance_m = 0"),
-            "transmitter.distance_m = 0, allowed: a number above 0 to 100",
-        ),
         (
             changed("[transmitter]\ndistance_m = 0.70", ""),
             (
@@ -85,9 +63,7 @@ def test_the_setup_that_all_bad_ones_are_made_from_is_good() -> None:
                 "polarization_deg, u_polarization_deg"
             ),
         ),
-        (GOOD + "[daq]\nrate_hz = -5.0", "daq.rate_hz = -5.0, allowed: a number from 10 to 1e7"),
         (GOOD + "[daq]\nchannels = ['ai0']", 'daq.channels = ["ai0"], allowed: a list of 2 to 8 texts'),
-        (GOOD + "[daq]\nchannels = [0, 'ai1']", "daq.channels[1] = 0, allowed: a text"),
         (
             GOOD + "[daq]\nchannels = ['ai0', 'ai1', 'ai2']",
             "daq.channels names 3 channels: allowed 2 for 1 [[receiver]] (I1, Q1)",
@@ -101,39 +77,18 @@ def test_the_setup_that_all_bad_ones_are_made_from_is_good() -> None:
             GOOD + "[daq]\nterminal = 'single'",
             'daq.terminal = "single", allowed: differential, rse, nrse, pseudodifferential, default',
         ),
-        (GOOD + "[simulation]\nrestitution = 1.0", "simulation.restitution = 1.0, allowed: a number from 0 to below 1"),
-        (GOOD + "[simulation]\nseed = 1.5", "simulation.seed = 1.5, allowed: a whole number from 0 up"),
         (GOOD + "[simulation]\nnoise = 1", "simulation.noise = 1, allowed: true or false"),
-        (
-            GOOD + "[tracer]\nrelease_position_m = [0, 1, 2, 3]",
-            "tracer.release_position_m = [0, 1, 2, 3], allowed: a list of 3 numbers from -10 to 10",
-        ),
         (
             GOOD + "[tracer]\nrelease_position_m = [0, 0, 20]",
             "tracer.release_position_m[3] = 20, allowed: a number from -10 to 10",
         ),
-        (
-            GOOD + "[tracer]\nrelease_position_m = [0, 0]",
-            "tracer.release_position_m[3] is missing, allowed: a number from -10 to 10",
-        ),
         (GOOD + "[floor]\nnormal = [0, 0, 0]", "floor.normal = [0, 0, 0], allowed: any direction, not the zero vector"),
-        (
-            GOOD + "[processing]\ncorrection = 'best'",
-            'processing.correction = "best", allowed: joint, flights, adaptive, published, ellipse, none',
-        ),
         (
             GOOD + "tilt = 3",
             (
                 "receiver[1].tilt = 3: unknown key (did you mean tilt_deg?), allowed here: tilt_deg, azimuth_deg, "
                 "distance_m, polarization_deg, u_tilt_deg, u_azimuth_deg, u_distance_m, phase_centre_m, "
                 "u_phase_centre_m, u_polarization_deg"
-            ),
-        ),
-        (
-            GOOD + "[frobnicate]\nx = 1",
-            (
-                "frobnicate = {x = 1}: unknown key, allowed here: schema, radar, transmitter, receiver, tracer, floor, "
-                "container, air, site, calibration, daq, recording, simulation, processing"
             ),
         ),
         (
@@ -170,19 +125,6 @@ def test_a_mistyped_key_is_told_before_the_key_that_is_missing_because_of_it() -
     line = line_of(changed("[[receiver]]", "[[reciever]]"))
     assert "unknown key (did you mean receiver?)" in line
     assert line.endswith("(and 1 more fault)")
-
-
-@pytest.mark.parametrize("sign", ["0", "true", "1.0", "2"])
-def test_the_sign_of_the_phase_is_a_whole_one(sign: str) -> None:
-    line = line_of(changed("[radar]", f"[radar]\nphase_sign = {sign}"))
-    assert line == f"lab.toml: radar.phase_sign = {sign}, allowed: -1, 1"
-
-
-def test_a_correction_that_is_not_there_is_refused_by_name() -> None:
-    line = line_of(GOOD + "[processing]\ncorrection = 'best'")
-    assert (
-        line == 'lab.toml: processing.correction = "best", allowed: joint, flights, adaptive, published, ellipse, none'
-    )
 
 
 @pytest.mark.parametrize(

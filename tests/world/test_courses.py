@@ -80,15 +80,6 @@ def test_a_short_swing_takes_the_time_of_its_thread_and_dies_as_asked() -> None:
     np.testing.assert_allclose((hang[0] + offset_m(times)[0]) / 0.002, expected, atol=2e-3)
 
 
-def test_a_sphere_pushed_around_its_thread_goes_in_a_level_circle() -> None:
-    hang = np.array([0.08, 0.0, -0.4])
-    around = 0.08 * np.sqrt(HEAVY.acceleration_m_s2 / 0.4)
-    offset_m = swing(HEAVY, hang, push_m_s=around * np.array([0.0, 1.0, 0.0]), push_s=1e-3, decay_s=1e9, lasts_s=1.5)
-    places = hang[:, None] + offset_m(np.linspace(0.0, 1.5, 200))
-    np.testing.assert_allclose(np.hypot(*places[:2]), 0.08, rtol=2e-3)
-    np.testing.assert_allclose(places[2], -0.4, rtol=1e-3)
-
-
 def test_a_hand_brings_the_sphere_where_it_goes_and_trembles_only_while_it_holds_it() -> None:
     moves = [Move(0.0, 0.5, np.array([0.1, 0.0, 0.0])), Move(0.4, 0.5, np.array([0.0, 0.1, 0.05]))]
     still = carried(moves, 0.0, generator(), put_down_s=1.5)
@@ -190,13 +181,6 @@ def test_the_sphere_rests_where_the_setup_says_and_then_leaves(scenes: list[Scen
         assert np.linalg.norm(soon[:, 0] - start) > 1e-5
 
 
-def test_motions_are_without_jumps(scenes: list[Scene]) -> None:
-    for one in scenes[:8]:
-        _, places = looked_at(one.drop)
-        step_s = one.drop.duration_s / 4999
-        assert np.linalg.norm(np.diff(places, axis=1), axis=0).max() < FASTEST_DROP_M_S * step_s
-
-
 def test_it_passes_no_mirror(scenes: list[Scene]) -> None:
     for one in scenes:
         _, places = looked_at(one.drop)
@@ -208,13 +192,6 @@ def test_only_a_throw_falls_and_only_a_floor_is_hit(scenes: list[Scene]) -> None
     for one in scenes:
         assert one.falls == (one.motion == "throw")
         assert bool(one.drop.impacts) == (one.facts.get("mode") == "bouncing")
-
-
-def test_starts_and_modes_are_drawn(scenes: list[Scene]) -> None:
-    starts = np.array([one.setup.tracer.release_position_m for one in scenes])
-    assert (np.ptp(starts, axis=0) > 0.05).all()
-    modes = {one.facts.get("mode") for one in scenes}
-    assert len(modes) == {"circle": 2, "pendulum": 3, "throw": 2, "incline": 2}.get(scenes[0].motion, 1)
 
 
 def test_values_are_held_and_the_world_is_the_same_whatever_is_stated() -> None:

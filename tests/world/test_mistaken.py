@@ -117,24 +117,6 @@ def test_only_what_is_mistaken_changes(which: str, tables: dict[str, int]) -> No
         assert found == tables
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_angles_are_those_that_a_person_would_write(seed: int) -> None:
-    tilts, azimuths = ([getattr(one, key) for one in true(seed).receiver] for key in ("tilt_deg", "azimuth_deg"))
-
-    def angles(which: str, key: str) -> list[float]:
-        return [getattr(one, key) for one in told(which, seed).receiver]
-
-    assert angles("tilt/horizon", "tilt_deg") == pytest.approx([90.0 - one for one in tilts])
-    assert angles("tilt/radians", "tilt_deg") == pytest.approx(np.radians(tilts))
-    assert angles("tilt/below", "tilt_deg") == pytest.approx([180.0 - one for one in tilts])
-    assert angles("azimuth/clockwise", "azimuth_deg") == pytest.approx([-one for one in azimuths])
-    turned = (np.array(angles("azimuth/turned", "azimuth_deg")) - azimuths + 180.0) % 360.0 - 180.0
-    assert turned == pytest.approx([turned[0]] * 3)
-    assert abs(turned[0]) == pytest.approx(30.0)
-    off = np.array(angles("tilt/one", "tilt_deg")) - tilts
-    assert sorted(abs(off)) == pytest.approx([0.0, 0.0, 30.0])
-
-
 def test_a_receiver_at_the_transmitters_place_keeps_the_place_of_each_antenna() -> None:
     def places(setup: Setup) -> list[tuple[float, ...]]:
         out = [setup.transmitter.place_m]
@@ -176,33 +158,6 @@ def test_the_mistake_has_its_size(which: str, sizes: tuple[float, float], seed: 
 
     off = abs(value(told(which, seed)) / value(true(seed)) - 1.0)
     assert sizes[0] - 1e-9 <= off <= sizes[1] + 1e-9
-
-
-def test_strength_changes_the_size_and_nothing_else() -> None:
-    weak, strong = (told("release/sideways", 2, strength).tracer.release_position_m for strength in (0.0, 1.0))
-    right = true(2).tracer.release_position_m
-    np.testing.assert_allclose(np.subtract(strong, right), 5.0 * np.subtract(weak, right), atol=1e-12)
-    assert np.linalg.norm(np.subtract(weak, right)) == pytest.approx(0.01)
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_release_and_floor_are_off_by_what_they_say(seed: int) -> None:
-    scene = as_it_is(seed)
-    release = scene.setup.tracer.release_position_m
-    touch_m = float(scene.drop.position(np.array([scene.drop.impacts[0].time_s]))[2, 0])
-
-    def height(which: str) -> float:
-        return told(which, seed).tracer.release_position_m[2]
-
-    assert abs(height("release/height") - release[2]) == pytest.approx(0.05)
-    assert height("release/top") - release[2] == pytest.approx(scene.setup.tracer.diameter_m / 2.0)
-    assert height("release/floor") == pytest.approx(release[2] - touch_m)
-    surface, high = told("floor/surface", seed).floor.height_m, told("floor/height", seed).floor.height_m
-    assert surface == pytest.approx(touch_m - scene.setup.tracer.diameter_m / 2.0)
-    assert high is not None
-    assert abs(high - touch_m) == pytest.approx(0.05)
-    assert np.degrees(np.arccos(told("floor/tilted", seed).floor.normal[2])) == pytest.approx(5.0)
-    assert told("floor/down", seed).floor.normal == (0.0, 0.0, -1.0)
 
 
 def rows(which: str, seed: int = 3) -> tuple[Scene, np.ndarray, np.ndarray]:
@@ -255,14 +210,3 @@ def test_the_clock_of_the_file_is_the_one_that_is_told_and_skew_is_then_the_setu
         record = make_record(mistaken(f"skew/{variant}", 3, **QUICK))
         assert record.recording.digitisation.channel_skew_s is None
         assert record.scene.setup.daq.channel_skew_s == pytest.approx(skew_s)
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_polarisations_turn_by_a_right_angle_or_are_left_out(seed: int) -> None:
-    right = true(seed)
-    angles = [one.polarization_deg for one in (right.transmitter, *right.receiver)]
-    for which in ("all", "left-out"):
-        setup = told(f"polarization/{which}", seed)
-        found = [one.polarization_deg for one in (setup.transmitter, *setup.receiver)]
-        turned = [(one + 90.0) % 180.0 for one in angles if one is not None]
-        assert found == (pytest.approx(turned) if which == "all" else [None] * 4)

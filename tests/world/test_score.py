@@ -86,16 +86,6 @@ def test_a_rejected_run_has_no_figures_and_the_table_says_so(record: Record) -> 
     assert "without track 1" in table([one])
 
 
-def test_loud_and_quiet_scenes_stand_in_rows_of_their_own_and_leaning_floors_apart(record: Record) -> None:
-    loud = scored(record, off_m=1e-5)
-    leaning = replace(loud, leaning=True, first_e=replace(loud.first_e, error_percent=-0.25))
-    rows = table([replace(loud, leaning=False), leaning, replace(loud, snr_db=25.0, rms_3d_mm=0.5)])
-    above, below = rows.split("below 30 dB")
-    assert "3D mm 0.0100/0.0100" in above
-    assert "first e % 0.0000/0.0000 level, 0.2500/0.2500 leaning" in above
-    assert "3D mm 0.5000/0.5000" in below
-
-
 def test_combined_uncertainties_are_read_beside_the_statistical_ones(record: Record) -> None:
     wrong = result_of(record, off_m=4e-5, e_off=3e-4, g_off=-5e-3)
     track = replace(wrong.track, u_combined_m=np.full_like(wrong.track.position_m, 4.0 * U_M))

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 from support.file_samples import volts, write_csv
-from support.work import python_calls
 
 from radargui.files.formats import list_channels
 from radargui.files.reading import guess_channel_map, parse_channel_map, read_recording
@@ -211,18 +210,6 @@ def test_numbers_come_back_whatever_parts_them(
     recording = read_recording(path)
     assert recording.raw.T.tolist() == [list(row) for row in rows]
     assert recording.digitisation.sample_rate_hz == pytest.approx(2.0, rel=1e-9)
-
-
-@pytest.mark.parametrize(("separator", "point"), [(",", "."), (";", "."), (";", ",")])
-def test_rows_are_taken_apart_by_numpy_and_not_cell_by_cell(tmp_path: Path, separator: str, point: str) -> None:
-    row = ",0.123456789,-0.987654321,0.1111111,0.22222222,-0.3333333,0.44444\n"
-    text = "time_s,I1,Q1,I2,Q2,I3,Q3\n" + "".join(f"{k / 200000:.9f}{row}" for k in range(20_000))
-    path = written(tmp_path, text.replace(",", separator).replace(".", point))
-    # eight to twelve a row, of which none takes a cell; float of each of the seven cells alone would be seven more
-    assert python_calls(lambda: read_recording(path)) < 13 * 20_000
-    recording = read_recording(path)
-    assert recording.raw.shape == (6, 20_000)
-    assert recording.raw[:, -1].tolist() == [float(cell) for cell in row.split(",")[1:]]
 
 
 _NUMBER = st.floats(allow_nan=False, allow_infinity=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -23,11 +23,10 @@ from radargui.model.result import Bounces, RunResult
 from radargui.report.content import Chapter, Facts, Grid, Note
 from radargui.report.curves import COMPACT, take_curves
 from radargui.report.facts import ReportFacts, SessionFacts, report_facts
-from radargui.report.plots import page_style, scaled
-from radargui.report.run_facts import RunFacts, take_facts
-from radargui.report.run_figures import fall_figure, iq_figure
+from radargui.report.plots import page_style
+from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_page, run_section
-from radargui.report.series_figures import falls_figure, speeds_figure
+from radargui.report.series_figures import speeds_figure
 from radargui.report.typesetting import Paper, Typesetter
 from radargui.session.info import SessionInfo
 
@@ -166,14 +165,6 @@ def test_figures_are_white_for_print() -> None:
         assert all(axes.get_facecolor() == (1.0, 1.0, 1.0, 1.0) for axes in page.axes), title
 
 
-def test_axis_prefixes_follow_the_size_of_the_values() -> None:
-    assert scaled("m", 0.26) == (1e3, "mm")
-    assert scaled("m", 3e-5) == (1e6, "µm")
-    assert scaled("V", 0.3) == (1e3, "mV")
-    assert scaled("V", 2.0) == (1.0, "V")
-    assert scaled("V", 0.0) == (1.0, "V")
-
-
 def set_on(paper: Paper, folder: Path, *chapters: Chapter) -> list[str]:
     """Return the words of the pages that chapters fill."""
     folder.mkdir(exist_ok=True)
@@ -217,13 +208,6 @@ def test_a_run_is_one_page_on_any_paper_whatever_it_warns_of(tmp_path: Path, pap
 def test_a_run_without_result_is_one_page_too(tmp_path: Path, make: Callable[[], RunResult]) -> None:
     (words,) = set_on("a4", tmp_path, run_page(take_facts(make(), "run-0001", COMPACT)))
     assert "raw IQ" in words
-
-
-def test_the_figures_of_a_run_keep_their_words_apart() -> None:
-    curves = take_curves(drop_result(rate_hz=5000.0), COMPACT)
-    assert curves is not None
-    assert faults_of(iq_figure(curves)) == []
-    assert faults_of(fall_figure(curves)) == []
 
 
 def test_the_adaptive_estimate_shows_the_circle_that_it_found_and_what_that_leaves() -> None:
@@ -288,17 +272,3 @@ def test_sessions_too_many_to_look_different_are_counted() -> None:
     drawn = speeds_figure(compared(21), (88.0, 88.0))
     assert any("; 21 sessions" in " ".join(text.split()) for text in texts_of(drawn))
     assert faults_of(drawn) == []
-
-
-def test_the_falls_of_a_session_have_its_colour_and_those_of_a_single_one_their_own() -> None:
-    runs = compared(1).sessions[0].runs * 3
-
-    def colours(sessions: Sequence[Sequence[RunFacts]]) -> list[object]:
-        upper, lower = falls_figure(sessions, (180.0, 80.0)).axes
-        of_falls = [line.get_color() for line in upper.lines[1:]]
-        assert [line.get_color() for line in lower.lines] == of_falls
-        return of_falls
-
-    assert len(set(colours([runs]))) == 3
-    first, second, third = colours([runs[:1], runs[:2]])
-    assert first != second == third

@@ -6,8 +6,6 @@ import csv
 import errno
 import json
 import math
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,12 +13,11 @@ import numpy as np
 import pytest
 from support.changed import changed
 from support.results import drop_result, quiet_result, rejected_result
-from support.work import python_calls
 
 from radargui import __version__
 from radargui.model.errors import FileError
 from radargui.model.finding import as_stored
-from radargui.model.recording import Excerpt, Recording
+from radargui.model.recording import Excerpt
 from radargui.model.result import Kinematics, whole_milliseconds
 from radargui.report.findings_section import setup_blocks
 from radargui.report.tables import write_tables
@@ -326,45 +323,6 @@ def test_a_table_that_fails_half_way_leaves_the_old_one(tmp_path: Path) -> None:
         write_tables(replace(result, paths=short), tmp_path)
     assert (tmp_path / "track.csv").read_bytes() == before
     assert not list(tmp_path.glob("*.part"))
-
-
-def test_rows_are_written_by_the_thousand_and_cost_the_interpreter_next_to_nothing(tmp_path: Path) -> None:
-    result = drop_result(rate_hz=1000.0)
-    assert result.paths is not None
-    assert result.track is not None
-    times = 60
-
-    def longer(values: np.ndarray) -> np.ndarray:
-        return np.tile(values, times)
-
-    raw = np.zeros((6, result.recording.n_samples * times))
-    result = replace(
-        result,
-        recording=Recording("long", raw, result.recording.digitisation),
-        paths=replace(
-            result.paths,
-            change_m=longer(result.paths.change_m),
-            u_m=longer(result.paths.u_m),
-            piece=np.arange(raw.shape[1]),
-        ),
-        track=replace(
-            result.track,
-            position_m=longer(result.track.position_m),
-            u_position_m=longer(result.track.u_position_m),
-            valid=longer(result.track.valid),
-        ),
-    )
-    # numpy.savetxt would take a call a row at least
-    assert python_calls(lambda: write_tables(result, tmp_path)) < 0.3 * raw.shape[1]
-    with (tmp_path / "track.csv").open("rb") as file:
-        assert sum(1 for _ in file) == 1 + raw.shape[1]
-
-
-def test_writing_tables_loads_neither_matplotlib_nor_jinja() -> None:
-    names = ("matplotlib", "jinja2", "PySide6")
-    code = f"import sys, radargui.report.tables; print([name for name in {names} if name in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
 
 
 def test_a_long_recording_has_one_row_a_sample_though_only_an_excerpt_was_processed(tmp_path: Path) -> None:

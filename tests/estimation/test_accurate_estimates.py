@@ -49,15 +49,6 @@ def joint(drop: SceneRecord, rounds: AdaptiveRounds) -> JointEstimate:
     return estimate_joint(rounds, drop.setup)
 
 
-def test_the_multiplexers_scan_is_the_time_between_samples(drop: SceneRecord, rounds: AdaptiveRounds) -> None:
-    multiplexer = rounds.data.multiplexer
-    assert multiplexer is not None
-    assert multiplexer.scan_s == pytest.approx(1.0 / 5000.0)
-    # each channel is measured against the one before, in its own unit: I of a receiver against Q of that before
-    unit = np.repeat(rounds.signals.scale_v, 2)
-    assert np.abs(multiplexer.before) == pytest.approx(np.roll(unit, 1) / unit)
-
-
 def test_corrected_iq_lies_on_the_unit_circle_and_hardware_is_found(
     drop: SceneRecord, joint: JointEstimate, rounds: AdaptiveRounds
 ) -> None:

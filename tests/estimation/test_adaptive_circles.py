@@ -10,7 +10,6 @@ import pytest
 from support.small_problem import ANTENNAS, CONSTANTS, RELEASE_M, positions, small_problem
 
 from radargui.conditioning.ellipse import Ellipse, circle_through
-from radargui.estimation.adaptive.circle_data import at_one_time, averaging_loss, circle_data, map_places
 from radargui.estimation.adaptive.circle_fit import (
     CircleData,
     CircleFit,
@@ -23,7 +22,7 @@ from radargui.estimation.adaptive.found import AdaptiveRounds
 from radargui.estimation.adaptive.rough import RoughPhases
 from radargui.estimation.adaptive.rounds import best_round, first_round, next_round, still_round, timed_round
 from radargui.estimation.forward.bins import BinnedData
-from radargui.geometry.path_length import Antennas, path_lengths
+from radargui.geometry.path_length import path_lengths
 
 TRUE = Ellipse(0.2, -0.1, 0.9, 1.15, 0.12)
 
@@ -63,14 +62,6 @@ def test_a_point_of_twice_the_weight_counts_as_two() -> None:
     assert astuple(found) == pytest.approx(astuple(doubled), abs=1e-9)
     # or the test would say nothing: the first third pulls
     assert astuple(found) != pytest.approx(astuple(circle_through(pair)), abs=1e-4)
-
-
-def test_every_place_of_a_circles_theta_belongs_to_one_unknown() -> None:
-    at = CircleLayout(3, 2)
-    places = [at.offset_i, at.offset_q, at.log_gain, at.quadrature_error, at.log_amplitude]
-    places += [n for s in (at.bias_i, at.bias_q, at.amplitude_map) for n in range(s.start, s.stop)]
-    assert places == list(range(at.size))
-    assert range(at.size)[at.bias] == range(5, 11)
 
 
 def test_a_fit_finds_the_constants_within_their_uncertainty_and_switches_needless_maps_off() -> None:
@@ -117,46 +108,6 @@ def test_the_variance_of_a_phase_is_that_of_repeated_noise() -> None:
     assert (np.var(phases, axis=0) / variance).mean() == pytest.approx(1.0, abs=0.15)
 
 
-def test_places_are_exact_positions_with_three_receivers_and_half_paths_with_fewer() -> None:
-    place = positions(np.linspace(0.0, 0.45, 50))
-    change = path_lengths(place, ANTENNAS) - path_lengths(RELEASE_M[:, None], ANTENNAS)
-    rest = np.arange(50) < 4
-    change[:, 20] = np.nan
-    found = map_places(change.copy(), ANTENNAS, RELEASE_M, rest)
-    known = np.arange(50) != 20
-    assert found[:, known] == pytest.approx(place[:, known], abs=1e-6)
-    assert found[:, 20] == pytest.approx(place[:, 20], abs=1e-3)
-    two = Antennas(ANTENNAS.transmitter_m, ANTENNAS.receivers_m[:2])
-    assert map_places(np.ones((2, 50)), two, RELEASE_M, rest)[:, 5] == pytest.approx([0.5, 0.5])
-
-
-def test_a_bin_loses_what_its_two_nodes_lose() -> None:
-    bins = small_problem().data.bins
-    phase = 2.0 * np.pi * 30.0 * bins.time_s
-    assert averaging_loss(phase, bins) == pytest.approx(np.cos(2.0 * np.pi * 30.0 * bins.node_s), rel=1e-9)
-
-
-def test_channels_of_a_multiplexer_are_brought_to_the_time_of_the_first() -> None:
-    made = small_problem(delay_s=1e-4)
-    bins, binned = made.data.bins, made.data
-    time = np.concatenate([bins.time_s[:1] - 0.01, bins.time_s, bins.time_s[-1:] + 0.01])
-    phase = np.array([20.0 * time + n for n in range(3)])
-    ellipses = [TRUE, replace(TRUE, gain_ratio=np.exp(-0.1)), replace(TRUE, quadrature_error_rad=-0.05)]
-
-    def at(delays: np.ndarray) -> np.ndarray:
-        out = np.empty((6, bins.n_bins))
-        for n, own in enumerate(ellipses):
-            for part in range(2):
-                out[2 * n + part] = shown(np.interp(bins.time_s + delays[2 * n + part], time, phase[n]), own)[part]
-        return out
-
-    later = replace(binned, bins=replace(bins, value=at(binned.delay_s)))
-    inner, amplitude = phase[:, 1:-1], np.full((3, bins.n_bins), TRUE.amplitude_v)
-    found = at_one_time(later, inner, amplitude, ellipses)
-    assert found[:, :-2] == pytest.approx(at(np.zeros(6))[:, :-2], abs=1e-9)
-    assert np.abs(later.bins.value - at(np.zeros(6))).max() > 5e-3
-
-
 ROUGH = tuple(
     Ellipse(c.offset_i + 0.03, c.offset_q - 0.02, np.exp(c.log_amplitude), np.exp(c.log_gain), c.quadrature_error_rad)
     for c in CONSTANTS
@@ -169,19 +120,6 @@ def seen() -> tuple[BinnedData, np.ndarray, np.ndarray]:
     true = positions(binned.bins.time_s)
     change = path_lengths(true, ANTENNAS) - path_lengths(RELEASE_M[:, None], ANTENNAS)
     return binned, true, 2.0 * np.pi * change / binned.wavelength_m
-
-
-def test_the_joint_estimate_begins_at_what_the_last_circles_count_too() -> None:
-    # a turn lost from one bin to the next, where no impact makes the circles count again before (a level circle)
-    binned, _, phase = seen()
-    late = phase.copy()
-    late[0, phase.shape[1] // 2 :] -= 2.0 * np.pi
-    lost = best_round(binned, next_round(binned, first_round(binned, still_round(binned, ROUGH, late)), 0.15))
-    rough = RoughPhases(binned.bins.time_s, late, np.zeros(late.shape[1]), ROUGH, {})
-    found = AdaptiveRounds(SimpleNamespace(), binned, rough, lost, np.zeros(0), np.zeros(0))
-    counts = found.other_counts(np.array([0.0, 0.0, 1.0]))
-    assert min(np.abs(one.last.phase_rad - phase).max() for one in counts) < 0.1
-    assert all(np.abs(one.last.phase_rad - lost.phase_rad).max() > 2.0 for one in counts)
 
 
 def test_a_receiver_that_hardly_winds_may_not_wind_at_all() -> None:
@@ -250,11 +188,3 @@ def test_rounds_find_phases_and_places_from_rough_ellipses() -> None:
         assert found.log_gain == pytest.approx(constants.log_gain, abs=0.01)
         assert found.quadrature_error_rad == pytest.approx(constants.quadrature_error_rad, abs=0.01)
         assert found.offset_i == pytest.approx(constants.offset_i, abs=0.01)
-
-
-def test_the_known_factor_of_two_receivers_has_no_range() -> None:
-    made = small_problem()
-    two = replace(made.data, antennas=Antennas(ANTENNAS.transmitter_m, ANTENNAS.receivers_m[:2]))
-    phase = np.zeros((2, two.bins.n_bins))
-    data = circle_data(two, two.bins.value, phase, phase, None, None)
-    assert [own.shape.tolist() for own in data] == [[1.0] * two.bins.n_bins] * 2

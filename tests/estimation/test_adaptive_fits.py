@@ -7,13 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.small_problem import ANTENNAS, RELEASE_M
 
 from radargui.conditioning.ellipse import Ellipse
-from radargui.estimation.adaptive.circle_data import map_places
 from radargui.estimation.adaptive.circle_fit import CircleData, CircleFit, fit_circle
 from radargui.estimation.adaptive.circle_layout import CircleLayout, CircleSettings
-from radargui.geometry.path_length import Antennas
 
 TRUE = Ellipse(0.2, -0.1, 0.9, 1.15, 0.12)
 TIGHT = CircleSettings(close=1e-9, worth=1e-3, steps=100)
@@ -61,22 +58,3 @@ def test_noise_across_a_radius_does_not_make_the_circle_larger() -> None:
     # a circle without it would have 0.922
     fit, _ = fitted(data)
     assert np.exp(fit.theta[CircleLayout.log_amplitude]) == pytest.approx(0.9, abs=0.009)
-
-
-def test_one_of_two_bins_is_half_of_them() -> None:
-    data = circle(n=41)
-    assert data.every(1) is data
-    half = data.every(2)
-    assert half.i.tolist() == data.i[::2].tolist()
-    assert half.bias.tolist() == data.bias[::2].tolist()
-    assert half.layout == data.layout
-
-
-def test_before_it_moves_a_path_is_zero_and_places_that_no_paths_have_lie_between_their_neighbours() -> None:
-    change, rest = np.full((2, 6), 0.4), np.arange(6) < 2
-    two = Antennas(ANTENNAS.transmitter_m, ANTENNAS.receivers_m[:2])
-    assert map_places(change.copy(), two, RELEASE_M, rest).tolist() == [[0.0, 0.0, 0.2, 0.2, 0.2, 0.2]] * 2
-    three = np.zeros((3, 6))
-    three[0, 3] = np.nan
-    found = map_places(three, ANTENNAS, RELEASE_M, rest)
-    assert found == pytest.approx(np.tile(RELEASE_M[:, None], 6), abs=1e-9)

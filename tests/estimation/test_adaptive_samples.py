@@ -17,7 +17,7 @@ from radargui.estimation.adaptive.rough import RoughPhases
 from radargui.estimation.adaptive.rounds import Round
 from radargui.estimation.adaptive.samples import circles_at_samples
 from radargui.estimation.signals import ScaledSignals
-from radargui.geometry.path_length import path_lengths, position_uncertainty
+from radargui.geometry.path_length import path_lengths
 
 SIGMA, AT_REST = np.array([0.01, 0.02, 0.01, 0.01, 0.03, 0.01]), np.array([0.4, -2.0, 1.1])
 ROUND = tuple(Ellipse(0.2 - 0.1 * n, 0.1 * n, 0.8 + 0.1 * n, 1.0, 0.0) for n in range(3))
@@ -97,39 +97,6 @@ def test_samples_have_their_own_phase_whatever_the_bins_have_seen(delay_s: float
     loss = averaging_loss(found.last.phase_rad, found.data.bins)
     shrunk = np.array([np.interp(found.signals.time_s, found.data.bins.time_s, row) for row in loss])
     assert (at.i + 1j * at.q)[:, smooth] == pytest.approx((shrunk * np.exp(1j * wanted))[:, smooth], abs=3e-3)
-
-
-def test_phases_are_smoothed_to_two_kilohertz_about_their_own_time() -> None:
-    found = found_of(ROUND, rate_hz=40000.0)
-    at, free = circles_at_samples(found, found.signals), phases_at(found.signals.time_s)
-    # a mean over 11 samples of 40 kHz
-    wanted = np.array([np.convolve(row, np.full(11, 1.0 / 11.0), mode="valid") for row in free])
-    assert at.phase_rad[:, 5:-5] == pytest.approx(wanted, abs=1e-9)
-
-
-def test_paths_count_from_the_rest_and_places_and_constants_are_those_of_phases_and_fits() -> None:
-    found = found_of(SKEW)
-    covariance = np.diag([1e-6, 1e-6, 0.004**2, 0.003**2, 1e-6])
-    fits = tuple(replace(one, covariance=covariance) for one in found.last.fits)
-    found = replace(found, last=replace(found.last, fits=fits))
-    estimate = estimate_adaptive(found)
-    time, rest = found.signals.time_s, found.signals.time_s < START_S
-    samples_of = circles_at_samples(found, found.signals)
-    assert estimate.change_m == pytest.approx(phases_at(time) * WAVELENGTH_M / (2.0 * np.pi), abs=1e-9)
-    assert not estimate.change_m[:, rest].any()
-    assert estimate.u_change_m == pytest.approx(samples_of.u_phase_rad * WAVELENGTH_M / (2.0 * np.pi))
-    assert estimate.position_m == pytest.approx(positions(time), abs=1e-6)
-    assert estimate.u_position_m == pytest.approx(position_uncertainty(positions(time), estimate.u_change_m, ANTENNAS))
-    assert estimate.valid.all()
-    for n, (one, own) in enumerate(zip(estimate.constants, SKEW, strict=True)):
-        # Birge: a misfit above the noise widens, one below does not narrow
-        wider = np.sqrt(max(1.0, 0.5 + n))
-        assert one.gain_ratio == pytest.approx(own.gain_ratio)
-        assert one.u_gain_ratio == pytest.approx(own.gain_ratio * 0.004 * wider)
-        assert one.quadrature_error_deg == pytest.approx(np.degrees(own.quadrature_error_rad))
-        assert one.u_quadrature_error_deg == pytest.approx(np.degrees(0.003) * wider)
-    assert estimate.impact_s.tolist() == [0.25]
-    assert estimate.choices == ()
 
 
 def test_a_sample_that_is_no_number_or_was_not_usable_is_not_valid() -> None:

@@ -11,14 +11,11 @@ from support.small_problem import BOUNCE_S, END_S, FLOOR_PLANE, START_S, WALL_PL
 
 from radargui.estimation.forward.equation_of_motion import EquationDeviation, EquationRows, spans_in_flight
 from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion, make_spline
-from radargui.estimation.select.breaks import respline
 from radargui.estimation.select.converge import converge
 from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.changed_problem import (
     positions_at_bins,
-    problem_with_breaks,
     problem_with_flights,
-    span_jerk_sd,
 )
 from radargui.estimation.solve.minimise import Solution, minimise
 from radargui.estimation.solve.problem import Start, State, linearise
@@ -160,25 +157,3 @@ def test_gravity_is_found_and_a_motion_between_mirrors_is_better_known() -> None
         assert u[2] < 0.05
         assert equation.problem.equation_sd[equation.at.equation.rows.is_flight].max() < 0.1
     assert square[1] < 0.8 * square[0]
-
-
-def test_a_motion_that_does_not_fall_has_no_flights() -> None:
-    made = small_problem()
-    solution = minimise(made.start, 1)
-    still = replace(solution, state=State(0.0 * solution.state.coefficients, solution.state.theta))
-    assert problem_with_flights(still) is None
-
-
-def test_other_breaks_part_other_flights_and_their_law_starts_anew() -> None:
-    made = small_problem()
-    solution = converge(flying(minimise(made.start, 2)), 2, lambda: None)
-    motion = respline(solution.at.spline, solution.state.coefficients, np.array([BOUNCE_S, 0.4]), np.zeros(0))
-    start = problem_with_breaks(solution, motion)
-    rows = EquationRows.of(start.problem.spline, start.problem.in_flight)
-    assert rows.is_flight.sum() == start.problem.in_flight.sum() + 3
-    assert start.problem.equation_sd[rows.is_flight] == pytest.approx(0.1)
-    assert start.state.theta[start.problem.layout.flight] == pytest.approx(
-        solution.state.theta[solution.problem.layout.flight]
-    )
-    # an acceleration that may differ from knot to knot lets the spline turn as sharply
-    assert span_jerk_sd(start.problem, start.problem.spline)[20] == pytest.approx(np.sqrt(2.0) * 0.1 / 0.01, rel=0.05)

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.small_problem import ANTENNAS, CONSTANTS, FLOOR_PLANE, RELEASE_M, WALL_PLANE
+from support.small_problem import ANTENNAS, FLOOR_PLANE, RELEASE_M, WALL_PLANE
 
-from radargui.estimation.forward.mirrors import MirrorPlane, distances, turned
-from radargui.estimation.forward.parameters import Sizes, make_layout, of_mirror
-from radargui.estimation.forward.position_map import MapSettings, farthest_points, make_basis
+from radargui.estimation.forward.mirrors import MirrorPlane, turned
+from radargui.estimation.forward.position_map import MapSettings, make_basis
 from radargui.geometry.path_length import range_factor
 
-K = 2.0 * np.pi / 0.03
-PLACE = np.random.default_rng(0).uniform(-0.1, 0.1, (3, 20)) + np.array([[0.0], [0.0], [0.02]])
 UNKNOWN = np.array([0.02, -0.015, 0.006])
 
 
@@ -46,12 +43,6 @@ def test_tilts_are_radians_by_which_the_normal_turns_wherever_it_points() -> Non
         assert abs(axes[0] @ axes[1]) < 1e-11
 
 
-def test_distances_are_those_of_the_differences() -> None:
-    points = np.array([ANTENNAS.transmitter_m, WALL_PLANE.image(ANTENNAS.transmitter_m, UNKNOWN)])
-    wanted = np.linalg.norm(PLACE - points[:, :, None], axis=1)
-    assert distances(PLACE, points) == pytest.approx(wanted, abs=1e-14)
-
-
 def test_turning_by_half_tangents_equals_the_exponential() -> None:
     phase = np.linspace(-200.0, 200.0, 5001)
     assert turned(phase) == pytest.approx(np.exp(1j * phase), abs=1e-12)
@@ -67,36 +58,6 @@ def test_the_range_factor_is_one_at_release_and_falls_with_both_distances() -> N
         assert value == pytest.approx(was / (there * back))
 
 
-def test_every_place_of_theta_belongs_to_one_unknown() -> None:
-    layout = make_layout(Sizes(breaks=2, mirrors=2, receivers=3, bias=5, amplitude_map=4, drift=6))
-    shared = [layout.breaks, layout.planes, layout.transmitter_reflection, layout.transmitter_lobe]
-    taken = [n for places in shared for n in range(places.start, places.stop)]
-    for own in layout.receivers:
-        maps = (own.bias_i, own.bias_q, own.amplitude_map, own.drift_i, own.drift_q)
-        mirrors = (own.receiver_reflection, own.receiver_lobe, own.double_reflection)
-        taken += [own.phase, own.log_amplitude, own.log_gain, own.quadrature_error]
-        taken += [
-            n for places in (own.offset, own.harmonics, *maps, *mirrors) for n in range(places.start, places.stop)
-        ]
-        assert (own.first, own.last) == (own.without_drift.start, own.drift_q.stop)
-    assert sorted(taken) == list(range(layout.size))
-
-
-def test_constants_stand_where_the_layout_says() -> None:
-    layout = make_layout(Sizes(breaks=1, mirrors=1, receivers=3, bias=2, amplitude_map=2, drift=0))
-    theta = np.zeros(layout.size)
-    for own, constants in zip(layout.receivers, CONSTANTS, strict=True):
-        theta[own.constants] = constants.in_order()
-        assert theta[own.phase] == constants.phase_rad
-        assert theta[own.log_amplitude] == constants.log_amplitude
-        assert theta[own.offset].tolist() == [constants.offset_i, constants.offset_q]
-        assert theta[own.log_gain] == constants.log_gain
-        assert theta[own.quadrature_error] == constants.quadrature_error_rad
-    theta[layout.planes] = [1.0, 2.0, 3.0]
-    assert layout.plane_unknowns(theta).tolist() == [[1.0, 2.0, 3.0]]
-    assert of_mirror(slice(10, 16), 2) == slice(14, 16)
-
-
 def test_the_strongest_functions_carry_the_kernel_of_the_process() -> None:
     place = np.stack([np.linspace(0.0, 0.02, 200), np.zeros(200), np.linspace(0.0, 0.25, 200)])
     functions = make_basis(place, 0.09)(place)
@@ -110,12 +71,3 @@ def test_the_strongest_functions_carry_the_kernel_of_the_process() -> None:
     for weakest in (0.2, 1e-3):
         few = make_basis(place, 0.09, MapSettings(weakest=weakest))
         assert few.size == (strength > weakest * strength[-1]).sum()
-
-
-def test_chosen_places_are_spread_and_cover_all() -> None:
-    place = np.random.default_rng(3).uniform(0.0, 0.1, (3, 400))
-    chosen = farthest_points(place, 0.03, 90)
-    apart = np.linalg.norm(chosen[:, :, None] - chosen[:, None], axis=0) + np.eye(chosen.shape[1])
-    assert apart.min() >= 0.03
-    assert np.linalg.norm(place[:, :, None] - chosen[:, None], axis=0).min(axis=1).max() < 0.03
-    assert farthest_points(place, 0.001, 12).shape == (3, 12)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, replace
-
 import numpy as np
 import pytest
 from support.receiver_signal import receiver_signal
@@ -134,21 +132,6 @@ def test_a_front_end_shows_and_its_slope_is_a_finite_difference() -> None:
     assert -turned[1].imag == pytest.approx((up - down) / 2e-6, abs=1e-8)
 
 
-def test_inputs_of_some_bins_are_those_of_the_whole() -> None:
-    inputs = small_problem().problem.inputs
-    part = inputs.of_bins(slice(10, 30))
-    assert part.range_factor.tolist() == inputs.range_factor[:, 10:30].tolist()
-    assert part.amplitude_map.tolist() == inputs.amplitude_map[10:30].tolist()
-
-
-def test_white_noise_gets_no_slow_functions() -> None:
-    value = 0.01 * np.random.default_rng(1).standard_normal((6, 8000))
-    drift = measure_drift(signals_of(value, 5000.0), 1.3)
-    assert drift.count == 0
-    bins = pool(signals_of(value, 5000.0), 0.004)
-    assert drift.widen(bins) is bins
-
-
 def flicker(level: float, n: int, rate: float, seed: int) -> np.ndarray:
     """Return noise of one-sided spectral density level / f."""
     rng = np.random.default_rng(seed)
@@ -207,18 +190,6 @@ def test_bins_shorten_with_the_doppler_frequency_and_with_the_setting() -> None:
     assert usual.sigma[0] == pytest.approx(0.01 / np.sqrt(usual.count))
 
 
-def test_neighbouring_bins_together_are_the_bins_of_all_their_samples() -> None:
-    signals = signals_of(np.random.default_rng(1).standard_normal((2, 1200)), 10000.0)
-    short, long = pool(signals, 0.001), pool(signals, 0.003)
-    together = short.together(short.runs(np.ones(short.n_bins, bool), 3))
-    for wanted, found in zip(astuple(long), astuple(together), strict=True):
-        assert found == pytest.approx(wanted)
-    # drift has widened the first: its own variance counts
-    wide = replace(short, sigma=short.sigma * np.array([2.0, *[1.0] * (short.n_bins - 1)]))
-    first = wide.together(np.array([0, 3])).sigma[0, 0]
-    assert first == pytest.approx(short.sigma[0, 0] * np.sqrt(4.0 + 1.0 + 1.0) / 3.0)
-
-
 def test_flicker_noise_on_longer_bins_leaves_the_residuals_that_are_expected_of_it() -> None:
     level, rate, n = 3e-5, 5000.0, 20000
     value = flicker(level, n, rate, 2) + 0.002 * np.random.default_rng(3).standard_normal((6, n))
@@ -230,15 +201,6 @@ def test_flicker_noise_on_longer_bins_leaves_the_residuals_that_are_expected_of_
         slow = drift.functions(longer.time_s) * drift.sd[0]
         left = longer.value - longer.value @ slow @ np.linalg.solve(slow.T @ slow + np.eye(80) * 1e-9, slow.T)
         assert (left**2 / longer.sigma**2 / longer.expected).mean() == pytest.approx(1.0, abs=0.2)
-
-
-def test_a_bin_ends_with_its_last_sample_and_holds_as_many_as_were_asked_for() -> None:
-    # 0.3 ms of 10 kHz are 2.9999999999999996 samples
-    bins = pool(signals_of(np.zeros((2, 31)), 10000.0), 0.0003)
-    assert bins.count.tolist() == [3] * 10 + [1]
-    assert bins.first_s == pytest.approx(3e-4 * np.arange(11))
-    assert bins.last_s == pytest.approx(np.append(3e-4 * np.arange(10) + 2e-4, 3e-3))
-    assert bins.expected.tolist() == np.ones((2, 11)).tolist()
 
 
 def test_the_logs_of_ways_are_those_of_the_waves_but_for_constants() -> None:
@@ -256,28 +218,3 @@ def test_the_logs_of_ways_are_those_of_the_waves_but_for_constants() -> None:
     assert np.angle(turned / turned[..., :1]) == pytest.approx(0.0, abs=1e-9)
     lobes = np.abs(both[0, 0]) / waves.lobes.of_direct().reshape(both[0, 0].shape)
     assert lobes == pytest.approx(np.ones(lobes.shape))
-
-
-def test_no_run_of_bins_is_too_long_or_reaches_over_a_gap_or_what_must_stay_apart() -> None:
-    signals = signals_of(np.zeros((2, 600)), 10000.0)
-    usable = np.ones(600, bool)
-    usable[205:235] = False
-    bins = pool(replace(signals, usable=usable), 0.001)
-    joins = np.ones(bins.n_bins, bool)
-    joins[7] = False
-    begin = bins.runs(joins, 3)
-    assert begin[:6].tolist() == [0, 3, 6, 7, 10, 13]
-    gap = int(np.searchsorted(bins.time_s, 0.022))
-    assert gap in begin
-    assert (np.diff(begin) <= 3).all()
-    assert bins.runs(joins, 9, BinSettings(longest_s=0.002))[:4].tolist() == [0, 2, 4, 6]
-
-
-def test_samples_that_cannot_be_used_are_in_no_bin() -> None:
-    signals = signals_of(np.ones((2, 1000)), 1000.0)
-    usable = np.ones(1000, bool)
-    usable[300:350] = False
-    broken = np.where(usable, signals.value, 99.0)
-    bins = pool(replace(signals, usable=usable, value=broken), 0.01)
-    assert bins.count.sum() == 950
-    assert bins.value == pytest.approx(1.0)

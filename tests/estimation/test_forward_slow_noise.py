@@ -35,30 +35,6 @@ def signals_of(value: np.ndarray, sigma: float = SIGMA) -> ScaledSignals:
     )
 
 
-def flicker(rng: np.random.Generator, n: int, level: float) -> np.ndarray:
-    """Return noise of the density level / f."""
-    frequency = np.fft.rfftfreq(n, 1.0 / RATE_HZ)
-    spectrum = rng.standard_normal(frequency.size) + 1j * rng.standard_normal(frequency.size)
-    spectrum[1:] *= np.sqrt(level / frequency[1:] * n * RATE_HZ / 4.0)
-    spectrum[0] = 0.0
-    return np.fft.irfft(spectrum, n)
-
-
-def test_flicker_noise_is_measured_on_the_rest_and_white_noise_has_none() -> None:
-    rng, n, level = np.random.default_rng(1), 16001, 2e-5
-    white = SIGMA * rng.standard_normal((4, n))
-    noisy = white + np.array([flicker(rng, n + 1, level)[:n] for _ in range(4)])
-    ends = {"rest_end_s": BEGIN_S + 3.0, "onset_s": BEGIN_S + 3.0}
-    drift = measure_drift(replace(signals_of(noisy), **ends), BEGIN_S + 3.0)
-    # four seconds: 20 cycles are 5 Hz
-    assert (drift.count, drift.first_s, drift.length_s) == (80, BEGIN_S, 4.0)
-    assert np.median(drift.level) == pytest.approx(level, rel=0.3)
-    # of density a / f each half cycle more, 1/8 Hz apart, has a / f times 1/8 Hz: a over its number
-    order = np.tile(np.arange(1.0, 41.0), 2)
-    assert drift.sd[:, 10:40] == pytest.approx(np.sqrt(drift.level[:, None] / order[10:40]))
-    assert not measure_drift(replace(signals_of(white), **ends), BEGIN_S + 3.0).level.any()
-
-
 def test_a_drift_of_the_offsets_is_carried_by_the_slowest_functions_alone() -> None:
     time, slope = np.arange(4001) / RATE_HZ, 0.3
     white = SlowNoiseSettings(gain_a_channel=np.inf)
@@ -69,27 +45,6 @@ def test_a_drift_of_the_offsets_is_carried_by_the_slowest_functions_alone() -> N
     assert drift.functions(np.array([BEGIN_S, BEGIN_S + 1.0])) == pytest.approx(
         np.array([[1.0] * 6 + [0.0] * 6, [-1.0, 1.0] * 3 + [0.0] * 6]), abs=1e-12
     )
-
-
-def test_a_slope_that_noise_makes_by_itself_is_none_and_the_noise_is_taken_off() -> None:
-    time = np.arange(4001) / RATE_HZ
-    rest = time[time < 0.5]
-    u_slope = SIGMA / np.sqrt(((rest - rest.mean()) ** 2).sum())
-    for sigmas, count in ((5.9, 0), (6.1, 12)):
-        value = np.zeros((4, time.size))
-        value[1] = sigmas * u_slope * time
-        drift = measure_drift(signals_of(value), BEGIN_S + 0.5, SlowNoiseSettings(gain_a_channel=np.inf))
-        assert drift.count == count
-    # root mean square over the channels, less what white noise gives each
-    left = u_slope * np.sqrt(6.1**2 / 4.0 - 1.0)
-    assert drift.sd[:, 0] == pytest.approx(2.0 * left / np.pi)
-
-
-def test_few_samples_of_rest_make_no_spectrum() -> None:
-    value = np.tile(0.3 * np.arange(4001) / RATE_HZ, (4, 1))
-    # pooled by two: 31 of them, and 32
-    assert measure_drift(signals_of(value, 1e-4), BEGIN_S + 62.5 / RATE_HZ).count == 0
-    assert measure_drift(signals_of(value, 1e-4), BEGIN_S + 63.5 / RATE_HZ).count > 0
 
 
 def bins_of(node_s: float, n: int = 200) -> Bins:

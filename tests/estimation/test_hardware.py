@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple
-
 import numpy as np
 import pytest
 
-from radargui.estimation.hardware import as_prior, disagreement, knows_more, pool_constants
+from radargui.estimation.hardware import as_prior, knows_more, pool_constants
 from radargui.model.front_end import FrontEnd
 
 
@@ -27,25 +25,6 @@ def test_runs_that_disagree_widen_the_pool() -> None:
     (pooled,) = pool_constants([(FrontEnd(1.0, 1e-4, 0.0, 0.01),), (FrontEnd(1.1, 1e-4, 5.0, 0.01),)])
     assert pooled.u_gain_ratio > 0.03
     assert pooled.u_quadrature_error_deg > 1.5
-
-
-def test_the_prior_is_told_in_the_estimates_unknowns() -> None:
-    prior = as_prior((FrontEnd(1.2, 0.012, -3.0, 0.3),))
-    assert astuple(prior[0])[:4] == pytest.approx((np.log(1.2), 0.01, -np.radians(3.0), np.radians(0.3)))
-
-
-def test_a_run_contradicts_a_prior_only_beyond_what_both_do_not_know() -> None:
-    prior = FrontEnd(1.1, 0.002, 4.0, 0.1)
-    agrees = FrontEnd(1.111, 0.003, 4.7, 0.2)
-    assert disagreement([agrees], [prior]) is None
-    gain = FrontEnd(1.12, 0.003, 4.0, 0.2)
-    found = disagreement([agrees, gain], [prior, prior])
-    assert found is not None
-    assert found.text == "receiver 2: gain Q/I 1.120 here, 1.100 before"
-    angle = FrontEnd(1.1, 0.003, 2.0, 0.2)
-    found = disagreement([angle], [prior])
-    assert found is not None
-    assert found.text == "receiver 1: quadrature error 2.00 degrees here, 4.00 before"
 
 
 @pytest.mark.parametrize(

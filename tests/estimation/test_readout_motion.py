@@ -31,37 +31,6 @@ def wandering(seed: int = 1) -> FreeMotion:
     return FreeMotion(SplineMotion(spline, 0.003 * np.cumsum(steps, axis=0)), RELEASE, NOMINAL_GRAVITY_M_S2)
 
 
-def test_a_motion_starts_at_the_release_and_stays_there_before() -> None:
-    assert wandering().position_m(np.array([0.0, 0.1])) == pytest.approx(np.stack([RELEASE, RELEASE], axis=1))
-
-
-def test_segments_share_a_coefficient_with_their_neighbours_and_cover_all() -> None:
-    free = wandering()
-    first, second, third = free.segments
-    assert (first.first_coefficient, third.stop_coefficient) == (0, free.motion.spline.size + 1)
-    assert second.first_coefficient == first.stop_coefficient - 1
-    assert third.knot_s[[0, -1]] == pytest.approx([0.4, 0.5])
-    assert second.duration_s == pytest.approx(0.18)
-
-
-def test_collocation_gives_the_coefficients_of_each_segment_from_its_places() -> None:
-    free = wandering()
-    whole = np.concatenate([np.zeros((1, 3)), free.motion.coefficients])
-    for segment in free.segments:
-        share, solve = segment.collocation()
-        # from within: at an edge the place belongs to both sides
-        places = free.position_m(segment.begin_s + segment.duration_s * share).T - RELEASE
-        assert solve @ places == pytest.approx(whole[segment.first_coefficient : segment.stop_coefficient], abs=1e-12)
-
-
-def test_the_first_coefficient_from_a_time_on_moves_nothing_before_it() -> None:
-    free = wandering()
-    number = free.first_coefficient_from(0.155)
-    design = free.motion.spline.design(np.linspace(0.1, 0.155, 200)).toarray()
-    assert not design[:, number - 1 :].any()
-    assert design[:, number - 2].any()
-
-
 @pytest.fixture
 def solved() -> tuple[SimpleNamespace, np.ndarray]:
     """Return what the readout takes of a solution, and the dense inverse of its normal matrix."""

@@ -23,15 +23,13 @@ from radargui.estimation.forward.motion_spline import SplineMotion
 from radargui.estimation.select.breaks import (
     BreakSettings,
     kicks_beside,
-    misfit_times,
-    respline,
     sharp_turns,
     side_kicks,
 )
-from radargui.estimation.select.converge import COARSE, converge, convergence, settle_breaks
+from radargui.estimation.select.converge import converge, settle_breaks
 from radargui.estimation.solve.break_velocities import BreakSpeeds, break_speeds
 from radargui.estimation.solve.changed_problem import positions_at_bins
-from radargui.estimation.solve.minimise import Solution, log_evidence, minimise
+from radargui.estimation.solve.minimise import Solution
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2 as G_M_S2
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -55,47 +53,6 @@ def test_a_bounce_without_a_break_is_seen_as_a_sharp_turn_where_it_is(without_br
     solution = converge(without_break.start, 4, nothing)
     assert sharp_turns(solution, UP) == pytest.approx([BOUNCE_S], abs=0.003)
     assert sharp_turns(solution, UP, BreakSettings(sharp_jerk_m_s3=1e6)).size == 0
-
-
-def test_beside_its_break_a_bounce_is_no_turn_and_needs_no_finer_knots() -> None:
-    solution = converge(small_problem(sigma=0.005).start, 4, nothing)
-    assert sharp_turns(solution, UP).size == 0
-    assert misfit_times(solution).size == 0
-
-
-def test_windows_whose_residuals_stand_out_ask_for_finer_knots(without_break: SmallProblem) -> None:
-    stiff = minimise(without_break.start, 0)
-    found = misfit_times(stiff)
-    assert found.size > 0
-    assert np.abs(found - BOUNCE_S).max() < 0.07
-    assert misfit_times(stiff, BreakSettings(misfit_share=1e9)).size == 0
-
-
-@pytest.mark.parametrize(
-    ("mean", "typical", "found"),
-    [
-        (2.8, 1.0, True),
-        (2.7, 1.0, False),
-        (5.6, 2.0, True),
-        (5.4, 2.0, False),
-        (2.8, 0.5, True),
-        (2.7, 0.5, False),
-    ],
-)
-def test_a_window_stands_out_by_its_misfit_over_the_typical_one_and_its_scatter(
-    mean: float, typical: float, found: bool
-) -> None:
-    # windows of ten bins and two channels scatter by sqrt(2 / 20): 1.5 and four of these are 2.76
-    # counted from the start of the motion
-    time = 0.0535 + 1e-3 * np.arange(100)
-    square = np.full((2, 100), typical)
-    # what does not count is as it should be, however far off; both channels count
-    square[0, 40:50], square[1, 40:50], square[:, 10:20] = 2.0 * mean, 0.0, 1e9
-    use = (np.arange(100) < 10) | (np.arange(100) >= 20)
-    spline = SimpleNamespace(edge_s=np.array([0.053, 0.153]))
-    problem = SimpleNamespace(bins=SimpleNamespace(time_s=time), spline=spline, use=use)
-    solution: Any = SimpleNamespace(problem=problem, at=SimpleNamespace(residual=np.sqrt(square)))
-    assert misfit_times(solution) == pytest.approx([0.098] if found else [])
 
 
 def test_a_missing_break_is_added_at_the_bounce(without_break: SmallProblem) -> None:
@@ -199,40 +156,6 @@ def test_breaks_in_the_middle_of_a_flight_make_no_impacts() -> None:
     assert speeds.time_s[speeds.are_impacts()] == pytest.approx([BOUNCE_S], abs=2e-4)
     assert speeds.before_m_s[speeds.are_impacts()] == pytest.approx([-1.962], abs=0.02)
     assert speeds.after_m_s[speeds.are_impacts()] == pytest.approx([0.7 * 1.962], abs=0.02)
-
-
-def test_a_motion_on_other_knots_is_the_same_motion() -> None:
-    made = small_problem()
-    spline, coefficients = made.problem.spline, made.truth.coefficients
-    moved = respline(spline, coefficients, np.array([BOUNCE_S, 0.33]), np.array([0.30]))
-    time = np.linspace(0.06, 0.44, 300)
-    assert moved.spline.offset(time, moved.coefficients) == pytest.approx(spline.offset(time, coefficients), abs=2e-6)
-    assert moved.spline.offset(np.array([0.0]), moved.coefficients)[0] + RELEASE_M == pytest.approx(RELEASE_M)
-
-
-def test_rounds_end_with_the_first_that_hardly_changes_the_evidence() -> None:
-    settings = replace(COARSE, least_rounds=0, settled_ln_evidence=0.5)
-    evidence = [one for _, one in convergence(small_problem().away(0.5), 20, settings)]
-    change = np.abs(np.diff(evidence))
-    assert 3 < len(evidence) < 21
-    assert change[-1] < 0.5
-    # of the first round there is no round before
-    assert (change[1:-1] >= 0.5).all()
-    patient = [one for _, one in convergence(small_problem().away(0.5), 20, replace(settings, least_rounds=12))]
-    assert len(patient) >= 14
-
-
-def test_rounds_raise_the_evidence_and_may_be_stopped_by_who_is_told() -> None:
-    made = small_problem()
-    start = made.away(0.5)
-    few, more = (converge(start, rounds, nothing) for rounds in (0, 5))
-    assert log_evidence(more) > log_evidence(few) + 5.0
-
-    def enough() -> None:
-        raise InterruptedError
-
-    with pytest.raises(InterruptedError):
-        converge(start, 1, enough)
 
 
 def speeds(time_s: list[float], before: list[float], after: list[float]) -> BreakSpeeds:

@@ -23,7 +23,6 @@ from support.small_problem import (
 from radargui.conditioning.ellipse import Ellipse
 from radargui.estimation.adaptive.rounds import first_round, next_round, still_round
 from radargui.estimation.forward.mirrors import has_floor
-from radargui.estimation.forward.parameters import lobe_places
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select.budget import NoSingleBodyError
@@ -134,26 +133,6 @@ def test_the_model_without_a_floor_that_hardly_gains_stays_possible() -> None:
     assert bare[0].weight == pytest.approx(1.0, abs=1e-3)
 
 
-def test_lobes_of_the_direct_wave_are_no_floor() -> None:
-    # antennas of 23 dB, where the prior expects 16
-    model = chosen(small_problem(sigma=0.005, lobe=-4.0), most_walls=0)
-    assert "left out" in model.choices[0]
-    lobes = lobe_places(model.solution.problem.layout)
-    assert model.solution.state.theta[lobes[1::3]] == pytest.approx([-4.0] * 4, abs=0.3)
-
-
-def test_few_fringes_make_other_lengths_tried() -> None:
-    model = chosen(small_problem(sigma=0.005), few_fringes=1e9, most_walls=0, temper=1e9)
-    solutions = [model.solution, *(one.solution for one in model.alternatives)]
-    lengths = {one.problem.bias_basis.length_m for one in solutions}
-    assert len(lengths) > 1
-    # that of the rounds, and others
-    assert lengths <= {0.13, 0.14, 0.22}
-    # what other lengths are possible is known; of many fringes only one is tried
-    few = chosen(small_problem(sigma=0.005), few_fringes=0.0, most_walls=0, temper=1e9)
-    assert {one.solution.problem.bias_basis.length_m for one in few.alternatives} <= {0.13}
-
-
 def test_a_floor_that_the_motion_does_not_touch_is_sought_at_several_depths() -> None:
     deep = replace(FLOOR_PLANE, foot_m=FLOOR_PLANE.foot_m - np.array([0.0, 0.0, 0.25]))
     made = small_problem(reflection=0.1, shown=(deep,), sigma=0.005)
@@ -168,21 +147,6 @@ def test_a_floor_that_the_motion_does_not_touch_is_sought_at_several_depths() ->
     # where it lands there is one start, just below the lowest place, and 25 cm to go
     assert abs(height[False] + 0.36) < 0.5 * abs(height[True] + 0.36)
     assert evidence[False] > evidence[True] + 5.0
-
-
-def test_a_search_that_ran_out_counts_what_it_left_open_alike_and_no_copy_of_what_it_chose() -> None:
-    # a weak wall alone leaves open whether there is a floor
-    made = small_problem(reflection=0.06, shown=(WALL_PLANE,), sigma=0.005)
-    model = chosen(made, rounds=(1, 20), bin_rounds=20 * made.data.bins.n_bins)
-    assert model.ended_early
-    assert "The search for walls was ended after 20 rounds." in model.choices
-    assert not has_floor(model.solution.problem.inputs.planes)
-    assert model.solution.problem.in_flight.any()
-    (other,) = model.alternatives
-    assert other.weight == 1.0
-    assert has_floor(other.solution.problem.inputs.planes)
-    # it flies as well: without, it would say of g and e less than is known
-    assert other.solution.problem.in_flight.any()
 
 
 def test_drift_and_flicker_noise_are_told() -> None:

@@ -7,7 +7,7 @@ import pytest
 from support.small_problem import WALL_PLANE, small_problem
 
 from radargui.estimation.select.converge import converge
-from radargui.estimation.select.race import best_started, race, same_place, score_of
+from radargui.estimation.select.race import best_started, race, same_place
 from radargui.estimation.select.wall_grid import upright_planes
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import Solution, log_evidence
@@ -33,30 +33,6 @@ def starts_at(solution: Solution, *azimuth_deg: float) -> list[Start]:
     return [problem_with_mirrors(solution, (plane,)) for plane in planes]
 
 
-def test_of_many_starts_those_go_on_that_are_best_after_some_steps(hidden: Solution) -> None:
-    starts = starts_at(hidden, 120.0, 180.0)
-    (best,) = best_started(starts, 1, nothing)
-    assert best.problem.inputs.planes == starts[1].problem.inputs.planes
-    assert np.abs(best.state.theta - starts[1].state.theta).max() > 0.0
-
-
-def test_of_trials_that_meet_the_first_goes_on(hidden: Solution) -> None:
-    first, met, other = race(starts_at(hidden, 180.0, 182.0, 0.0), 1, nothing, (1e9,), met=same_place)
-    assert first is not None
-    assert met is None
-    assert other is not None
-    stand = [score_of(one, log_evidence(one)) for one in (first, other)]
-    assert not same_place(*stand)
-
-
-def test_who_is_behind_after_a_round_is_given_up_and_the_others_end_where_they_do_alone(hidden: Solution) -> None:
-    starts = starts_at(hidden, 180.0, 0.0)
-    there, gone = race(starts, 2, nothing, (10.0,))
-    assert gone is None
-    assert there is not None
-    assert log_evidence(there) == log_evidence(converge(starts[0], 2, nothing))
-
-
 def test_each_round_of_each_alternative_is_counted_once_and_a_cancelled_race_ends(hidden: Solution) -> None:
     counted: list[int] = []
 
@@ -71,29 +47,6 @@ def test_each_round_of_each_alternative_is_counted_once_and_a_cancelled_race_end
     counted.clear()
     race(starts_at(hidden, 180.0), 2, lambda: counted.append(1), (1e9,))
     assert len(counted) == 2
-
-
-def test_who_comes_to_no_minimum_is_given_up_but_where_nobody_does() -> None:
-    made = small_problem(sigma=0.005)
-    there, far = made.start, made.away(60.0)
-    counted: list[int] = []
-    first, lost = race([there, far], 2, lambda: counted.append(1), (1e9,))
-    assert first is not None
-    assert first.settled
-    assert lost is None
-    # the other had as many rounds again to come to one
-    assert len(counted) == 2 + 4
-    (alone,) = race([far], 2, nothing, (1e9,))
-    assert alone is not None
-    assert not alone.settled
-
-
-def test_who_needs_more_rounds_to_come_to_a_minimum_gets_them() -> None:
-    far = small_problem(sigma=0.005).away(30.0)
-    assert not converge(far, 1, nothing).settled
-    counted: list[int] = []
-    assert converge(far, 3, lambda: counted.append(1)).settled
-    assert 3 < len(counted) <= 6
 
 
 def test_a_race_on_other_cores_ends_as_it_does_here(hidden: Solution) -> None:

@@ -33,31 +33,7 @@ def test_all_places_together_weigh_what_each_does_and_three_states_stand_for_the
     assert 3.0 * weight == pytest.approx(1.0 + 0.32 / 320.0)
 
 
-def test_no_more_places_stand_for_all_than_hold_the_share_asked_for(solution: Solution) -> None:
-    def moved(likely: dict[int, float], settings: UnseenSettings) -> np.ndarray:
-        states, _ = unseen_mirrors(solution, UP, TEMPER, foretold_of(likely), settings)
-        steps = np.array([(one.coefficients - solution.state.coefficients).ravel() for one in states])
-        return np.asarray(steps.T @ steps)
-
-    # half of all weight, and three tenths, are more than seven: the third place moves nothing
-    some = moved({7: 0.2, 100: 0.5, 300: 0.3}, UnseenSettings(stand_for=0.7, least_weight=1e-9))
-    two = moved({100: 0.5, 300: 0.3}, UnseenSettings(stand_for=1.0, least_weight=1e-9))
-    assert some == pytest.approx(two, abs=1e-9 * np.abs(two).max())
-    # nor does it where no more than two places are taken
-    most = moved({7: 0.2, 100: 0.5, 300: 0.3}, UnseenSettings(places=2, stand_for=1.0, least_weight=1e-9))
-    assert most == pytest.approx(two, abs=1e-9 * np.abs(two).max())
-    every = moved({7: 0.2, 100: 0.5, 300: 0.3}, UnseenSettings(stand_for=1.0, least_weight=1e-9))
-    assert np.abs(every - two).max() > 0.01 * np.abs(two).max()
-
-
 def test_what_is_less_likely_than_the_least_weight_is_nothing(solution: Solution) -> None:
     assert unseen_mirrors(solution, UP, TEMPER, foretold_of({100: 0.0099})) == ([], 0.0)
     states, weight = unseen_mirrors(solution, UP, TEMPER, foretold_of({100: 0.0101}))
     assert (len(states), weight) == (3, pytest.approx(0.0101 / 3.0))
-
-
-def test_maxima_go_round_the_circle_of_azimuths_and_the_highest_four_count_as_much_as_none(solution: Solution) -> None:
-    # the first is beside the last: one maximum, not two
-    foretold = foretold_of({3: 0.5, 39 * 8 + 3: 0.4, 80: 0.3, 167: 0.2, 244: 0.1, 281: 0.05})
-    _, weight = unseen_mirrors(solution, UP, TEMPER, foretold, UnseenSettings(least_weight=1e-9))
-    assert 3.0 * weight == pytest.approx(0.5 + 0.3 + 0.2 + 0.1 + (0.4 + 0.05) / 320.0)

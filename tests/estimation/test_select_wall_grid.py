@@ -14,18 +14,14 @@ from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.signal_model import waves_at
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.forward.slow_noise import Drift
-from radargui.estimation.select import wall_grid
 from radargui.estimation.select.wall_grid import (
-    TOGETHER,
     WALLS,
     DirectWave,
     LinearisedSearch,
     evidence_of,
     images_of,
-    linearised_gains,
     stiffened,
     upright_planes,
-    wall_towards,
 )
 from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.changed_problem import positions_at_bins, stiff_equation_sd
@@ -154,51 +150,3 @@ def test_linearised_evidence_is_laplaces_of_the_reflections_alone() -> None:
     lost = a.copy()
     lost[1] = np.diag([1.0, 1.0, 1.0, -1e-9])
     assert evidence_of(slope, lost, 0.03)[1] == -np.inf
-
-
-def test_gains_of_many_places_are_those_of_each_and_who_is_told_may_stop_between(
-    solution: Solution,
-) -> None:
-    few, told = planes_of(solution), []
-    planes = few * (TOGETHER // len(few) + 1)
-    found = linearised_gains(solution, planes, lambda: told.append(1))
-    assert len(told) == 2
-    search = LinearisedSearch(solution, WALLS)
-    each = np.concatenate([search.gains([one]) for one in few])
-    assert found == pytest.approx(np.tile(each, len(planes) // len(few)), abs=1e-6)
-
-
-def test_azimuth_and_distance_are_those_by_which_a_wall_was_made() -> None:
-    middle, normal = np.array([0.02, -0.01, 0.05]), np.array([0.6, 0.0, 0.8])
-    for azimuth, distance in ((0.4, 0.1), (-2.5, 0.7)):
-        (plane,) = upright_planes(middle, normal, np.array([azimuth]), np.array([distance]))
-        found = wall_towards(plane.image(middle, np.zeros(3)) - middle, normal)
-        assert found == pytest.approx((azimuth, distance))
-        # half a step of the grid, a wavelength at the least
-        assert plane.u_shift_m == pytest.approx(max(0.2 * distance, 0.03))
-
-
-def test_the_grid_goes_once_round_and_directions_across_a_normal_are_unit_vectors() -> None:
-    azimuth, distance = wall_grid.wall_grid()
-    assert np.degrees(azimuth) == pytest.approx(9.0 * np.arange(40))
-    assert distance.tolist() == list(WALLS.distances_m)
-    for normal in (np.array([0.6, 0.0, 0.8]), np.array([1.0, 1.0, 1.0]) / np.sqrt(3.0)):
-        frame = np.array([*wall_grid.tangents(normal), normal])
-        assert frame @ frame.T == pytest.approx(np.eye(3), abs=1e-12)
-
-
-def test_maps_are_stiffened_to_what_they_are_with_nothing_to_explain_and_never_loosened(solution: Solution) -> None:
-    problem = solution.problem
-    sd = problem.prior.sd.copy()
-    first, second, third = problem.layout.receivers
-    sd[first.bias_i] = sd[first.bias_q] = sd[first.amplitude_map] = 0.5
-    sd[second.bias_i] = sd[second.bias_q] = sd[second.amplitude_map] = 1e-4
-    stiff = stiffened(replace(problem, prior=replace(problem.prior, sd=sd))).prior.sd
-    for own, bias, amplitude in ((first, 0.003, 0.07), (second, 1e-4, 1e-4)):
-        assert set(stiff[own.bias_i]) == set(stiff[own.bias_q]) == {bias}
-        assert set(stiff[own.amplitude_map]) == {amplitude}
-    others = np.setdiff1d(
-        np.arange(sd.size),
-        [k for own in (first, second, third) for k in range(own.bias_i.start, own.amplitude_map.stop)],
-    )
-    assert stiff[others].tolist() == sd[others].tolist()

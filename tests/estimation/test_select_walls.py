@@ -15,7 +15,6 @@ from radargui.estimation.select.wall_grid import WALLS, linearised_gains, uprigh
 from radargui.estimation.select.wall_walk import WalkSettings, walked
 from radargui.estimation.select.walls import (
     bent_by_maps,
-    peaks,
     place_of_last,
     search_wall,
     with_stiff_maps,
@@ -77,30 +76,6 @@ def test_no_wall_is_invented_where_none_reflects(clean: Solution) -> None:
     assert search_wall(clean, UP, nothing, thorough=False).gain < WALLS.convincing
 
 
-def test_where_no_place_is_foretold_to_come_near_what_convinces_none_is_tried(clean: Solution) -> None:
-    foretold, _ = gains(clean)
-    hopeless = replace(WALLS, convincing=-float(foretold.max()) - 0.5)
-    search = search_wall(clean, UP, nothing, thorough=True, settings=hopeless)
-    assert search.tried == ()
-    assert search.gain == pytest.approx(float(foretold.max()))
-    assert search_wall(clean, UP, nothing, thorough=False, settings=replace(hopeless, convincing=1e3)).tried
-
-
-def test_upright_planes_face_the_middle_at_their_distance() -> None:
-    middle = np.array([0.01, 0.02, 0.0])
-    planes = upright_planes(middle, UP, np.array([0.0, 2.0]), np.array([0.1, 0.2]))
-    assert [plane.normal @ (middle - plane.foot_m) for plane in planes] == pytest.approx([0.1, 0.2, 0.1, 0.2])
-    assert [plane.normal @ UP for plane in planes] == pytest.approx([0.0] * 4)
-    assert FLOOR_PLANE.deviations[0] < planes[0].deviations[0] == WALLS.u_azimuth_rad
-
-
-def test_peaks_of_a_circle_of_azimuths_go_round() -> None:
-    table = np.zeros((6, 3))
-    table[0, 1], table[5, 1], table[3, 2] = 5.0, 4.0, 3.0
-    assert [divmod(k, 3) for k in peaks(table, around=True)[:2]] == [(0, 1), (3, 2)]
-    assert [divmod(k, 3) for k in peaks(table, around=False)[:3]] == [(0, 1), (5, 1), (3, 2)]
-
-
 @pytest.mark.slow
 def test_a_wall_that_stopped_short_of_its_place_walks_there(hidden: Solution) -> None:
     middle = positions_at_bins(hidden).mean(axis=1)
@@ -110,16 +85,6 @@ def test_a_wall_that_stopped_short_of_its_place_walks_there(hidden: Solution) ->
     best, *_ = walked(stopped, UP, nothing, WalkSettings(steps=2))
     assert abs(np.degrees(place_of_last(best, middle, UP)[0]) % 360.0 - 180.0) < 3.0
     assert log_evidence(best) > log_evidence(stopped) + 100.0
-
-
-def test_walls_that_were_not_tried_weigh_as_those_that_are() -> None:
-    noisy = converged(small_problem((FLOOR_PLANE,), sigma=0.2))
-    foretold, _ = gains(noisy)
-    _, among_all = unseen_mirrors(noisy, UP, 5.0)
-    moved, weight = unseen_mirrors(noisy, UP, 5.0, foretold)
-    highest = np.sort(np.exp(np.minimum(foretold[peaks(foretold.reshape(40, -1), around=True)[:4]], 0.0) / 5.0))
-    assert 3.0 * weight == pytest.approx(3.0 * among_all + highest.sum(), rel=0.05)
-    assert len(moved) == 3
 
 
 @pytest.mark.parametrize("planes", [(), (FLOOR_PLANE,)], ids=["a floor", "walls beside a floor"])

@@ -6,15 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.signal import savgol_filter
 
-from radargui.conditioning.noise import white_noise_v
-from radargui.conditioning.onset import find_onset
-from radargui.estimation.forward.bins import bin_by_fringe
 from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.motion_estimate import channel_qualities
 from radargui.estimation.signals import ScaledSignals
-from radargui.model.arrays import savitzky_golay
 from radargui.model.front_end import FrontEnd
 
 
@@ -37,33 +32,6 @@ def signals_of(value: np.ndarray, rate: float) -> ScaledSignals:
     )
 
 
-def test_noise_is_found_under_a_fast_signal() -> None:
-    rng = np.random.default_rng(0)
-    t = np.arange(20000) / 10000.0
-    signal = np.sin(2 * np.pi * 80.0 * t) + 0.02 * rng.standard_normal((2, t.size))
-    assert white_noise_v(signal) == pytest.approx(0.02, rel=0.06)
-
-
-def test_a_bin_never_holds_samples_from_both_sides_of_a_break_or_a_gap() -> None:
-    signals = signals_of(np.zeros((2, 3000)), 10000.0)
-    time = signals.time_s.copy()
-    time[2000:] += 0.05
-    gapped = ScaledSignals(time, *(getattr(signals, name) for name in ScaledSignals.__slots__[1:]))
-    bins = bin_by_fringe(gapped, time, np.full(time.size, 5.0), 0.05, np.array([0.10003]))
-    assert not ((bins.first_s < 0.10003) & (bins.last_s > 0.10003)).any()
-    assert (bins.last_s - bins.first_s).max() < 0.0101
-    assert bins.count.sum() == 3000
-
-
-def test_two_nodes_stand_for_the_mean_over_a_bin() -> None:
-    rate = 33333.0
-    t = np.arange(3000) / rate
-    value = np.stack([np.cos(2 * np.pi * 140.0 * t), np.sin(2 * np.pi * 140.0 * t)])
-    bins = bin_by_fringe(signals_of(value, rate), t, np.full(t.size, 140.0), 0.0, np.zeros(0))
-    nodes = [np.cos(2 * np.pi * 140.0 * (bins.time_s + sign * bins.node_s)) for sign in (-1, 1)]
-    assert np.abs(bins.value[0] - (nodes[0] + nodes[1]) / 2).max() < 1e-5
-
-
 def test_a_map_follows_a_smooth_function_of_position() -> None:
     z = np.linspace(0.0, 0.25, 800)
     place = np.stack([0.01 * np.sin(20 * z), 0 * z, z])
@@ -72,24 +40,6 @@ def test_a_map_follows_a_smooth_function_of_position() -> None:
     functions = basis(place)
     found = functions @ np.linalg.lstsq(functions, wanted, rcond=1e-10)[0]
     assert np.abs(found - wanted).max() < 2e-4
-
-
-def test_onset_is_the_end_of_the_rest_and_none_without_motion() -> None:
-    rng = np.random.default_rng(1)
-    t = np.arange(10000) / 10000.0
-    value = 0.02 * rng.standard_normal((4, t.size))
-    assert find_onset(t, value) is None
-    moving = value + np.where(t > 0.4, np.sin(40 * (t - 0.4)), 0.0)
-    assert find_onset(t, moving) == pytest.approx(0.4, abs=0.011)
-    early = value + np.where(t > 0.03, np.sin(60 * (t - 0.03)), 0.0)
-    assert find_onset(t, early) == float("-inf")
-
-
-@pytest.mark.parametrize("derivative", [0, 1])
-def test_a_wide_parabola_is_the_one_of_scipy(derivative: int) -> None:
-    x = np.cumsum(np.random.default_rng(2).standard_normal((2, 3000)), axis=1)
-    wanted = savgol_filter(x, 401, 2, deriv=derivative, delta=1e-3, axis=-1)
-    assert savitzky_golay(x, 401, derivative=derivative, spacing=1e-3) == pytest.approx(wanted, rel=1e-9, abs=1e-8)
 
 
 def test_the_noise_of_a_receiver_is_told_in_its_amplitude_and_its_quality_is_that_of_the_motion() -> None:

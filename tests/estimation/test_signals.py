@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,8 +9,6 @@ import numpy as np
 import pytest
 
 from radargui.estimation.signals import (
-    LARGE_ERROR_DEG,
-    LARGE_LOG_GAIN,
     ScaledSignals,
     composed,
     remaining,
@@ -71,14 +68,6 @@ def test_a_pair_shares_the_scale_of_its_mean_amplitude_and_noise_goes_with_it() 
     assert found.spread_s == pytest.approx(np.std(np.arange(5) / 5000.0))
 
 
-def test_a_recording_that_begins_in_motion_has_no_rest() -> None:
-    assert scaled().has_rest
-    late = scaled(onset_s=1.0)
-    assert late.onset_s == 2.0
-    assert not late.has_rest
-    assert replace(late, onset_s=2.0005).has_rest
-
-
 def test_a_far_front_end_is_taken_off_its_own_receiver_and_put_back_at_the_end() -> None:
     mixer = FrontEnd(1.5, 0.01, 10.0, 0.1)
     found = scaled({1: mixer, 2: FrontEnd(1.1, 0.01, 2.0, 0.1)})
@@ -105,15 +94,6 @@ def test_a_far_front_end_is_taken_off_its_own_receiver_and_put_back_at_the_end()
     assert (left[0], left[2]) == (near[0], near[2])
     assert left[1].gain_ratio == pytest.approx(1.02, rel=1e-6)
     assert left[1].quadrature_error_deg == pytest.approx(0.5, abs=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("log_gain", "error_deg", "is_far"), [(0.24, 17.9, False), (-0.26, 0.0, True), (0.0, -18.1, True)]
-)
-def test_a_front_end_is_far_by_its_gain_or_its_angle(log_gain: float, error_deg: float, is_far: bool) -> None:
-    assert (LARGE_LOG_GAIN, LARGE_ERROR_DEG) == (0.25, 18.0)
-    found = scaled({0: FrontEnd(float(np.exp(log_gain)), 0.01, error_deg, 0.1)})
-    assert (found.mixers[0] is not None) is is_far
 
 
 def test_channels_that_never_change_are_refused() -> None:

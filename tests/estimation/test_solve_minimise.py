@@ -19,19 +19,16 @@ from support.small_problem import (
 )
 
 from radargui.estimation.forward.parameters import lobe_places, polarisation_places
-from radargui.estimation.solve.assemble import BENT_ALONE, MOST_DAMPING, assemble, sum_data
+from radargui.estimation.solve.assemble import assemble, sum_data
 from radargui.estimation.solve.changed_problem import problem_with_flights
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.minimise import (
-    MINIMISE,
     MinimiseSettings,
     chi_square,
     local_chi_square,
     log_evidence,
     minimise,
-    minimise_on,
     receiver_misfits,
-    solved_at,
 )
 from radargui.estimation.solve.priors import PRIORS
 from radargui.estimation.solve.problem import Start, State, linearise
@@ -50,29 +47,11 @@ def test_the_truth_is_found_within_its_standard_uncertainties() -> None:
     assert chi_square(solution) == pytest.approx(1.0, abs=0.25)
 
 
-def test_more_steps_never_cost_more() -> None:
-    start = small_problem((FLOOR_PLANE,), reflection=0.1).away(2.0)
-    costs = [minimise(start, steps).at.cost for steps in (0, 1, 2, 4, 8)]
-    assert costs == sorted(costs, reverse=True)
-    assert costs[-1] < 0.9 * costs[0]
-
-
 def test_at_the_minimum_the_slope_is_nothing_against_its_curvature() -> None:
     solution = minimise(small_problem().away(1.0), 20, MinimiseSettings(close=1e-6))
     blocks = assemble(solution.problem, solution.state, solution.at)
     gain = 0.5 * blocks.slope @ solution.normal.solve(blocks.slope)
     assert abs(gain) < 0.1
-
-
-def test_a_step_that_gains_what_was_foretold_keeps_its_matrix_and_others_do_not() -> None:
-    start = small_problem((FLOOR_PLANE,), reflection=0.1).away(2.0)
-    first = solved_at(start).normal.log_determinant()
-    # what a step may leave to the next one: anything, or nothing
-    kept, renewed = (minimise(start, 1, MinimiseSettings(small=np.inf, left=one)) for one in (1e9, 0.0))
-    assert kept.state.theta.tolist() == renewed.state.theta.tolist()
-    assert kept.settled
-    assert kept.normal.log_determinant() == pytest.approx(first, rel=1e-12)
-    assert abs(renewed.normal.log_determinant() - first) > 0.1
 
 
 def test_what_data_say_of_a_state_nearby_is_foretold_by_their_matrix() -> None:
@@ -87,41 +66,6 @@ def test_what_data_say_of_a_state_nearby_is_foretold_by_their_matrix() -> None:
         before, found, wanted = (getattr(one, name) for one in (sums, moved, anew))
         # up to the residuals' second derivatives, which Gauss and Newton leave out
         assert np.linalg.norm(found - wanted) < 0.1 * np.linalg.norm(wanted - before)
-
-
-def test_with_other_priors_what_the_data_say_need_not_be_summed_again() -> None:
-    made = small_problem()
-    solution, known = minimise_on(made.away(0.5), 6, MINIMISE)
-    prior = replace(solution.problem.prior, sd=2.0 * solution.problem.prior.sd)
-    other = replace(solution.problem, prior=prior, equation_sd=0.5 * solution.problem.equation_sd)
-    kept, _ = minimise_on(Start(other, solution.state), 3, MINIMISE, known=known)
-    anew, _ = minimise_on(Start(other, solution.state), 3, MINIMISE)
-    assert kept.at.cost == pytest.approx(anew.at.cost, abs=0.05)
-    assert log_evidence(kept) == pytest.approx(log_evidence(anew), abs=0.2)
-
-
-def test_breaks_and_mirrors_are_damped_first_and_alone() -> None:
-    made = small_problem((FLOOR_PLANE,), reflection=0.1)
-    blocks = assemble(made.problem, made.truth, linearise(made.problem, made.truth))
-    layout, plain, damped = made.problem.layout, blocks.factor(), blocks.factor(2)
-    added = np.zeros(layout.size)
-    bent = np.r_[layout.breaks, layout.planes]
-    added[bent] = BENT_ALONE[2] * np.diag(blocks.normal.corner)[bent]
-    wanted = np.linalg.inv(np.linalg.inv(plain.global_covariance) + np.diag(added))
-    assert damped.global_variances() == pytest.approx(np.diag(wanted), rel=1e-6)
-    # beyond, all are
-    of_motion = [one.lower for one in (plain, damped, blocks.factor(len(BENT_ALONE)))]
-    assert (of_motion[1] == of_motion[0]).all()
-    assert (of_motion[2][0] > of_motion[0][0]).all()
-
-
-def test_a_matrix_is_factored_once_without_damping_and_anew_with_each() -> None:
-    made = small_problem()
-    blocks = assemble(made.problem, made.truth, linearise(made.problem, made.truth))
-    assert blocks.factor() is blocks.factor(0)
-    found = [blocks.factor(damping).log_determinant() for damping in range(MOST_DAMPING + 1)]
-    assert (np.diff(found[: len(BENT_ALONE)]) > 0.0).all()
-    assert (np.diff(found[len(BENT_ALONE) :]) > 0.0).all()
 
 
 def test_evidence_is_laplaces_formula_of_the_dense_matrix_and_what_deviations_are_likely() -> None:
@@ -195,12 +139,3 @@ def test_misfits_are_squares_over_what_noise_leaves_against_the_white_noise_alon
     assert found[:, problem.use.all(axis=0)] == pytest.approx(wanted[:, problem.use.all(axis=0)])
     # a receiver's noise does not depend on what its misfit made of it
     assert found.mean(axis=1) == pytest.approx(np.full(3, 2.0), rel=0.4)
-
-
-def test_a_minimum_is_left_as_it_is() -> None:
-    there = minimise(small_problem(delay_s=5e-5).away(1.0), 15)
-    again = minimise(Start(there.problem, there.state), 6)
-    assert again.settled
-    # a step that gains what was foretold was the last: what it left is a small part of what any number is known to
-    assert 0.0 <= there.at.cost - again.at.cost < MINIMISE.close / 5.0
-    assert (np.abs(again.state.theta - there.state.theta) < 0.03 * np.sqrt(there.normal.global_variances())).all()

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 from support.small_problem import ANTENNAS, CONSTANTS, FLOOR_PLANE, WALL_PLANE, small_problem
 
-from radargui.estimation.forward.equation_of_motion import EquationRows
-from radargui.estimation.forward.motion_spline import make_spline
-from radargui.estimation.forward.parameters import Sizes, lobe_places, make_layout
+from radargui.estimation.forward.parameters import Sizes, make_layout
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.solve.changed_problem import problem_with_flights
 from radargui.estimation.solve.lobe_prior import with_lobes_of_walls
@@ -18,11 +16,10 @@ from radargui.estimation.solve.minimise import minimise
 from radargui.estimation.solve.prior_deviations import (
     DeviationSettings,
     reestimated,
-    rows_together,
     update_priors,
     updated_noise_scale,
 )
-from radargui.estimation.solve.priors import Allowed, PriorSettings, make_prior, with_known_front_ends
+from radargui.estimation.solve.priors import PriorSettings, make_prior, with_known_front_ends
 from radargui.estimation.solve.problem import linearise
 
 LAYOUT = make_layout(Sizes(breaks=2, mirrors=2, receivers=3, bias=4, amplitude_map=3, drift=2, walls=1))
@@ -31,27 +28,6 @@ PLANES = (FLOOR_PLANE, WALL_PLANE)
 
 def prior_of(settings: PriorSettings | None = None):
     return make_prior(LAYOUT, PLANES, np.array([0.2, 0.3]), CONSTANTS, settings or PriorSettings())
-
-
-def test_maps_and_mirrors_belong_to_one_group_each_and_constants_to_none() -> None:
-    prior = prior_of()
-    grouped = np.concatenate([group.index for group in prior.groups])
-    assert len(set(grouped)) == grouped.size
-    free = set(range(LAYOUT.size)) - set(grouped.tolist())
-    alone = [*range(LAYOUT.breaks.start, LAYOUT.planes.stop), *lobe_places(LAYOUT)]
-    for own in LAYOUT.receivers:
-        alone += [*range(own.constants.start, own.harmonics.stop), *range(own.drift_i.start, own.drift_q.stop)]
-    assert free == set(alone)
-
-
-def test_constants_keep_near_where_the_fit_starts_and_front_ends_near_zero() -> None:
-    prior = prior_of()
-    for own, start in zip(LAYOUT.receivers, CONSTANTS, strict=True):
-        assert prior.mean[own.log_amplitude] == start.log_amplitude
-        assert prior.mean[own.offset].tolist() == [start.offset_i, start.offset_q]
-        assert prior.mean[own.log_gain] == prior.mean[own.quadrature_error] == 0.0
-    assert prior.sd[LAYOUT.receivers[1].drift_q].tolist() == [1.0, 1.0]
-    assert prior.sd[LAYOUT.planes].tolist() == [0.03, 0.03, 0.03, 0.15, 0.03, 0.03]
 
 
 def test_lobes_are_those_of_ordinary_antennas_and_stay_as_wide() -> None:
@@ -85,13 +61,6 @@ def test_the_main_lobes_let_expect_those_over_a_wall() -> None:
     alone = with_lobes_of_walls(prior_of(), LAYOUT, theta, (WALL_PLANE,), ANTENNAS, np.zeros(3))
     assert alone.mean.tolist() == prior.mean.tolist()
     assert alone.sd.tolist() == prior.sd.tolist()
-
-
-def test_a_setting_can_be_varied_alone() -> None:
-    usual, other = prior_of(), prior_of(PriorSettings(bias_beside_floor=Allowed(0.05, 1e-3, 0.2)))
-    differs = np.flatnonzero(usual.sd != other.sd)
-    wanted = [n for own in LAYOUT.receivers for n in range(own.bias_i.start, own.bias_q.stop)]
-    assert differs.tolist() == wanted
 
 
 def test_known_front_ends_take_the_place_of_the_wide_ones_alone() -> None:
@@ -175,21 +144,3 @@ def test_the_noise_scale_follows_the_typical_misfit_not_a_short_one() -> None:
     short = replace(made.start, problem=replace(made.problem, bins=replace(made.problem.bins, value=value)))
     solution = replace(minimise(made.start, 2), at=linearise(short.problem, made.truth), problem=short.problem)
     assert updated_noise_scale(solution).max() < 1.15
-
-
-def test_rows_of_the_release_of_the_fall_and_of_a_flight_stay_apart() -> None:
-    spline = make_spline(0.0, 0.5, np.array([0.3]))
-    _, middle, _ = spline.jerk()
-    rows = EquationRows.of(spline, np.zeros(middle.size, dtype=bool))
-    parts = rows_together(rows, spline, 0.055)
-    assert [middle[part].min() > 0.055 for part in parts] == [False, True, True]
-    assert np.concatenate([middle[part] for part in parts]) == pytest.approx(middle)
-    assert max(middle[parts[1]]) < 0.3 < min(middle[parts[2]])
-    flying = EquationRows.of(spline, middle > 0.055)
-    release, fall, rebound = rows_together(flying, spline, 0.055)
-    assert flying.span[release].max() < flying.span[fall].min()
-    assert not flying.is_flight[release].any()
-    assert flying.is_flight[fall].all()
-    assert flying.is_flight[rebound].all()
-    # a knot more than spans each, so that a cubic is said entirely
-    assert [fall.stop - fall.start, rebound.stop - rebound.start] == [25, 21]

@@ -7,14 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.normal_matrices import dense_normal
-from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_problem
+from support.small_problem import FLOOR_PLANE, SmallProblem, small_problem
 
 from radargui.estimation.forward.slow_noise import Drift
-from radargui.estimation.forward.sphere import SphereFactors
 from radargui.estimation.solve.assemble import assemble
-from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
-from radargui.estimation.solve.minimise import solved_at
-from radargui.estimation.solve.problem import BINS_TOGETHER, Start, State, linearise, signals_at, signals_in_parts
+from radargui.estimation.solve.problem import State, linearise
 from radargui.model.errors import SolveError
 
 
@@ -118,49 +115,3 @@ def test_a_matrix_that_cannot_be_factored_raises_the_solvers_own_error(made: Sma
         replace(blocks, normal=replace(normal, corner=-normal.corner)).factor()
     with pytest.raises(SolveError, match="not positive definite"):
         replace(blocks, normal=replace(normal, band=-normal.band)).factor(5)
-
-
-def test_rounding_is_lifted_by_the_least_share_of_the_diagonal(made: SmallProblem) -> None:
-    blocks = assemble(made.problem, made.truth, linearise(made.problem, made.truth))
-    short = blocks.normal.corner.copy()
-    # the one that all others explain best is what rounding takes first
-    left = 1.0 / blocks.factor().global_variances()
-    place = int(np.argmin(left / np.diag(short)))
-    short[place, place] -= left[place] + 1e-13 * short[place, place]
-    normal = replace(blocks.normal, corner=short)
-    with pytest.raises(SolveError):
-        normal.factor()
-    assert np.isfinite(replace(blocks, normal=normal).factor().log_determinant())
-
-
-def test_maps_are_where_they_were_evaluated_until_motion_or_mirrors_move() -> None:
-    made = small_problem((FLOOR_PLANE,))
-    place, theta = positions_at_bins(solved_at(Start(made.problem, made.truth))), made.truth.theta
-    problem = made.problem.at_places(place, theta)
-    assert problem.is_mapped(place + 0.9e-4, theta, 1e-4, 1e-3)
-    assert not problem.is_mapped(place + 1.1e-4, theta, 1e-4, 1e-3)
-    turned = theta.copy()
-    turned[problem.layout.planes.start] += 1.1e-3
-    assert not problem.is_mapped(place, turned, 1e-4, 1e-3)
-    # one mirror more, nothing evaluated for it
-    other = problem_with_mirrors(solved_at(Start(problem, made.truth)), (FLOOR_PLANE, WALL_PLANE))
-    mirrors = replace(other.problem, mapped_m=problem.mapped_m, mapped_mirrors=problem.mapped_mirrors)
-    assert not mirrors.is_mapped(place, other.state.theta, 1e-4, 1e-3)
-
-
-@pytest.mark.parametrize("is_body", [False, True])
-def test_signals_of_many_bins_are_those_of_all_at_once(is_body: bool) -> None:
-    made = small_problem((FLOOR_PLANE,), n_bins=BINS_TOGETHER + 50)
-    at, problem, n_bins = linearise(made.problem, made.truth), made.problem, made.problem.bins.n_bins
-    if is_body:
-        # a sphere of which the layout has no unknowns, other at each bin
-        turned = np.exp(0.3j * np.random.default_rng(2).standard_normal((3, 5, n_bins)))
-        body = tuple(SphereFactors(one[0], one[1:].reshape(2, 2, n_bins)) for one in turned)
-        problem = replace(problem, inputs=replace(problem.inputs, body=body))
-    together, excess, _ = signals_at(problem, made.truth.theta, at.node_m)
-    parts, in_parts, waves = signals_in_parts(problem, made.truth.theta, at.node_m)
-    assert waves is None
-    assert (in_parts == excess).all()
-    for one, other in zip(parts, together, strict=True):
-        assert one.value == pytest.approx(other.value, abs=1e-12)
-        assert one.field == pytest.approx(other.field, abs=1e-12)

@@ -11,7 +11,7 @@ from support.small_problem import small_problem
 from radargui.estimation.readout.unexplained import Residuals, StretchSettings, unexplained_stretches
 from radargui.estimation.solve.minimise import Solution, chi_square, minimise
 from radargui.estimation.solve.problem import Start
-from radargui.model.channel_quality import UnexplainedStretch, unexplained_of
+from radargui.model.channel_quality import unexplained_of
 
 
 def solved(
@@ -74,16 +74,3 @@ def test_what_holds_little_of_what_is_wrong_with_a_receiver_is_no_stretch() -> N
     everywhere = replace(left, misfit=left.misfit + np.array([0.0, 60.0, 0.0])[:, None])
     assert unexplained_stretches(everywhere, StretchSettings(least_part=0.0))
     assert unexplained_stretches(everywhere) == ()
-
-
-def test_one_sentence_names_all_stretches_of_a_receiver() -> None:
-    said = unexplained_of(
-        [UnexplainedStretch(2, 0.1, 0.2), UnexplainedStretch(0, 0.3, 0.4), UnexplainedStretch(2, 0.5, 0.6)]
-    )
-    assert list(said) == [0, 2]
-    assert said[2].text.startswith("shows from 0.100 to 0.200, 0.500 to 0.600 s")
-
-
-def test_stretches_that_overlap_are_one() -> None:
-    said = unexplained_of([UnexplainedStretch(0, 0.15, 0.25), UnexplainedStretch(0, 0.1, 0.2)])
-    assert said[0].text.startswith("shows from 0.100 to 0.250 s")

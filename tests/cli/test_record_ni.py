@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
 import time
 from pathlib import Path
 
@@ -11,7 +9,6 @@ import numpy as np
 import pytest
 from support.changed import changed
 from support.command_line import Command
-from support.inhibitor import REFUSES, inhibitor
 from support.ni_server import RealTime, serve, usb_6356
 from support.ni_server.server import CERTIFICATES
 from support.run_contents import read_summary
@@ -52,30 +49,6 @@ def test_six_channels_of_the_device_are_recorded_and_processed(command: Command,
     assert summary is not None
     assert summary["status"] == "ok"
     assert summary["e"] == pytest.approx(0.5, rel=0.01)
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="the stand-in is Linux's")
-def test_that_the_computer_may_sleep_meanwhile_is_told(
-    command: Command, drop: Setup, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    inhibitor(tmp_path / "bin", REFUSES)
-    monkeypatch.setenv("PATH", str(tmp_path / "bin"), prepend=os.pathsep)
-    recording, _ = simulate_recording(drop)
-    with serve(recording) as server:
-        write_setup(changed(drop, daq={"remote": server.address}), tmp_path / "lab.toml")
-        options = ["--seconds", "0.2", "--setup", str(tmp_path / "lab.toml"), "--output", str(tmp_path / "out")]
-        done = command("record", "--source", "ni", *options)
-    assert done.status == 0, done.err
-    assert "may fall asleep before the last run has ended (Failed to inhibit: Access denied)" in done.err
-
-
-def test_devices_lists_what_the_server_has(command: Command, drop: Setup) -> None:
-    recording, _ = simulate_recording(changed(drop, simulation={"scene": "rest", "rest_s": 0.1, "settle_s": 0.0}))
-    with serve(recording) as server:
-        done = command("devices", "--remote", server.address)
-    assert done.status == 0, done.err
-    assert "Dev1" in done.out
-    assert "DAQPad-6015" in done.out
 
 
 def test_devices_lists_those_of_a_server_with_encryption_and_what_one_does_with_a_setup(

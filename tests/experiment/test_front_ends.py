@@ -13,7 +13,6 @@ from support.stored_runs import SETUP, store_runs
 
 from radargui.experiment.batch import BatchTask, work_on
 from radargui.experiment.finished import FinishedJob, process_finished
-from radargui.experiment.reprocess import process_run
 from radargui.files.run_results import write_results
 from radargui.files.run_writer import RunWriter
 from radargui.files.stored_results import read_prior
@@ -51,8 +50,9 @@ def found(path: Path) -> RunResult:
     return replace(result, setup=JOINT, corrected=replace(result.corrected, method="joint", channels=channels))
 
 
-def test_a_run_processed_again_is_given_the_runs_before_it_and_a_batch_keeps_that(runs: tuple[Path, Path]) -> None:
-    had = process_run(runs[1], JOINT).front_end_prior
+def test_a_run_just_recorded_is_given_the_runs_before_it_and_a_batch_keeps_that(runs: tuple[Path, Path]) -> None:
+    result, _ = process_finished(FinishedJob(runs[1], JOINT, 0, None), lambda _: None, lambda _: None)
+    had = result.front_end_prior
     assert had is not None
     assert had.runs == ("run-0001",)
     assert read_prior(runs[1], JOINT) == had
@@ -63,9 +63,3 @@ def test_a_run_processed_again_is_given_the_runs_before_it_and_a_batch_keeps_tha
     kept = read_prior(runs[1])
     assert kept is not None
     assert (kept.runs, kept.front_ends) == (had.runs, had.front_ends)
-
-
-def test_a_run_just_recorded_is_given_the_runs_before_it(runs: tuple[Path, Path]) -> None:
-    result, _ = process_finished(FinishedJob(runs[1], JOINT, 0, None), lambda _: None, lambda _: None)
-    assert result.front_end_prior is not None
-    assert result.front_end_prior.runs == ("run-0001",)

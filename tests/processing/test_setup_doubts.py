@@ -186,8 +186,6 @@ def test_a_release_five_centimetres_off_is_named_with_where_it_is_and_the_uncert
     moving = track.valid & (track.time_s > scene.drop.start_s)
     off = np.abs(track.position_m - record.truth.position_m)[:, moving]
     assert np.sqrt((off**2).mean()) < 2.0 * np.sqrt((track.u_combined_m[:, moving] ** 2).mean())
-    right_told = draw(3, stated, **QUICK, **clear).setup
-    assert not any("contradict" in one for one in process(record.recording, right_told).warnings)
 
 
 def test_antennas_where_none_stands_are_the_cause_of_flights_that_bend() -> None:

@@ -1,9 +1,6 @@
 """Accuracy on seeded scenes, half generic, half physical: every correction and geometry against exact truth.
 
 python3 packaging/dev.py bench accuracy [--seed 500] [--scenes 40] [--method joint-exact] [--kind physical]
-python3 packaging/dev.py bench accuracy --kind laboratory [--setup drawn] [--hold snr_db=35 walls=2 ...] [--hostile]
-python3 packaging/dev.py bench accuracy --kind laboratory --disturbed hand steps/slip [--strength 0.9] [--scenes 6]
-python3 packaging/dev.py bench accuracy --kind laboratory --mistaken tilt/one wires [--strength 0.9] [--scenes 3]
 """
 
 from __future__ import annotations
@@ -11,27 +8,14 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-import tomllib
-from collections.abc import Iterable, Iterator
-from typing import Any
 
 import numpy as np
 from benchmarks.scoring.generic import Score, score
-from benchmarks.scoring.run import run as run_laboratory
-from benchmarks.scoring.table import table as laboratory_table
-from benchmarks.world.disturbed.draw import DISTURBED, disturbed
-from benchmarks.world.draw import MOTIONS, draw
-from benchmarks.world.generic.draw import MOTIONS as SCENE_MOTIONS, draw_scene
+from benchmarks.world.generic.draw import MOTIONS, draw_scene
 from benchmarks.world.generic.scene import SceneRecord, make_record
-from benchmarks.world.hostile import hostile_scenes
-from benchmarks.world.mistaken.draw import MISTAKEN, mistaken
-from benchmarks.world.scene import Scene
-from benchmarks.world.stated import STATED, Stated
-from pydantic import ValidationError
 
 from radargui.model.errors import ProcessingError
 from radargui.model.setup import Setup
-from radargui.model.setup_error import describe
 from radargui.processing.process import process
 
 METHODS = tuple(
@@ -120,72 +104,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=500, help="first seed; others give fresh scenes")
     parser.add_argument("--scenes", type=int, default=40, help="half generic, half physical")
-    parser.add_argument("--kind", choices=("generic", "physical", "laboratory"))
-    parser.add_argument(
-        "--motion", choices=tuple(dict.fromkeys((*MOTIONS, *SCENE_MOTIONS))), help="not every kind has each"
-    )
+    parser.add_argument("--kind", choices=("generic", "physical"))
+    parser.add_argument("--motion", choices=tuple(dict.fromkeys(MOTIONS)))
     parser.add_argument("--method", choices=METHODS, action="append")
-    laboratory = parser.add_argument_group("laboratory, vector fields in a real room, corrected as by default")
-    laboratory.add_argument("--setup", choices=STATED, action="append", help="what the setup states; default: exact")
-    laboratory.add_argument("--hold", nargs="+", default=[], metavar="NAME=VALUE", help="held instead of drawn, TOML")
-    laboratory.add_argument("--hostile", action="store_true", help="a list of hard drops instead, from the first seed")
-    laboratory.add_argument(
-        "--disturbed",
-        nargs="+",
-        metavar="NAME[/VARIANT]",
-        help="each scene with a disturbance, or once with each: "
-        + "; ".join(f"{name} ({', '.join(variants)})" for name, (_, variants) in DISTURBED.items()),
-    )
-    laboratory.add_argument(
-        "--mistaken",
-        nargs="+",
-        metavar="NAME[/VARIANT]",
-        help="each scene with a setup that states it wrongly, or once with each: "
-        + "; ".join(f"{name} ({', '.join(variants)})" for name, (_, variants) in MISTAKEN.items()),
-    )
-    laboratory.add_argument("--strength", type=float, help="of disturbance or mistake, 0 to 1; left out: drawn")
     options = parser.parse_args()
-    if options.kind == "laboratory":
-        return _laboratory(options)
-    if options.motion and options.motion not in SCENE_MOTIONS:
-        parser.error(f"--motion {options.motion} is of --kind laboratory")
     kinds = (options.kind,) if options.kind else ("generic", "physical")
     seeds = range(options.seed, options.seed + -(-options.scenes // len(kinds)))
     print(table(run(seeds, kinds, tuple(options.method or METHODS), options.motion)))
     return 0
-
-
-def _laboratory(options: argparse.Namespace) -> int:
-    """Score what each kind of setup makes of the same scenes."""
-    held = tomllib.loads("\n".join(options.hold))
-    if options.motion:
-        held["motion"] = options.motion
-    scores = []
-    for stated in options.setup or STATED[:1]:
-        seeds = range(options.seed, options.seed + options.scenes)
-        if options.hostile:
-            drawn: Iterable[Scene] = hostile_scenes(options.seed, stated)
-        elif options.disturbed:
-            drawn = (disturbed(k, s, stated, options.strength, **held) for k in options.disturbed for s in seeds)
-        elif options.mistaken:
-            drawn = _mistaken(options.mistaken, seeds, stated, options.strength, held)
-        else:
-            drawn = (draw(s, stated, **held) for s in seeds)
-        scores += run_laboratory(drawn)
-    print(laboratory_table(scores))
-    return 0
-
-
-def _mistaken(
-    names: list[str], seeds: range, stated: Stated, strength: float | None, held: dict[str, Any]
-) -> Iterator[Scene]:
-    """Give the scenes with setups that a setup file may say; print why others are refused."""
-    for name in names:
-        for seed in seeds:
-            try:
-                yield mistaken(name, seed, stated, strength, **held)
-            except ValidationError as error:
-                print(f"{name}-{seed} {describe(error, Setup)}", flush=True)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from benchmarks.world import stated as values
 from benchmarks.world.draw import WEAKEST, draw
-from benchmarks.world.hostile import HOSTILE, hostile_scenes
 from benchmarks.world.room import Room
 from benchmarks.world.scene import Scene, make_record
 
@@ -126,15 +125,3 @@ def test_a_record_of_a_perfect_chain_turns_by_the_path() -> None:
         path = record.truth.path_m[number]
         expected = scene.room.sphere.wavenumber_rad_m * (path - path[0])
         np.testing.assert_allclose(turned - turned[0], expected, atol=2e-3)
-
-
-def test_the_hostile_list_holds_what_its_names_say() -> None:
-    found = dict(zip(HOSTILE, hostile_scenes(9, "exact"), strict=True))
-    assert found["dead stop"].drop.impacts == ()
-    assert found["sphere of 16 mm"].room.sphere.radius_m == 0.008
-    assert len(found["two walls"].room.mirrors) == 3
-    assert found["two walls"].room.corners == ()
-    assert len(found["wave over wall and floor"].room.corners) == 1
-    assert len(found["wave between sphere and floor"].room.coupled) == 1
-    assert found["2 kS/s, spread"].converter.skew_s == pytest.approx(1.0 / 12000.0)
-    assert found["dead stop, no floor"].room.mirrors == ()

@@ -146,7 +146,10 @@ class MainWindow(QMainWindow):
         self.statusBar().addWidget(self.health, 1)
         self._keys = (FocusMark(self, theme.application), RunKeys(self, theme.application))
         self.titles = DockTitles(self.panels, theme)
-        self.guide = FirstSteps(self.hardware, self.panels, services)
+        starts, records, _ = self.bar.buttons
+        targets = {"source": self.hardware.source, "antennas": self.antennas.table, "monitor": starts, "arm": records}
+        targets |= {"drop": self.bar.state, "read": self.bar.state, "end": self.drops}
+        self.guide = FirstSteps(targets, self.hardware.source, self.panels, services)
         self.empty = EmptyPlots(self.panels.held | {"run": self.run.tabs}, self.control, self)
         self.log = LogWindow(self.setup_model, services)
         self.full = FullView(self.panels, does)
@@ -233,7 +236,7 @@ class MainWindow(QMainWindow):
     def _ready(self) -> bool:
         if self.closing.active or not self.control.state.may_record:
             return False
-        self.session_panel.folder.fault.say("")
+        self.session_panel.folder.refuse("")
         if fault := self.setup_model.error or self.hardware.check():
             self.board.post("error", fault)
         return not fault
@@ -242,7 +245,7 @@ class MainWindow(QMainWindow):
         """Say what failed at the field that is to be corrected, besides the message."""
         self.session_panel.say_at_field(error)
         if self.hardware.kind == "replay" and not isinstance(error, SessionError) and not self.control.had_source:
-            self.hardware.replay.file.fault.say(f"File: {error}")
+            self.hardware.replay.file.refuse(f"File: {error}")
 
     def follow_live(self) -> None:
         """Show the live track and the scopes: where it is measured."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import pyqtgraph
 from PySide6 import QtGui, QtWidgets, __version__ as pyside_version
-from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QUrl, Signal
+from PySide6.QtCore import QByteArray, QEvent, QObject, QRect, QSize, Qt, QUrl, Signal
 from PySide6.QtWidgets import QHBoxLayout, QTextBrowser, QWidget
 
 from radargui import __version__
@@ -322,6 +322,17 @@ class Panels(QtWidgets.QMainWindow):
         here = WORKSPACES[self._shown]
         if name not in (*here.own, *here.guests) and self.docks[name].isHidden():
             self.work_in(next(where for where, one in WORKSPACES.items() if name in one.own))
+
+    def way_to(self, name: str) -> tuple[QWidget, QRect]:
+        """Return what leads to a panel that is not seen: the tab of its workspace, or its own, and where that is."""
+        here = WORKSPACES[self._shown]
+        if name in (*here.own, *here.guests):
+            for bar in self._bars:
+                for place in range(bar.count()):
+                    if bar.isVisible() and bar.tabText(place) == TITLES[name]:
+                        return bar, bar.tabRect(place)
+        places = [place for place, one in enumerate(WORKSPACES.values()) if name in one.own]
+        return self.tabs, self.tabs.tabRect(places[0])
 
     def turn_runs(self) -> None:
         """Give the list of runs the width for a table, or take it back for pictures."""

@@ -141,7 +141,6 @@ DIALOGS: dict[str, Callable[[MainWindow], QDialog]] = {
     "export": opened_by("export_samples"),
     "compare": opened_by("compare"),
     **{f"calibration {page + 1}": lambda window, page=page: calibration(window, page) for page in range(4)},
-    "guide": shown("guide"),
     "log": shown("log"),
     "wiring": shown("wiring"),
     "gain": gains,

@@ -142,10 +142,10 @@ class ControlBar(QtWidgets.QWidget):
         self.runs.setToolTip("How many runs Record takes, one after the other without a hand")
         column = fill(QtWidgets.QVBoxLayout(), 1, labelled("Runs", self.runs), self.runs, 1, spacing=1)
         self.state, self.disk, self.sound = StateView(theme), DiskLight(theme), SoundButton(sounds)
-        buttons = (_button(action) for action in actions)
+        self.buttons = [_button(action) for action in actions]
         lights = fill(QtWidgets.QVBoxLayout(), 1, self.sound, self.disk, 1, spacing=1)
         row = QtWidgets.QHBoxLayout(self)
-        fill(row, tabs, *buttons, column, (self.state, 1), lights, margins=(6, 1, 6, 1), spacing=6)
+        fill(row, tabs, *self.buttons, column, (self.state, 1), lights, margins=(6, 1, 6, 1), spacing=6)
 
 
 class SoundButton(QtWidgets.QToolButton):

@@ -197,7 +197,7 @@ class ExportDialog(Dialog):
         self.lay_out(group, side_by_side(self.go, button("Cancel", self.reject)))
         self.folder.line.textChanged.connect(lambda text: self.go.setEnabled(bool(text.strip())))
         for changed in (self.replace.toggled, self.kind.activated, self.what.activated):
-            changed.connect(lambda _value: self.folder.fault.say(""))
+            changed.connect(lambda _value: self.folder.refuse(""))
 
     def _order(self) -> None:
         folder = self.folder.path
@@ -221,7 +221,7 @@ class ExportDialog(Dialog):
     def _refuse(self, error: BaseException) -> None:
         self.go.setEnabled(True)
         said = f"Folder: {error}" if isinstance(error, FileError) else str(error)
-        self.folder.fault.say(said.replace("write over with --force", f"tick “{without(self.replace.text())}”"))
+        self.folder.refuse(said.replace("write over with --force", f"tick “{without(self.replace.text())}”"))
 
 
 class TransferController:

@@ -142,7 +142,8 @@ class MainWindow(QMainWindow):
         offers = (self.recovery, self.later)
         self.setCentralWidget(boxed(QVBoxLayout(), self.bar, (self.panels, 1)))
         messages = self.closing, self.stopping, self.strip, *offers, self.work
-        self.place = MessagePlace(self.bar.runs, self.panels, *messages)
+        plots = self.sketch, self.track.curves.height_plot, self.run.tabs, self.browser.thumbnails
+        self.place = MessagePlace(self.bar.runs, self.panels, plots, *messages)
         self.statusBar().addWidget(self.health, 1)
         self._keys = (FocusMark(self, theme.application), RunKeys(self, theme.application))
         self.titles = DockTitles(self.panels, theme)

@@ -18,10 +18,8 @@ from radargui.gui.control.control_bar import MOST_RUNS, ControlBar, HealthLine, 
 from radargui.gui.control.run_control import HEALTH_S, RunControl
 from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
 from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
-from radargui.gui.dock_titles import DockTitles
-from radargui.gui.full_view import FullView
+from radargui.gui.full_view import DockTitles, FullView
 from radargui.gui.guide import EmptyPlots, FirstSteps
-from radargui.gui.history import EditHistory
 from radargui.gui.layout import boxed, having, ticking
 from radargui.gui.log_window import LogWindow
 from radargui.gui.notices import NoticeBoard, NoticeStrip
@@ -29,21 +27,19 @@ from radargui.gui.opengl_probe import OpenGLProbe
 from radargui.gui.palette import Palette
 from radargui.gui.panels import About, Actions, FocusMark, Panels, RunKeys, fill_menus, show_help
 from radargui.gui.runs.across import AcrossView
-from radargui.gui.runs.drops_panel import DropsPanel
 from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_keeping import RunKeeping
-from radargui.gui.runs.run_list_panel import RunListPanel
+from radargui.gui.runs.run_list_panel import DropsPanel, RunListPanel
 from radargui.gui.runs.run_panel import RunPanel
 from radargui.gui.runs.situation import SituationModel
 from radargui.gui.scopes.iq_plane_panel import IQPlanePanel
 from radargui.gui.scopes.scope_panel import WINDOWS_S, ScopePanel
 from radargui.gui.series import SeriesPanel
-from radargui.gui.services import Services
-from radargui.gui.sessions.arrivals import Arrivals
+from radargui.gui.services import EditHistory, Services
 from radargui.gui.sessions.browser import SessionBrowser
 from radargui.gui.sessions.offers import LaterOffer, RecoveryOffer
 from radargui.gui.sessions.session_controller import SessionController
-from radargui.gui.sessions.transfer_controller import TransferController
+from radargui.gui.sessions.transfer_controller import Arrivals, TransferController
 from radargui.gui.settings import Settings
 from radargui.gui.setup.antenna_panel import AntennaPanel
 from radargui.gui.setup.channels import ChannelPanel
@@ -53,9 +49,8 @@ from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupFileController, first_setup
 from radargui.gui.setup.words import called, is_of_antenna, kind_of, words_of
 from radargui.gui.theme import Theme
-from radargui.gui.track.result_track import ResultTrack
 from radargui.gui.track.track_curves import LEVEL_KEY
-from radargui.gui.track.track_panel import TrackPanel
+from radargui.gui.track.track_panel import ResultTrack, TrackPanel
 from radargui.gui.wiring_check import WiringCheck
 from radargui.model.errors import SessionError
 from radargui.model.resources import resource_table

@@ -29,7 +29,7 @@ from PySide6.QtWidgets import (
 )
 from support.gui_sessions import make_session
 
-from radargui.gui.calibration.pages import Recorded
+from radargui.gui.calibration.dialog import Recorded
 from radargui.gui.layout import takes_tab
 from radargui.gui.main_window import MainWindow
 from radargui.gui.mnemonics import lettered, named_parts, without

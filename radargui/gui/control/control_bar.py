@@ -266,7 +266,7 @@ class MessagePlace(Scroll):
     def _lie_over(self) -> None:
         """Be as wide as what is beneath, and as high as the words need."""
         self.setVisible(not all(part.isHidden() for part in self._parts))
-        holder, column = self._under.parentWidget(), self._column
+        holder, column = self._under.parentWidget() or self._under, self._column
         # a panel that is torn off is no longer within the window
         seen = (one for one in self._plots if one.isVisible() and holder.isAncestorOf(one))
         under = next((one for one in seen if one.width() >= column.minimumSize().width()), self._under)

@@ -146,7 +146,7 @@ def _stripes(budget: UncertaintyBudget, theme: Theme) -> Iterator[str]:
         shares = {share: round(100.0 * part) for share, part in variance_shares(line).items() if part >= LEAST_SHOWN}
         if shares:
             bar = (f"<td width='{part}%' bgcolor='{colours[share]}'>&nbsp;</td>" for share, part in shares.items())
-            said = ", ".join(f"{share} {part} %" for share, part in shares.items())
+            said = ", ".join(f"{share} {part}\u00a0%" for share, part in shares.items())
             yield f"<p>What makes u of {name}, by squares: {said}</p>"
             yield f"<table width='100%' cellspacing='0'><tr>{''.join(bar)}</tr></table>"
 

@@ -159,7 +159,8 @@ class SessionBrowser(QWidget):
             ("Return", self.table, self.review.click, here),
             ("Shift+Return", self.table, self.compare.click, here),
         ):
-            QShortcut(QKeySequence(keys), widget, does, context=context)
+            # given as an argument, the context would be dropped: the whole window would have these keys
+            QShortcut(QKeySequence(keys), widget, does).setContext(context)
         self._show_buttons()
 
     def refresh(self) -> None:

@@ -293,9 +293,7 @@ def test_in_large_letters_forms_are_whole_and_the_list_shows_a_run(
         assert room.horizontalScrollBar().maximum() == 0, name
     window.panels.go_to("browser")
     QApplication.processEvents()
-    browser = window.sessions.browser.table
-    for column, words in enumerate(("2026-01-31 08:00", "Operator")):
-        assert browser.columnWidth(column) >= browser.fontMetrics().horizontalAdvance(words)
+    assert window.sessions.browser.table.horizontalScrollBar().maximum() == 0
     # where no room is left for three panels beside each other, one stands behind another as on a small screen
     window.resize(1366, 768)
     window.panels.go_to("runs")

@@ -11,7 +11,7 @@ from PySide6.QtCore import QMargins, QSignalBlocker, QUrl, Signal
 from PySide6.QtGui import QDesktopServices, QResizeEvent
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QStackedWidget, QToolBar, QVBoxLayout, QWidget
 
-from radargui.gui.layout import TIPS, OneLine, button, fill, having, holding, ticking
+from radargui.gui.layout import TIPS, OneLine, PlainLabel, button, fill, having, holding, ticking
 from radargui.gui.panels import Actions
 from radargui.gui.plots.plot import Plot
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
@@ -176,7 +176,7 @@ class RunListPanel(QWidget):
         buttons = turn, self.preview, self.report, self.open_report, self.open_folder, self.export
         row = holding(QToolBar(), self.rejected, *buttons)
         # one line, whatever it says: two would push the buttons out of a low panel
-        self.series = having(OneLine(), contentsMargins=QMargins(6, 0, 6, 0))
+        self.series = having(PlainLabel(), contentsMargins=QMargins(6, 0, 6, 0))
         fill(QVBoxLayout(self), (self._looks, 1), self.series, row)
 
         self._report_busy = self._by_program = False

@@ -19,7 +19,6 @@ from radargui.gui.runs.run_model import COLUMNS as RUN_COLUMNS, RunEntry
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_model import COLUMNS, ThumbnailView, look_at
 from radargui.gui.table import RowModel, RowTable
-from radargui.gui.theme import scaled_px
 from radargui.model.words import counted, percent
 from radargui.session.catalogue import Catalogue, Query, SessionSummary
 
@@ -102,9 +101,6 @@ class SearchForm(QWidget):
         self._wait.start()
 
 
-_WIDTHS = {"Date": 145, "Operator": 80, "Sample": 110, "Target": 100, "Runs": 115, "e": 290, "Setup": 75}
-"""Pixels at first, at the usual font (chosen by hand): 915 of the 1040 of the window; the notes take what is left."""
-
 _SHARE_MS = 200
 """How often the share of a look that is done is written: seldom enough to be read."""
 
@@ -129,8 +125,6 @@ class SessionBrowser(QWidget):
         self.search = SearchForm()
         self.model = RowModel(COLUMNS, lambda one: one.problem or one.notes or str(one.path))
         self.table = RowTable(self.model, "sessions.list", many=True)
-        for name, width in _WIDTHS.items():
-            self.table.fit(list(COLUMNS).index(name), scaled_px(width))
         self.words = PlainLabel()
         self.details = PlainLabel()
         self.runs = RowModel[RunEntry](RUN_COLUMNS, lambda run: f"{run.name}: {run.verdict}")
@@ -186,7 +180,8 @@ class SessionBrowser(QWidget):
     def _show_found(self, found: tuple[SessionSummary, ...]) -> None:
         self._timer.stop()
         before = self.table.chosen
-        self.model.replace_all(found)
+        # where nothing is found the columns keep their places
+        (self.table.show_rows if found else self.model.replace_all)(found)
         runs = sum(one.n_runs for one in found)
         where = f"below {self._data_folder()}"
         self.words.setText(f"{counted(len(found), 'session')} with {counted(runs, 'run')} {where}")
@@ -205,7 +200,7 @@ class SessionBrowser(QWidget):
         self._show_buttons()
         chosen = self.table.chosen
         self.runs.replace_all(())
-        self.details.setText(f"{chosen.name}: reading …" if chosen else "")
+        self.details.setText(f"{chosen.name}: reading …" if chosen else "Choose a session to see its runs.")
         if chosen is None:
             return
 

@@ -2,8 +2,8 @@
 
 from typing import Literal
 
-from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QPainter, QPaintEvent, QPalette, QPen, QPolygonF
+from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QPainter, QPainterPath, QPaintEvent, QPalette, QPen, QPolygonF
 from PySide6.QtWidgets import QApplication, QLabel, QScrollArea, QVBoxLayout, QWidget
 from shiboken6 import isValid
 
@@ -14,6 +14,8 @@ _INSIDE = 7
 """Between the outline and the words, in pixels."""
 _GAP = 2
 """Between the point and its target, in pixels."""
+_TOWARDS: dict[Side, tuple[int, int]] = {"below": (0, -1), "above": (0, 1), "right": (-1, 0), "left": (1, 0)}
+"""Where the target is seen from a bubble at each side of it, across and down."""
 _MOVES = (QEvent.Type.Move, QEvent.Type.Resize, QEvent.Type.Show, QEvent.Type.Hide, QEvent.Type.LayoutRequest)
 
 
@@ -120,10 +122,8 @@ class Bubble(QWidget):
         self.update()
 
     def _set_margins(self, side: Side) -> None:
-        margins = dict.fromkeys(("left", "above", "right", "below"), _INSIDE)
-        opposite = {"below": "above", "above": "below", "left": "right", "right": "left"}
-        margins[opposite[side]] += _ARROW
-        self.setContentsMargins(*margins.values())
+        x, y = _TOWARDS[side]
+        self.setContentsMargins(*(_INSIDE + _ARROW * is_there for is_there in (x < 0, y < 0, x > 0, y > 0)))
 
     def _place(self, side: Side, target: QRect, room: QRect) -> QRect:
         """Return where it would lie at a side of its target."""
@@ -154,31 +154,24 @@ class Bubble(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(QPen(self.palette().color(self._outline), 1.5))
         painter.setBrush(self.palette().color(QPalette.ColorRole.Base))
-        painter.drawPolygon(self._shape())
+        painter.drawPath(self._shape())
 
-    def _shape(self) -> QPolygonF:
-        box = QRect(self.rect()).adjusted(1, 1, -1, -1)
-        across = self._side in ("below", "above")
-        first, last = (box.left(), box.right()) if across else (box.top(), box.bottom())
-        tip = max(first + 2 * _ARROW, min(self._tip.x() if across else self._tip.y(), last - 2 * _ARROW))
-        left, top, right, bottom = box.left(), box.top(), box.right(), box.bottom()
-        if self._side == "below":
-            top += _ARROW
-            point = [(tip - _ARROW, top), (tip, top - _ARROW), (tip + _ARROW, top)]
-            corners = [(left, top), *point, (right, top), (right, bottom), (left, bottom)]
-        elif self._side == "above":
-            bottom -= _ARROW
-            point = [(tip + _ARROW, bottom), (tip, bottom + _ARROW), (tip - _ARROW, bottom)]
-            corners = [(left, top), (right, top), (right, bottom), *point, (left, bottom)]
-        elif self._side == "right":
-            left += _ARROW
-            point = [(left, tip + _ARROW), (left - _ARROW, tip), (left, tip - _ARROW)]
-            corners = [(left, top), (right, top), (right, bottom), (left, bottom), *point]
+    def _shape(self) -> QPainterPath:
+        """Return the box and its point, which is as near to the middle of the target as the corners allow."""
+        x, y = _TOWARDS[self._side]
+        box = QRectF(self.rect()).adjusted(1, 1, -1, -1)
+        box.adjust(_ARROW * (x < 0), _ARROW * (y < 0), -_ARROW * (x > 0), -_ARROW * (y > 0))
+        inner = box.adjusted(2 * _ARROW, 2 * _ARROW, -2 * _ARROW, -2 * _ARROW)
+        foot = box.center() + QPointF(0.5 * x * box.width(), 0.5 * y * box.height())
+        if y:
+            foot.setX(max(inner.left(), min(self._tip.x(), inner.right())))
         else:
-            right -= _ARROW
-            point = [(right, tip - _ARROW), (right + _ARROW, tip), (right, tip + _ARROW)]
-            corners = [(left, top), (right, top), *point, (right, bottom), (left, bottom)]
-        return QPolygonF([QPointF(x, y) for x, y in corners])
+            foot.setY(max(inner.top(), min(self._tip.y(), inner.bottom())))
+        along, across = QPointF(_ARROW * x, _ARROW * y), QPointF(_ARROW * y, _ARROW * x)
+        path = QPainterPath()
+        path.addRect(box)
+        path.addPolygon(QPolygonF([foot - across, foot + along, foot + across, foot - across]))
+        return path.simplified()
 
 
 _FAULT_PX = 320

@@ -63,6 +63,9 @@ def run_window(setup_path: Path | None = None, *, session: Path | None = None) -
     if settings.set_aside is not None:
         board.post("warning", f"The remembered settings were damaged; they are kept in {settings.set_aside}")
     window = MainWindow(theme, settings, board, setup_path=setup_path, probe=OpenGLProbe())
+    # who was here before finds the window as it was left
+    if settings.blob("geometry").isEmpty():
+        window.setWindowState(Qt.WindowState.WindowMaximized)
     window.show()
     window.guide.show_at_first()
     if session is not None:

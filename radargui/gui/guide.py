@@ -1,84 +1,86 @@
 """What helps at first: the steps of a first drop, and the words in plots that are still empty."""
 
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Mapping
 
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QObject, QPoint, QRect, QSize, Qt
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtGui import QKeyEvent, QPalette
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 from shiboken6 import isValid
 
 from radargui.experiment.event import RecordedRun
+from radargui.gui.bubble import Bubble, Side
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState
-from radargui.gui.dialog import Dialog
 from radargui.gui.layout import PlainLabel, button, fill, having, ticking
 from radargui.gui.panels import Panels
 from radargui.gui.plots.plot import Plot
 from radargui.gui.services import Services
-from radargui.gui.setup.hardware_panel import HardwarePanel
 from radargui.gui.theme import scaled_font
 from radargui.model.resources import resource_table
 
 _SEEN = "guide"
-_WORDS_PX = 280
-"""Of the lines that say what to do: about 45 letters of 9 points at 96 dots per inch (chosen by hand)."""
-_DONE, _NEXT, _LATER = "✓", "➔", "○"
+_WORDS_PX = 300
+"""Of the lines that say what to do: about 48 letters of 9 points at 96 dots per inch (chosen by hand)."""
+_SIDES: dict[str, tuple[Side, ...]] = {
+    "right": ("right", "left", "below", "above"),
+    "below": ("below", "above", "left", "right"),
+    "left": ("left", "above", "right", "below"),
+}
+"""Where the bubble may lie about what it points at, by the side that suits it best."""
 
 
-class Step(QFrame):
-    """One step: its sign, its title, what to do, and where."""
+class Step:
+    """One step: its title, what to do, in which panel, what it points at, and whether it has happened.
 
-    def __init__(self, number: int, title: str, words: str, go: Callable[[], None]) -> None:
-        super().__init__()
-        self.done = False
-        self._title = f"{number}. {title}"
-        self.sign, self.title, self.words = QLabel(_LATER), QLabel(self._title), PlainLabel(words, selectable=False)
-        having(self.sign, fixedWidth=2 * self.fontMetrics().averageCharWidth(), alignment=Qt.AlignmentFlag.AlignTop)
-        self.go = button("Show me", go, f"Brings the panel to the front in which this happens: {title.lower()}")
-        having(self.words, fixedWidth=_WORDS_PX, minimumHeight=self.words.heightForWidth(_WORDS_PX))
-        column = fill(QVBoxLayout(), self.title, self.words, spacing=1)
-        fill(QHBoxLayout(self), self.sign, (column, 1), self.go, spacing=6)
+    Parameters
+    ----------
+    entry
+        Of the table `steps` in `resources/window/guide.toml`.
+    target
+        What is to be used.
+    """
 
-    def show_as(self, *, next_one: bool) -> None:
-        """Show it as done, as the next one, or as one for later."""
-        self.sign.setText(_DONE if self.done else _NEXT if next_one else _LATER)
-        self.title.setFont(scaled_font(self.font(), 1.0, bold=next_one))
-        self.title.setAccessibleName(f"{self._title}, {'done' if self.done else 'next' if next_one else 'later'}")
-        self.words.setVisible(next_one)
-        self.go.setVisible(next_one)
+    def __init__(self, entry: Mapping[str, str], target: QWidget) -> None:
+        self.title, self.words, self.panel = entry["title"], entry["words"], entry["panel"]
+        self.sides, self.target, self.done = _SIDES[entry["side"]], target, False
 
 
-class FirstSteps(Dialog):
-    """Follows what the operator really does; not modal, nothing waits for it.
+class FirstSteps(Bubble):
+    """Points at what a first drop needs next, and follows what the operator really does; nothing waits for it.
+
+    Where the thing is not seen, it points at the tab that leads there.
 
     Attributes
     ----------
     steps
-        By their names, in their order.
+        By their names, in their order; the last one, the end, is never done.
     """
 
-    def __init__(self, hardware: HardwarePanel, panels: Panels, services: Services) -> None:
-        super().__init__("First steps", (420, 300), services.parent, "first steps")
-        # beside the main window, never in its way: the keys stay where they are
-        self.setWindowFlag(Qt.WindowType.Tool)
-        self.setAttribute(Qt.WidgetAttribute.WA_ShowWithoutActivating)
-        self._control, self._settings, self._window = services.control, services.settings, services.parent
-        self._antennas = panels.held["antennas"]
-        table = resource_table("window/guide")["steps"]
-        self.steps = {
-            one["name"]: Step(number, one["title"], one["words"], partial(panels.go_to, one["panel"]))
-            for number, one in enumerate(table, 1)
-        }
-        self.end = PlainLabel("That was all. Help → First steps shows this again.")
-        closes = button("Close", self.reject, "Close the guide; Help → First steps shows it again")
-        self.lay_out(*self.steps.values(), self.end, 1, fill(QHBoxLayout(), 1, closes), spacing=4)
-        hardware.source.activated.connect(lambda _index: self.tick("source"))
-        panels.docks["antennas"].visibilityChanged.connect(lambda seen: self.tick("antennas") if seen else None)
+    def __init__(self, targets: Mapping[str, QWidget], source: QComboBox, panels: Panels, services: Services) -> None:
+        super().__init__(QPalette.ColorRole.Highlight, _SIDES["below"])
+        self._panels, self._control, self._settings = panels, services.control, services.settings
+        self._is_on = False
+        entries = resource_table("window/guide")["steps"]
+        self.steps = {one["name"]: Step(one, targets[one["name"]]) for one in entries}
+        self.title, self.words = QLabel(), PlainLabel(selectable=False)
+        having(self.title, font=scaled_font(self.font(), 1.0, bold=True))
+        having(self.words, minimumWidth=_WORDS_PX)
+        self.go = button("Show me", self._show_it, "Brings the panel to the front in which this happens")
+        self.ends = button("Close", self.end, "Close the guide; Help → First steps shows it again")
+        fill(QVBoxLayout(self), self.title, self.words, fill(QHBoxLayout(), 1, self.go, self.ends), spacing=4)
+        source.activated.connect(lambda _index: self.tick("source"))
+        for dock in panels.docks.values():
+            dock.visibilityChanged.connect(lambda _seen: self.look_later())
+        panels.tabs.currentChanged.connect(lambda _index: self.look_later())
         self._control.state_changed.connect(self._state_changed)
         self._control.run_recorded.connect(self._recorded)
-        self._show()
+
+    @property
+    def upcoming(self) -> str:
+        """Name of the step that comes next."""
+        return next((name for name, step in self.steps.items() if not step.done), "")
 
     def show_at_first(self) -> None:
         """Show it where the program was never started before."""
@@ -90,27 +92,46 @@ class FirstSteps(Dialog):
         """Show it with nothing done."""
         for step in self.steps.values():
             step.done = False
-        self._show()
-        main = self._window.frameGeometry()
-        self.move(main.right() - self.width() - 24, main.bottom() - self.height() - 48)
-        self.come_up()
+        self._is_on = True
         self._state_changed()
+        self.settle()
+
+    def end(self) -> None:
+        """Put it away."""
+        self._is_on = False
+        self.point_at(None)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802 - Qt's name
+        """Go away by Esc."""
+        self.end() if event.key() == Qt.Key.Key_Escape else super().keyPressEvent(event)
 
     def tick(self, name: str) -> None:
         """Mark a step as done; without being looked at nothing counts."""
-        if self.isVisible() and not self.steps[name].done:
+        if self._is_on and not self.steps[name].done:
             self.steps[name].done = True
-            self._show()
+            self.settle()
 
-    def _show(self) -> None:
+    def settle(self) -> None:
+        """Say what comes next, and point at it or at the way there."""
+        if not self._is_on:
+            super().settle()
+            return
         antennas = self.steps["antennas"]
         # who has the panel before him looks at it
-        antennas.done |= self.steps["source"].done and self._antennas.isVisible()
-        upcoming = next((step for step in self.steps.values() if not step.done), None)
-        for step in self.steps.values():
-            step.show_as(next_one=step is upcoming)
-        self.end.setVisible(upcoming is None)
-        self.adjustSize()
+        antennas.done |= self.steps["source"].done and antennas.target.isVisible()
+        upcoming = self.upcoming
+        step, count = self.steps[upcoming], len(self.steps) - 1
+        number = list(self.steps).index(upcoming) + 1
+        self.title.setText(f"{number} of {count}: {step.title}" if number <= count else step.title)
+        self.words.setText(step.words)
+        self.setAccessibleName(f"First steps. {self.title.text()}. {step.words}")
+        seen = step.target.isVisible()
+        self.go.setVisible(not seen)
+        target, part = (step.target, None) if seen else self._panels.way_to(step.panel)
+        self.lie_beside(target, part, step.sides if seen else _SIDES["below"])
+
+    def _show_it(self) -> None:
+        self._panels.go_to(self.steps[self.upcoming].panel)
 
     def _state_changed(self) -> None:
         state = self._control.state

@@ -9,6 +9,7 @@ from PySide6 import QtWidgets
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt, QTimer, SignalInstance
 from PySide6.QtGui import QFont, QPaintEvent, QResizeEvent, QWheelEvent
 
+from radargui.gui.bubble import FaultBubble
 from radargui.model.resources import resource_table
 
 Margins = tuple[int, int, int, int]
@@ -17,8 +18,8 @@ _FOCUS_ROOM = (3, 3, 3, 3)
 """For the frame around what has the keys: it is drawn within the box."""
 ALARM = "color: palette(bright-text); font-weight: bold;"
 """Style of words that say what is wrong."""
-FRAMED = "QLineEdit { border: 2px solid palette(bright-text); }"
-"""Style of a line whose text is wrong."""
+FRAMED = "QLineEdit { border: 2px solid palette(bright-text); padding: 1px 0; }"
+"""Style of a line whose text is wrong; its padding leaves the line as high as the window's style draws it."""
 TIPS: dict[str, dict[str, str]] = resource_table("window/tips")
 """What buttons, fields and columns mean, by their words, where no other place says it."""
 Edge = Literal["bright-text", "link-visited", "link"]
@@ -179,13 +180,11 @@ class Group(QtWidgets.QGroupBox):
             self.row(*part) if isinstance(part, tuple) else self.whole(part)
 
     def row(self, words: str, field: QtWidgets.QWidget, tip: str = "") -> None:
-        """Add a field; `words` names it with its unit, and what is wrong with a path stands beneath."""
+        """Add a field; `words` names it with its unit."""
         tip = tip or TIPS["fields"].get(words, "")
         # of a line with a button the line is what the keys come to
         (field.focusProxy() or field).setAccessibleName(words)
         self.rows.addRow(having(labelled(words, field), toolTip=tip), having(field, toolTip=tip))
-        if isinstance(field, PathField):
-            self.rows.addRow(field.fault)
 
     def whole(self, widget: QtWidgets.QWidget) -> None:
         """Add a widget over the whole width."""
@@ -301,7 +300,7 @@ class FaultText(Answer):
 
 
 class PathField(QtWidgets.QWidget):
-    """A line for a path with a button that lets it be chosen; `fault` is for beneath it.
+    """A line for a path with a button that lets it be chosen; `fault` says beside it what is wrong.
 
     Parameters
     ----------
@@ -316,8 +315,8 @@ class PathField(QtWidgets.QWidget):
     def __init__(self, title: str, start: Path | None = None, files: str = "") -> None:
         super().__init__()
         self._title, self._files = title, files
-        self.line, self.fault = QtWidgets.QLineEdit(str(start or "")), FaultText()
-        self.line.textChanged.connect(lambda _text: self.fault.say(""))
+        self.line, self.fault = QtWidgets.QLineEdit(str(start or "")), FaultBubble()
+        self.line.textChanged.connect(lambda _text: self.refuse(""))
         chooses = button("Choose…", self.browse)
         fill(QtWidgets.QHBoxLayout(self), self.line, chooses, margins=_FOCUS_ROOM, spacing=4)
         self.setFocusProxy(self.line)
@@ -327,6 +326,11 @@ class PathField(QtWidgets.QWidget):
         """What was typed or chosen."""
         text = self.line.text().strip().strip('"')
         return Path(text).expanduser() if text else None
+
+    def refuse(self, fault: str) -> None:
+        """Say what is wrong with the path; an empty text: nothing is."""
+        self.fault.say(fault, self.line)
+        having(self.line, accessibleDescription=fault, styleSheet=FRAMED if fault else "")
 
     def browse(self) -> None:
         """Let the operator choose."""

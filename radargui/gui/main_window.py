@@ -18,10 +18,8 @@ from radargui.gui.control.control_bar import MOST_RUNS, ControlBar, HealthLine, 
 from radargui.gui.control.run_control import HEALTH_S, RunControl
 from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
 from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
-from radargui.gui.dock_titles import DockTitles
-from radargui.gui.full_view import FullView
+from radargui.gui.full_view import DockTitles, FullView
 from radargui.gui.guide import EmptyPlots, FirstSteps
-from radargui.gui.history import EditHistory
 from radargui.gui.layout import boxed, having, ticking
 from radargui.gui.log_window import LogWindow
 from radargui.gui.notices import NoticeBoard, NoticeStrip
@@ -29,21 +27,19 @@ from radargui.gui.opengl_probe import OpenGLProbe
 from radargui.gui.palette import Palette
 from radargui.gui.panels import About, Actions, FocusMark, Panels, RunKeys, fill_menus, show_help
 from radargui.gui.runs.across import AcrossView
-from radargui.gui.runs.drops_panel import DropsPanel
 from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_keeping import RunKeeping
-from radargui.gui.runs.run_list_panel import RunListPanel
+from radargui.gui.runs.run_list_panel import DropsPanel, RunListPanel
 from radargui.gui.runs.run_panel import RunPanel
 from radargui.gui.runs.situation import SituationModel
 from radargui.gui.scopes.iq_plane_panel import IQPlanePanel
 from radargui.gui.scopes.scope_panel import WINDOWS_S, ScopePanel
 from radargui.gui.series import SeriesPanel
-from radargui.gui.services import Services
-from radargui.gui.sessions.arrivals import Arrivals
+from radargui.gui.services import EditHistory, Services
 from radargui.gui.sessions.browser import SessionBrowser
 from radargui.gui.sessions.offers import LaterOffer, RecoveryOffer
 from radargui.gui.sessions.session_controller import SessionController
-from radargui.gui.sessions.transfer_controller import TransferController
+from radargui.gui.sessions.transfer_controller import Arrivals, TransferController
 from radargui.gui.settings import Settings
 from radargui.gui.setup.antenna_panel import AntennaPanel
 from radargui.gui.setup.channels import ChannelPanel
@@ -53,9 +49,8 @@ from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupFileController, first_setup
 from radargui.gui.setup.words import called, is_of_antenna, kind_of, words_of
 from radargui.gui.theme import Theme
-from radargui.gui.track.result_track import ResultTrack
 from radargui.gui.track.track_curves import LEVEL_KEY
-from radargui.gui.track.track_panel import TrackPanel
+from radargui.gui.track.track_panel import ResultTrack, TrackPanel
 from radargui.gui.wiring_check import WiringCheck
 from radargui.model.errors import SessionError
 from radargui.model.resources import resource_table
@@ -142,11 +137,15 @@ class MainWindow(QMainWindow):
         offers = (self.recovery, self.later)
         self.setCentralWidget(boxed(QVBoxLayout(), self.bar, (self.panels, 1)))
         messages = self.closing, self.stopping, self.strip, *offers, self.work
-        self.place = MessagePlace(self.bar.runs, self.panels, *messages)
+        plots = self.sketch, self.track.curves.height_plot, self.run.tabs, self.browser.thumbnails
+        self.place = MessagePlace(self.bar.runs, self.panels, plots, *messages)
         self.statusBar().addWidget(self.health, 1)
         self._keys = (FocusMark(self, theme.application), RunKeys(self, theme.application))
         self.titles = DockTitles(self.panels, theme)
-        self.guide = FirstSteps(self.hardware, self.panels, services)
+        starts, records, _ = self.bar.buttons
+        targets = {"source": self.hardware.source, "antennas": self.antennas.table, "monitor": starts, "arm": records}
+        targets |= {"drop": self.bar.state, "read": self.bar.state, "end": self.drops}
+        self.guide = FirstSteps(targets, self.hardware.source, self.panels, services)
         self.empty = EmptyPlots(self.panels.held | {"run": self.run.tabs}, self.control, self)
         self.log = LogWindow(self.setup_model, services)
         self.full = FullView(self.panels, does)
@@ -233,7 +232,7 @@ class MainWindow(QMainWindow):
     def _ready(self) -> bool:
         if self.closing.active or not self.control.state.may_record:
             return False
-        self.session_panel.folder.fault.say("")
+        self.session_panel.folder.refuse("")
         if fault := self.setup_model.error or self.hardware.check():
             self.board.post("error", fault)
         return not fault
@@ -242,7 +241,7 @@ class MainWindow(QMainWindow):
         """Say what failed at the field that is to be corrected, besides the message."""
         self.session_panel.say_at_field(error)
         if self.hardware.kind == "replay" and not isinstance(error, SessionError) and not self.control.had_source:
-            self.hardware.replay.file.fault.say(f"File: {error}")
+            self.hardware.replay.file.refuse(f"File: {error}")
 
     def follow_live(self) -> None:
         """Show the live track and the scopes: where it is measured."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import pyqtgraph
 from PySide6 import QtGui, QtWidgets, __version__ as pyside_version
-from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QUrl, Signal
+from PySide6.QtCore import QByteArray, QEvent, QObject, QRect, QSize, Qt, QUrl, Signal
 from PySide6.QtWidgets import QHBoxLayout, QTextBrowser, QWidget
 
 from radargui import __version__
@@ -101,7 +101,7 @@ def _arrangement(name: str, *, narrow: bool) -> Split:
     if name == "analyse":
         if narrow:
             return Split(False, (("runs",), Split(True, (("run",), ("result",)), (65, 35))), (30, 70))
-        return Split(True, (("runs",), ("run",), ("result",)), (_RUNS[0], 78 - _RUNS[0], 22))
+        return Split(True, (("runs",), ("run",), ("result",)), (_RUNS[0], 100 - _RUNS[0] - _RESULT, _RESULT))
     lists = ("drops", "runs", "session")
     if narrow:
         return Split(True, (("track",), Split(False, (("scopes", "planes"), lists), (65, 35))), (62, 38))
@@ -113,6 +113,8 @@ _WIDEST_FORM = 520
 """In pixels at the usual font. Lines of numbers do not get better by being wider; what is left belongs to the plots."""
 _RUNS = (12, 46)
 """Width of the list of runs in percent: as pictures, and as a table."""
+_RESULT = 28
+"""Width of the result in percent: at 1366 pixels its figures stand in one line each."""
 _LEAST_ROOM = QSize(230, 116)
 """Of a panel: three beside each other and two above each other fit 960 x 540 (1920 x 1080 at scale 2)."""
 _N_DIGITS = 10
@@ -323,13 +325,24 @@ class Panels(QtWidgets.QMainWindow):
         if name not in (*here.own, *here.guests) and self.docks[name].isHidden():
             self.work_in(next(where for where, one in WORKSPACES.items() if name in one.own))
 
+    def way_to(self, name: str) -> tuple[QWidget, QRect]:
+        """Return what leads to a panel that is not seen: the tab of its workspace, or its own, and where that is."""
+        here = WORKSPACES[self._shown]
+        if name in (*here.own, *here.guests):
+            for bar in self._bars:
+                for place in range(bar.count()):
+                    if bar.isVisible() and bar.tabText(place) == TITLES[name]:
+                        return bar, bar.tabRect(place)
+        places = [place for place, one in enumerate(WORKSPACES.values()) if name in one.own]
+        return self.tabs, self.tabs.tabRect(places[0])
+
     def turn_runs(self) -> None:
         """Give the list of runs the width for a table, or take it back for pictures."""
         self._go_where("runs")
         beside = [self.docks[name] for name in ("runs", "run", "result")]
         least, most = _RUNS
         share = least if 100 * beside[0].width() > (least + most) // 2 * self.width() else most
-        shares = (share, 78 - share, 22)
+        shares = (share, 100 - share - _RESULT, _RESULT)
         self.resizeDocks(beside, [one * self.width() // 100 for one in shares], Qt.Orientation.Horizontal)
 
     def next_plot(self) -> None:
@@ -363,17 +376,16 @@ class Panels(QtWidgets.QMainWindow):
     def restore_within(self, window: QtWidgets.QMainWindow, settings: Settings, *, ready: bool = True) -> None:
         """Take size and layouts of the last time, where they cannot be used ones that fit the screen.
 
-        Who was here before and is `ready` to measure begins with that, all others with what has to be prepared.
+        Who is `ready` to measure begins with that, who is not with what has to be prepared.
         """
         geometry = settings.blob("geometry")
-        known = not geometry.isEmpty() and window.restoreGeometry(geometry)
-        if not known:
+        if geometry.isEmpty() or not window.restoreGeometry(geometry):
             fit_screen(window, *_FIRST_SIZE)
         self.resize(window.size())
         kept = {name: settings.blob(f"layout/{name}") for name in WORKSPACES}
         self._layouts = {name: layout for name, layout in kept.items() if not layout.isEmpty()}
         self._shown = ""
-        self.work_in("measure" if known and ready else "prepare")
+        self.work_in("measure" if ready else "prepare")
         settings.restore_sizes(window)
 
     def remember(self, settings: Settings) -> None:

@@ -6,8 +6,8 @@ import threading
 from typing import Any
 
 import pytest
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QLabel
+from PySide6.QtCore import QRect, Qt
+from PySide6.QtWidgets import QApplication, QLabel, QTabBar, QWidget
 
 from radargui.experiment.processing_apart import ProcessingHere
 from radargui.gui.control.state import AppState
@@ -20,8 +20,14 @@ def done(window: MainWindow) -> list[str]:
     return [name for name, step in window.guide.steps.items() if step.done]
 
 
-def upcoming(window: MainWindow) -> list[str]:
-    return [name for name, step in window.guide.steps.items() if step.words.isVisible()]
+def upcoming(window: MainWindow) -> str:
+    return window.guide.upcoming if window.guide.isVisible() else ""
+
+
+def over(window: MainWindow, widget: QWidget, part: QRect | None = None) -> bool:
+    """Return whether the bubble lies over a widget."""
+    part = part or widget.rect()
+    return window.guide.geometry().intersects(QRect(widget.mapTo(window, part.topLeft()), part.size()))
 
 
 def test_each_step_ticks_itself_off_when_it_has_happened(window: MainWindow, wait_for: Any) -> None:
@@ -40,30 +46,35 @@ def test_each_step_ticks_itself_off_when_it_has_happened(window: MainWindow, wai
     window.panels.work_in("measure")
     window.actions_.guide.trigger()
     assert guide.isVisible()
-    assert not guide.isModal()
-    assert (done(window), upcoming(window)) == ([], ["source"])
+    assert (done(window), upcoming(window)) == ([], "source")
+    # the form is not seen here: it points at the way there
+    assert guide.target is window.panels.tabs
     # what only could have happened is not ticked off
     window.hardware.choose("simulated")
     assert done(window) == []
     window.hardware.source.activated.emit(0)
-    assert (done(window), upcoming(window)) == (["source"], ["antennas"])
-    guide.steps["antennas"].go.click()
+    assert (done(window), upcoming(window)) == (["source"], "antennas")
+    guide.go.click()
     wait_for(lambda: "antennas" in done(window))
     assert window.antennas.isVisible()
     window.actions_.start.trigger()
     wait_for(lambda: "monitor" in done(window))
-    assert upcoming(window) == ["arm"]
+    assert upcoming(window) == "arm"
+    assert guide.target is window.bar.buttons[1]
+    assert not over(window, window.bar.buttons[1])
+    assert not guide.go.isVisible()
     window.actions_.record.trigger()
     wait_for(lambda: "arm" in done(window))
     wait_for(lambda: "drop" in done(window))
     assert "read" not in done(window)
-    assert not guide.end.isVisible()
     go.set()
     wait_for(lambda: window.control.state is AppState.DONE)
-    assert done(window) == list(guide.steps)
-    assert upcoming(window) == []
-    assert guide.end.isVisible()
-    assert guide.steps["read"].title.accessibleName() == "6. Read e, done"
+    assert done(window) == [*guide.steps][:-1]
+    assert upcoming(window) == "end"
+    assert guide.target is window.drops
+    assert "That was all" in guide.accessibleName()
+    guide.ends.click()
+    assert not guide.isVisible()
     # called again it begins anew
     window.actions_.guide.trigger()
     assert done(window) == []
@@ -72,9 +83,31 @@ def test_each_step_ticks_itself_off_when_it_has_happened(window: MainWindow, wai
 def test_who_has_the_panel_before_him_looks_at_it(window: MainWindow) -> None:
     window.panels.go_to("antennas")
     window.actions_.guide.trigger()
-    assert (done(window), upcoming(window)) == ([], ["source"])
+    assert (done(window), upcoming(window)) == ([], "source")
     window.hardware.source.activated.emit(0)
-    assert (done(window), upcoming(window)) == (["source", "antennas"], ["monitor"])
+    assert (done(window), upcoming(window)) == (["source", "antennas"], "monitor")
+
+
+def test_the_bubble_lies_beside_the_thing_wherever_that_is(window: MainWindow, wait_for: Any) -> None:
+    window.panels.work_in("prepare")
+    window.panels.go_to("hardware")
+    for size in ((1366, 768), (960, 540), (1920, 1080)):
+        window.resize(*size)
+        window.actions_.reset_layout.trigger()
+        window.panels.go_to("hardware")
+        window.actions_.guide.trigger()
+        QApplication.processEvents()
+        assert window.guide.target is window.hardware.source, size
+        assert window.rect().contains(window.guide.geometry()), size
+        assert not over(window, window.hardware.source), size
+    # behind its tab: that is what is to be clicked
+    window.hardware.source.activated.emit(0)
+    QApplication.processEvents()
+    bar = window.guide.target
+    assert isinstance(bar, QTabBar)
+    assert window.guide.go.isVisible()
+    (place,) = (tab for tab in range(bar.count()) if bar.tabText(tab) == "Antenna calibration")
+    assert not over(window, bar, bar.tabRect(place))
 
 
 def test_nothing_counts_while_nobody_looks_and_esc_puts_it_away(
@@ -83,7 +116,8 @@ def test_nothing_counts_while_nobody_looks_and_esc_puts_it_away(
     own_window.hardware.source.activated.emit(0)
     assert done(own_window) == []
     own_window.actions_.guide.trigger()
-    qtbot.keyClick(own_window.guide, Qt.Key.Key_Escape)
+    own_window.guide.ends.setFocus()
+    qtbot.keyClick(own_window.guide.ends, Qt.Key.Key_Escape)
     assert not own_window.guide.isVisible()
 
 

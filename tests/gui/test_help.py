@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
 from radargui.gui.main_window import MainWindow
-from radargui.gui.panels import HelpBrowser, show_help
-from radargui.model.resources import help_page
+from radargui.gui.panels import TITLES, HelpBrowser, show_help
+from radargui.model.resources import help_page, resource_table
 
 
 @pytest.fixture
@@ -31,6 +31,13 @@ def test_the_built_help_opens_in_the_browser(window: MainWindow, opened: list[QU
     show_help(window, first=page)
     assert opened == [QUrl.fromLocalFile(str(page))]
     assert window.actions_.help.shortcut().toString() == "F1"
+
+
+def test_every_panel_has_its_page() -> None:
+    pages = resource_table("window/guide")["help"]
+    assert set(pages) == set(TITLES)
+    docs = Path(__file__).parents[2] / "docs"
+    assert all((docs / f"{page}.md").is_file() for page in pages.values())
 
 
 def test_without_a_build_the_texts_are_shown(qtbot: QtBot, opened: list[QUrl], tmp_path: Path) -> None:

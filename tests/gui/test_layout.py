@@ -113,6 +113,7 @@ def test_the_whole_track_is_seen_on_a_small_screen(small: MainWindow, record_one
 @pytest.mark.parametrize("small_at_first", [SMALL, SMALLEST], indirect=True)
 def test_every_column_of_the_runs_can_be_read_on_a_small_screen(small_at_first: MainWindow, tmp_path: Any) -> None:
     small = small_at_first
+    small.panels.work_in("analyse")
     origin = RunOrigin("simulated")
     measured = {"e": 0.80001, "u_e": 2.2e-4, "g_m_s2": 9.81, "u_g_m_s2": 0.011, "drop_height_m": 0.26}
     states: tuple[dict[str, Any], ...] = (
@@ -211,6 +212,7 @@ def test_the_first_window_fits_the_screen(window: MainWindow) -> None:
 
 def test_columns_splitters_and_panels_stay_as_they_were_set(make_window: Any, setup_path: Any, wait_for: Any) -> None:
     first = make_window(setup_path)
+    first.panels.work_in("prepare")
     first.panels.resizeDocks([first.panels.docks["hardware"]], [450], Qt.Orientation.Horizontal)
     QApplication.processEvents()
     first.runs.table.setColumnWidth(1, 133)
@@ -291,9 +293,7 @@ def test_in_large_letters_forms_are_whole_and_the_list_shows_a_run(
         assert room.horizontalScrollBar().maximum() == 0, name
     window.panels.go_to("browser")
     QApplication.processEvents()
-    browser = window.sessions.browser.table
-    for column, words in enumerate(("2026-01-31 08:00", "Operator")):
-        assert browser.columnWidth(column) >= browser.fontMetrics().horizontalAdvance(words)
+    assert window.sessions.browser.table.horizontalScrollBar().maximum() == 0
     # where no room is left for three panels beside each other, one stands behind another as on a small screen
     window.resize(1366, 768)
     window.panels.go_to("runs")

@@ -29,7 +29,7 @@ from PySide6.QtWidgets import (
 )
 from support.gui_sessions import make_session
 
-from radargui.gui.calibration.pages import Recorded
+from radargui.gui.calibration.dialog import Recorded
 from radargui.gui.layout import takes_tab
 from radargui.gui.main_window import MainWindow
 from radargui.gui.mnemonics import lettered, named_parts, without
@@ -141,7 +141,6 @@ DIALOGS: dict[str, Callable[[MainWindow], QDialog]] = {
     "export": opened_by("export_samples"),
     "compare": opened_by("compare"),
     **{f"calibration {page + 1}": lambda window, page=page: calibration(window, page) for page in range(4)},
-    "guide": shown("guide"),
     "log": shown("log"),
     "wiring": shown("wiring"),
     "gain": gains,

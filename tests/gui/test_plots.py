@@ -18,8 +18,7 @@ from support.small_setups import quick_setup
 from radargui.gui.layout import having
 from radargui.gui.plots.envelope import Envelope, thin
 from radargui.gui.plots.items import Band
-from radargui.gui.plots.plot import Plot
-from radargui.gui.plots.ranges import SteadyRange, round_up
+from radargui.gui.plots.plot import Plot, SteadyRange, round_up
 from radargui.gui.scopes.iq_plane_panel import IQPlane
 from radargui.gui.theme import Theme, even_font, inside_pt
 from radargui.gui.track.shown_track import space_of

@@ -44,7 +44,7 @@ def test_an_angle_across_the_field_is_refused_at_its_field_with_the_one_that_is_
     assert not antennas.setup_model.valid
     mark = line(antennas, "receiver[2].polarization_deg").findChild(Changed)
     assert mark is not None
-    assert f"{field.strongest_deg:.1f} gives the strongest" in mark.fault.text()
+    assert f"{field.strongest_deg:.1f} gives the strongest" in mark.fault
     # refused, and told all the same: that is where it helps
     assert float(gets(antennas, 2).text().removesuffix(" %")) < 5.0
     assert gets(antennas, 2).styleSheet()
@@ -54,7 +54,7 @@ def test_a_receivers_angle_without_the_transmitters_is_refused_at_its_own_field(
     typed(antennas, "receiver[1].polarization_deg", "20")
     mark = line(antennas, "receiver[1].polarization_deg").findChild(Changed)
     assert mark is not None
-    assert "allowed: together with" in mark.fault.text()
+    assert "allowed: together with" in mark.fault
 
 
 def test_all_its_fields_are_reached_by_tab_in_the_order_of_the_rows(antennas: MainWindow) -> None:

@@ -26,9 +26,8 @@ from radargui.gui.runs.figures_view import SHEET, FiguresView, page_of
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
 from radargui.gui.runs.run_panel import RunPanel, boxes
 from radargui.gui.theme import Theme
-from radargui.gui.track.result_track import ResultTrack
 from radargui.gui.track.shown_track import result_track
-from radargui.gui.track.track_panel import TrackPanel
+from radargui.gui.track.track_panel import ResultTrack, TrackPanel
 from radargui.model.finding import as_stored
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup

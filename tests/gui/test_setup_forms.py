@@ -7,13 +7,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QWidget
 from support.simulated_recording import simulate_recording
 
 from radargui.files.run_writer import RunWriter
 from radargui.geometry.path_length import place_antennas, t_matrix
+from radargui.gui.bubble import FaultBubble
 from radargui.gui.control.state import AppState
-from radargui.gui.layout import FaultText
+from radargui.gui.layout import FaultText, FormScroll
 from radargui.gui.main_window import MainWindow
 from radargui.gui.panels import TITLES
 from radargui.gui.setup.words import parse_number, show_number
@@ -90,8 +93,15 @@ BAD_VALUES = (
 )
 
 
-def faults(panel: QWidget) -> list[FaultText]:
-    return [one for one in panel.findChildren(FaultText) if one.isVisibleTo(panel)]
+def faults(panel: QWidget) -> list[FaultText | FaultBubble]:
+    return [one for kind in (FaultText, FaultBubble) for one in panel.findChildren(kind) if one.isVisibleTo(panel)]
+
+
+def places(panel: QWidget) -> dict[str, QRect]:
+    """Return where each field of a panel is in what scrolls."""
+    layer = panel.findChild(FormScroll).content
+    lines = [one for one in panel.findChildren(QLineEdit) if one.isVisibleTo(panel)]
+    return {one.objectName(): QRect(one.mapTo(layer, QPoint()), one.size()) for one in lines}
 
 
 def test_what_is_wrong_stands_at_its_field_in_its_words_and_unit_and_stops_start(window: MainWindow) -> None:
@@ -109,9 +119,11 @@ def test_what_is_wrong_stands_at_its_field_in_its_words_and_unit_and_stops_start
         QApplication.processEvents()
         (fault,) = faults(panel)
         assert fault.text().startswith(said), fault.text()
-        # right beneath the line, before the next field
+        # right beneath the line
         at, below = line.mapTo(panel, line.rect().bottomLeft()).y(), fault.mapTo(panel, fault.rect().topLeft()).y()
         assert 0 <= below - at <= 12, key
+        # and for who does not see it
+        assert line.accessibleDescription().startswith(said)
         assert "border" in line.styleSheet()
         framed = [one for one in window.findChildren(QLineEdit) if "border" in one.styleSheet()]
         assert framed == [line]
@@ -125,6 +137,48 @@ def test_what_is_wrong_stands_at_its_field_in_its_words_and_unit_and_stops_start
         assert not faults(window.hardware)
         assert not faults(window.antennas)
         assert window.actions_.start.isEnabled()
+
+
+def test_no_field_moves_when_something_is_wrong(window: MainWindow) -> None:
+    window.hardware.choose("simulated")
+    for name, key in (
+        ("antennas", "receiver[2].tilt_deg"),
+        ("antennas", "radar.frequency_hz"),
+        ("antennas", "tracer.diameter_m"),
+        ("antennas", "air.temperature_c"),
+        ("hardware", "recording.pretrigger_s"),
+        ("hardware", "simulation.restitution"),
+    ):
+        panel, line = getattr(window, name), field(window, key)
+        window.go_to_field(key)
+        QApplication.processEvents()
+        before, good = places(panel), line.text()
+        type_into(line, "-999")
+        QApplication.processEvents()
+        assert faults(panel), key
+        assert places(panel) == before, key
+        type_into(line, good)
+
+
+def test_what_is_wrong_is_never_said_over_what_has_the_keys(antennas: MainWindow) -> None:
+    panel, line = antennas.antennas, field(antennas, "tracer.diameter_m")
+    antennas.go_to_field("tracer.diameter_m")
+    type_into(line, "600")
+    QApplication.processEvents()
+    said = panel.fault.text()
+    assert faults(panel) == [panel.fault]
+    assert said.startswith("Diameter: 600 is not allowed")
+    QTest.keyClick(line, Qt.Key.Key_Tab)
+    QApplication.processEvents()
+    keys = QApplication.focusWidget()
+    assert keys is not None
+    assert keys is not line
+    # it went beneath the form, and comes back with the keys
+    assert faults(panel) == [panel.elsewhere]
+    assert said in panel.elsewhere.text()
+    QTest.keyClick(keys, Qt.Key.Key_Tab, Qt.KeyboardModifier.ShiftModifier)
+    QApplication.processEvents()
+    assert faults(panel) == [panel.fault]
 
 
 def test_a_fault_in_a_form_that_is_hidden_is_told_beneath(window: MainWindow) -> None:

@@ -230,7 +230,7 @@ def test_the_list_keeps_the_order_of_the_drops_and_the_banner_never_mixes_two(
     assert [one.called for one in model.entries] == ["drop 1", "run-0002", "drop 2", "drop 3"]
 
 
-N_DROPS = 5
+N_DROPS = 4
 
 
 def test_drops_with_a_backlog_closed_in_the_middle_are_found_again(
@@ -267,7 +267,8 @@ def test_drops_with_a_backlog_closed_in_the_middle_are_found_again(
             SETUP,
             recording=recording,
             daq={"read_interval_s": 0.25, "rate_hz": 4000.0},
-            simulation={"restitution": 0.3},
+            # rests that outlast three steps of the clock: the window sees that the third one waits, whatever it does
+            simulation={"restitution": 0.3, "rest_s": 1.0},
         )
     )
     model.assign("processing.correction", "none")

@@ -105,8 +105,9 @@ def test_every_input_button_column_and_plot_says_what_it_is(window: MainWindow, 
     assert sorted(set(unexplained(window))) == []
     assert sorted(set(unnamed(window))) == []
     dialogs = {type(one).__name__ for one in window.findChildren(QWidget) if one.isWindow()}
-    assert {"WiringCheck", "LogWindow", "FirstSteps", "ImportDialog", "ExportDialog"} <= dialogs
+    assert {"WiringCheck", "LogWindow", "ImportDialog", "ExportDialog"} <= dialogs
     assert {"CalibrationDialog", "ReprocessDialog"} <= dialogs
+    assert window.guide.isVisible()
 
 
 def test_the_window_has_its_icon_in_bar_and_desktop(qapp: QApplication) -> None:

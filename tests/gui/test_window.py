@@ -103,7 +103,8 @@ def test_corrupt_settings_never_block_the_start(make_window: Any, settings_path:
     assert window.setup_model.valid
     assert window.setup_model.shipped
     assert window.bar.runs.value() == 1
-    assert not window.panels.docks["antennas"].isHidden()
+    assert window.panels.workspace == "measure", "the shipped setup is right"
+    assert not window.panels.docks["track"].isHidden()
 
 
 def test_a_file_that_is_no_settings_file_is_set_aside(settings_path: Path, qapp: QApplication) -> None:

@@ -149,11 +149,9 @@ def test_few_words_stand_in_measure_at_rest(small: MainWindow) -> None:
     assert len(words) <= 45, words
 
 
-def test_who_begins_prepares_and_who_comes_again_measures(
-    make_window: MakeWindow, setup_path: Path, wait_for: Any
-) -> None:
+def test_a_start_with_a_setup_that_is_right_measures(make_window: MakeWindow, setup_path: Path, wait_for: Any) -> None:
     first = make_window(setup_path)
-    assert first.panels.workspace == "prepare"
+    assert first.panels.workspace == "measure"
     first.panels.work_in("sessions")
     first.close()
     wait_for(first.isHidden)
@@ -227,6 +225,19 @@ def test_messages_take_no_row_and_lie_over_the_panels(small: MainWindow, wait_fo
     assert small.panels.size() == size
     assert QApplication.focusWidget() is keys
     assert small.place.mapTo(small, QPoint()).y() >= below.y()
+    # in each workspace over its plot, not over fields and choices
+    for name, plot in (
+        ("measure", small.track.curves.height_plot),
+        ("analyse", small.run.tabs),
+        ("prepare", small.sketch),
+        ("sessions", small.browser.thumbnails),
+    ):
+        small.panels.work_in(name)
+        settle()
+        assert small.place.mapTo(small, QPoint()) == plot.mapTo(small, QPoint()), name
+        assert small.place.width() == plot.width(), name
+    small.panels.work_in("measure")
+    settle()
     (row,) = small.strip.findChildren(Strip)
     assert seen_of(row).size() == row.size()
     small.actions_.dismiss.trigger()

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from PySide6 import QtWidgets
-from PySide6.QtCore import QEvent, QObject, QRectF, QSize, Qt
+from PySide6.QtCore import QEvent, QObject, QPoint, QRectF, QSize, Qt
 from PySide6.QtGui import QAction, QColor, QFont, QFontMetrics, QFontMetricsF, QPainter, QPaintEvent, QPen, QWheelEvent
 
 from radargui.acquisition.health import Health, duration
@@ -142,10 +142,10 @@ class ControlBar(QtWidgets.QWidget):
         self.runs.setToolTip("How many runs Record takes, one after the other without a hand")
         column = fill(QtWidgets.QVBoxLayout(), 1, labelled("Runs", self.runs), self.runs, 1, spacing=1)
         self.state, self.disk, self.sound = StateView(theme), DiskLight(theme), SoundButton(sounds)
-        buttons = (_button(action) for action in actions)
+        self.buttons = [_button(action) for action in actions]
         lights = fill(QtWidgets.QVBoxLayout(), 1, self.sound, self.disk, 1, spacing=1)
         row = QtWidgets.QHBoxLayout(self)
-        fill(row, tabs, *buttons, column, (self.state, 1), lights, margins=(6, 1, 6, 1), spacing=6)
+        fill(row, tabs, *self.buttons, column, (self.state, 1), lights, margins=(6, 1, 6, 1), spacing=6)
 
 
 class SoundButton(QtWidgets.QToolButton):
@@ -210,6 +210,8 @@ _MOVES = (
     QEvent.Type.LayoutRequest,
     QEvent.Type.Resize,
     QEvent.Type.Move,
+    QEvent.Type.Show,
+    QEvent.Type.Hide,
     QEvent.Type.ShowToParent,
     QEvent.Type.HideToParent,
 )
@@ -217,24 +219,34 @@ _MOVES = (
 
 
 class MessagePlace(Scroll):
-    """Messages, offers and progress over the top of what is `under` them: nothing moves, and empty they take no room.
+    """Messages, offers and progress over the top of a plot: nothing moves, and empty they take no room.
 
     Parameters
     ----------
     before
         After which Tab enters them.
+    under
+        What they lie over where none of the plots is wide enough for them.
+    plots
+        They lie over the one that is seen: over no field, no list, no button.
     """
 
-    def __init__(self, before: QtWidgets.QWidget, under: QtWidgets.QWidget, *parts: QtWidgets.QWidget) -> None:
+    def __init__(
+        self,
+        before: QtWidgets.QWidget,
+        under: QtWidgets.QWidget,
+        plots: Sequence[QtWidgets.QWidget],
+        *parts: QtWidgets.QWidget,
+    ) -> None:
         # looked at as soon as there is something to scroll
-        self._before, self._under, self._parts, self._most = before, under, parts, 0
+        self._before, self._under, self._plots, self._parts, self._most = before, under, plots, parts, 0
         self._column = fill(QtWidgets.QVBoxLayout(), *parts, 1, spacing=1)
         super().__init__(having(QtWidgets.QWidget(), layout=self._column))
         having(self, parent=under.parentWidget(), autoFillBackground=True)
-        # two messages of one line, with the room around their words; one where the screen is low
-        lines = 2 if self.screen().availableSize().height() >= _LOW_SCREEN else 1
+        # three lines of messages, with the room around their words; one where the screen is low
+        lines = 3 if self.screen().availableSize().height() >= _LOW_SCREEN else 1
         self._most = lines * (self.fontMetrics().height() + 16)
-        for one in (under, *parts):
+        for one in (under, *plots, *parts):
             one.installEventFilter(self)
         self.hide()
 
@@ -254,9 +266,13 @@ class MessagePlace(Scroll):
     def _lie_over(self) -> None:
         """Be as wide as what is beneath, and as high as the words need."""
         self.setVisible(not all(part.isHidden() for part in self._parts))
-        wide, column = self._under.width(), self._column
+        holder, column = self._under.parentWidget() or self._under, self._column
+        # a panel that is torn off is no longer within the window
+        seen = (one for one in self._plots if one.isVisible() and holder.isAncestorOf(one))
+        under = next((one for one in seen if one.width() >= column.minimumSize().width()), self._under)
+        wide, corner = under.width(), under.mapTo(holder, QPoint())
         needs = column.heightForWidth(wide) if column.hasHeightForWidth() else column.sizeHint().height()
-        self.setGeometry(self._under.x(), self._under.y(), wide, min(needs, self._most))
+        self.setGeometry(corner.x(), corner.y(), wide, min(needs, self._most))
         self.raise_()
 
 

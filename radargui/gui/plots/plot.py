@@ -1,7 +1,8 @@
-"""A plot with the window's look, explicit units, cached axes, no prefix that lies."""
+"""A plot with the window's look, explicit units, cached axes, no prefix that lies; ranges that stay put."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple, TypeVar
@@ -9,17 +10,99 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QPointF, Qt
-from PySide6.QtGui import QAction, QContextMenuEvent, QKeyEvent, QKeySequence
-from PySide6.QtWidgets import QApplication, QGraphicsItem, QMenu
+from PySide6.QtGui import QAction, QContextMenuEvent, QKeyEvent, QKeySequence, QShowEvent
+from PySide6.QtWidgets import QApplication, QGraphicsItem, QMenu, QWidget
 
 from radargui.gui.layout import TIPS, follow, having
 from radargui.gui.mnemonics import letter_menu
 from radargui.gui.plots.items import Axis, Band, Dot, LiveCurve, Symbols
-from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.plots.tools import Cursors, picture_of, table_of, unit_of
 from radargui.gui.plots.view import View
 from radargui.gui.theme import LIGHT, Colours, Theme, inside_pt, scaled_px
 from radargui.model.arrays import FloatArray
+
+_STEPS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
+"""Round numbers in a decade, none above 5/3 of the one before: a range is never much larger than what it holds."""
+
+LEAST = 1e-2
+"""Half of a range at the least, in the unit that is shown (chosen by hand): around a speed of 0, or a dead input, finer
+figures would be noise of the arithmetic, and have no room beside the axis."""
+
+
+def round_up(value: float) -> float:
+    """Return the next round number at or above a positive value."""
+    if not math.isfinite(value) or value <= 0.0:
+        return 1.0
+    decade = 10.0 ** math.floor(math.log10(value))
+    return next(step * decade for step in _STEPS if step * decade >= value * (1.0 - 1e-12))
+
+
+class SteadyRange:
+    """A range low..high around what is shown.
+
+    Parameters
+    ----------
+    patience
+        How many times in a row the shown values must be much smaller before the range shrinks.
+    """
+
+    def __init__(self, patience: int = 90) -> None:
+        self._patience = patience
+        self._small = 0
+        self.centre = 0.0
+        self.half = 0.0
+
+    def fit(self, low: float, high: float) -> bool:
+        """Fit the range to values low..high; return whether it changed."""
+        if not (math.isfinite(low) and math.isfinite(high)):
+            return False
+        fits = self.centre - self.half <= low and high <= self.centre + self.half
+        needed = 0.5 * (high - low) * 1.08
+        if fits and self.half > 0.0:
+            self._small = self._small + 1 if needed < 0.35 * self.half else 0
+            if self._small < self._patience:
+                return False
+        self._small = 0
+        half = round_up(max(needed, LEAST, 1e-4 * abs(high + low)))
+        grid = half / 5.0
+        centre = round(0.5 * (low + high) / grid) * grid
+        changed = (centre, half) != (self.centre, self.half)
+        self.centre, self.half = centre, half
+        return changed
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Lowest and highest shown value."""
+        return self.centre - self.half, self.centre + self.half
+
+
+class PerReceiver(QWidget):
+    """A widget whose plots depend on how many receivers there are; what inherits from it makes them."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._count = self._made = 0
+
+    def set_receivers(self, count: int) -> None:
+        """Show so many receivers."""
+        self._count = count
+        if self.isVisible():
+            self._make()
+
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
+        """Make what is still missing."""
+        super().showEvent(event)
+        self._make()
+
+    def make_plots(self, count: int) -> None:
+        """Replace the plots there are by those of so many receivers."""
+        raise NotImplementedError
+
+    def _make(self) -> None:
+        if self._made != self._count:
+            self._made = self._count
+            self.make_plots(self._count)
+
 
 pg.setConfigOptions(antialias=False, useNumba=False, useOpenGL=False)
 

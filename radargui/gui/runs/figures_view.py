@@ -14,13 +14,13 @@ from radargui.gui.background import OneAtATime
 from radargui.gui.dialog import Dialog
 from radargui.gui.layout import button, fill, having
 from radargui.gui.services import Services
-from radargui.gui.setup.words import LINK, called, in_words, words_of
+from radargui.gui.setup.words import LINK, called, called_u, in_words, words_of, words_of_u
 from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
 from radargui.model.rounding import plain
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import SHARES, UncertaintyBudget, budget_rows, variance_shares
-from radargui.report.content import Content, Facts, Grid, Note, templates
+from radargui.report.content import Content, Facts, Grid, templates
 from radargui.report.facts import Glances
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_section
@@ -146,7 +146,7 @@ def _stripes(budget: UncertaintyBudget, theme: Theme) -> Iterator[str]:
         shares = {share: round(100.0 * part) for share, part in variance_shares(line).items() if part >= LEAST_SHOWN}
         if shares:
             bar = (f"<td width='{part}%' bgcolor='{colours[share]}'>&nbsp;</td>" for share, part in shares.items())
-            said = ", ".join(f"{share} {part} %" for share, part in shares.items())
+            said = ", ".join(f"{share} {part}\u00a0%" for share, part in shares.items())
             yield f"<p>What makes u of {name}, by squares: {said}</p>"
             yield f"<table width='100%' cellspacing='0'><tr>{''.join(bar)}</tr></table>"
 
@@ -166,9 +166,10 @@ class BudgetView(QTextBrowser):
             self.setPlainText("This run has no budget: it needs a track.")
             return
         header, *rows = budget_rows(budget)
-        assumed = ", ".join(f"{key} {plain(u, 2)}" for key, u in budget.assumed.items())
+        assumed = [(called_u(key), words_of_u(key), u) for key, u in budget.assumed.items()]
+        values = tuple((name, f"{plain(u, 2, scale=words.scale)}{words.tail}") for name, words, u in assumed)
         said = _written(Grid(header, tuple(rows), "Standard uncertainties", left=(0,)))
-        more = _written(Note(f"Assumed, because the setup does not say: {assumed}.")) if assumed else ""
+        more = _written(Facts(values, "Assumed, because the setup does not say")) if assumed else ""
         self.setHtml(
             SHEET.format(alarm=self._theme.colours.alarm) + said + "".join(_stripes(budget, self._theme)) + more
         )

@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
 from radargui.gui.layout import PlainLabel, fill
-from radargui.gui.plots.ranges import round_up
+from radargui.gui.plots.plot import round_up
 from radargui.gui.scopes.shown import Follower, Shown
 from radargui.gui.scopes.spectrum_view import decibels
 from radargui.gui.theme import Theme, fitting_font, write

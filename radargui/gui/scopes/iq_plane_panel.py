@@ -8,8 +8,7 @@ from PySide6.QtWidgets import QGridLayout
 from radargui.gui.control.state import Feed
 from radargui.gui.layout import having, take_out
 from radargui.gui.plots.envelope import thin
-from radargui.gui.plots.per_receiver import PerReceiver
-from radargui.gui.plots.plot import Plot
+from radargui.gui.plots.plot import PerReceiver, Plot
 from radargui.gui.theme import Theme, inside_pt, scaled_px
 from radargui.model.arrays import FloatArray
 

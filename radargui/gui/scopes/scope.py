@@ -14,8 +14,7 @@ from PySide6.QtWidgets import QDoubleSpinBox, QGridLayout, QHBoxLayout, QLabel, 
 from radargui.acquisition.run_output import Level
 from radargui.gui.dialog import Dialog
 from radargui.gui.layout import button, fill, having, labelled
-from radargui.gui.plots.plot import LAST, Plot
-from radargui.gui.plots.ranges import SteadyRange
+from radargui.gui.plots.plot import LAST, Plot, SteadyRange
 from radargui.gui.theme import Theme, scaled_font, write
 from radargui.model.arrays import BoolArray, FloatArray, runs_of
 from radargui.model.words import percent

@@ -12,8 +12,7 @@ from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout
 
 from radargui.acquisition.baseband import Baseband, SpectralLine, Spectrum
 from radargui.gui.layout import fill, having, take_out
-from radargui.gui.plots.per_receiver import PerReceiver
-from radargui.gui.plots.plot import LAST, Plot
+from radargui.gui.plots.plot import LAST, PerReceiver, Plot
 from radargui.gui.scopes.shown import Follower, Shown
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray

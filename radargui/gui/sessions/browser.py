@@ -9,16 +9,16 @@ from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal, SignalInstance
-from PySide6.QtGui import QShortcut, QShowEvent
+from PySide6.QtGui import QKeySequence, QShortcut, QShowEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLineEdit, QSplitter, QVBoxLayout, QWidget
 
 from radargui.gui.background import OneAtATime, Task
-from radargui.gui.layout import FRAMED, TIPS, FaultText, PlainLabel, button, fill, having, labelled, ticking
+from radargui.gui.bubble import FaultBubble
+from radargui.gui.layout import FRAMED, TIPS, PlainLabel, button, fill, having, labelled, ticking
 from radargui.gui.runs.run_model import COLUMNS as RUN_COLUMNS, RunEntry
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_model import COLUMNS, ThumbnailView, look_at
 from radargui.gui.table import RowModel, RowTable
-from radargui.gui.theme import scaled_px
 from radargui.model.words import counted, percent
 from radargui.session.catalogue import Catalogue, Query, SessionSummary
 
@@ -28,10 +28,10 @@ _FIELDS: tuple[tuple[str, str, str, Callable[[str], Any], int, int], ...] = (
     ("text", "Text", "words in notes, markers, names", str, 0, 0),
     ("operator", "Operator", "any", str, 0, 2),
     ("sample", "Sample or target", "any", str, 0, 4),
-    ("since", "From day", "2026-01-31", lambda text: day_of(text), 2, 0),
-    ("until", "To day", "2026-12-31", lambda text: day_of(text, last=True), 2, 2),
-    ("e_min", "e from", "0", lambda text: float(text.replace(",", ".")), 2, 4),
-    ("e_max", "e to", "1", lambda text: float(text.replace(",", ".")), 2, 6),
+    ("since", "From day", "2026-01-31", lambda text: day_of(text), 1, 0),
+    ("until", "To day", "2026-12-31", lambda text: day_of(text, last=True), 1, 2),
+    ("e_min", "e from", "0", lambda text: float(text.replace(",", ".")), 1, 4),
+    ("e_max", "e to", "1", lambda text: float(text.replace(",", ".")), 1, 6),
 )
 """Name in the query, words, an example, what the text means, row and column."""
 
@@ -60,7 +60,7 @@ class SearchForm(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.fields: dict[str, QLineEdit] = {}
-        self.faults: dict[str, FaultText] = {}
+        self.faults: dict[str, FaultBubble] = {}
         self._wait = ticking(self, _WAIT_MS, self.changed, once=True)
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
@@ -69,10 +69,9 @@ class SearchForm(QWidget):
             tip = TIPS["fields"].get(words, "")
             self.fields[name] = field = having(line, objectName=f"search.{name}", accessibleName=words, toolTip=tip)
             field.textChanged.connect(self._typed)
-            self.faults[name] = fault = FaultText()
+            self.faults[name] = FaultBubble()
             grid.addWidget(labelled(words, field), row, column)
             grid.addWidget(field, row, column + 1, 1, 3 if name == "sample" else 1)
-            grid.addWidget(fault, row + 1, column, 1, 2)
         for column, share in ((1, 2), (3, 2), (5, 1), (7, 1)):
             grid.setColumnStretch(column, share)
 
@@ -96,12 +95,11 @@ class SearchForm(QWidget):
         faulty = [name for name, value in self._values().items() if value is None]
         for name, field in self.fields.items():
             field.setStyleSheet(FRAMED if name in faulty else "")
-            self.faults[name].say(f"Write it as {field.placeholderText()}" if name in faulty else "")
+            said = f"Write it as {field.placeholderText()}" if name in faulty else ""
+            having(field, accessibleDescription=said)
+            self.faults[name].say(said, field)
         self._wait.start()
 
-
-_WIDTHS = {"Date": 145, "Operator": 80, "Sample": 110, "Target": 100, "Runs": 115, "e": 290, "Setup": 75}
-"""Pixels at first, at the usual font (chosen by hand): 915 of the 1040 of the window; the notes take what is left."""
 
 _SHARE_MS = 200
 """How often the share of a look that is done is written: seldom enough to be read."""
@@ -127,8 +125,6 @@ class SessionBrowser(QWidget):
         self.search = SearchForm()
         self.model = RowModel(COLUMNS, lambda one: one.problem or one.notes or str(one.path))
         self.table = RowTable(self.model, "sessions.list", many=True)
-        for name, width in _WIDTHS.items():
-            self.table.fit(list(COLUMNS).index(name), scaled_px(width))
         self.words = PlainLabel()
         self.details = PlainLabel()
         self.runs = RowModel[RunEntry](RUN_COLUMNS, lambda run: f"{run.name}: {run.verdict}")
@@ -151,8 +147,14 @@ class SessionBrowser(QWidget):
         self.search.changed.connect(self.refresh)
         self.table.selectionModel().selectionChanged.connect(self._chosen)
         self.table.doubleClicked.connect(self.review.click)
-        enter = QShortcut(Qt.Key.Key_Return, self.table, self.review.click)
-        enter.setContext(Qt.ShortcutContext.WidgetShortcut)
+        within, here = Qt.ShortcutContext.WidgetWithChildrenShortcut, Qt.ShortcutContext.WidgetShortcut
+        for keys, widget, does, context in (
+            ("Down", self.search, self._enter_table, within),
+            ("Return", self.table, self.review.click, here),
+            ("Shift+Return", self.table, self.compare.click, here),
+        ):
+            # given as an argument, the context would be dropped: the whole window would have these keys
+            QShortcut(QKeySequence(keys), widget, does).setContext(context)
         self._show_buttons()
 
     def refresh(self) -> None:
@@ -164,6 +166,12 @@ class SessionBrowser(QWidget):
             self._timer.start()
         self.looks.start(partial(_find, folder, self.search.query, self._task), self._show_found, self._failed)
 
+    def _enter_table(self) -> None:
+        """Let the keys go on from what is searched to what was found."""
+        if self.table.chosen is None:
+            self.table.selectRow(0)
+        self.table.setFocus(Qt.FocusReason.ShortcutFocusReason)
+
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         """Look for what came since it was shown last."""
         super().showEvent(event)
@@ -172,7 +180,8 @@ class SessionBrowser(QWidget):
     def _show_found(self, found: tuple[SessionSummary, ...]) -> None:
         self._timer.stop()
         before = self.table.chosen
-        self.model.replace_all(found)
+        # where nothing is found the columns keep their places
+        (self.table.show_rows if found else self.model.replace_all)(found)
         runs = sum(one.n_runs for one in found)
         where = f"below {self._data_folder()}"
         self.words.setText(f"{counted(len(found), 'session')} with {counted(runs, 'run')} {where}")
@@ -191,7 +200,7 @@ class SessionBrowser(QWidget):
         self._show_buttons()
         chosen = self.table.chosen
         self.runs.replace_all(())
-        self.details.setText(f"{chosen.name}: reading …" if chosen else "")
+        self.details.setText(f"{chosen.name}: reading …" if chosen else "Choose a session to see its runs.")
         if chosen is None:
             return
 

@@ -7,7 +7,7 @@ from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QItemSelectionModel, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QListView, QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
@@ -108,6 +108,9 @@ class ThumbnailView(QListView):
             mode, rows = self.SelectionMode.ExtendedSelection, self.SelectionBehavior.SelectRows
             having(self, selectionMode=mode, selectionBehavior=rows)
             self.addActions(runs.actions())
+            # the arrow keys choose none that has the keys already, and Space starts
+            select = QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel.SelectionFlag.Rows
+            self.activated.connect(lambda index: self.selectionModel().select(index, select))
             self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
 

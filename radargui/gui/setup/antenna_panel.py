@@ -86,15 +86,16 @@ class AntennaPanel(FormPanel):
         turned = Group("", PolarizationTable(model), PlainLabel(_SEEN_FROM))
         sections = {"Antennas": antennas, "Polarisation": (turned,), "Sphere": (tracer,)}
         advanced = self.matrix, self.map, phase_centres
-        self.lay_out(self.calibration, {**sections, "Room": (container, site, air), "Advanced": advanced})
+        # last: what it says gets longer while somebody types above
+        every = {**sections, "Room": (container, site, air), "Advanced": advanced}
+        self.lay_out(self.calibration, every, last=True)
 
     def refresh(self) -> None:
         """Show what the draft is now; of the transmitter's distance and position the one that is given."""
         super().refresh()
         by_position = self._model.value("transmitter.position_m") is not None
-        # a row each, and what is wrong with each coordinate beneath
         self._place.setRowVisible(0, not by_position)
-        self._place.setRowVisible(2, by_position)
+        self._place.setRowVisible(1, by_position)
 
 
 class ReceiverTable(AntennaGrid):

@@ -8,6 +8,7 @@ from PySide6 import QtWidgets
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent, QKeySequence
 
+from radargui.gui.bubble import FaultBubble
 from radargui.gui.layout import (
     FRAMED,
     Answer,
@@ -42,7 +43,7 @@ _MOST_NAMED = 3
 class Changed(QtWidgets.QToolButton):
     """Stands in a field whose value is not the file's: says so, says what that was, and takes it back.
 
-    `fault` is for beneath the field: what is wrong with the value; a line with such a value is framed.
+    A line whose value is wrong is framed.
 
     Parameters
     ----------
@@ -52,14 +53,21 @@ class Changed(QtWidgets.QToolButton):
         Lets the field show what the draft says.
     beside
         Room that the field's own arrow takes at its right edge, in pixels.
+
+    Attributes
+    ----------
+    field
+        Where it stands.
+    fault
+        What is wrong with the value, with the field's name; empty where nothing is.
     """
 
     def __init__(
         self, field: QtWidgets.QWidget, model: SetupModel, key: str, show: Callable[[], None], beside: int = 0
     ) -> None:
         super().__init__(field)
-        self._field, self._model, self.key = field, model, key
-        self.fault = FaultText()
+        self.field, self._model, self.key = field, model, key
+        self.fault = ""
         self.setStyleSheet(_TAKEN_BACK)
         field.setObjectName(key)
         self.setText("\u21b6")
@@ -80,19 +88,20 @@ class Changed(QtWidgets.QToolButton):
 
     def _settle(self) -> None:
         differs = self._model.differs(self.key)
-        if isinstance(self._field, QtWidgets.QLineEdit):
-            self._field.setTextMargins(0, 0, self.width() if differs else 0, 0)
+        if isinstance(self.field, QtWidgets.QLineEdit):
+            self.field.setTextMargins(0, 0, self.width() if differs else 0, 0)
         if differs:
             was = words_of(self.key).with_unit(self._model.saved_value(self.key))
             self.setToolTip(f"Changed. The file says {was}: click, or Ctrl+U in the field, takes it back")
-        self._field.setAccessibleDescription(self.toolTip() if differs else "")
         self.setVisible(differs)
         wrong = self._model.fault_of(self.key)
-        self.fault.say(f"{words_of(self.key).name}: {wrong}" if wrong else "")
+        self.fault = f"{words_of(self.key).name}: {wrong}" if wrong else ""
+        said = self.fault, self.toolTip() if differs else ""
+        self.field.setAccessibleDescription(". ".join(filter(None, said)))
         framed = FRAMED if wrong else ""
         # reading a sheet is slow, and each change of the setup comes to every field
-        if isinstance(self._field, QtWidgets.QLineEdit) and self._field.styleSheet() != framed:
-            self._field.setStyleSheet(framed)
+        if isinstance(self.field, QtWidgets.QLineEdit) and self.field.styleSheet() != framed:
+            self.field.setStyleSheet(framed)
 
 
 class LineField(QtWidgets.QLineEdit):
@@ -184,7 +193,7 @@ class ModelGroup(Group):
 
 
 class SetupForm(Group):
-    """A titled group of fields of the setup, each with its words; what is wrong with one stands beneath it.
+    """A titled group of fields of the setup, each with its words.
 
     Parameters
     ----------
@@ -210,11 +219,10 @@ class SetupForm(Group):
             self.whole(box) if kind == "boolean" else self.row(words.label, box, words.tip)
             for part, field in fields.items():
                 field.setAccessibleName(words_of(part).label)
-                self.whole(field.changed.fault)
 
 
 class AntennaGrid(QtWidgets.QWidget):
-    """Rows of numbers, one an antenna, under common titles; what is wrong with one stands beneath its row.
+    """Rows of numbers, one an antenna, under common titles.
 
     Parameters
     ----------
@@ -232,6 +240,8 @@ class AntennaGrid(QtWidgets.QWidget):
         self._grid.setSpacing(4)
         for column, name in enumerate(names, start=1):
             self._grid.addWidget(QtWidgets.QLabel(words_of(f"receiver.{name}").label), 0, column)
+            # all as wide, whatever stands in them
+            self._grid.setColumnStretch(column, 1)
         self.rows: dict[int, list[QtWidgets.QWidget]] = {}
         self.fields: dict[int, list[LineField]] = {}
         for number in range(first, MOST_RECEIVERS + 1):
@@ -239,12 +249,10 @@ class AntennaGrid(QtWidgets.QWidget):
             self.fields[number] = fields = [LineField(model, f"{table}.{name}") for name in names]
             self.rows[number] = row = [QtWidgets.QLabel(antenna), *fields, *self.beside(number)]
             line = self._grid.rowCount()
-            for place, field in enumerate(fields, start=line + 1):
+            for field in fields:
                 words = words_of(field.key)
                 field.setAccessibleName(f"{antenna} {words.label}")
                 field.setToolTip(words.tip)
-                # beneath the row: a column is too narrow for a sentence
-                self._grid.addWidget(field.changed.fault, place, 0, 1, len(row))
             for column, widget in enumerate(row):
                 self._grid.addWidget(widget, line, column)
         follow(model.changed, self.refresh)
@@ -261,10 +269,15 @@ class AntennaGrid(QtWidgets.QWidget):
 
 
 class FormPanel(QtWidgets.QWidget):
-    """Groups of fields in sections of which one is open; beneath them what changed since the last run, what is wrong.
+    """Groups of fields in sections of which one is open; beneath them what changed since the last run.
+
+    What is wrong stands in a bubble at its field, and beneath the sections where that field is not seen or the bubble
+    would lie over what has the keys: no field moves when something is wrong.
 
     Attributes
     ----------
+    fault, elsewhere
+        The bubble, and the line beneath; one of them says what is wrong.
     only_shows, no_setup
         Groups that stay open while samples come in, and while the setup of a session is reviewed.
     """
@@ -276,17 +289,18 @@ class FormPanel(QtWidgets.QWidget):
         self.take_over = button("Take it over", take_over)
         self.only_shows: tuple[QtWidgets.QWidget, ...] = ()
         self.no_setup: tuple[QtWidgets.QWidget, ...] = ()
-        self.changes, self.elsewhere = PlainLabel(), FaultText()
+        self.changes, self.elsewhere, self.fault = PlainLabel(), FaultText(), FaultBubble()
+        self.fault.settled.connect(self._say_elsewhere)
 
-    def lay_out(self, first: Group, sections: Mapping[str, Sequence[Group]]) -> None:
-        """Put a group that is always open into the panel, and others beneath it in sections by their titles."""
+    def lay_out(self, always: Group, sections: Mapping[str, Sequence[Group]], *, last: bool = False) -> None:
+        """Put groups into the panel in sections by their titles, and one that is always open above or `last`."""
         for groups in sections.values():
             if len(groups) == 1:
                 # the section says it
                 groups[0].setTitle("")
         parts = {title: boxed(QtWidgets.QVBoxLayout(), *groups, spacing=6) for title, groups in sections.items()}
-        self.sections, self._groups = Sections(parts), (first, *chain(*sections.values()))
-        self._form = FormScroll(first, self.sections)
+        self.sections, self._groups = Sections(parts), (always, *chain(*sections.values()))
+        self._form = FormScroll(*((self.sections, always) if last else (always, self.sections)))
         foot = fill(
             QtWidgets.QVBoxLayout(),
             self._closed,
@@ -322,5 +336,9 @@ class FormPanel(QtWidgets.QWidget):
         self.changes.setText(f"Changed since the last run: {', '.join(changes[:_MOST_NAMED])}{more}")
         self.changes.setToolTip("\n".join(changes))
         self.changes.setVisible(bool(changes))
-        faults = (mark.fault for mark in self.findChildren(Changed))
-        self.elsewhere.say("" if any(one.isVisibleTo(self) for one in faults) else self._model.error)
+        wrong = [mark for mark in self.findChildren(Changed) if mark.fault]
+        at = next((mark for mark in wrong if mark.field.isVisibleTo(self)), None) or next(iter(wrong), None)
+        self.fault.say(at.fault if at else "", at.field if at else None)
+
+    def _say_elsewhere(self) -> None:
+        self.elsewhere.say("" if self.fault.isVisibleTo(self) else self._model.error)

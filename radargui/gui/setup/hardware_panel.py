@@ -10,7 +10,18 @@ from PySide6.QtWidgets import QFileDialog, QProgressBar, QWidget
 
 from radargui.experiment.importing import valid_setup_of
 from radargui.gui.background import Jobs, Then, Work
-from radargui.gui.layout import Answer, Choice, FaultText, Group, PathField, PlainLabel, button, having, side_by_side
+from radargui.gui.layout import (
+    Answer,
+    Choice,
+    FaultText,
+    Group,
+    OneLine,
+    PathField,
+    PlainLabel,
+    button,
+    having,
+    side_by_side,
+)
 from radargui.gui.panels import Actions
 from radargui.gui.services import Services
 from radargui.gui.setup.fields import FormPanel, ModelGroup, SetupForm
@@ -236,7 +247,7 @@ class SetupFileGroup(ModelGroup):
     """Names the setup file and how far the setup has left it; opens and saves it."""
 
     def __init__(self, model: SetupModel, does: Actions) -> None:
-        self._name = PlainLabel()
+        self._name = OneLine()
         self._save_buttons = (button("Save", does.save_setup.trigger), button("Save as…", does.save_setup_as.trigger))
         self.undo_all = button("Undo all changes", does.undo_setup.trigger)
         line = side_by_side(button("Open…", does.open_setup.trigger), *self._save_buttons)
@@ -296,7 +307,7 @@ class HardwarePanel(FormPanel):
         if self.kind == "ni":
             return self.rates.fault
         missing = self.kind == "replay" and self.replay.file.path is None
-        self.replay.file.fault.say("No file to replay is chosen" if missing else "")
+        self.replay.file.refuse("No file to replay is chosen" if missing else "")
         return "No file to replay is chosen. Choose one under Hardware setup." if missing else ""
 
     def choose(self, kind: SourceKind) -> None:

@@ -84,7 +84,7 @@ class SessionPanel(QWidget):
     def say_at_field(self, error: BaseException) -> None:
         """Say what is wrong with the data folder, where it is that."""
         if isinstance(error, DataFolderError):
-            self.folder.fault.say(f"Data folder: {error}")
+            self.folder.refuse(f"Data folder: {error}")
 
     def show_session(self, path: Path | None, *, read_only: bool = False) -> None:
         """Name the session that runs go to; one for looking only takes no changes."""

@@ -107,6 +107,8 @@ FORMS: dict[str, dict[str, Any]] = _TABLE["forms"]
 UNKNOWNS: dict[str, dict[str, Any]] = _TABLE["unknowns"]
 """What a calibration may change: its title, and the values of the setup that are its priors."""
 _ANTENNAS: dict[str, str] = _TABLE["antennas"]
+_UNCERTAIN: dict[str, dict[str, Any]] = _TABLE["uncertain"]
+"""Standard uncertainties of what has no field."""
 _WORDS = {key: Words(**found | {"choices": dict(found.get("choices", ()))}) for key, found in _TABLE["values"].items()}
 _BY = _WORDS["processing.correction"]
 _BARE = re.compile(r"(?<![\w.:\]])[a-z]+(?:_[a-z0-9]+)+\b")
@@ -130,10 +132,18 @@ def words_of(key: str) -> Words:
     """
     words = _WORDS.get(re.sub(r"\[\d+\]", "", key))
     if words is None:
-        return Words(key)
+        return words_of_u(key) if ".u_" in key else Words(key)
     if words.name.endswith(" x, y, z") and key.endswith("]"):
         return replace(words, name=f"{words.name.removesuffix(' x, y, z')} {'xyz'[int(key[-2]) - 1]}")
     return words
+
+
+def words_of_u(key: str) -> Words:
+    """Return what a standard uncertainty is called: by the value that it belongs to."""
+    value, last = key.replace(".u_", "."), key.rpartition(".")[2]
+    if (words := words_of(value)).name != value:
+        return replace(words, name=f"{words.name.removeprefix('or ')} ±", choices={})
+    return Words(**_UNCERTAIN[last]) if last in _UNCERTAIN else Words(key)
 
 
 def parts_of(key: str) -> list[str | int]:
@@ -178,10 +188,19 @@ def is_of_antenna(key: str) -> bool:
 
 def called(key: str) -> str:
     """Return whose value it is and what it is called: `Receiver 2: Tilt`."""
+    return f"{_whose(key)}{words_of(key).name}"
+
+
+def called_u(key: str) -> str:
+    """Return the same of a standard uncertainty: `Receiver 2: Polarisation ±`."""
+    return f"{_whose(key)}{words_of_u(key).name}"
+
+
+def _whose(key: str) -> str:
     table, _, _ = key.partition(".")
     name, _, number = table.rstrip("]").partition("[")
     whose = f"{_ANTENNAS.get(name, '')} {number}".strip()
-    return f"{whose}: {words_of(key).name}" if whose else words_of(key).name
+    return f"{whose}: " if whose else ""
 
 
 def in_words(text: str, *, linked: bool = False) -> str:

@@ -10,7 +10,7 @@ from pyqtgraph.Qt.internals import PrimitiveArray
 from PySide6.QtCore import QLineF, QPointF, QRectF
 from PySide6.QtGui import QColor, QPainter, QPen
 
-from radargui.gui.plots.ranges import round_up
+from radargui.gui.plots.plot import round_up
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import ShownTrack, Space
 from radargui.model.arrays import FloatArray, IntArray

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast, get_args
 
 import numpy as np
 from PySide6.QtCore import Qt
@@ -28,7 +28,7 @@ from radargui.gui.track.shown_track import (
     space_of,
 )
 from radargui.gui.track.speed_colours import SpeedColours, SpeedTrail
-from radargui.gui.track.track_curves import TrackCurves
+from radargui.gui.track.track_curves import Detail, TrackCurves
 from radargui.live.track import LiveTrack
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
@@ -331,3 +331,22 @@ def _why_none(result: RunResult) -> str:
     if result.setup.n_receivers < LEAST_RECEIVERS:
         return TOO_FEW
     return "No track was found in this run."
+
+
+class ResultTrack(TrackPanel):
+    """Shows what a run gave, never what comes in: the height, the track in space, or one curve of it."""
+
+    def show_part(self, name: str) -> None:
+        """Show "height", "space" or one of the curves alone."""
+        is_curve = name in get_args(Detail)
+        if is_curve:
+            self.curves.choose_of_result(cast("Detail", name))
+        self.show_only("curve" if is_curve else name)
+
+    def show_result(self, result: RunResult, name: str = "") -> None:
+        """Show what a run gave."""
+        super().show_result(result, name)
+
+    def show_sphere(self, place_mm: FloatArray) -> None:
+        """Draw the sphere elsewhere on its track, shape (3, 1)."""
+        self.view.show_sphere(place_mm)

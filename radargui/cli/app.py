@@ -182,6 +182,8 @@ class Process(Command, does="process.process_files"):
         Which column or variable is which channel; PATH where files differ.
     name : NAME
         Name of the result folder.
+    drop : N
+        Which of several drops in one record, from 1, instead of the setup's.
     force
         Write over results that are there.
     """
@@ -194,6 +196,7 @@ class Process(Command, does="process.process_files"):
     output: Output = None
     correction: Correction = None
     geometry: Geometry = None
+    drop: int | None = None
     force: bool = False
     raw: Layout = None
 

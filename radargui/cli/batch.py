@@ -72,7 +72,7 @@ def run_batch(options: Batch) -> int:
     return FAILED if states["failed"] or states["stopped"] else 0
 
 
-def _tasks(options: Batch, wanted: dict[str, str], found: FoundRuns) -> list[BatchTask]:
+def _tasks(options: Batch, wanted: dict[str, str | int], found: FoundRuns) -> list[BatchTask]:
     setup = read_setup(options.setup) if options.setup else None
     tasks = [BatchTask(one.path, setup, wanted, options.force) for one in found.runs]
     if options.output is None:

@@ -164,7 +164,7 @@ def _setup_of(source: ImportInput, options: Process) -> Setup | RadarGuiError:
         return error
     if setup is None:
         raise UsageError(f"{file} brings no setup", remedy="Give --setup FILE.")
-    return changed(setup, processing_changes(options.correction, options.geometry), COMMAND_LINE)
+    return changed(setup, processing_changes(options.correction, options.geometry, options.drop), COMMAND_LINE)
 
 
 def _row(folder: Path, result: RunResult) -> tuple[str, ...]:

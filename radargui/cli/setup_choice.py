@@ -22,7 +22,7 @@ def named_or_default(path: Path | None) -> Setup:
     return read_setup(path or default_setup_path())
 
 
-def processing_changes(correction: str | None, geometry: str | None) -> dict[str, str]:
+def processing_changes(correction: str | None, geometry: str | None, drop: int | None = None) -> dict[str, str | int]:
     """Return what options say instead of any setup, for `changed`; refused before any work where no setup allows it.
 
     Raises
@@ -30,7 +30,7 @@ def processing_changes(correction: str | None, geometry: str | None) -> dict[str
     SetupError
         A value is not allowed.
     """
-    options = {"processing.correction": correction, "processing.geometry": geometry}
+    options = {"processing.correction": correction, "processing.geometry": geometry, "processing.drop": drop}
     wanted = {key: value for key, value in options.items() if value is not None}
     changed(named_or_default(None), wanted, COMMAND_LINE)
     return wanted

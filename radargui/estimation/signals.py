@@ -153,8 +153,12 @@ def _mixer(found: FrontEnd | None) -> FrontEnd | None:
     """Return a front end that is far from a perfect one, None for one that is near."""
     if found is None:
         return None
-    near = abs(np.log(found.gain_ratio)) < LARGE_LOG_GAIN and abs(found.quadrature_error_deg) < LARGE_ERROR_DEG
-    return None if near else found
+    return found if is_far(float(np.log(found.gain_ratio)), float(np.radians(found.quadrature_error_deg))) else None
+
+
+def is_far(log_gain: float, quadrature_error_rad: float) -> bool:
+    """Return whether a front end is far from a perfect one."""
+    return abs(log_gain) >= LARGE_LOG_GAIN or abs(np.degrees(quadrature_error_rad)) >= LARGE_ERROR_DEG
 
 
 def composed(constants: Sequence[FrontEnd], signals: ScaledSignals) -> tuple[FrontEnd, ...]:

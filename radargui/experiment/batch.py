@@ -85,7 +85,7 @@ class BatchTask:
 
     run: Path
     setup: Setup | None = field(default=None, repr=False)
-    changes: Mapping[str, str] = field(default_factory=dict)
+    changes: Mapping[str, str | int] = field(default_factory=dict)
     force: bool = False
     tables: TablesTo | None = field(default=None, repr=False)
     version: str = __version__

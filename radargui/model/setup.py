@@ -25,7 +25,7 @@ from radargui.model.plugins import plugins
 from radargui.model.radar import MOST_RECEIVERS, Container, Floor, Radar, Receiver, Site, Tracer, Transmitter
 from radargui.model.recording import iq_names
 from radargui.model.scattering import LEAST_SHARE, ReceivedField, received_fields
-from radargui.model.section import ExactWhole, Flag, Section
+from radargui.model.section import ExactWhole, Flag, Section, Whole
 from radargui.model.setup_error import describe
 from radargui.model.simulation import Simulation
 
@@ -53,11 +53,14 @@ class Processing(Section):
         plane: the antennas taken as infinitely far away.
     pool_setup
         Whether the joint correction uses what the other runs of a session say of antennas, release and wavelength.
+    drop
+        Which of several drops in one record, each from a rest, joint and flights measure: 1 is the first.
     """
 
     correction: Correction = "joint"
     geometry: Geometry = "exact"
     pool_setup: Flag = True
+    drop: Annotated[Whole, Field(ge=1)] = 1
 
 
 MEASURING = ("radar", "transmitter", "receiver", "tracer", "floor", "container", "air")

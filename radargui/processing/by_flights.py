@@ -136,7 +136,9 @@ def measure_by_flights(
     """
     if conditioned.n_receivers < LEAST_RECEIVERS:
         raise error_of(ProcessingError, "flights_need_three_receivers")
-    signals = scaled_signals(conditioned)
+    taken_off = scaled_signals(conditioned)
+    # a strong floor makes a mixer look far off, which flights can tell; with it taken off no crosstalk can be found
+    signals = scaled_signals(conditioned, lambda _: None) if any(taken_off.mixers) else taken_off
     if not signals.has_rest:
         raise error_of(ProcessingError, "starts_in_motion")
     done = 0
@@ -147,15 +149,23 @@ def measure_by_flights(
         # nobody knows how many steps there will be: typically forty
         progress(0.95 * (1.0 - float(np.exp(-done / 40.0))))
 
-    known = None
-    if prior is not None:
-        wired = tuple(front_end.with_phase_sign(setup.radar.phase_sign) for front_end in prior.front_ends)
-        known = as_prior(remaining(wired, signals))
-    try:
-        estimate = estimate_drop(signals, setup, front_ends=known, begun=begun, watch=watch)
+    def estimated(signals: ScaledSignals) -> DropEstimate | Finding:
+        known = None
+        if prior is not None:
+            wired = tuple(front_end.with_phase_sign(setup.radar.phase_sign) for front_end in prior.front_ends)
+            known = as_prior(remaining(wired, signals))
+        found = estimate_drop(signals, setup, front_ends=known, begun=begun, watch=watch)
         # what was left out may have led astray how it was begun, too
-        if begun is not None and (isinstance(estimate, Finding) or _findings(estimate)):
-            estimate = estimate_drop(signals, setup, front_ends=known, watch=watch)
+        if begun is not None and (isinstance(found, Finding) or _findings(found)):
+            found = estimate_drop(signals, setup, front_ends=known, watch=watch)
+        return found
+
+    try:
+        estimate = estimated(signals)
+        # mixers that are far off indeed have to be taken off first
+        if any(taken_off.mixers) and (isinstance(estimate, Finding) or estimate.has_far_mixer):
+            signals = taken_off
+            estimate = estimated(signals)
         if isinstance(estimate, Finding):
             raise error_of(ProcessingError, estimate.code, **estimate.facts)
         changes = place_changes(estimate)

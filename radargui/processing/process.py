@@ -121,7 +121,7 @@ def process(
     Raises
     ------
     ProcessingError
-        The recording does not fit the setup, or holds no samples.
+        The recording does not fit the setup, or holds no samples, or fewer drops than the setup asks for.
     """
     with one_blas_thread():
         _check(recording, setup)
@@ -146,7 +146,7 @@ def process(
             return part, _measure(recording, part, done, on_preliminary, front_ends, others)
 
         drop: MeasuredDrop | Finding | None = None
-        part, flown = _first_drop(part, separate_motions(recording, conditioned, setup), fly)
+        part, flown = _asked_drop(part, separate_motions(recording, conditioned, setup), fly)
 
         def another_size(part: Part, drop: MeasuredDrop, motion: MeasuredMotion) -> Finding | None:
             """Return that the sphere's diameter is likely wrong, where something else would be blamed."""
@@ -263,18 +263,27 @@ def _flown(part: Part, measure: Callable[[Part], MeasuredDrop | Finding | None])
     return part, measure(part)
 
 
-def _first_drop(
+def _asked_drop(
     part: Part, motions: Iterator[Part], fly: Callable[[Part, MeasuredDrop | Finding | None], _Flown]
 ) -> tuple[Part, _Flown | None]:
-    """Return the first of several motions that is a drop, and its flights; where none is, all of them and no flights.
+    """Return the drop of several motions that the setup asks for, and its flights; all and none where none is a drop.
 
-    The sphere fell from the release in it, so that its path is counted from there. Motions before it are a hand's.
+    The sphere fell from the release in it, so that its path is counted from there. Other motions are a hand's.
+
+    Raises
+    ------
+    ProcessingError
+        There are fewer drops than that.
     """
-    if part.setup.processing.correction in BY_FLIGHTS:
+    processing, found = part.setup.processing, 0
+    if processing.correction in BY_FLIGHTS:
         for one in motions:
             flown = fly(one, None)
-            if flown[1] is not None and not isinstance(flown[1], Finding):
+            found += flown[1] is not None and not isinstance(flown[1], Finding)
+            if found == processing.drop:
                 return one, flown
+        if processing.drop > 1:
+            raise worded(ProcessingError, "no_such_drop", drop=processing.drop, found=found)
     return part, None
 
 

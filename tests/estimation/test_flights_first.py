@@ -120,6 +120,36 @@ def test_circles_that_a_floor_of_metal_bends_are_no_hindrance() -> None:
 
 
 @pytest.mark.slow
+def test_a_strong_floor_hides_no_crosstalk() -> None:
+    record, setup = _scene(floor=0.5, multiplexed=True, crosstalk=0.008)
+    conditioned = conditioned_of(record.recording, setup)
+    # the floor makes mixers that are nearly perfect look far off
+    assert any(scaled_signals(conditioned).mixers)
+    drop = measure_by_flights(conditioned, setup, lambda _: None, None)
+    assert not any(drop.signals.mixers)
+    estimate = drop.estimate
+    assert estimate.at.values.theta[estimate.model.layout.crosstalk] == pytest.approx(0.008, abs=1e-3)
+
+
+def test_the_g_that_is_expected_is_as_uncertain_as_buoyancy_and_the_clock_leave_it() -> None:
+    _, setup = _scene(floor=0.3)
+    told = changed(setup, site={"g_m_s2": 9.81, "u_g_m_s2": 2e-4}, daq={"u_clock_ppm": 0.0})
+
+    def expected(setup: Setup) -> tuple[float, float]:
+        mean, deviation = flights_prior(setup, 0.0)
+        return float(mean[4]), float(deviation[4])
+
+    steel, plastic = (expected(changed(told, tracer={"density_kg_m3": density})) for density in (7850.0, 1100.0))
+    unknown = expected(changed(told, tracer={"density_kg_m3": None}))
+    assert steel[1] == pytest.approx(2e-4, rel=1e-3)
+    for known, _ in (steel, plastic):
+        assert known == pytest.approx(unknown[0], abs=4.0 * unknown[1])
+    # times that are longer by 50 ppm make g smaller by 100 ppm
+    by_clock = expected(changed(told, daq={"u_clock_ppm": 50.0}, tracer={"density_kg_m3": 7850.0}))
+    assert by_clock[1] == pytest.approx(np.hypot(2e-4, 1e-4 * 9.81), rel=1e-3)
+
+
+@pytest.mark.slow
 def test_the_joint_estimate_begins_from_the_flights_which_stand_meanwhile() -> None:
     record, setup = _scene(floor=0.8, exact=True)
     joint = setup.model_copy(update={"processing": setup.processing.model_copy(update={"correction": "joint"})})

@@ -1,4 +1,4 @@
-"""Several drops in one record: the first is measured from its rest, all other motions are told with their times."""
+"""Several drops in one record: one is measured from its rest, all other motions are told with their times."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.changed import changed
 from support.simulated_setup import simulated_setup
 
+from radargui.model.errors import ProcessingError
 from radargui.model.recording import Gap, Recording, Truth
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
@@ -72,6 +74,21 @@ def test_the_first_drop_is_measured_from_its_rest_and_the_other_motions_are_told
     # nothing is said of where the sphere is in the motions that are only told
     assert track.time_s[track.valid][-1] < begins_s[1]
     assert all(one.time_s < begins_s[1] for one in result.bounces.impacts)
+
+
+def test_another_drop_of_the_record_is_measured_where_the_setup_asks_for_it() -> None:
+    setup = changed(_setup("flights"), processing={"drop": 2})
+    recording, truth = _two_drops(setup)
+    result = process(recording, setup)
+    begins_s, _ = _moves(truth)
+    second = next(time_s for time_s in truth.impact_time_s if time_s > begins_s[2])
+    first = result.bounces.impacts[0]
+    assert first.time_s == pytest.approx(second, abs=2e-4)
+    assert first.e == pytest.approx(0.4, abs=4.0 * first.u_stated)
+    assert [begin_s for begin_s, _ in _further(result)] == pytest.approx(begins_s[:2], abs=0.25)
+    asked_too_much = changed(setup, processing={"drop": 3})
+    with pytest.raises(ProcessingError, match="drop 3 is asked for, and 2 of the motions"):
+        process(recording, asked_too_much)
 
 
 @pytest.mark.slow

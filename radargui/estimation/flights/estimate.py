@@ -25,7 +25,7 @@ from radargui.estimation.forward.bins import BinSettings, bin_by_fringe, clear_o
 from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere, supposed_spheres
 from radargui.estimation.forward.stated_floor import begun_as_stated
 from radargui.estimation.hardware import LogFrontEnd
-from radargui.estimation.signals import ScaledSignals
+from radargui.estimation.signals import ScaledSignals, is_far
 from radargui.geometry.path_length import path_gradient
 from radargui.geometry.plate import Plate, changes_faster
 from radargui.model.arrays import ComplexArray, FloatArray
@@ -112,8 +112,18 @@ class DropEstimate:
 
     @property
     def widening(self) -> float:
-        """Factor on uncertainties by white noise: the root of the mean block chi-square, where that exceeds one."""
-        return float(np.sqrt(max(1.0, self.block_chi_square.mean())))
+        """Factor on uncertainties by white noise: the root of the largest block chi-square, where that exceeds one.
+
+        What a receiver sees besides moves the place along its own direction, and the others do not halve it: with noise
+        so much larger in each the covariance is at most this much larger in any direction.
+        """
+        return float(np.sqrt(max(1.0, self.block_chi_square.max())))
+
+    @property
+    def has_far_mixer(self) -> bool:
+        """Whether a front end was found so far from a perfect one that its prior would hold it back."""
+        theta = self.at.values.theta
+        return any(is_far(theta[own.log_gain], theta[own.quadrature_error]) for own in self.model.layout.receivers)
 
     @property
     def most_pull(self) -> float:

@@ -19,7 +19,8 @@ from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.signals import ScaledSignals
 from radargui.geometry.plate import StatedSurface
 from radargui.model.arrays import FloatArray
-from radargui.model.gravity import drag_of_sphere, expected_gravity_m_s2, gravity_of_site, share_in_air
+from radargui.model.assumed import CLOCK, uncertain_inputs
+from radargui.model.gravity import drag_of_sphere, expected_gravity
 from radargui.model.setup import Setup
 from radargui.motion.flights import FlightLayout
 
@@ -34,8 +35,6 @@ class DropPrior:
         Against the onset that was seen: a magnet that holds on, a hand.
     first_velocity_m_s
         Of each component with which the body is let go.
-    gravity_m_s2
-        Where the setup names no site: from the equator to the poles it is 0.015.
     least_gravity_m_s2
         Of one that is called exact: what the samples say of it can then still be told.
     floor_tilt_rad, floor_shift_m
@@ -56,7 +55,6 @@ class DropPrior:
 
     onset_s: float = 0.05
     first_velocity_m_s: float = 0.05
-    gravity_m_s2: float = 0.03
     least_gravity_m_s2: float = 1e-4
     floor_tilt_rad: float = 0.03
     floor_shift_m: float = 0.008
@@ -75,11 +73,11 @@ PRIOR = DropPrior()
 
 
 def gravity_prior(setup: Setup) -> tuple[float, float]:
-    """Return g of a body in air at the setup's site and its u, m/s^2."""
-    known = gravity_of_site(setup.site)
-    u = PRIOR.gravity_m_s2 if known is None else known[1]
-    g = expected_gravity_m_s2(setup.site)
-    return g * share_in_air(setup.tracer.density_kg_m3, setup.air.gas), max(u, PRIOR.least_gravity_m_s2)
+    """Return the acceleration of a fall at the setup's site, drag apart, and its u, m/s^2, by the setup's clock."""
+    g, u = expected_gravity(setup.site, setup.tracer.density_kg_m3, setup.air.gas)
+    # of a clock that is off by a share c accelerations are off by 2 c
+    u_clock = next((one.u for one in uncertain_inputs(setup) if one.key == CLOCK), 0.0)
+    return g, max(float(np.hypot(u, 2e-6 * u_clock * g)), PRIOR.least_gravity_m_s2)
 
 
 def flights_prior(setup: Setup, onset_s: float) -> tuple[FloatArray, FloatArray]:

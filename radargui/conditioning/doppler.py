@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from radargui.conditioning.hum import HARMONICS, MAINS_HZ
+from radargui.conditioning.hum import HARMONICS, MAINS_HZ, MAINS_WITHIN_HZ
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray, even_transform_size, order_statistics
 
 
@@ -63,8 +63,6 @@ ALONE = DopplerSettings(
 """Of one or two receivers, whose path rests on these frames."""
 STEADY = 0.9
 """Share of what is above the noise that the line of one speed holds."""
-MAINS_WITHIN_HZ = 0.3
-"""Of the mains' nominal frequency, which grids keep within 0.05 Hz."""
 _HALF_LINE = 3
 """Bins on each side that are the line's: Hann's main lobe has two; one more for a line between bins, a slow chirp."""
 _BY_FRAME = ("centre", "frequency_hz", "power", "share", "clear", "mixed", "i", "q", "moments")

@@ -11,6 +11,9 @@ from radargui.conditioning.averager import block_means
 from radargui.model.arrays import FloatArray, pieces
 
 MAINS_HZ = (50.0, 60.0)  # nominal, of public grids (IEC 60196)
+MAINS_WITHIN_HZ = 0.4
+"""So near to a multiple of the mains a line is of the mains: a tone comes so near to one of the fifteen below 500 Hz by
+chance in 2 of 100 cases."""
 HARMONICS = 5
 """Orders that are looked for; chosen by hand: the recordings at hand show none beyond."""
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.conditioning.hum import HARMONICS, MAINS_HZ
+from radargui.conditioning.hum import HARMONICS, MAINS_HZ, MAINS_WITHIN_HZ
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, even_transform_size, median
 
 
@@ -67,8 +67,6 @@ class InterferenceSettings:
 
 
 SETTINGS = InterferenceSettings()
-MAINS_WITHIN_HZ = 0.4
-"""Of a multiple of the mains: a tone comes so near to one of the fifteen below 500 Hz by chance in 2 of 100 cases."""
 
 
 def without_interference(

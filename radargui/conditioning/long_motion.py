@@ -9,8 +9,8 @@ import numpy as np
 
 from radargui.conditioning.averager import block_means, held
 from radargui.conditioning.noise import white_noise_v
-from radargui.conditioning.segment import SETTINGS as MOTION, activity, block_size, without_blips
-from radargui.model.arrays import FloatArray, runs_of
+from radargui.conditioning.segment import LEAST_SAMPLES, activity, block_size, motions_apart, moving_blocks
+from radargui.model.arrays import FloatArray
 
 PAUSE_S = 2.0
 """Two motions with at least so much rest between them are two."""
@@ -20,7 +20,6 @@ AFTER_S = 0.5
 """Taken along after the motion, so that its end is in it. Chosen by hand."""
 PIECE_S = 5.0
 """What is looked at together; its noise is its own."""
-_FEWEST = 16  # samples of a piece, as few as `find_motion` takes
 REST_SHARE = 0.2
 """Rest before the motion that is taken along, as a share of the motion: what is quiet is told from it."""
 
@@ -72,25 +71,15 @@ def find_long_motion(pieces: Iterable[FloatArray], sample_rate_hz: float, most_s
     if not level.size:
         return None
     size = block_size(sample_rate_hz)
-    # a twentieth of the record is quiet in every recording that is not motion throughout
-    quiet, high = max(1.0, float(np.percentile(level, 5.0))), float(level.max())
-    if quiet > MOTION.not_quiet * high:
-        if high < MOTION.threshold:
-            return None
-        quiet = 1.0
-    moving = without_blips(
-        level > MOTION.threshold * quiet, max(1, round(MOTION.least_motion_s * sample_rate_hz / size))
-    )
-    runs = runs_of(moving)
-    if not runs.size:
+    rate_hz = sample_rate_hz / size
+    motions = motions_apart(moving_blocks(level, rate_hz), rate_hz, PAUSE_S)
+    if not motions:
         return None
-    apart = np.flatnonzero(runs[1:, 0] - runs[:-1, 1] >= round(PAUSE_S * sample_rate_hz / size)) + 1
-    motions = [(int(one[0, 0]), int(one[-1, 1])) for one in np.split(runs, apart)]
     # of a motion that the record begins with nobody knows where the sphere was
     begin, end = max(motions, key=lambda motion: (motion[0] > 0, motion[1] - motion[0]))
     earlier = max((last for _, last in motions if last <= begin), default=0)
     # hum and quiet level are taken from it, and more so of a long motion
-    rest = round(max(REST_S * sample_rate_hz / size, REST_SHARE * (end - begin)))
+    rest = round(max(REST_S * rate_hz, REST_SHARE * (end - begin)))
     # not back into the motion before
     rest = min(rest, begin - earlier, round(MOST_REST * most_samples / size))
     first = (begin - rest) * size
@@ -105,7 +94,7 @@ def _levels(pieces: Iterable[FloatArray], sample_rate_hz: float) -> tuple[FloatA
     levels, count = [np.zeros(0)], 0
     for volts in _regular(pieces, max(1, round(PIECE_S * sample_rate_hz / size)) * size):
         count += volts.shape[1]
-        if volts.shape[1] >= _FEWEST:
+        if volts.shape[1] >= LEAST_SAMPLES:
             whole = held(volts)
             means = block_means(whole, size)
             noise_v = white_noise_v(whole) / np.sqrt(size)

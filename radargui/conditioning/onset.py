@@ -21,13 +21,10 @@ class OnsetSettings:
     block_s
         Length of the means that are compared: the noise of a 5 ms mean is what a creeping tracer must exceed.
     window, ahead
-        Number of blocks that a prediction is made from, and of blocks between these and the predicted one: a slow start
-        must not be part of its own prediction.
+        Number of blocks that a parabola is laid through, a line while there are fewer, and of blocks between these and
+        the predicted one: a slow start must not be part of its own prediction.
     fewest
         Blocks of rest needed: 50 ms.
-    long_enough
-        From so many blocks on the prediction is a parabola, before that a line: a short rest does not determine a
-        curvature.
     threshold
         Difference from the prediction that ends the rest, if two blocks in turn exceed it: in standard deviations, root
         mean square over the channels.
@@ -51,7 +48,6 @@ class OnsetSettings:
     window: int = 60
     ahead: int = 3
     fewest: int = 10
-    long_enough: int = 30
     threshold: float = 6.0
     most_wander: float = 0.02
     widths: tuple[int, ...] = (1, 4, 10)
@@ -78,15 +74,12 @@ class RestSettings:
         Time left out before the onset, because a slow beginning is seen late.
     least_s
         Least rest where there is an onset. As long as the onset is not known, this time is left out before the motion.
-    hum_margin_s
-        Time left out between the rest on which a hum is measured and the onset.
     after_motion_s
         Time left out after the motion, because the last small bounces, some 20 ms apart, look like a hum.
     """
 
     before_onset_s: float = 0.03
     least_s: float = 0.02
-    hum_margin_s: float = 0.03
     after_motion_s: float = 0.2
 
 
@@ -128,7 +121,7 @@ def find_onset(time_s: FloatArray, value: FloatArray, spread: FloatArray | None 
     """Return the time of the last block that still looks like the rest, None where none departs from it.
 
     Means over 5 ms are compared with a prediction from the 0.3 s that end 15 ms before them: a parabola, so that
-    offsets may drift (a straight line while the rest is short). The tracer moves where two blocks in turn differ by
+    offsets may drift (a straight line while the rest is shorter). The tracer moves where two blocks in turn differ by
     more than 6 standard deviations in the root mean square over the channels. A rest that is looked at as a whole would
     take the slow beginning of a pendulum for drift.
 
@@ -276,10 +269,11 @@ class _Growing:
 
     def __init__(self) -> None:
         counts = range(SETTINGS.fewest, SETTINGS.window)
-        each = [_foresight(count, 2 if count >= SETTINGS.long_enough else 1) for count in counts]
-        self.basis, self.ahead = np.zeros((len(each), SETTINGS.window, 3)), np.zeros((len(each), SETTINGS.window))
+        # a short rest does not determine a curvature
+        each = [_foresight(count, 1) for count in counts]
+        self.basis, self.ahead = np.zeros((len(each), SETTINGS.window, 2)), np.zeros((len(each), SETTINGS.window))
         for row, ahead, own in zip(self.basis, self.ahead, each, strict=True):
-            row[: own.ahead.size, : own.basis.shape[1]], ahead[: own.ahead.size] = own.basis, own.ahead
+            row[: own.ahead.size], ahead[: own.ahead.size] = own.basis, own.ahead
         self.inside = np.arange(SETTINGS.window) < np.array(counts)[:, None]
         self.freedom, self.widening = (
             np.array([getattr(own, name) for own in each]) for name in ("freedom", "widening")

@@ -9,8 +9,8 @@ import numpy as np
 
 from radargui.conditioning.averager import block_means
 from radargui.conditioning.ellipse import circle_through
-from radargui.conditioning.hum import HARMONICS, MAINS_HZ, without_mains
-from radargui.model.arrays import BoolArray, FloatArray, held_beyond, median, order_statistics, pairs_of, runs_of
+from radargui.conditioning.hum import MAINS_HZ, without_mains
+from radargui.model.arrays import BoolArray, FloatArray, held_beyond, pairs_of, runs_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,9 +38,6 @@ class MotionSettings:
         Largest standard deviation of the radius of such circles, in radii: a drift makes bends and lines.
     least_radius
         Least radius, in standard deviations of a block mean.
-    hum_purity
-        A line at the mains frequency is a hum if it turns one way by less than this share, else a motion at that
-        Doppler frequency.
     pause_s
         Two motions with at least so much rest between them are two: cut in the middle, each has a rest of a quarter of
         a second, which is enough to be one (`short_s` of the onset). No flight of a bouncing sphere stands still so
@@ -58,7 +55,6 @@ class MotionSettings:
     spread: float = 0.2
     spread_if_sure: float = 0.45
     least_radius: float = 6.0
-    hum_purity: float = 0.8
     pause_s: float = 0.5
 
 
@@ -83,7 +79,7 @@ class Motion:
 
 
 SETTINGS = MotionSettings()
-_LEAST_SAMPLES = 16  # two of the shortest windows (`window_blocks`); as many means tell a circle. Chosen by hand
+LEAST_SAMPLES = 16  # two of the shortest windows (`window_blocks`); as many means tell a circle. Chosen by hand
 
 
 def find_motion(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -> Motion | None:
@@ -107,27 +103,27 @@ def find_motion(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -
     Motion or None
         None where nothing moves.
     """
-    if volts.shape[1] < _LEAST_SAMPLES:
+    if volts.shape[1] < LEAST_SAMPLES:
         return None
     size = block_size(sample_rate_hz)
     # a mean of n samples has a noise smaller by sqrt(n)
     means, rate_hz, noise_v = block_means(volts, size), sample_rate_hz / size, noise_v / np.sqrt(size)
     level = activity(means, rate_hz, noise_v)
-    moving = _moving(level, means, rate_hz, noise_v)
-    pauses = () if moving is None else _pauses(moving, rate_hz)
-    if moving is None and turns_slowly(means, rate_hz, noise_v):
+    moving = moving_blocks(level, rate_hz)
+    motions = motions_apart(moving, rate_hz)
+    if not moving.any() and turns_slowly(means, rate_hz, noise_v):
         further = max(1, round(SETTINGS.slow_block_s * rate_hz))
         longer = block_means(means, further)
         size, rate_hz = size * further, rate_hz / further
         level = activity(longer, rate_hz, noise_v / np.sqrt(further))
         moving = np.asarray(level > SETTINGS.threshold)
-    if moving is None or not moving.any():
+    if not moving.any():
         return None
     blocks = np.flatnonzero(moving)
     # a motion that is cut off by the end of the record has no rest after it
     at_end = blocks[-1] == level.size - 1
     last = volts.shape[1] if at_end else (int(blocks[-1]) + 1) * size
-    rests = tuple((begin * size, end * size) for begin, end in pauses)
+    rests = tuple((one[1] * size, other[0] * size) for one, other in pairwise(motions))
     return Motion(int(blocks[0]) * size, last, window_blocks(rate_hz) / rate_hz, rests)
 
 
@@ -186,6 +182,23 @@ def sliding_variance(values: FloatArray, window: int) -> FloatArray:
     return np.maximum(held_beyond(variance, window // 2, n), 0.0)
 
 
+def moving_blocks(level: FloatArray, rate_hz: float) -> BoolArray:
+    """Return which blocks move, by the activity of all blocks of a record; shapes (n_blocks,)."""
+    # a twentieth of the record is quiet in every one that is not motion throughout; a spike does not last
+    low, high = np.sort(level)[[round(0.05 * (level.size - 1)), -min(_shortest(rate_hz), level.size)]].tolist()
+    # white noise alone makes one: less is chance
+    quiet = max(1.0, low)
+    if quiet > SETTINGS.not_quiet * high:
+        quiet = 1.0 if high > SETTINGS.threshold else np.inf
+    moving = without_blips(level > SETTINGS.threshold * quiet, round(SETTINGS.least_motion_s * rate_hz))
+    return moving & bool(motions_apart(moving, rate_hz))
+
+
+def _shortest(rate_hz: float) -> int:
+    """Return of how many blocks a motion is: one wild sample shakes every window that holds it."""
+    return window_blocks(rate_hz) + max(1, round(SETTINGS.least_motion_s * rate_hz))
+
+
 def without_blips(moving: BoolArray, least: int) -> BoolArray:
     """Return `moving`, shape (n_blocks,), without runs shorter than `least` blocks."""
     out = moving.copy()
@@ -195,16 +208,12 @@ def without_blips(moving: BoolArray, least: int) -> BoolArray:
     return out
 
 
-def _pauses(moving: BoolArray, rate_hz: float) -> tuple[tuple[int, int], ...]:
-    """Return the first and the last block of each rest between two motions."""
-    least = window_blocks(rate_hz) + max(1, round(SETTINGS.least_motion_s * rate_hz))
+def motions_apart(moving: BoolArray, rate_hz: float, pause_s: float = SETTINGS.pause_s) -> list[tuple[int, int]]:
+    """Return the first block of each motion and the one after its last; between two there is so much rest."""
     runs = runs_of(moving)
-    if not runs.size:
-        return ()
-    apart = np.flatnonzero(runs[1:, 0] - runs[:-1, 1] >= SETTINGS.pause_s * rate_hz) + 1
-    # what lasts no longer than a window is a spike, and no motion by itself
-    motions = [one for one in np.split(runs, apart) if (one[:, 1] - one[:, 0]).max() >= least]
-    return tuple((int(one[-1, 1]), int(other[0, 0])) for one, other in pairwise(motions))
+    apart = np.flatnonzero(runs[1:, 0] - runs[:-1, 1] >= pause_s * rate_hz) + 1
+    motions = [one for one in np.split(runs, apart) if np.ptp(one, axis=1).max(initial=0) >= _shortest(rate_hz)]
+    return [(int(one[0, 0]), int(one[-1, 1])) for one in motions]
 
 
 def turns_slowly(means_v: FloatArray, rate_hz: float, noise_v: FloatArray) -> bool:
@@ -218,7 +227,7 @@ def turns_slowly(means_v: FloatArray, rate_hz: float, noise_v: FloatArray) -> bo
         means_v = without_mains(means_v, rate_hz, frequency, line=False)
     further = max(1, round(SETTINGS.circle_block_s * rate_hz))
     means = block_means(means_v, further)
-    if means.shape[1] < _LEAST_SAMPLES:
+    if means.shape[1] < LEAST_SAMPLES:
         return False
     least_v = SETTINGS.least_radius / np.sqrt(further) * noise_v[0::2]
     circles = [_turn(means[pair], float(least)) for pair, least in zip(pairs_of(means), least_v, strict=True)]
@@ -237,39 +246,3 @@ def _turn(pair_v: FloatArray, least_radius: float) -> tuple[float, float]:
         return 0.0, np.inf
     x, y = circle.apply(pair_v)
     return float(np.ptp(np.unwrap(np.arctan2(y, x)))), float(np.hypot(x, y).std())
-
-
-def _moving(level: FloatArray, means_v: FloatArray, rate_hz: float, noise_v: FloatArray) -> BoolArray | None:
-    low, high = order_statistics(level, 0.05, 0.99).tolist()
-    # white noise alone makes one: less is chance
-    quiet = max(1.0, low)
-    if quiet > SETTINGS.not_quiet * high:
-        if high < SETTINGS.threshold or _is_hum(means_v, rate_hz, noise_v):
-            return None
-        quiet = 1.0
-    moving = level > SETTINGS.threshold * quiet
-    least = max(1, round(SETTINGS.least_motion_s * rate_hz))
-    moving = without_blips(moving, least)
-    # one wild sample shakes every window that holds it: what lasts no longer than a window is no motion by itself
-    return moving if without_blips(moving, window_blocks(rate_hz) + least).any() else None
-
-
-def _is_hum(means_v: FloatArray, rate_hz: float, noise_v: FloatArray) -> bool:
-    for frequency in MAINS_HZ:
-        rest = without_mains(means_v, rate_hz, frequency)
-        if float(np.percentile(activity(rest, rate_hz, noise_v), 99.0)) < SETTINGS.threshold:
-            return _stands(means_v, rate_hz, frequency)
-    return False
-
-
-def _stands(means: FloatArray, rate: float, frequency: float) -> bool:
-    """Whether the strongest line at a multiple of the mains stands (hum) rather than turns one way (steady motion)."""
-    z = means[0::2] + 1j * means[1::2]
-    z = z - z.mean(axis=1, keepdims=True)
-    cycles = frequency * np.arange(means.shape[1]) / rate
-    turn = np.exp(-2j * np.pi * np.arange(1, HARMONICS + 1)[:, None] * cycles) / cycles.size
-    ahead, back = np.abs(z @ turn.T), np.abs(z @ turn.conj().T)
-    strongest = int(np.argmax((ahead + back).sum(axis=0)))
-    ahead, back = ahead[:, strongest], back[:, strongest]
-    one_way = np.abs(ahead - back) / np.maximum(ahead + back, 1e-30)
-    return bool(median(one_way) < SETTINGS.hum_purity)

@@ -11,7 +11,7 @@ from radargui.conditioning.followed import steady_motion
 from radargui.conditioning.hum import SETTINGS as HUM, Hum, find_hum
 from radargui.conditioning.interference import without_interference
 from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
-from radargui.conditioning.onset import REST, rest_before
+from radargui.conditioning.onset import REST
 from radargui.conditioning.segment import Motion, find_motion
 from radargui.model.arrays import FloatArray, pairs_of
 from radargui.model.finding import Finding, refuse
@@ -115,18 +115,8 @@ NAMED_TONES = 4
 def _hum_at_rest(signals: BandSignals, motion: Motion, noise_v: FloatArray) -> Hum | None:
     """Return the hum of the rests before and after the motion."""
     volts, rate_hz = signals.volts, signals.rate_hz
-
-    def measured(rest_end: int) -> Hum | None:
-        after = slice(motion.last + round(REST.after_motion_s * rate_hz), volts.shape[1])
-        least = 0.5 * HUM.least_rest_s * rate_hz
-        rests = tuple(part for part in (slice(0, rest_end), after) if part.stop - part.start >= least)
-        return find_hum(volts, rate_hz, rests, noise_v)
-
-    quiet_end = motion.first - round(REST.least_s * rate_hz)
-    hum = measured(quiet_end)
-    if hum is None:
-        return None
-    # a slow beginning of the motion, still counted as rest, can look like a weak hum: once more without it
-    onset, _ = rest_before(volts - hum.at(np.arange(volts.shape[1]) / rate_hz), signals.time_s, motion)
-    earlier = int(np.searchsorted(signals.time_s, onset - REST.hum_margin_s))
-    return measured(earlier) if 0 < earlier < quiet_end else hum
+    before = slice(0, motion.first - round(REST.least_s * rate_hz))
+    after = slice(motion.last + round(REST.after_motion_s * rate_hz), volts.shape[1])
+    least = 0.5 * HUM.least_rest_s * rate_hz
+    rests = tuple(part for part in (before, after) if part.stop - part.start >= least)
+    return find_hum(volts, rate_hz, rests, noise_v)

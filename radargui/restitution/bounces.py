@@ -216,8 +216,10 @@ def _fitted(flights: TrackFlights, known: BoolArray, samples: PathSamples, setup
             flights.impact_s[first : last - 1],
         )
         try:
-            fit = fit_paths(PathSamples(samples.time_s[used], samples.change_m[:, used]), start, model, prior)
-        except np.linalg.LinAlgError:
+            # receivers at one place determine none: the steps grow beyond all numbers
+            with np.errstate(over="raise"):
+                fit = fit_paths(PathSamples(samples.time_s[used], samples.change_m[:, used]), start, model, prior)
+        except (np.linalg.LinAlgError, FloatingPointError):
             continue
         if not np.isfinite(fit.values).all() or np.abs(fit.flights.impact_s - start.impact_s).max(initial=0.0) > (
             TRACKS.largest_shift_s

@@ -38,15 +38,6 @@ def test_a_drop_moves_from_its_release_to_its_last_bounce(noise: float) -> None:
     assert drop.impact_s[-12] < segment.last / RATE < drop.impact_s[-1] + 0.03
 
 
-def test_a_hum_of_the_mains_with_harmonics_and_drift_is_no_motion() -> None:
-    rng = np.random.default_rng(1)
-    time = np.arange(40000) / RATE
-    phase = rng.uniform(0, 2 * np.pi, (6, 3))
-    hum = sum(0.1 / k * np.sin(2 * np.pi * 50 * k * time + phase[:, k - 1 : k]) for k in (1, 2, 3))
-    volts = hum + 0.05 * np.sin(2 * np.pi * 0.05 * time) + rng.normal(0, 0.003, (6, 40000))
-    assert motion_in(volts, RATE) is None
-
-
 def test_a_drop_is_found_under_a_hum() -> None:
     drop = Drop(rate_hz=RATE)
     volts = iq_of(drop.height(drop.time_s)) + 0.1 * np.sin(2 * np.pi * 50 * drop.time_s)

@@ -63,6 +63,17 @@ def test_times_count_from_the_first_sample_of_all() -> None:
     np.testing.assert_allclose(found.signals.time_s[:2], [350 / RATE, 351 / RATE])
 
 
+def test_a_hum_of_the_mains_with_harmonics_and_drift_is_no_motion() -> None:
+    rng = np.random.default_rng(1)
+    time = np.arange(40000) / RATE
+    phase = rng.uniform(0, 2 * np.pi, (2, 3))
+    hum = sum(0.1 / k * np.sin(2 * np.pi * 50 * k * time + phase[:, k - 1 : k]) for k in (1, 2, 3))
+    volts = hum + 0.05 * np.sin(2 * np.pi * 0.05 * time) + rng.normal(0, 0.003, (2, 40000))
+    found = find_stretch(recording_of(np.asarray(volts)), slice(0, 40000), 0, SETUP)
+    assert isinstance(found, NoMotion)
+    assert found.finding.code == "tones_only"
+
+
 def test_a_stretch_that_only_tones_move_does_not_hide_the_drop_in_another() -> None:
     hum, drop = hum_alone(4.0), drop_of(0.0)
     gap = Gap(hum.shape[1], 500, "lost")

@@ -72,7 +72,11 @@ def test_a_name_is_corrected_with_a_line_in_the_journal(
 ) -> None:
     path = steel.control.session.path
     asked = answering(steel, monkeypatch, "Correct the name of 2 runs")
+    steel.panels.work_in("sessions")
+    wait_for(lambda: [one.sample for one in steel.browser.model.entries] == ["steel"])
     typed(steel, "sample", "brass")
+    # the list that stands beside it is looked at again
+    wait_for(lambda: [one.sample for one in steel.browser.model.entries] == ["brass"])
     wait_for(lambda: read_info(path).journal)
     info = read_info(path)
     assert (info.sample, info.target) == ("brass", "glass")

@@ -101,8 +101,7 @@ class SessionController(QObject):
     def _enter_folder(self) -> None:
         """Say where another window works in the data folder; sessions are locked each by itself, whatever is said."""
         folder, board = self.panel.data_folder, self.services.board
-        if self.browser.isVisible():
-            self.browser.refresh()
+        self._show_sessions()
 
         def work() -> SessionLock | Owner | None:
             # beside the index, where it can be written although there may be no data folder yet
@@ -251,6 +250,10 @@ class SessionController(QObject):
         elif session is not None:
             chosen = self.runs.table.chosen
             self.run_controller.show_session(session, chosen.path if chosen else None)
+        self._show_sessions()
+
+    def _show_sessions(self, _written: object = None) -> None:
+        """Look at all sessions again where they are seen: one has changed."""
         if self.browser.isVisible():
             self.browser.refresh()
 
@@ -331,7 +334,7 @@ class SessionController(QObject):
                 for text in words:
                     session.mark(text, now=now)
 
-            self._write("the session's record", correct, lambda _done: None)
+            self._write("the session's record", correct, self._show_sessions)
             self._corrected = {key: said[key] for key in renamed}
         else:
             self.panel.set_details(**said | renamed)
@@ -359,7 +362,7 @@ class SessionController(QObject):
             return
         # another name is asked for, never taken over beside something else
         details = panel.details._asdict() | self._renamed
-        self._write("the session's record", lambda: session.update(**details), lambda _done: None)
+        self._write("the session's record", lambda: session.update(**details), self._show_sessions)
 
     def _write(self, what: str, work: Work, then: Then) -> None:
         under_way = (one for one in self._writes if not one.done())

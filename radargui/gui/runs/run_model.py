@@ -110,7 +110,7 @@ class RunEntry:
     @property
     def verdict(self) -> str:
         """How good the run is, in words, and where it comes from."""
-        badge = self.origin.badge if self.origin else ""
+        badge = self.origin.badge if self.origin and not self.rejected else ""
         return ", ".join(filter(None, (self.quality, badge)))
 
     @property

@@ -92,7 +92,8 @@ def test_a_rejected_run_is_replaced_by_another_one_while_the_series_goes_on(
     window.actions_.stop.trigger()
     window.actions_.stop.trigger()
     wait_for(lambda: not window.control.state.running)
-    assert window.runs.model.entries[0].rejected == "rejected by the operator"
+    # the last one there was, which on a busy machine is not the first any more
+    assert [one.rejected for one in window.runs.model.entries if one.rejected] == ["rejected by the operator"]
     assert beeps == []
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from radargui.estimation.flights.estimate import DropEstimate
-from radargui.estimation.flights.readout import PlaceChanges
 from radargui.model.arrays import FloatArray
 from radargui.model.result import Bounce, Bounces, FreeFall, VelocitiesAtImpacts
 from radargui.model.setup import Setup
@@ -15,6 +15,11 @@ from radargui.restitution.cross_check import TimesOfFlights, cross_check, with_e
 from radargui.restitution.floor_normal import FloorNormal, normal_of_impacts
 from radargui.restitution.settings import FLIGHTS
 from radargui.restitution.track_response import tilt_and_clock
+
+if TYPE_CHECKING:
+    # the window, which starts with this, asks for no estimate yet
+    from radargui.estimation.flights.estimate import DropEstimate
+    from radargui.estimation.flights.readout import PlaceChanges
 
 
 def drop_bounces(estimate: DropEstimate, setup: Setup) -> Bounces:

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radargui.estimation.readout.input_response import InputResponse
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.gravity import expected_gravity
 from radargui.model.setup import Setup
 from radargui.model.setup_posterior import SetupLikelihood
-from radargui.restitution.flight_fit import FlightFit
 from radargui.restitution.path_fit import FittedPaths, SharedPrior
+
+if TYPE_CHECKING:
+    # the window, which starts with this, asks for no estimate yet
+    from radargui.estimation.readout.input_response import InputResponse
+    from radargui.restitution.flight_fit import FlightFit
 
 _FREE = 1e-6
 """Weight of the square of an input that is freed: what nothing shows stays where it is."""

@@ -92,3 +92,12 @@ def test_an_error_stands_in_the_log_with_its_place_in_the_program(tmp_path: Path
     assert "Traceback" not in err
     (log,) = tmp_path.rglob("radargui.log")
     assert "Traceback" in log.read_text(encoding="utf-8")
+
+
+def test_the_window_starts_without_what_only_an_estimate_needs() -> None:
+    script = "import json, sys, radargui.gui.main_window; print(json.dumps(sorted(sys.modules)))"
+    ended = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, encoding="utf-8", check=True, timeout=100
+    )
+    loaded = json.loads(ended.stdout)
+    assert not [name for name in loaded if name.startswith(("scipy", "radargui.estimation.solve", "matplotlib"))]

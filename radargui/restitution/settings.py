@@ -297,7 +297,7 @@ class PathFitSettings:
         Factor on the deviation of the cosines at the end.
     least_u_g_m_s2, most_u_g_m_s2
         Of g that is called exact, and where nothing is known of it.
-    least_u_k_1_m, u_slow_share, least_u_slow_m_s
+    least_u_k_1_m, least_u_slow_m_s
         Of drag k and its v1.
     """
 
@@ -316,7 +316,6 @@ class PathFitSettings:
     least_u_g_m_s2: float = 1e-4
     most_u_g_m_s2: float = 100.0
     least_u_k_1_m: float = 1e-5
-    u_slow_share: float = 0.3
     least_u_slow_m_s: float = 0.03
 
 

@@ -88,7 +88,7 @@ def flights_prior(setup: Setup, onset_s: float) -> tuple[FloatArray, FloatArray]
     mean[layout.start] = setup.tracer.release_position_m
     mean[layout.gravity], deviation[layout.gravity] = gravity_prior(setup)
     drag = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3, setup.air.gas)
-    mean[layout.drag], deviation[layout.drag], mean[layout.slow] = drag
+    mean[layout.drag], deviation[layout.drag], mean[layout.slow], deviation[layout.slow] = drag
     deviation[layout.velocity(0)] = PRIOR.first_velocity_m_s
     return mean, deviation
 

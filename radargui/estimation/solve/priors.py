@@ -232,7 +232,7 @@ def flight_prior(
     sideways = settings.sideways_m_s2
     # a g that is called exact is held by what tides make of it
     u_g = max(u_g, TIDES_M_S2)
-    k, u_k, _ = UNKNOWN_DRAG if setup is None else setup.drag
+    k, u_k, *_ = UNKNOWN_DRAG if setup is None else setup.drag
     return np.array([0.0, 0.0, g, k]), np.array([sideways, sideways, u_g, u_k])
 
 

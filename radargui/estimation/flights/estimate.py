@@ -52,6 +52,8 @@ class DropSettings:
         Bins so near an impact do not count: a sphere touches a hard floor for up to 0.14 ms (Hertz).
     plate_m
         How far below the surface that is touched the plane that reflects is expected.
+    plate_share
+        Of |R| K a (a / (a + gap))^2, what one R for all directions leaves of glass, acrylic and granite, in amplitudes.
     most_off
         Of ln g and of the quadrature error (rad) that a start may find.
     block_s
@@ -66,6 +68,7 @@ class DropSettings:
     first_apart_s: float = 0.001
     apart_s: float = 0.00015
     plate_m: float = 0.005
+    plate_share: float = 0.1
     most_off: float = 0.5
     block_s: float = 0.005
 
@@ -332,6 +335,8 @@ def _with_bins(
     inside = (bins.time_s > flights.onset_s - DROP.rest_s) & (bins.time_s < followed_until(end_s, values))
     bins = bins.of(np.flatnonzero(inside))
     bins = bins.weakened(bins.time_s < clear_of_holder_s(setup, flights.onset_s))
+    if Plate.of(setup.floor) is None:
+        bins = bins.known_to(_of_unknown_plate(model, values, bins.time_s))
     model = model.of_bins(bins, values)
     apart = np.ones(bins.n_bins, dtype=np.bool_)
     half = 0.5 * (bins.last_s - bins.first_s)
@@ -350,9 +355,27 @@ def echo_turns_hz(model: DropModel, values: Parts, time_s: FloatArray, at_least:
     gradient = path_gradient(position, model.setup.antennas(values.setup))
     turns = np.abs(np.einsum("ran,an->rn", gradient, velocity)).max(axis=0) / model.setup.wavelength_m
     reflection = float(np.hypot(*values.theta[layout.transmitter_reflection]))
-    touches = flights.position_m(flights.impact_s)[2].min(initial=position[2].min())
-    radius_m = 0.0 if model.sphere is None else model.sphere.sphere.radius_m
-    return np.asarray(turns * np.maximum(changes_faster(position[2] - touches, reflection, radius_m), at_least))
+    gap_m, radius_m = _gap_m(flights, position[2]), 0.0 if model.sphere is None else model.sphere.sphere.radius_m
+    return np.asarray(turns * np.maximum(changes_faster(gap_m, reflection, radius_m), at_least))
+
+
+def _gap_m(flights: Flights, height_m: FloatArray) -> FloatArray:
+    """Return how far above where it touches a sphere at heights (n,) is, shape (n,)."""
+    return np.asarray(height_m - flights.position_m(flights.impact_s)[2].min(initial=height_m.min()))
+
+
+def _of_unknown_plate(model: DropModel, values: Parts, time_s: FloatArray) -> FloatArray:
+    """Return how well what a floor and the sphere send to and fro is known, in amplitudes, of times (n,), shape (n,).
+
+    A plate that is not stated has another R for each of these waves, see `DROP.plate_share`.
+    """
+    if model.sphere is None:
+        return np.zeros(time_s.size)
+    flights, sphere = Flights.of(values.flights), model.sphere.sphere
+    gap_m = np.maximum(_gap_m(flights, flights.position_m(time_s)[2]), 0.0)
+    reflection = min(float(np.hypot(*values.theta[model.layout.transmitter_reflection])), 1.0)
+    near = (sphere.radius_m / (sphere.radius_m + gap_m)) ** 2
+    return np.asarray(DROP.plate_share * reflection * sphere.size * near)
 
 
 def _noise_scale(model: DropModel, at: Evaluation) -> FloatArray:

@@ -105,6 +105,10 @@ class Bins:
         """Return the bins, some of which, (n_bins,), say next to nothing."""
         return replace(self, sigma=np.where(which, _WEAKENED * self.sigma, self.sigma))
 
+    def known_to(self, u: FloatArray) -> Bins:
+        """Return the bins where what they are told by is known to no better than u, shape (n_bins,)."""
+        return replace(self, sigma=np.hypot(self.sigma, u))
+
     def runs(self, joins: BoolArray, most: int, settings: BinSettings = BINS) -> IntArray:
         """Return where runs of up to `most` neighbours begin, 4 ms at the longest, none across a gap.
 

@@ -70,6 +70,14 @@ def _assert_right(record: PopulationRecord, result: RunResult, followed: int | N
     assert np.sqrt((error**2).mean()) < 3.0 * np.sqrt((track.u_combined_m[:, moving] ** 2).mean())
 
 
+def _assert_right_in_g(record: PopulationRecord, result: RunResult) -> None:
+    fall, budget = result.bounces.free_fall, result.uncertainty_budget
+    assert fall is not None
+    assert budget is not None
+    assert budget.g_m_s2.combined is not None
+    assert fall.g_m_s2 == pytest.approx(record.gravity_m_s2, abs=4.0 * budget.g_m_s2.combined)
+
+
 @pytest.fixture(scope="module")
 def usual() -> tuple[PopulationRecord, Setup, RunResult]:
     record, setup = _scene(floor=0.3)
@@ -83,11 +91,18 @@ def test_a_drop_is_measured_with_antennas_off_by_their_u(usual: tuple[Population
     first = result.bounces.impacts[0]
     assert first.e == pytest.approx(record.impacts[0][3], rel=1e-3)
     assert first.u_stated < 1e-3
-    fall, budget = result.bounces.free_fall, result.uncertainty_budget
-    assert fall is not None
-    assert budget is not None
-    assert budget.g_m_s2.combined is not None
-    assert fall.g_m_s2 == pytest.approx(record.gravity_m_s2, abs=4.0 * budget.g_m_s2.combined)
+    _assert_right_in_g(record, result)
+
+
+def test_air_that_brakes_a_small_light_sphere_neither_bends_its_flights_nor_moves_e() -> None:
+    record, setup = _scene(
+        floor=0.1, exchange=False, exact=True, diameter_m=0.005, density_kg_m3=1100.0, density_told=True
+    )
+    result = process(record.recording, setup)
+    _assert_right(record, result)
+    _assert_right_in_g(record, result)
+    # with the drag curve held 4 in ten thousand were missing
+    assert result.bounces.impacts[0].e == pytest.approx(record.impacts[0][3], rel=2e-4)
 
 
 def test_what_follows_the_last_flight_is_not_known(usual: tuple[PopulationRecord, Setup, RunResult]) -> None:
@@ -116,6 +131,7 @@ def test_circles_that_a_floor_of_metal_bends_are_no_hindrance() -> None:
     # the start knows no exchange: it loses what bounces lower
     _assert_right(record, result, followed=3)
     assert abs(result.bounces.impacts[0].e / record.impacts[0][3] - 1.0) < 2e-4
+    _assert_right_in_g(record, result)
     assert not {"flights_misfit", "residuals_above_noise"} & {one.code for one in result.findings}
 
 

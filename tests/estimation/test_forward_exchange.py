@@ -116,6 +116,20 @@ def test_the_exchange_follows_the_sphere_and_the_floor_between_rounds(of: str) -
     assert np.abs(followed - anew).max() < 0.1 * np.abs(anew - still).max() + 3.0 * turned
 
 
+def test_a_plane_that_cuts_the_sphere_counts_as_touched_wherever_it_is() -> None:
+    place, mirrors = places(), np.array([*UNKNOWN, T.real, T.imag, 1.0, 0.0])
+    mirrors[2] += 0.004
+    higher = mirrors.copy()
+    higher[2] += 1e-4
+
+    def signal(made: np.ndarray, at: np.ndarray) -> np.ndarray:
+        factors = BODY.fields(place, ANTENNAS, RELEASE_M, (PLANE,), made).moved(at, place).factors(0, *ANGLES_RAD)
+        return factors.direct * factors.mirrored
+
+    assert np.abs(signal(higher, higher) - signal(mirrors, mirrors)).max() < 5e-4
+    assert np.abs(signal(mirrors, higher) - signal(mirrors, mirrors)).max() < 5e-4
+
+
 def test_without_a_floor_that_reflects_there_is_no_exchange() -> None:
     place = places()
     fields = BODY.fields(place, ANTENNAS, RELEASE_M, (PLANE,), np.array([*UNKNOWN, 0.0, 0.0, 1.0, 0.0]))

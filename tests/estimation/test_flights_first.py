@@ -192,8 +192,10 @@ def test_a_diameter_told_twice_as_large_is_named_and_a_right_one_is_not() -> Non
     for stated in (right, doubled):
         drop = measure_by_flights(conditioned, stated, lambda _: None, None)
         # nobody asks where nothing is blamed
-        assert drop.wrong_diameter(stated, replace(drop.motion, findings=())) is None
-        cause = drop.wrong_diameter(stated, drop.motion.said(warn("flights_misfit", misfit=3.0)))
+        assert drop.other_diameter(stated, replace(drop.motion, findings=())) is None
+        blamed = drop.motion.said(warn("flights_misfit", misfit=3.0))
+        other = drop.other_diameter(stated, blamed)
+        cause = None if other is None else drop.wrong_diameter(other, stated, blamed)
         assert (cause is None) == (stated is right)
     assert cause is not None
     assert "likely tracer.diameter_m is wrong, adding diameter_m -10 mm would agree" in cause.text

@@ -17,7 +17,6 @@ from radargui.acquisition.run_output import Level, levels
 from radargui.live.processor import LiveProcessor
 from radargui.live.samples import LIVE_RATE_HZ
 from radargui.live.track import LiveTrack
-from radargui.model.cores import one_blas_thread
 from radargui.model.errors import SourceError
 from radargui.model.recording import Block, Digitisation, Gap
 from radargui.model.setup import Setup
@@ -83,12 +82,10 @@ class LiveWorker:
 
     def run(self) -> None:
         """Estimate until `finish`."""
-        # its matrices are small: with threads of their own, on cores that others use, they take thirty times as long
-        with one_blas_thread():
-            while not self._ended:
-                self._new.wait()
-                self._new.clear()
-                self.catch_up()
+        while not self._ended:
+            self._new.wait()
+            self._new.clear()
+            self.catch_up()
 
     def catch_up(self) -> None:
         """Estimate what is new in the ring."""

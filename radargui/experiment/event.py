@@ -131,8 +131,8 @@ class Event:
     kind
         STATE: `state` has changed; HEALTH: `health` is new; PROGRESS: of processing, `fraction` from 0 to 1; WARNING:
         `message` is for the operator; BOUNCE: `bounce` is the first one of the run under way, as the live track sees it
-        (its method is `LIVE`), then as its flights tell it so far; RECORDED: the
-        file of `run` is closed, its result will follow; PRELIMINARY: what `run` gives so far, its final result will
+        (its method is `LIVE`), then as its flights tell it so far; RECORDED: the file of `run` is closed, its result
+        will follow; PRELIMINARY: what `run` gives so far, its final result will
         follow; RUN: `run` is finished.
     state
         Where the experiment is.

@@ -16,7 +16,7 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable
 from datetime import datetime
 from pathlib import Path
 from typing import get_args
@@ -174,7 +174,7 @@ def told_s(setup: Setup) -> tuple[float, float, float, float]:
 def times(count: int) -> None:
     """Print when e is told of drops from low to high restitution."""
 
-    def show(name: str, values: Sequence[float]) -> None:
+    def show(name: str, values: Iterable[float]) -> None:
         print(f"{name:36} " + " ".join(f"{one:9.2f}" for one in values), flush=True)
 
     print(f"{'s after touch-down':36} {'live e':>9} {'prelim. e':>9} {'closed':>9} {'result':>9}")

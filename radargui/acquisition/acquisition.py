@@ -14,6 +14,7 @@ from radargui.acquisition.run_plan import AcquisitionState, Ending
 from radargui.acquisition.stream import BlockQueue, LiveWorker, MakeProcessor, Peaks, Stream
 from radargui.live.processor import LiveProcessor
 from radargui.live.track import LiveTrack
+from radargui.model.cores import one_blas_thread
 from radargui.model.errors import RadarGuiError, SourceError, attempt
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
@@ -149,8 +150,11 @@ class Acquisition:
 
     def _run(self) -> None:
         """Do the reader's whole life."""
-        self._fail(attempt(self._open_and_read, "Reading the source"))
-        self._end()
+        # the small matrices of the live track take thirty times as long with threads of their own on a busy computer
+        with one_blas_thread():
+            self._fail(attempt(self._open_and_read, "Reading the source"))
+            self._end()
+        self._done.set()
 
     def _open_and_read(self) -> None:
         stream = self._make_stream(self._source.open())
@@ -238,7 +242,6 @@ class Acquisition:
             self._status = replace(self._status, state=state)
         if self._on_end is not None:
             self._guarded(self._on_end, "Telling the end")
-        self._done.set()
 
     def _ending(self) -> Ending:
         status = self._status

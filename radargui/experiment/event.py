@@ -105,6 +105,10 @@ def _said(result: RunResult, agreement: LiveAgreement | None) -> str:
     return said if agreement is None else f"{said}, live within {1e3 * agreement.rms_m:.2f} mm"
 
 
+LIVE = "live"
+"""Method of a bounce that the live track saw."""
+
+
 class EventKind(Enum):
     """What an event is about."""
 
@@ -126,8 +130,9 @@ class Event:
     ----------
     kind
         STATE: `state` has changed; HEALTH: `health` is new; PROGRESS: of processing, `fraction` from 0 to 1; WARNING:
-        `message` is for the operator; BOUNCE: `bounce` is the first one of the run under way, seen live; RECORDED: the
-        file of `run` is closed, its result will follow; PRELIMINARY: what `run` gives so far, its final result will
+        `message` is for the operator; BOUNCE: `bounce` is the first one of the run under way, as the live track sees it
+        (its method is `LIVE`), then as its flights tell it so far; RECORDED: the file of `run` is closed, its result
+        will follow; PRELIMINARY: what `run` gives so far, its final result will
         follow; RUN: `run` is finished.
     state
         Where the experiment is.

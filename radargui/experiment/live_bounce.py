@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from radargui.experiment.event import LIVE
 from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.live.track import LiveTrack
+from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.result import Bounce, PathLengths, Segment, Track
 from radargui.model.setup import Setup
 from radargui.processing.impacts_of_track import impacts_of_track
+from radargui.restitution.track_flights import TrackFlights, find_track_flights
 
 FLOWN_S = 0.1
 """Of the flight after the first impact, unless the next impact ends it. It leaves four fifths of half a second to find
@@ -16,9 +21,6 @@ e and to show it; of 22 drops of laboratories e was as near to the truth after 0
 LONGEST_S = 3.0
 """Of a motion without a bounce it is looked for no longer: the longest fall that fits into the field of view takes a
 third of a second, and a hand that lets go late some more."""
-ENOUGH_S = 0.2
-"""Of the flight after the first impact, unless it is shorter: from then on the flights, computed of what is recorded so
-far, tell e as well as of the whole record (u_e 0.00013 and 0.00014 of a drop at 40 dB)."""
 MOVED_M = 1e-3
 """So far from where it hung a tracer has begun to move: it is shown exactly there until its motion is seen."""
 U_M = 1e-4
@@ -26,22 +28,6 @@ U_M = 1e-4
 truth where no floor reflects strongly (`bench live`)."""
 EVEN = 1.5
 """Spacings of live estimates that differ by more than this factor have a gap between them."""
-
-
-def is_flown(bounce: Bounce, now_s: float, gravity_m_s2: float) -> bool:
-    """Return whether enough of the flight after a bounce is recorded for its e to be computed from the samples.
-
-    Parameters
-    ----------
-    bounce
-        The first one of a run, as the live track saw it.
-    now_s
-        Time of the newest sample, on the clock of the bounce.
-    gravity_m_s2
-        With which it falls.
-    """
-    lands_s = 2.0 * bounce.speed_after_m_s / gravity_m_s2
-    return now_s - bounce.time_s > min(ENOUGH_S, lands_s)
 
 
 def first_bounce(live: LiveTrack, first_index: int, setup: Setup) -> Bounce | None:
@@ -82,9 +68,11 @@ def first_bounce(live: LiveTrack, first_index: int, setup: Setup) -> Bounce | No
     track = Track(span.time_s, span.position_m, np.full(span.position_m.shape, U_M), known, "exact")
     segment = Segment(begin - 1, span.index.size, 0, begin - 1)
     rate_hz = 1.0 / float(span.time_s[1] - span.time_s[0])
-    bounces = impacts_of_track(track, paths, segment, setup, rate_hz).bounces
-    if not bounces.impacts or not bounces.impacts[0].valid:
+    # of the whole a look takes a tenth of a second of the processor, of the places of impacts a hundredth
+    flights = find_track_flights(track, segment, rate_hz, expected_gravity_m_s2(setup.site))
+    if not isinstance(flights, TrackFlights):
         return None
-    first = bounces.impacts[0]
-    is_flown = len(bounces.impacts) > 1 or float(span.time_s[-1]) - first.time_s > FLOWN_S
-    return first if is_flown else None
+    if flights.impact_s.size == 1 and span.time_s[-1] - flights.impact_s[0] <= FLOWN_S:
+        return None
+    impacts = impacts_of_track(track, paths, segment, setup, rate_hz).bounces.impacts
+    return replace(impacts[0], method=LIVE) if impacts and impacts[0].valid else None

@@ -20,6 +20,7 @@ from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.run_output import FinishedRun
 from radargui.acquisition.run_plan import Ending, RecorderState
 from radargui.experiment.event import (
+    LIVE,
     EventKind,
     ExperimentState,
     Listener,
@@ -34,12 +35,11 @@ from radargui.experiment.event import (
     with_place,
 )
 from radargui.experiment.finished import BegunJob, FinishedJob, LiveAgreement
-from radargui.experiment.live_bounce import first_bounce, is_flown
+from radargui.experiment.live_bounce import first_bounce
 from radargui.experiment.processing_apart import ProcessingApart, ProcessingHere
 from radargui.live.processor import LiveMemory, LiveProcessor
 from radargui.live.trigger import FallTest
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, attempt
-from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.recording import Recording
 from radargui.model.result import Bounce, RunResult
 from radargui.model.rounding import quantity
@@ -287,10 +287,7 @@ class AcquisitionSeries:
     def _look(self) -> None:
         """Report the first bounce of the run under way, once, as soon as the live track tells its e."""
         live, recorder, now_s = self._acquisition.live, self._recorder, time.monotonic()
-        if self._bounce is not None:
-            self._begin_result(self._bounce)
-            return
-        if now_s < self._look_due_s or recorder.state is not RecorderState.RECORDING:
+        if self._bounce is not None or now_s < self._look_due_s or recorder.state is not RecorderState.RECORDING:
             return
         self._look_due_s = now_s + LOOK_S
         if live is None or (output := recorder.output) is None:
@@ -303,30 +300,24 @@ class AcquisitionSeries:
             self._order.publisher.report(EventKind.WARNING, str(error))
         elif (bounce := found[0]) is not None:
             self._bounce = bounce
-            said = f"live e = {quantity(bounce.e, bounce.u_stated)}"
-            self._order.publisher.report(EventKind.BOUNCE, said, bounce=bounce)
+            self._tell(bounce, LIVE)
+            self._begin_result()
 
-    def _begin_result(self, bounce: Bounce) -> None:
-        """Have the flights of the run under way computed, once, as soon as enough follows its first impact.
+    def _tell(self, bounce: Bounce, how: str) -> None:
+        said = f"{how} e = {quantity(bounce.e, bounce.u_stated)}"
+        self._order.publisher.report(EventKind.BOUNCE, said, bounce=bounce)
 
-        The record ends a second after that at least, and its preliminary result follows some seconds later.
-        """
+    def _begin_result(self) -> None:
+        """Have the flights of the run under way computed, as far as it is recorded: the sphere may bounce for long."""
         order, output, ring = self._order, self._recorder.output, self._acquisition.ring
         digitisation = self._acquisition.digitisation
-        if self._is_begun or order.patient or not order.process or order.is_cancelled:
+        if order.patient or not order.process or order.is_cancelled:
             return
-        if (
-            output is None
-            or ring is None
-            or digitisation is None
-            or self._recorder.state is not RecorderState.RECORDING
-        ):
+        if output is None or ring is None or digitisation is None:
             return
-        end, correction = ring.latest, order.setup.processing.correction
-        if correction not in BY_FLIGHTS or not is_flown(
-            bounce, end / digitisation.sample_rate_hz, expected_gravity_m_s2(order.setup.site)
-        ):
+        if order.setup.processing.correction not in BY_FLIGHTS:
             return
+        end = ring.latest
         self._is_begun = True
         blocks = ring.blocks(output.first_index, end)
         # across a gap nothing is computed, and the ring holds ten seconds
@@ -343,7 +334,7 @@ class AcquisitionSeries:
         self._jobs.submit(self._processing.await_begun, lambda: not order.is_cancelled)
 
     def _report_early(self, number: int, latest: RunResult | FinishedRun) -> None:
-        """Report what the flights say so far of a run, as soon as that is known and its file is closed."""
+        """Report what the flights say so far of a run: its e as soon as that is known, all when its file is closed."""
         other = self._early_results.pop(number, None)
         if isinstance(latest, RunResult) and isinstance(other, FinishedRun):
             self._preliminary(other)(latest)
@@ -351,6 +342,9 @@ class AcquisitionSeries:
             self._preliminary(latest)(other)
         elif number >= self._next_number:
             self._early_results[number] = latest
+            is_recorded = number == self._order.publisher.number and self._bounce is not None
+            if is_recorded and isinstance(latest, RunResult) and any(one.valid for one in latest.bounces.impacts[:1]):
+                self._tell(latest.bounces.impacts[0], "preliminary")
 
     def _take(self, message: Message) -> None:
         match message:

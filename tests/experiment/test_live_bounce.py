@@ -14,8 +14,8 @@ from support.simulated_recording import simulate_recording
 from support.small_setups import quick_setup
 
 from radargui.acquisition.stream import LIVE_BLOCK_S
-from radargui.experiment.event import Event, EventKind
-from radargui.experiment.live_bounce import first_bounce, is_flown
+from radargui.experiment.event import LIVE, Event, EventKind, ExperimentState
+from radargui.experiment.live_bounce import first_bounce
 from radargui.experiment.series import Experiment
 from radargui.live.processor import LiveProcessor
 from radargui.live.track import LiveTrack
@@ -24,7 +24,6 @@ from radargui.model.result import Bounce
 from radargui.model.rounding import quantity
 from radargui.model.setup import Setup
 from radargui.session.session import Session
-from radargui.sources.simulated.model import SimulatedSource
 
 
 def drop(**simulation: object) -> tuple[Recording, Truth, Setup]:
@@ -129,37 +128,57 @@ def test_an_experiment_tells_it_once_a_run_and_hands_it_on_with_the_run(tmp_path
     session.close()
 
 
-def test_enough_of_a_flight_is_a_fifth_of_a_second_or_all_of_it() -> None:
-    high, low = (Bounce(1.0, 2.0, after, after / 2.0, 0.01, "live", True) for after in (1.6, 0.5))
-    assert not is_flown(high, 1.19, 9.81)
-    assert is_flown(high, 1.21, 9.81)
-    assert not is_flown(low, 1.1, 9.81)
-    assert is_flown(low, 1.11, 9.81)
-
-
 @pytest.mark.slow
-def test_the_flights_tell_e_of_what_is_recorded_before_the_record_is_processed(tmp_path: Path) -> None:
-    setup = drop(settle_s=3.0)[2]
-    setup = changed(setup, processing={"correction": "flights"}, recording={"quiet_s": 2.0})
+def test_the_flights_tell_e_while_the_sphere_still_bounces_and_the_whole_record_has_the_last_word(
+    tmp_path: Path,
+) -> None:
+    recording, truth, setup = drop()
+    setup = changed(setup, processing={"correction": "flights"})
+    source, told, events = ControlledSource(recording.digitisation), threading.Event(), list[Event]()
+
+    def hear(event: Event) -> None:
+        events.append(event)
+        if event.message.startswith("preliminary e = "):
+            told.set()
+
     session = Session.create(tmp_path, setup, now=datetime(2026, 11, 24, tzinfo=UTC))
-    events = list[Event]()
-    source = SimulatedSource(setup, realtime=True)
-    experiment = Experiment(setup, lambda _run: source, session, listener=events.append)
-    (run,) = experiment.record(1)
+    experiment = Experiment(setup, lambda _run: source, session, listener=hear)
+
+    def feed() -> None:
+        assert source.running.wait(LONGEST_S)
+        flown = int((truth.impact_time_s[0] + 0.2) * recording.digitisation.sample_rate_hz)
+        source.push_all(recording.raw[:, :flown])
+        # what computes it is a process that has to begin first
+        told.wait(3.0 * LONGEST_S)
+        source.push_all(recording.raw[:, flown:])
+        source.end()
+
+    feeder = threading.Thread(target=feed)
+    feeder.start()
+    try:
+        (run,) = experiment.record(1)
+    finally:
+        told.set()
+        feeder.join()
     session.close()
-    kinds = [event.kind for event in events]
+    shown = (EventKind.BOUNCE, EventKind.RECORDED, EventKind.PRELIMINARY, EventKind.RUN)
+    live, early, taken, preliminary, final = (event for event in events if event.kind in shown)
+    assert [live.kind, early.kind, taken.kind, preliminary.kind, final.kind] == [EventKind.BOUNCE, *shown]
+    assert live.bounce is not None
+    assert early.bounce is not None
+    assert (live.bounce.method, early.bounce.method) == (LIVE, "flights")
+    assert early.state is ExperimentState.RECORDING
+    assert early.message == f"preliminary e = {quantity(early.bounce.e, early.bounce.u_stated)}"
     # this correction has no other preliminary result
-    assert kinds.count(EventKind.PRELIMINARY) == 1
-    assert kinds.index(EventKind.RECORDED) < kinds.index(EventKind.PRELIMINARY) < kinds.index(EventKind.RUN)
-    early = events[kinds.index(EventKind.PRELIMINARY)].run
-    assert early is not None
-    assert early.result is not None
+    assert preliminary.run is not None
+    assert preliminary.run.result is not None
     assert run.result is not None
-    assert early.path == run.path
-    assert early.result.preliminary
+    assert preliminary.run.path == run.path
+    assert preliminary.run.result.preliminary
     assert not run.result.preliminary
-    assert early.result.recording.n_samples < run.result.recording.n_samples
-    first, last = early.result.bounces.impacts[0], run.result.bounces.impacts[0]
-    assert first.method == "flights"
+    assert preliminary.run.result.recording.n_samples < run.result.recording.n_samples
+    first, last = preliminary.run.result.bounces.impacts[0], run.result.bounces.impacts[0]
+    assert first == early.bounce
     assert first.e == pytest.approx(last.e, abs=3.0 * (first.u_stated + last.u_stated))
+    assert first.e == pytest.approx(0.7, abs=3.0 * first.u_stated)
     assert first.time_s == pytest.approx(last.time_s, abs=2e-4)

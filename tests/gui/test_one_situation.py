@@ -267,6 +267,42 @@ def test_all_say_the_live_e_until_the_run_is_computed(make_window: Any, setup_pa
     assert "e = –" not in results[results.index(live) :]
 
 
+@pytest.mark.slow
+def test_while_the_sphere_still_bounces_the_live_e_becomes_preliminary_and_at_last_final(
+    make_window: Any, setup_path: Path, wait_for: Any
+) -> None:
+    clock = SeenClock(0.02)
+    window = make_window(
+        setup_path, source_maker=lambda kind, setup, **options: make_source(kind, setup, clock=clock, **options)
+    )
+    window.setup_model.replace(changed(window.setup_model.setup, processing={"correction": "flights"}))
+    window.control.processing = ProcessingApart
+    said: list[Situation] = []
+    window.situation.changed.connect(lambda: said.append(window.situation.now))
+    window.actions_.record.trigger()
+
+    def is_preliminary() -> bool:
+        # the sphere flies on only as far as the live track follows
+        if window.control.recorded_s < 0.75:
+            clock.go_on()
+        return window.situation.now.result.endswith(", preliminary")
+
+    wait_for(is_preliminary)
+    bounce = window.control.live_bounce
+    assert window.control.state is AppState.RECORDING
+    assert window.situation.now.result == f"e = {quantity(bounce.e, bounce.u_stated)}, preliminary"
+    assert bounce.e == pytest.approx(0.6, abs=3.0 * bounce.u_stated)
+    assert any(one.result.startswith("live e = ") for one in said)
+
+    def is_final() -> bool:
+        clock.go_on()
+        return window.control.state is AppState.DONE
+
+    wait_for(is_final)
+    window.show_view("table")
+    agree(window, wait_for, "FINAL", shown_e(window))
+
+
 def test_a_run_that_waits_for_its_result_has_its_live_e_in_the_list_and_in_no_mean(tmp_path: Path) -> None:
     bounce = Bounce(0.3, 2.0, 1.4, 0.7, 4e-4, "parabolas", True, u_e_combined=1.2e-3)
     path = tmp_path / "run-0001.h5"

@@ -310,14 +310,29 @@ def evaluate(
     basis = basis_of(model, waves, values.theta)
     sigma = sigma_of(model)
     weight = np.broadcast_to(1.0 * model.used, sigma[:, 0].shape) if weight is None else weight
-    data = model.bins.value.reshape(sigma.shape)
-    kappa = float(values.theta[model.layout.crosstalk.start]) if model.multiplexer is not None else 0.0
     excess = np.zeros(sigma.shape)
     if coefficients is not None:
         value = (basis @ coefficients[:, None, :, None])[..., 0]
-        residual = (data - value) / sigma
+        residual = (model.bins.value.reshape(sigma.shape) - value) / sigma
         return Evaluation(values, waves, node_m, basis, coefficients, excess, value, residual, weight)
-    scaled = np.sqrt(weight)[:, None] / sigma / model.noise[:, None, None]
+    return _solved(model, Evaluation(values, waves, node_m, basis, _NONE, excess, _NONE, _NONE, weight))
+
+
+def reweighted(model: DropModel, at: Evaluation) -> Evaluation:
+    """Return an evaluation with what is linear solved for anew, by the robust weights of what it leaves."""
+    return _solved(model, replace(at, weight=robust_weight(model, at.misfit)))
+
+
+_NONE = np.empty(0)
+
+
+def _solved(model: DropModel, at: Evaluation) -> Evaluation:
+    """Return an evaluation with what is linear solved for by its weights."""
+    sigma, basis = sigma_of(model), at.basis
+    data = model.bins.value.reshape(sigma.shape)
+    kappa = float(at.values.theta[model.layout.crosstalk.start]) if model.multiplexer is not None else 0.0
+    excess = np.zeros(sigma.shape)
+    scaled = np.sqrt(at.weight)[:, None] / sigma / model.noise[:, None, None]
     rows = (basis * scaled[..., None]).reshape(len(basis), -1, basis.shape[-1])
     normal = np.swapaxes(rows, 1, 2) @ rows + _diagonal(model.linear_deviations**-2.0)
     # what channels keep of each other is made of the model itself: once more with it
@@ -326,12 +341,10 @@ def evaluate(
         solved = np.asarray(np.linalg.solve(normal, np.swapaxes(rows, 1, 2) @ right)[..., 0])
         value = (basis @ solved[:, None, :, None])[..., 0]
         if model.multiplexer is not None and not again:
-            excess = model.multiplexer.excess(value.reshape(-1, times.shape[-1]), model.bins.time_s).reshape(
-                sigma.shape
-            )
+            excess = model.multiplexer.excess(value.reshape(-1, sigma.shape[-1]), model.bins.time_s)
+            excess = excess.reshape(sigma.shape)
     value = value + kappa * excess
-    residual = (data - value) / sigma
-    return Evaluation(values, waves, node_m, basis, solved, excess, value, residual, weight)
+    return replace(at, coefficients=solved, excess=excess, value=value, residual=(data - value) / sigma)
 
 
 def _diagonal(rows: FloatArray) -> FloatArray:
@@ -555,8 +568,7 @@ def minimise(
     damping = 0.0
     for number in range(rounds):
         model = model.renewed(model.values(unknowns))
-        at = evaluate(model, unknowns)
-        at = evaluate(model, unknowns, robust_weight(model, at.misfit))
+        at = reweighted(model, evaluate(model, unknowns))
         begin = before = robust_cost(model, unknowns, at)
         for _ in range(steps):
             if watch is not None:
@@ -576,7 +588,7 @@ def minimise(
             if tried is None:
                 break
             unknowns, gained = unknowns + tried, before - now
-            at = evaluate(model, unknowns, robust_weight(model, trial.misfit))
+            at = reweighted(model, trial)
             before, damping = robust_cost(model, unknowns, at), damping / 10.0 if damping > 1e-4 else 0.0
             if gained < least_gain:
                 break

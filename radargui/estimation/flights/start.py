@@ -224,16 +224,16 @@ class _Followed:
         velocity = np.array([before[0], before[1], impact.rebound_m_s])
         self.model, values = self.model.with_flight(self.at.values, impact.time_s, velocity)
         number, seen = Flights.of(values.flights).layout.n_flights, START.seen_s
-        begin, length = _last_flight(values)
         # twice as long each time: what is fitted foretells as much again to a fraction of a fringe
-        while seen < START.longest_share * length:
-            seen = min(2.0 * seen, START.longest_share * length)
-            part = part_of(self.bins, begin - START.beside_s, min(begin + seen, self.last_s))
+        while seen + START.bin_s < (flown := self._flown(values)):
+            seen = min(2.0 * seen, flown)
+            begin = _last_flight(values)[0]
+            part = part_of(self.bins, begin - START.beside_s, begin + seen)
             one = self.model.of_bins(part, values, foretold=True)
             _, own = with_last_flight(one, one.unknowns(values), self.at.coefficients)
             values = own.values
-            begin, length = _last_flight(values)
-        end = min(begin + START.longest_share * length, self.last_s)
+        begin = _last_flight(values)[0]
+        end = begin + self._flown(values)
         if number <= START.fully_fitted:
             self._fit(end, values)
         else:
@@ -251,6 +251,11 @@ class _Followed:
             return False
         self._say(f"flight to {end:.4f} power {_power(self.at)[since].mean():.4f}")
         return True
+
+    def _flown(self, values: Parts) -> float:
+        """Return how long the last flight is followed, at most: until just before it lands, or the record ends."""
+        begin, length = _last_flight(values)
+        return min(START.longest_share * length, self.last_s - begin)
 
     def _land(self, impact: _Impact) -> None:
         """End a fall where it lands dead: it shows as lost only some milliseconds later, and these bend it."""

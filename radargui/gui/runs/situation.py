@@ -8,6 +8,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
+from radargui.experiment.event import LIVE
 from radargui.files.run_card import origin_of_source
 from radargui.gui.control.state import NOT_RECORDED, AppState, RunWord
 from radargui.gui.layout import ticking
@@ -238,9 +239,12 @@ class SituationModel(QObject):
 
     @property
     def _seen_live(self) -> str:
-        """What the live track has seen of the run under way."""
+        """What the live track has seen of the run under way, or its flights tell so far."""
         bounce = self.control.live_bounce
-        return NO_RESULT_YET if bounce is None else live_words(restitution_of(bounce))
+        if bounce is None:
+            return NO_RESULT_YET
+        e = restitution_of(bounce)
+        return live_words(e) if bounce.method == LIVE else f"e = {e}, preliminary"
 
     def _badge(self, entry: RunEntry | None) -> str:
         """Say where it comes from: while something runs of that, else of the run, the session, or what is chosen."""

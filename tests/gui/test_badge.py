@@ -6,11 +6,14 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+import pytest
+from PySide6.QtCore import Qt
 from support.gui_sessions import make_session
 
 from radargui.files.run_card import origin_of_source, read_run_card
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
+from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
 from radargui.model.drop import RunOrigin
 from radargui.processing.result_of_run import stored_result
 from radargui.report.content import Facts
@@ -19,7 +22,7 @@ from radargui.report.findings_section import front_chapters
 from radargui.report.report import study_session
 from radargui.report.run_section import run_page
 from radargui.session.info import read_info
-from radargui.session.session import Session
+from radargui.session.session import BY_OPERATOR, Session, reason_of
 
 
 def all_say(window: MainWindow, badge: str) -> None:
@@ -83,6 +86,30 @@ def test_a_replayed_simulation_keeps_the_word(own_window: MainWindow, wait_for: 
     assert window.runs.model.entries[0].verdict.endswith(", REPLAY OF SIMULATED")
     assert window.runs.series.text().endswith(", replay of simulated")
     report_says(window.control.session.path, "REPLAY OF SIMULATED")
+
+
+@pytest.mark.parametrize(
+    ("origin", "badge"),
+    [
+        (RunOrigin("simulated"), "SIMULATED"),
+        (RunOrigin("replay", of_simulated=True), "REPLAY OF SIMULATED"),
+        (RunOrigin("measured", source="NI Dev1"), "NI Dev1"),
+    ],
+)
+def test_a_run_that_was_set_aside_keeps_its_badge_in_the_list(origin: RunOrigin, badge: str) -> None:
+    model, path = RunModel(), Path("run-0001.h5")
+    model.put(RunEntry(path, origin=origin))
+    cell = model.index(0, list(COLUMNS).index("Verdict"))
+    for rejected, words, why in (
+        (BY_OPERATOR, f"set aside, {badge}", "set aside: by the operator"),
+        (reason_of("touched"), f"set aside, {badge}: touched", "set aside: by the operator: touched"),
+        ("no fall", f"set aside, {badge}: no fall", "set aside: no fall"),
+    ):
+        model.put(RunEntry(path, origin=origin, rejected=rejected))
+        assert cell.data() == words
+        assert cell.data(Qt.ItemDataRole.ToolTipRole).splitlines() == [words, why]
+    model.put(RunEntry(path, origin=origin, rejected=""))
+    assert cell.data() == f"not processed, {badge}"
 
 
 def test_a_device_is_called_by_its_name(tmp_path: Path) -> None:

@@ -48,7 +48,7 @@ def test_two_drops_are_recorded_hands_free_and_the_hand_between_them_is_set_asid
     grey = QApplication.palette().brush(QPalette.ColorGroup.Disabled, QPalette.ColorRole.Text)
     assert model.data(model.index(1, 0), Qt.ItemDataRole.ForegroundRole) == grey
     assert model.data(model.index(0, 0), Qt.ItemDataRole.ForegroundRole) is None
-    assert model.entries[1].verdict.startswith("set aside: ")
+    assert model.entries[1].verdict.startswith("set aside, SIMULATED: ")
 
     assert window.health.run.text().startswith("run-0003: ")
     assert "none lost" in window.health.run.text()

@@ -138,6 +138,8 @@ def test_every_column_of_the_runs_can_be_read_on_a_small_screen(small_at_first: 
         assert entry.verdict
         assert needed.height() <= table.rowHeight(row), entry.verdict
         assert needed.width() <= inside.width(), entry.verdict
+    assert entry.verdict == "set aside, SIMULATED"
+    assert needed.height() <= table.fontMetrics().lineSpacing(), "a run that does not count takes one line"
     for column in (one for one in range(last) if not table.isColumnHidden(one)):
         words = (
             *str(model.headerData(column, Qt.Orientation.Horizontal)).splitlines(),

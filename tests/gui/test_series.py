@@ -224,7 +224,7 @@ def test_a_run_is_left_out_with_a_reason_that_window_and_report_know(
     assert session is not None
     assert Session.open(path, write=False).rejected == {"run-0002.h5": f"{BY_OPERATOR}: {said}"}
     entry = window.runs.model.entries[1]
-    assert entry.verdict == f"set aside: by the operator: {said}"
+    assert entry.verdict == f"set aside, SIMULATED: {said}"
     assert (entry.label, window.runs.model.entries[2].label) == ("2", "3"), "it was a drop and keeps its number"
     facts = study_session(session, stored_result)
     assert report_facts([facts], "").findings.sessions[0].series.e == window.series.table.rows.entries[0].found

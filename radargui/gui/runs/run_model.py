@@ -25,7 +25,7 @@ from radargui.model.result import Bounce
 from radargui.model.rounding import UNKNOWN, plain, quantity
 from radargui.model.words import counted, percent, written_time
 from radargui.restitution.series import Series, drop_labels, series_of
-from radargui.session.session import was_drop
+from radargui.session.session import BY_OPERATOR, was_drop
 
 
 @dataclass(frozen=True)
@@ -109,9 +109,12 @@ class RunEntry:
 
     @property
     def verdict(self) -> str:
-        """How good the run is, in words, and where it comes from."""
-        badge = self.origin.badge if self.origin and not self.rejected else ""
-        return ", ".join(filter(None, (self.quality, badge)))
+        """How good the run is, in words, and where it comes from: on one line, so that who set it aside is left out."""
+        badge = self.origin.badge if self.origin else ""
+        if not self.rejected or self.problem:
+            return ", ".join(filter(None, (self.quality, badge)))
+        reason = self.rejected.removeprefix(BY_OPERATOR).removeprefix(": ")
+        return ": ".join(filter(None, (", ".join(filter(None, ("set aside", badge))), reason)))
 
     @property
     def quality(self) -> str:
@@ -282,7 +285,8 @@ class RunModel(RowModel[RunEntry]):
             return f"statistical part of ±: {_STATISTICAL[title](entry.summary, statistical=True)}"
         if role == roles.ToolTipRole and title == "Verdict":
             out = f"not in the statistics: {entry.left_out}" if entry.left_out else ""
-            said = (entry.verdict, out, *entry.warnings, entry.agreement, entry.health)
+            why = entry.quality if entry.rejected else ""
+            said = (entry.verdict, why, out, *entry.warnings, entry.agreement, entry.health)
             return "\n".join(filter(None, said)).replace("<", "‹")
         if role == roles.ToolTipRole and title == "Note":
             return (entry.note or "").replace("<", "‹")

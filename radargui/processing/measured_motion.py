@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
+from radargui.correction.quality import WEAK
 from radargui.geometry.path_length import (
     LEAST_RECEIVERS,
     locate_exact,
@@ -211,12 +212,21 @@ class MeasuredMotion:
         return self.refused(cause, np.array(wrong, dtype=np.bool_) & refused) if any(wrong) else self
 
     def refused(self, finding: Finding, receivers: BoolArray | None = None) -> MeasuredMotion:
-        """Return it with receivers, shape (n_receivers,), rejected by a finding; None: all of them."""
-        finding = replace(finding, severity="refuse")
+        """Return it with receivers, shape (n_receivers,), rejected by a finding; None: all of them.
+
+        A receiver that is hardly heard is rejected for that: whatever else does not fit would need a signal to be told.
+        """
         wrong = np.ones(len(self.corrected.channels), dtype=np.bool_) if receivers is None else receivers
         rows = zip(self.corrected.channels, wrong, strict=True)
-        channels = tuple(replace(own, finding=finding) if is_wrong else own for own, is_wrong in rows)
+        channels = tuple(
+            replace(own, finding=replace(_first_cause(own.finding, finding), severity="refuse")) if is_wrong else own
+            for own, is_wrong in rows
+        )
         return replace(self, corrected=replace(self.corrected, channels=channels))
+
+
+def _first_cause(known: Finding | None, finding: Finding) -> Finding:
+    return known if known is not None and known.code == WEAK else finding
 
 
 def nothing_measured(conditioned: Conditioned, method: str) -> MeasuredMotion:

@@ -9,9 +9,9 @@ from numpy.fft import fft, fftfreq, fftshift
 from numpy.lib.stride_tricks import sliding_window_view
 
 from radargui.acquisition.ring import Ring
-from radargui.conditioning.hum import HARMONICS, MAINS_HZ
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.front_end import with_phase_sign
+from radargui.signals.hum import HARMONICS, MAINS_HZ
 
 _RATE_OF_BAND = 4
 """Samples per second kept for each hertz of half the band: the filter may fall over as much as the band is wide."""

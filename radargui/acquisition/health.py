@@ -10,10 +10,10 @@ from radargui.acquisition.ring import Ring
 from radargui.acquisition.run_output import LOW_S, Level, levels
 from radargui.acquisition.run_plan import AcquisitionState, Ending
 from radargui.acquisition.stream import Peaks, Stream
-from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
 from radargui.model.errors import RadarGuiError
 from radargui.model.recording import Digitisation
 from radargui.model.words import percent
+from radargui.signals.noise import LEAST_SAMPLES, white_noise_v
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,13 +16,9 @@ from radargui.calibration import unknowns as named
 from radargui.calibration.known_path import KnownMotion, Trajectory
 from radargui.calibration.likelihood import Measured, MotionModel
 from radargui.calibration.unknowns import Unknown
-from radargui.conditioning.condition import condition
-from radargui.conditioning.conditioned import Conditioned
-from radargui.conditioning.stretch import NoMotion
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import adaptive_rounds
 from radargui.estimation.forward.bins import BinnedData, Multiplexer, bin_by_fringe, pool
-from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
 from radargui.estimation.forward.parameters import ReceiverConstants
 from radargui.estimation.forward.slow_noise import measure_drift
 from radargui.estimation.forward.sphere import polarised_sphere
@@ -30,7 +26,6 @@ from radargui.estimation.motion_estimate import MotionEstimate
 from radargui.estimation.signals import ScaledSignals, scaled_signals
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.problem import Start
-from radargui.geometry.path_length import LEAST_RECEIVERS, path_lengths, place_antennas
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError, worded
 from radargui.model.gravity import drag_of_sphere, expected_gravity_m_s2
@@ -38,6 +33,11 @@ from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.motion.flights import Flights
 from radargui.motion.impacts import find_track_impacts
+from radargui.physics.mirrors import FLOOR, MirrorPlane
+from radargui.physics.path_length import LEAST_RECEIVERS, path_lengths, place_antennas
+from radargui.signals.condition import condition
+from radargui.signals.conditioned import Conditioned
+from radargui.signals.stretch import NoMotion
 
 LEAST_FLIGHT_S, MOST_FLIGHTS = 0.08, 4
 """Flights that are used: shorter ones say little of gravity, later ones no more than the first."""

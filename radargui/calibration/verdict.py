@@ -13,10 +13,10 @@ from numpy.lib.stride_tricks import sliding_window_view
 from radargui.calibration.fit import MOST_STEPS, Fit, crew, fit
 from radargui.calibration.likelihood import Likelihood, PathLikelihood, own_values
 from radargui.calibration.unknowns import Unknown, setup_with
-from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.setup import Setup
+from radargui.physics.path_length import path_lengths, place_antennas
 
 UNTOLD = 0.5
 """A combination is not told whose variance is more than this share of what the setup left."""

@@ -12,7 +12,6 @@ import numpy as np
 from radargui.calibration.fit import Fit, Settled, crew, settling
 from radargui.calibration.likelihood import Likelihood
 from radargui.calibration.signal_likelihood import SignalLikelihood
-from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.select.wall_grid import (
     WALLS,
     DirectWave,
@@ -29,6 +28,7 @@ from radargui.estimation.solve.changed_problem import carried_places
 from radargui.estimation.solve.lobe_prior import main_lobes
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError
+from radargui.physics.mirrors import MirrorPlane
 
 MOST_WALLS = 2
 """As many as are sought; what is left is the maps'."""

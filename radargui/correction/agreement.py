@@ -11,7 +11,7 @@ from radargui.model.arrays import BoolArray, FloatArray, runs_of
 
 if TYPE_CHECKING:
     # loads what only one or two receivers need
-    from radargui.conditioning.echo import Echo
+    from radargui.signals.echo import Echo
 
 
 @dataclass(frozen=True, slots=True)

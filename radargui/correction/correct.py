@@ -9,8 +9,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from radargui.conditioning.conditioned import Conditioned
-from radargui.conditioning.ellipse import Ellipse, fit_ellipse, no_ellipse
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.published import PublishedSteps, correct_published
 from radargui.correction.quality import PHASE_OVER_ROUNDNESS, assess, circularity
@@ -20,6 +18,8 @@ from radargui.model.errors import ProcessingError
 from radargui.model.finding import why_of
 from radargui.model.plugins import load_plugin
 from radargui.model.result import CorrectedIQ, Segment
+from radargui.signals.conditioned import Conditioned
+from radargui.signals.ellipse import Ellipse, fit_ellipse, no_ellipse
 
 LEAST_ARC_RAD = np.pi
 ARC_TURNS = 1.2

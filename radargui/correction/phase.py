@@ -16,7 +16,7 @@ from radargui.model.arrays import BoolArray, FloatArray, IntArray, runs_of
 
 if TYPE_CHECKING:
     # loads what only one or two receivers need
-    from radargui.conditioning.echo import Echo
+    from radargui.signals.echo import Echo
 
 
 def wrapped_phase(i: FloatArray, q: FloatArray) -> FloatArray:

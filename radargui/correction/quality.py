@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from radargui.conditioning.averager import block_means
 from radargui.model.arrays import BoolArray, FloatArray, median, savitzky_golay
 from radargui.model.channel_quality import ChannelQuality
 from radargui.model.finding import Finding, refuse, warn
+from radargui.signals.averager import block_means
 
 
 @dataclass(frozen=True, slots=True)

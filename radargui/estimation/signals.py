@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.conditioning.conditioned import Conditioned
-from radargui.conditioning.doppler import Doppler
-from radargui.conditioning.spectral_front_end import front_end_of
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.finding import error_of
 from radargui.model.front_end import FrontEnd, noise_across, point_of, with_phase_sign
+from radargui.physics.path_length import LEAST_RECEIVERS
+from radargui.signals.conditioned import Conditioned
+from radargui.signals.doppler import Doppler
+from radargui.signals.spectral_front_end import front_end_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.live.track import LiveTrack
 from radargui.model.result import Bounce, PathLengths, Segment, Track
 from radargui.model.setup import Setup
+from radargui.physics.path_length import LEAST_RECEIVERS
 from radargui.processing.impacts_of_track import impacts_of_track
 
 FLOWN_S = 0.1

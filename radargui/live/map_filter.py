@@ -10,11 +10,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from radargui.conditioning.ellipse import Ellipse, fit_ellipse
 from radargui.live.rest_statistics import QUIET_PERCENTILE
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.errors import ProcessingError
 from radargui.model.front_end import point_of, slopes_of_point
+from radargui.signals.ellipse import Ellipse, fit_ellipse
 
 START_FRINGES = 1.5
 """Before the first ellipse (decision 11): in less, offset and amplitude are not told apart. Chosen by hand."""
@@ -23,7 +23,7 @@ LEAST_START_SAMPLES = 12  # an ellipse has five unknowns: twice as many, and two
 WORST_START = 0.25
 """Standard deviation of the radius about the first ellipse, in amplitudes, beyond which it is none."""
 MOST_GAIN, MOST_ERROR_RAD = 1.7, np.radians(35.0)
-"""No mixer is worse (`conditioning.receiver_check`): an ellipse that says so goes through an arc and what disturbs."""
+"""No mixer is worse (`signals.receiver_check`): an ellipse that says so goes through an arc and what disturbs."""
 START_ROUNDS = 3
 """The filter goes so often over the first fringes, each time linearised anew (decision 11). Chosen by hand."""
 

@@ -11,13 +11,6 @@ from enum import Enum
 
 import numpy as np
 
-from radargui.conditioning.fall import vertical_motion
-from radargui.conditioning.fall_signs import FallRule
-from radargui.conditioning.hum import Hum, find_hum
-from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
-from radargui.conditioning.receiver_check import same_channels
-from radargui.geometry.path_length import LEAST_RECEIVERS, locate_exact, place_antennas
-from radargui.geometry.scattering import path_delay
 from radargui.live.map_filter import LATE_S, MapFilter, SlowMotion
 from radargui.live.rest_statistics import FALLEN_M, Release
 from radargui.live.samples import LiveSamples, Means
@@ -28,6 +21,13 @@ from radargui.model.gravity import fall_time_s
 from radargui.model.radar import Radar
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
+from radargui.physics.path_length import LEAST_RECEIVERS, locate_exact, place_antennas
+from radargui.physics.scattering import path_delay
+from radargui.signals.fall import vertical_motion
+from radargui.signals.fall_signs import FallRule
+from radargui.signals.hum import Hum, find_hum
+from radargui.signals.noise import LEAST_SAMPLES, white_noise_v
+from radargui.signals.receiver_check import same_channels
 
 WORST_MISFIT = 0.35
 """In amplitudes, over the last fringes: in 150 motions of the laboratory paths below were wrong by a sixth of a fringe

@@ -10,9 +10,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from radargui.conditioning.hum import Hum, find_hum
-from radargui.conditioning.segment import sliding_variance
 from radargui.model.arrays import FloatArray
+from radargui.signals.hum import Hum, find_hum
+from radargui.signals.segment import sliding_variance
 
 FALLEN_M = 0.05
 """Farther from where it rested than this, it has left that place. By hand."""

@@ -12,8 +12,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.conditioning.averager import Averager, held
-from radargui.conditioning.fall import (
+from radargui.live.rest_statistics import HUMS, QUIET_PERCENTILE, TOGETHER, Quiet
+from radargui.model.arrays import FloatArray, RawArray
+from radargui.model.front_end import with_phase_sign
+from radargui.model.gravity import expected_gravity_m_s2, fall_time_s
+from radargui.model.recording import Digitisation
+from radargui.model.setup import Setup
+from radargui.signals.averager import Averager, held
+from radargui.signals.fall import (
     ACCELERATION,
     RATE_HZ,
     least_speed_m_s,
@@ -23,14 +29,8 @@ from radargui.conditioning.fall import (
     vertical_motion,
     window_of,
 )
-from radargui.conditioning.noise import white_noise_v
-from radargui.conditioning.segment import block_size, window_blocks
-from radargui.live.rest_statistics import HUMS, QUIET_PERCENTILE, TOGETHER, Quiet
-from radargui.model.arrays import FloatArray, RawArray
-from radargui.model.front_end import with_phase_sign
-from radargui.model.gravity import expected_gravity_m_s2, fall_time_s
-from radargui.model.recording import Digitisation
-from radargui.model.setup import Setup
+from radargui.signals.noise import white_noise_v
+from radargui.signals.segment import block_size, window_blocks
 
 LEARNING_S = 0.1
 """Quiet needed before the trigger can tell motion from rest."""

@@ -14,20 +14,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.quality import LIMITS
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import AdaptiveRounds, adaptive_rounds
 from radargui.estimation.hardware import disagreement, knows_more
 from radargui.estimation.joint import JointEstimate, estimate_joint, with_setup_known
 from radargui.estimation.motion_estimate import MotionEstimate
-from radargui.estimation.readout.kinematics import kinematics
-from radargui.estimation.readout.unexplained import Residuals, UnexplainedError, unexplained_stretches
+from radargui.estimation.posterior.kinematics import kinematics
+from radargui.estimation.posterior.unexplained import Residuals, UnexplainedError, unexplained_stretches
 from radargui.estimation.select.budget import LooseMapsError, NoSingleBodyError
 from radargui.estimation.select.fall import FoundFall
 from radargui.estimation.solve.minimise import log_evidence
-from radargui.geometry.path_length import LEAST_RECEIVERS
-from radargui.geometry.scattering import is_delayed
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
 from radargui.model.assumed import DIAMETER
 from radargui.model.errors import ProcessingError, SolveError
@@ -39,6 +36,8 @@ from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior, bumped
 from radargui.model.setup_posterior import SetupPosterior
 from radargui.model.uncertainty_budget import InputChange
+from radargui.physics.path_length import LEAST_RECEIVERS
+from radargui.physics.scattering import is_delayed
 from radargui.processing.by_flights import MOST_PULL, MeasuredDrop
 from radargui.processing.checks.estimate import doubt, is_blamed, is_fringe_sure, is_unknown
 from radargui.processing.continuity import checked, measure_in_band
@@ -57,6 +56,7 @@ from radargui.restitution.input_changes import SetupResponses, joint_changes, se
 from radargui.restitution.joint_bounces import joint_bounces
 from radargui.restitution.settings import TRACKS
 from radargui.restitution.setup_outlier import wrong_value
+from radargui.signals.conditioned import Conditioned
 
 _FALL_MARGIN = 0.1  # of the fall left out at both ends
 NO_SINGLE_BODY = refuse("no_single_body")

@@ -7,25 +7,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.conditioning.conditioned import Conditioned
 from radargui.estimation.flights.estimate import DropEstimate, estimate_drop
 from radargui.estimation.flights.other_diameter import OtherDiameter, other_diameter
 from radargui.estimation.flights.readout import drop_kinematics, drop_motion, place_changes
 from radargui.estimation.flights.start import START, DropStart
 from radargui.estimation.hardware import as_prior
-from radargui.estimation.readout.unexplained import Residuals, unexplained_stretches
+from radargui.estimation.posterior.unexplained import Residuals, unexplained_stretches
 from radargui.estimation.signals import ScaledSignals, remaining, scaled_signals
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.assumed import DIAMETER
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.finding import Finding, error_of, refuse, warn
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.result import whole_milliseconds
 from radargui.model.setup import Setup
+from radargui.physics.path_length import LEAST_RECEIVERS
 from radargui.processing.checks.estimate import gained_by_polarization, is_blamed
 from radargui.processing.measured_motion import MeasuredMotion, corrected_of, paths_of, track_of
 from radargui.restitution.drop_bounces import drop_bounces, drop_changes
 from radargui.restitution.setup_outlier import wrong_value
+from radargui.signals.conditioned import Conditioned
 
 MOST_CHI_SQUARE = 2.0
 """Of residuals averaged over 5 ms: above it more than noise is left, and uncertainties that are widened by it are a

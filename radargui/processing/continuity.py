@@ -12,26 +12,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radargui.conditioning.conditioned import Conditioned
-from radargui.conditioning.doppler import Doppler
-from radargui.conditioning.follows import ALONE, TOGETHER, follows, missed_frames
-from radargui.conditioning.segment import without_blips
-from radargui.conditioning.whole_turn import is_whole_circle
 from radargui.correction.agreement import lasting, strays
 from radargui.correction.phase import join_pieces
 from radargui.correction.quality import PHASE_OVER_ROUNDNESS, assess
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray, IntArray, median
 from radargui.model.channel_quality import ChannelQuality
 from radargui.model.errors import ProcessingError
 from radargui.model.finding import refuse, warn
 from radargui.model.front_end import FrontEnd
 from radargui.model.result import CorrectedIQ, PathLengths, Track
+from radargui.physics.path_length import LEAST_RECEIVERS
 from radargui.processing.measured_motion import MeasuredMotion
+from radargui.signals.conditioned import Conditioned
+from radargui.signals.doppler import Doppler
+from radargui.signals.follows import ALONE, TOGETHER, follows, missed_frames
+from radargui.signals.segment import without_blips
+from radargui.signals.whole_turn import is_whole_circle
 
 if TYPE_CHECKING:
     # loads what only one or two receivers need
-    from radargui.conditioning.echo import Echo
+    from radargui.signals.echo import Echo
 
 JUMP_S = 0.005
 """Around a jump of a path in which nothing is known: half the block in which the phase's roughness is measured."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from radargui.geometry.path_length import LEAST_RECEIVERS, path_lengths, place_antennas, range_factor
 from radargui.model.arrays import FloatArray
 from radargui.model.result import Bounces, PathLengths, Segment
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
+from radargui.physics.path_length import LEAST_RECEIVERS, path_lengths, place_antennas, range_factor
 from radargui.processing.measured_motion import locate
 from radargui.processing.uncertainty_budget import changes_of_track, with_budget
 from radargui.restitution.bounces import FlownTrack

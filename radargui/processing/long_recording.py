@@ -4,13 +4,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from radargui.conditioning.long_motion import find_long_motion
 from radargui.files.reading import read_recording
 from radargui.files.run_file import RunStream, read_run, run_stream
 from radargui.files.run_layout import PIECE, SUFFIX
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import FileError
 from radargui.model.recording import Excerpt, Recording, as_excerpt
+from radargui.signals.long_motion import find_long_motion
 
 LONG_SAMPLES = 1 << 22
 """A recording with more samples a channel (126 s at 33.3 kS/s) is long."""

@@ -14,11 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radargui.conditioning.condition import condition
-from radargui.conditioning.conditioned import Conditioned
-from radargui.conditioning.stretch import NoMotion
 from radargui.correction.correct import correct
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import FloatArray
 from radargui.model.channel_quality import unexplained_of
 from radargui.model.cores import one_blas_thread
@@ -31,6 +27,7 @@ from radargui.model.result import CorrectedIQ, PathLengths, Quality, RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior
 from radargui.model.uncertainty_budget import BudgetLine
+from radargui.physics.path_length import LEAST_RECEIVERS
 from radargui.processing.checks.evidence import Evidence, Part
 from radargui.processing.checks.receivers import wired_wrongly
 from radargui.processing.checks.run import findings_before, findings_of
@@ -41,6 +38,9 @@ from radargui.processing.measured_motion import MeasuredMotion, Progress, Report
 from radargui.processing.whole import Whole
 from radargui.restitution.cross_check import found_tilt, walls_met
 from radargui.restitution.impact_plane import judged_by_floor
+from radargui.signals.condition import condition
+from radargui.signals.conditioned import Conditioned
+from radargui.signals.stretch import NoMotion
 
 if TYPE_CHECKING:
     # only who asks for flights pays for loading them

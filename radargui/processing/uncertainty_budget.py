@@ -8,16 +8,6 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
-from radargui.conditioning.averager import block_means
-from radargui.geometry.path_length import (
-    LEAST_RECEIVERS,
-    distance,
-    path_gradient,
-    place_antennas,
-    solve_gradient,
-    t_matrix,
-)
-from radargui.geometry.scattering import scattering_delay_m, supposed_delays_m
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import (
     OF_SPHERE,
@@ -31,9 +21,19 @@ from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.setup_posterior import unknown_inputs
 from radargui.model.uncertainty_budget import BudgetLine, InputChange, UncertaintyBudget
+from radargui.physics.path_length import (
+    LEAST_RECEIVERS,
+    distance,
+    path_gradient,
+    place_antennas,
+    solve_gradient,
+    t_matrix,
+)
+from radargui.physics.scattering import scattering_delay_m, supposed_delays_m
 from radargui.processing.measured_motion import place_at
 from radargui.restitution.bounces import FlownTrack
 from radargui.restitution.track_response import tilt_and_clock
+from radargui.signals.averager import block_means
 
 POINTS, LONGEST_S = 500, 0.002
 """Means of the motion at which its shifts are given, at the least, and how long one may be: a flight of 12 ms, and the

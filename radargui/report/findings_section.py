@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from radargui.geometry.path_length import LEAST_RECEIVERS, condition_number, place_antennas, t_matrix
 from radargui.model.calibrated_setup import (
     CORRELATED,
     calibration_words,
@@ -26,6 +25,7 @@ from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import SHARES, BudgetLine, variance_shares
 from radargui.model.words import percent, sentence
+from radargui.physics.path_length import LEAST_RECEIVERS, condition_number, place_antennas, t_matrix
 from radargui.report.content import Chapter, Content, Facts, Grid, MainResult, Note, Picture, Plots
 from radargui.report.facts import ReportFacts, RunProvenance, SessionFacts, dependences_on, fit_cells, session_cells
 from radargui.report.numbers import bibtex, methods

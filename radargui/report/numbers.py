@@ -11,10 +11,10 @@ from pathlib import Path
 
 from radargui import __version__
 from radargui.files.access import write_whole
-from radargui.geometry.path_length import LEAST_RECEIVERS, condition_number, place_antennas, t_matrix
 from radargui.model.recording import Gap
 from radargui.model.result import Bounce
 from radargui.model.rounding import alone, concise, plain
+from radargui.physics.path_length import LEAST_RECEIVERS, condition_number, place_antennas, t_matrix
 from radargui.report.content import templates
 from radargui.report.facts import Provenance, ReportFacts, SessionFacts, fit_cells, session_cells
 from radargui.report.run_facts import RunFacts

@@ -15,12 +15,12 @@ from pydantic_core import to_jsonable_python
 from radargui import __version__
 from radargui.files.access import write_whole
 from radargui.files.fixed_point import Column, lines
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray
 from radargui.model.recording import channel_skew
 from radargui.model.result import FreeFall, RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_posterior import SetupValue
+from radargui.physics.path_length import LEAST_RECEIVERS
 from radargui.restitution.site_gravity import SiteCheck, site_check
 
 _PIECE = 1 << 18

@@ -10,8 +10,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.conditioning.averager import block_means
-from radargui.geometry.setup_unknowns import SetupUnknowns
 from radargui.model.arrays import BoolArray, FloatArray, median, robust_sd
 from radargui.model.finding import Finding
 from radargui.model.gravity import expected_gravity_m_s2
@@ -20,6 +18,7 @@ from radargui.model.setup import Setup
 from radargui.model.setup_posterior import SetupPosterior
 from radargui.motion.flights import Flights
 from radargui.motion.impacts import THIRD_DIFFERENCE_GAIN
+from radargui.physics.setup_unknowns import SetupUnknowns
 from radargui.restitution.cross_check import OF_PATHS, cross_check, without_checks_by_walls
 from radargui.restitution.drop_bounces import bounce_at, fall_of, normal_of_velocities
 from radargui.restitution.floor_normal import FloorNormal
@@ -29,6 +28,7 @@ from radargui.restitution.setup_chi_square import SetupChiSquare
 from radargui.restitution.setup_outlier import setup_outlier
 from radargui.restitution.track_flights import TrackFlights, find_track_flights
 from radargui.restitution.walls_of_track import walls_of_flights
+from radargui.signals.averager import block_means
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotrs
 
-from radargui.estimation.readout.flight_information import MotionInformation
-from radargui.estimation.readout.input_response import InputResponse
-from radargui.estimation.readout.motion_posterior import MotionPosterior
+from radargui.estimation.posterior.flight_information import MotionInformation
+from radargui.estimation.posterior.input_response import InputResponse
+from radargui.estimation.posterior.motion_posterior import MotionPosterior
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
 from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns, UnknownLayout, impact_rows

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.estimation.joint import JointEstimate
-from radargui.estimation.readout.input_response import InputResponse, moved_inputs, possible_spheres
+from radargui.estimation.posterior.input_response import InputResponse, moved_inputs, possible_spheres
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import CLOCK, OF_SPHERE, TILT, uncertain_inputs, usual_u
 from radargui.model.finding import Finding, warn

@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from radargui.estimation.joint import JointEstimate
-from radargui.estimation.readout.free_motion import FreeMotion
-from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
+from radargui.estimation.posterior.free_motion import FreeMotion
+from radargui.estimation.posterior.motion_posterior import AlternativeMotion, MotionPosterior
 from radargui.model.arrays import BoolArray, FloatArray, runs_of
 from radargui.model.result import Bounce, Bounces, FreeFall
 from radargui.model.setup import Setup

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.estimation.readout.motion_posterior import MotionPosterior
-from radargui.estimation.readout.unfollowed import lands_after_s, unfollowed_m_s
+from radargui.estimation.posterior.motion_posterior import MotionPosterior
+from radargui.estimation.posterior.unfollowed import lands_after_s, unfollowed_m_s
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.result import Bounce, VelocitiesAtImpacts
 from radargui.restitution.flight_fit import FlightFit, break_velocities

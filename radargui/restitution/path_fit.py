@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.geometry.path_length import locate_exact, path_gradient, path_lengths, place_antennas
-from radargui.geometry.setup_unknowns import SetupUnknowns
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.setup import Setup
 from radargui.model.setup_posterior import SetupLikelihood, SetupPosterior
 from radargui.motion.flights import FlightLayout, Flights
+from radargui.physics.path_length import locate_exact, path_gradient, path_lengths, place_antennas
+from radargui.physics.setup_unknowns import SetupUnknowns
 from radargui.restitution.settings import PATHS
 from radargui.restitution.stretches import Stretches
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.estimation.readout.motion_posterior import MotionPosterior
+from radargui.estimation.posterior.motion_posterior import MotionPosterior
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.restitution.flight_fit import FlightFit, FlightInputs
 

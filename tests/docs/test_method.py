@@ -14,7 +14,7 @@ PACKAGE = ROOT / "radargui"
 TEXT = (ROOT / "docs" / "method.md").read_text(encoding="utf-8")
 SYMBOLS = (ROOT / "docs" / "symbols.md").read_text(encoding="utf-8")
 MOST_WORDS = 7000
-ESTIMATION = ("adaptive/", "forward/", "solve/", "select/", "readout/")
+ESTIMATION = ("adaptive/", "forward/", "solve/", "select/", "posterior/")
 SECTIONS = {int(one): text for one, text in re.findall(r"^## (\d) (.*?)(?=^## |\Z)", TEXT, re.MULTILINE | re.DOTALL)}
 
 

@@ -12,12 +12,12 @@ from benchmarks.world.mirror import Conductor
 from benchmarks.world.room import Room
 from benchmarks.world.sphere import Sphere
 
-from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
 from radargui.estimation.forward.parameters import Sizes, make_layout
 from radargui.estimation.forward.signal_model import ModelInputs, shown, waves_at
 from radargui.estimation.forward.sphere import PolarisedSphere
-from radargui.geometry.path_length import Antennas, range_factor
 from radargui.model.scattering import mie_sphere, transmitted_direction, transverse_axes
+from radargui.physics.mirrors import FLOOR, MirrorPlane
+from radargui.physics.path_length import Antennas, range_factor
 
 WAVENUMBER_RAD_M = 2.0 * np.pi * 10e9 / 299_792_458.0
 RADIUS_M, REFLECTION, ANGLES_RAD = 0.006, 0.8 * np.exp(0.3j), (0.3, 0.8)

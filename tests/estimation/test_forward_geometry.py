@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from support.small_problem import ANTENNAS, FLOOR_PLANE, RELEASE_M, WALL_PLANE
 
-from radargui.estimation.forward.mirrors import MirrorPlane, turned
 from radargui.estimation.forward.position_map import MapSettings, make_basis
-from radargui.geometry.path_length import range_factor
+from radargui.physics.mirrors import MirrorPlane, turned
+from radargui.physics.path_length import range_factor
 
 UNKNOWN = np.array([0.02, -0.015, 0.006])
 

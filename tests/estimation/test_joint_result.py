@@ -9,7 +9,7 @@ import pytest
 from support.small_problem import START_S, small_problem
 
 from radargui.estimation.joint import JointEstimate, estimate_of_model
-from radargui.estimation.readout.samples import AtSamples
+from radargui.estimation.posterior.samples import AtSamples
 from radargui.estimation.select.chosen_model import Alternative, ChosenModel
 from radargui.estimation.signals import ScaledSignals
 from radargui.estimation.solve.minimise import Solution, minimise

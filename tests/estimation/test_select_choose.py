@@ -20,17 +20,17 @@ from support.small_problem import (
     small_problem,
 )
 
-from radargui.conditioning.ellipse import Ellipse
 from radargui.estimation.adaptive.rounds import first_round, next_round, still_round
-from radargui.estimation.forward.mirrors import has_floor
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select.budget import NoSingleBodyError
 from radargui.estimation.select.choose import ChoiceSettings, choose_model
 from radargui.estimation.select.chosen_model import ChosenModel
 from radargui.estimation.solve.minimise import log_evidence
-from radargui.geometry.path_length import path_lengths
 from radargui.model.errors import SolveError
+from radargui.physics.mirrors import has_floor
+from radargui.physics.path_length import path_lengths
+from radargui.signals.ellipse import Ellipse
 
 UP = np.array([0.0, 0.0, 1.0])
 

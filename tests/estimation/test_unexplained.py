@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.small_problem import small_problem
 
-from radargui.estimation.readout.unexplained import Residuals, StretchSettings, unexplained_stretches
+from radargui.estimation.posterior.unexplained import Residuals, StretchSettings, unexplained_stretches
 from radargui.estimation.solve.minimise import Solution, chi_square, minimise
 from radargui.estimation.solve.problem import Start
 from radargui.model.channel_quality import unexplained_of

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.words import words
 
-from radargui.estimation.readout.input_response import possible_spheres
+from radargui.estimation.posterior.input_response import possible_spheres
 from radargui.model.assumed import CLOCK, DIAMETER, TILT, uncertain_inputs
 from radargui.model.finding import warn
 from radargui.model.resources import default_setup_path

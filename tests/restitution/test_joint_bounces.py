@@ -18,7 +18,7 @@ from support.simulated_recording import simulate_recording
 from threadpoolctl import threadpool_limits
 
 from radargui.estimation.joint import JointEstimate
-from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
+from radargui.estimation.posterior.motion_posterior import AlternativeMotion, MotionPosterior
 from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.minimise import MinimiseSettings, minimise, solved_at
 from radargui.estimation.solve.problem import Start, State

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from radargui.conditioning.ellipse import Ellipse
 from radargui.estimation.adaptive.circle_fit import CircleData
 from radargui.estimation.forward.bins import BinnedData, Bins
 from radargui.estimation.forward.position_map import PositionBasis
-from radargui.geometry.path_length import LEAST_RECEIVERS, Antennas, locate_exact, range_factor
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
 from radargui.model.front_end import channels_of
+from radargui.physics.path_length import LEAST_RECEIVERS, Antennas, locate_exact, range_factor
+from radargui.signals.ellipse import Ellipse
 
 _MOST_TURN_RAD = 0.3  # of half a bin: 1/24 fringe turns 0.13; more is a phase that slipped
 

@@ -8,11 +8,11 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg.lapack import dposv, dpotrf, dpotri
 
-from radargui.conditioning.ellipse import Ellipse
 from radargui.estimation.adaptive.circle_layout import CIRCLE, CircleLayout, CircleSettings
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
 from radargui.model.front_end import point_of, slopes_of_point
+from radargui.signals.ellipse import Ellipse
 
 
 @dataclass(frozen=True, slots=True)

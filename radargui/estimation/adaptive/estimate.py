@@ -8,8 +8,8 @@ from radargui.estimation.adaptive.found import AdaptiveRounds
 from radargui.estimation.adaptive.samples import circles_at_samples
 from radargui.estimation.motion_estimate import MotionEstimate, channel_qualities
 from radargui.estimation.signals import composed
-from radargui.geometry.path_length import LEAST_RECEIVERS, locate_exact, position_uncertainty
 from radargui.model.front_end import FrontEnd
+from radargui.physics.path_length import LEAST_RECEIVERS, locate_exact, position_uncertainty
 
 
 def estimate_adaptive(found: AdaptiveRounds) -> MotionEstimate:

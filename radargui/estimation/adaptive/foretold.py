@@ -10,8 +10,8 @@ from radargui.estimation.adaptive.circle_data import averaging_loss, unit_phasor
 from radargui.estimation.adaptive.circle_layout import CircleLayout
 from radargui.estimation.adaptive.rounds import Round, located
 from radargui.estimation.forward.bins import BinnedData
-from radargui.geometry.path_length import locate_falling, path_lengths, range_factor
 from radargui.model.arrays import FloatArray
+from radargui.physics.path_length import locate_falling, path_lengths, range_factor
 
 
 def foretold_round(binned: BinnedData, one: Round, normal: FloatArray) -> Round:

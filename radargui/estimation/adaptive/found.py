@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.conditioning.conditioned import Conditioned
 from radargui.estimation.adaptive.foretold import foretold_round, unwound_round
 from radargui.estimation.adaptive.rough import RoughPhases, rough_phases
 from radargui.estimation.adaptive.rounds import (
@@ -24,10 +23,11 @@ from radargui.estimation.adaptive.rounds import (
 )
 from radargui.estimation.forward.bins import BinnedData, bin_by_fringe
 from radargui.estimation.signals import ScaledSignals, scaled_signals
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import FloatArray, robust_sd
 from radargui.model.setup import Setup
 from radargui.motion.impacts import find_impacts, find_stops, find_turns
+from radargui.physics.path_length import LEAST_RECEIVERS
+from radargui.signals.conditioned import Conditioned
 
 
 @dataclass(frozen=True, slots=True)

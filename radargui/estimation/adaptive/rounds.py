@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.conditioning.ellipse import Ellipse
 from radargui.correction.phase import unwrapped
 from radargui.estimation.adaptive.circle_data import at_one_time, circle_data, map_places
 from radargui.estimation.adaptive.circle_fit import CircleData, CircleFit, fit_circle
@@ -15,6 +14,7 @@ from radargui.estimation.forward.bins import BinnedData, Bins
 from radargui.estimation.forward.parameters import ReceiverConstants
 from radargui.estimation.forward.position_map import PositionBasis, make_basis
 from radargui.model.arrays import BoolArray, FloatArray, pairs_of
+from radargui.signals.ellipse import Ellipse
 
 
 @dataclass(frozen=True, slots=True)

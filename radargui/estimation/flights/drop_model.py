@@ -17,7 +17,6 @@ from radargui.estimation.flights.linear_part import LinearPart
 from radargui.estimation.flights.setup_unknowns import StatedSetup
 from radargui.estimation.flights.stated_plate import stated_floor
 from radargui.estimation.forward.bins import Bins, Multiplexer
-from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.parameters import Layout
 from radargui.estimation.forward.signal_model import (
     EVERY,
@@ -33,6 +32,7 @@ from radargui.estimation.forward.signal_slopes import receiver_slopes, setup_slo
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
 from radargui.motion.flights import Flights
+from radargui.physics.mirrors import MirrorPlane
 
 REBOUND_M_S, IMPACT_S = 3.0, 0.05
 """Prior deviations of each component after an impact, and of its time, against where a start found them."""

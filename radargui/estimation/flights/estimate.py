@@ -26,12 +26,12 @@ from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere
 from radargui.estimation.forward.stated_floor import begun_as_stated
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.signals import ScaledSignals, is_far
-from radargui.geometry.path_length import path_gradient
-from radargui.geometry.plate import Plate, changes_faster
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.finding import Finding, refuse
 from radargui.model.setup import Setup
 from radargui.motion.flights import Flights
+from radargui.physics.path_length import path_gradient
+from radargui.physics.plate import Plate, changes_faster
 
 
 @dataclass(frozen=True, slots=True)

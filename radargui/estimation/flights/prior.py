@@ -11,18 +11,18 @@ from radargui.estimation.flights.drop_model import DropModel, Parts
 from radargui.estimation.flights.linear_part import LinearPart
 from radargui.estimation.flights.setup_unknowns import StatedSetup
 from radargui.estimation.forward.bins import Bins, Multiplexer
-from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
 from radargui.estimation.forward.parameters import Sizes, make_layout
 from radargui.estimation.forward.signal_model import ModelInputs
 from radargui.estimation.forward.sphere import EXCHANGE, U_EXCHANGE, PolarisedSphere
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.signals import ScaledSignals
-from radargui.geometry.plate import StatedSurface
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import CLOCK, uncertain_inputs
 from radargui.model.gravity import drag_of_sphere, expected_gravity
 from radargui.model.setup import Setup
 from radargui.motion.flights import FlightLayout
+from radargui.physics.mirrors import FLOOR, MirrorPlane
+from radargui.physics.plate import StatedSurface
 
 
 @dataclass(frozen=True, slots=True)

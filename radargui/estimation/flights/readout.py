@@ -11,11 +11,11 @@ from radargui.estimation.flights.estimate import DropEstimate
 from radargui.estimation.forward.signal_model import shown, turn_of
 from radargui.estimation.motion_estimate import MotionEstimate, channel_qualities
 from radargui.estimation.signals import ScaledSignals, composed
-from radargui.geometry.path_length import path_gradient, path_lengths
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.front_end import FrontEnd, point_of
 from radargui.model.result import Kinematics
 from radargui.motion.flights import Flights
+from radargui.physics.path_length import path_gradient, path_lengths
 
 INSTANTS = 400
 """At which uncertainties are computed: between them they lie on straight lines."""

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.estimation.forward.mirrors import MirrorPlane, has_floor
 from radargui.estimation.forward.parameters import N_LOBE
 from radargui.model.arrays import FloatArray
+from radargui.physics.mirrors import MirrorPlane, has_floor
 
 LOBE_UNITS = np.array([0.3, 0.1, 0.1])  # m, 1, 1: in which functions of a lobe count, so that their factors are alike
 _MOST_LOBE = 10.0  # a reflection that changes e^10-fold is none, and a mirror that hardly reflects does not tell it

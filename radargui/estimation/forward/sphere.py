@@ -7,9 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.estimation.forward.mirrors import MirrorPlane, has_floor
-from radargui.geometry.path_length import Antennas
-from radargui.geometry.plate import exchanged_signals
 from radargui.model.arrays import ComplexArray, FloatArray, IntArray
 from radargui.model.assumed import SUPPOSED_POLARIZATIONS_DEG, uncertain_inputs
 from radargui.model.scattering import (
@@ -21,6 +18,9 @@ from radargui.model.scattering import (
     unit_vectors,
 )
 from radargui.model.setup import Setup
+from radargui.physics.mirrors import MirrorPlane, has_floor
+from radargui.physics.path_length import Antennas
+from radargui.physics.plate import exchanged_signals
 
 _STEP = 1e-4  # rad and m, of a mirror: differences are off by as much of what M is curved by
 _SHIFT = 2  # place of a plane's shift among its unknowns

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.estimation.forward.lobes import LOBE_UNITS, axis_of
-from radargui.estimation.forward.mirrors import MirrorPlane, has_floor
 from radargui.estimation.forward.parameters import Layout
 from radargui.estimation.forward.signal_model import ModelInputs
-from radargui.geometry.plate import StatedSurface
 from radargui.model.arrays import ComplexArray, FloatArray
+from radargui.physics.mirrors import MirrorPlane, has_floor
+from radargui.physics.plate import StatedSurface
 
 U_WAY = 0.1
 """Of what comes over a floor, as a share: an antenna that points some degrees beside the centre changes its size, a

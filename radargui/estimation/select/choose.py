@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.estimation.adaptive.found import AdaptiveRounds
-from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane, has_floor, walls_of
 from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.forward.slow_noise import Drift, strongest
 from radargui.estimation.hardware import LogFrontEnd
@@ -36,6 +35,7 @@ from radargui.estimation.solve.initial_problem import first_motion, initial_prob
 from radargui.estimation.solve.minimise import Solution, chi_square, log_evidence, solved_at
 from radargui.estimation.solve.problem import Start
 from radargui.model.arrays import FloatArray
+from radargui.physics.mirrors import FLOOR, MirrorPlane, has_floor, walls_of
 
 
 @dataclass(frozen=True, slots=True)

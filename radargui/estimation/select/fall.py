@@ -10,7 +10,6 @@ import numpy as np
 from radargui.estimation.flights.drop_model import wave_gain
 from radargui.estimation.flights.estimate import DROP, DropEstimate, echo_turns_hz
 from radargui.estimation.forward.bins import BINS, BinnedData, bin_by_fringe
-from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.parameters import Layout, ReceiverConstants, of_mirror
 from radargui.estimation.forward.signal_model import ModelInputs
 from radargui.estimation.hardware import LogFrontEnd
@@ -19,10 +18,11 @@ from radargui.estimation.solve.changed_problem import problem_with_flights
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.minimise import solved_at
 from radargui.estimation.solve.problem import Start, State
-from radargui.geometry.path_length import path_lengths
 from radargui.model.arrays import FloatArray
 from radargui.model.setup import Setup
 from radargui.motion.flights import Flights
+from radargui.physics.mirrors import MirrorPlane
+from radargui.physics.path_length import path_lengths
 
 _LEAST_FLIGHT_S = 0.010
 """A shorter flight is none that a spline could follow: the body lies."""

@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane, has_floor
 from radargui.estimation.select.wall_grid import TOGETHER, WALLS, LinearisedSearch, upright_planes, wall_grid
 from radargui.estimation.select.walls import peaks
 from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.problem import State
 from radargui.model.arrays import FloatArray, pieces
+from radargui.physics.mirrors import FLOOR, MirrorPlane, has_floor
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,6 @@ import numpy as np
 from scipy.sparse import bsr_matrix, csr_matrix, hstack, vstack
 
 from radargui.estimation.forward.lobes import axis_of, off_axis, strength_change
-from radargui.estimation.forward.mirrors import WALL, MirrorPlane, distances, turned
 from radargui.estimation.forward.parameters import polarisation_places
 from radargui.estimation.forward.signal_model import ModelInputs, Waves, waves_at
 from radargui.estimation.forward.signal_slopes import receiver_slopes
@@ -20,8 +19,9 @@ from radargui.estimation.solve.lobe_prior import main_lobes
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.priors import Prior
 from radargui.estimation.solve.problem import JointProblem
-from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import ComplexArray, FloatArray, pieces
+from radargui.physics.mirrors import WALL, MirrorPlane, distances, turned
+from radargui.physics.path_length import Antennas
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from radargui.estimation.forward.equation_of_motion import EquationDeviation, EquationRows, spans_in_flight
-from radargui.estimation.forward.mirrors import MirrorPlane, walls_of
 from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion
 from radargui.estimation.forward.parameters import (
     Layout,
@@ -24,6 +23,7 @@ from radargui.estimation.solve.priors import PRIORS, Prior, flight_prior, make_p
 from radargui.estimation.solve.problem import JointProblem, Start, State
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.gravity import UNKNOWN_DRAG
+from radargui.physics.mirrors import MirrorPlane, walls_of
 
 # Limits of the jerk's deviation where knots change, m/s^3: new spans start loose enough to follow what the old ones
 # could not, and stiff enough to stay in place. Chosen by hand.

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from PySide6 import QtWidgets
 from PySide6.QtCore import Qt
 
-from radargui.conditioning.ellipse import Ellipse
 from radargui.experiment.compare import OverlaidMethod
 from radargui.gui.layout import Choice, OneLine, button, fill, having, labelled
 from radargui.gui.plots.key import IQ_KEY, Key
@@ -18,6 +17,7 @@ from radargui.model.drop import gravity_words, restitution_words
 from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN, plain
 from radargui.report.curves import EMPTY, CircleCurves, Curve, ReceiverCurves, RunCurves, StepCurves, every
+from radargui.signals.ellipse import Ellipse
 
 _PUBLISHED = (
     ("▲", "text", "peaks"),

@@ -7,7 +7,6 @@ from itertools import zip_longest
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QLabel, QToolButton, QWidget
 
-from radargui.geometry.path_length import LARGE_CONDITION, LEAST_RECEIVERS, condition_number, place_antennas, t_matrix
 from radargui.gui.background import Jobs
 from radargui.gui.layout import ALARM, Answer, FaultText, Group, PlainLabel, button, having
 from radargui.gui.panels import Actions
@@ -22,6 +21,7 @@ from radargui.model.radar import MOST_RECEIVERS
 from radargui.model.rounding import with_sign
 from radargui.model.scattering import LEAST_SHARE, received_fields
 from radargui.model.words import percent
+from radargui.physics.path_length import LARGE_CONDITION, LEAST_RECEIVERS, condition_number, place_antennas, t_matrix
 
 
 class PolarizationTable(AntennaGrid):

@@ -4,7 +4,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from radargui.geometry.path_length import place_antennas
 from radargui.gui.control.state import Feed
 from radargui.gui.setup.geometry_sketch import HALF_FIELD_M
 from radargui.live.track import LiveTrack
@@ -14,6 +13,7 @@ from radargui.model.result import Kinematics, RunResult
 from radargui.model.setup import Setup
 from radargui.motion.impacts import IMPACT_LIMITS, find_impacts
 from radargui.motion.speed import speed_along
+from radargui.physics.path_length import place_antennas
 from radargui.report.curves import take_track
 
 MM = 1000.0  # in a metre

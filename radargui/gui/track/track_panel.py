@@ -10,7 +10,6 @@ import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.gui.background import StartWork
 from radargui.gui.control.state import Feed
 from radargui.gui.layout import Turning, boxed, fill, having, holding
@@ -34,6 +33,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN, with_sign
 from radargui.model.setup import Setup
+from radargui.physics.path_length import LEAST_RECEIVERS
 
 if TYPE_CHECKING:
     from radargui.gui.track.space_view import SpaceView

@@ -12,12 +12,12 @@ from radargui.estimation.forward.signal_model import complex_of
 from radargui.estimation.motion_estimate import MotionEstimate
 from radargui.estimation.select.loose_maps import bias_deviations, goes_beyond_wave
 from radargui.estimation.solve.minimise import Solution
-from radargui.geometry.path_length import LARGE_CONDITION, condition_number, place_antennas
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.finding import Finding, warn
 from radargui.model.result import Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
+from radargui.physics.path_length import LARGE_CONDITION, condition_number, place_antennas
 from radargui.processing.checks.evidence import Evidence
 from radargui.processing.measured_motion import MeasuredMotion
 from radargui.restitution.flight_test import NOTHING

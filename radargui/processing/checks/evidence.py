@@ -8,8 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from radargui.conditioning.conditioned import Conditioned
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.channel_quality import ChannelQuality, UnexplainedStretch
 from radargui.model.finding import Finding
 from radargui.model.front_end import FrontEndPrior
@@ -17,7 +15,9 @@ from radargui.model.recording import Recording
 from radargui.model.result import Bounces, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
+from radargui.physics.path_length import LEAST_RECEIVERS
 from radargui.processing.measured_motion import MeasuredMotion
+from radargui.signals.conditioned import Conditioned
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from radargui.conditioning.conditioned import Conditioned
-from radargui.conditioning.fall_signs import fall_signs
 from radargui.model.channel_quality import unexplained_of
 from radargui.model.finding import Finding, refuse, warn
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.processing.checks.evidence import Evidence
+from radargui.signals.conditioned import Conditioned
+from radargui.signals.fall_signs import fall_signs
 
 
 def excerpt(recording: Recording) -> Finding | None:

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.calibrated_setup import edited_since
 from radargui.model.finding import Finding, warn
 from radargui.model.result import Track
 from radargui.model.setup import Setup
+from radargui.physics.path_length import LEAST_RECEIVERS
 from radargui.processing.checks.evidence import Evidence
 
 _FARTHEST_M = 10.0

@@ -30,9 +30,9 @@ from radargui.gui.opengl_probe import OpenGLProbe
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.settings import Settings
 from radargui.gui.theme import Theme
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import changed, dump_setup, read_setup
 from radargui.sources.factory import make_source
+from radargui.system.resources import default_setup_path
 
 PICTURES = Path(__file__).parent / "images"
 MOST_BYTES = 300_000

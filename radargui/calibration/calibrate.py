@@ -44,9 +44,9 @@ from radargui.calibration.verdict import (
 from radargui.calibration.wall_search import n_mirrors, planes_of, some_of, with_walls
 from radargui.model.arrays import FloatArray
 from radargui.model.calibration import Calibration, Origin, Residual
-from radargui.model.cores import one_blas_thread
 from radargui.model.errors import ProcessingError, SolveError, worded
 from radargui.model.setup import Setup
+from radargui.system.cores import one_blas_thread
 
 CONTRADICTION = 3.0
 """Birge ratio beyond which u would have to be widened so much that it means nothing: circles beside strong walls had

@@ -20,8 +20,8 @@ import numpy as np
 
 from radargui.calibration.likelihood import Likelihood, Local, World
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.cores import begin_worker
 from radargui.model.errors import ProcessingError, SolveError, worded
+from radargui.system.cores import begin_worker
 
 Progress = Callable[[float], None]
 T = TypeVar("T")

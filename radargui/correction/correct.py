@@ -12,7 +12,7 @@ import numpy as np
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.published import PublishedSteps, correct_published
 from radargui.correction.quality import PHASE_OVER_ROUNDNESS, assess, circularity
-from radargui.model.arrays import BoolArray, FloatArray, median, order_statistics
+from radargui.model.arrays import BoolArray, FloatArray, median
 from radargui.model.channel_quality import ChannelQuality
 from radargui.model.errors import ProcessingError
 from radargui.model.finding import why_of
@@ -20,6 +20,7 @@ from radargui.model.plugins import load_plugin
 from radargui.model.result import CorrectedIQ, Segment
 from radargui.signals.conditioned import Conditioned
 from radargui.signals.ellipse import Ellipse, fit_ellipse, no_ellipse
+from radargui.signals.rows import order_statistics
 
 LEAST_ARC_RAD = np.pi
 ARC_TURNS = 1.2

@@ -9,10 +9,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.model.arrays import BoolArray, FloatArray, IntArray, held_beyond, order_statistics, savitzky_golay
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.errors import ProcessingError
 from radargui.model.finding import error_of
 from radargui.model.result import Segment
+from radargui.motion.smoothing import savitzky_golay
+from radargui.signals.rows import held_beyond, order_statistics
 
 
 def turning_points(x: FloatArray) -> tuple[IntArray, BoolArray]:

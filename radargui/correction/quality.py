@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from radargui.model.arrays import BoolArray, FloatArray, median, savitzky_golay
+from radargui.model.arrays import BoolArray, FloatArray, median
 from radargui.model.channel_quality import ChannelQuality
 from radargui.model.finding import Finding, refuse, warn
+from radargui.motion.smoothing import savitzky_golay
 from radargui.signals.averager import block_means
 
 

@@ -10,7 +10,7 @@ from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt, QTimer, S
 from PySide6.QtGui import QFont, QPaintEvent, QResizeEvent, QWheelEvent
 
 from radargui.gui.bubble import FaultBubble
-from radargui.model.resources import resource_table
+from radargui.system.resources import resource_table
 
 Margins = tuple[int, int, int, int]
 Part = QtWidgets.QWidget | QtWidgets.QLayout | int | tuple[QtWidgets.QWidget | QtWidgets.QLayout, int]

@@ -15,9 +15,9 @@ from radargui.gui.layout import Choice, PlainLabel, button, fill, having, labell
 from radargui.gui.services import Services
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.theme import even_font
-from radargui.model.resources import LOG_FORMAT, log_path
 from radargui.model.setup import dump_setup
 from radargui.session.about import about_lines
+from radargui.system.resources import LOG_FORMAT, log_path
 
 MOST_ENTRIES = 5000
 """Kept in memory, a megabyte or two: more stands in the file."""

@@ -53,11 +53,11 @@ from radargui.gui.track.track_curves import LEVEL_KEY
 from radargui.gui.track.track_panel import ResultTrack, TrackPanel
 from radargui.gui.wiring_check import WiringCheck
 from radargui.model.errors import SessionError
-from radargui.model.resources import resource_table
 from radargui.report.facts import Glances
 from radargui.session.info import default_data_folder
 from radargui.sources.factory import SourceKind, make_source
 from radargui.sources.ni.discovery import find_devices
+from radargui.system.resources import resource_table
 
 FRAME_MS = 33
 """Thirty pictures a second: as many as a falling sphere needs to be followed."""

@@ -21,7 +21,7 @@ from radargui.gui.mnemonics import letter_menu
 from radargui.gui.plots.plot import Plot
 from radargui.gui.settings import LAYOUT_VERSION, Settings
 from radargui.gui.theme import CHOICES, Theme, scaled_px
-from radargui.model.resources import help_page, resource_table
+from radargui.system.resources import help_page, resource_table
 
 TITLES = {
     "hardware": "Hardware setup",

@@ -19,11 +19,11 @@ from tomlkit.exceptions import TOMLKitError
 
 from radargui.model.calibration import CalibrationContent, CalibrationReference, content_of, read_calibration
 from radargui.model.daq import Daq, RecordingLimits
-from radargui.model.errors import FileError, SetupError
+from radargui.model.errors import FileError, ProcessingError, SetupError, worded
 from radargui.model.gravity import Air
 from radargui.model.plugins import plugins
 from radargui.model.radar import MOST_RECEIVERS, Container, Floor, Radar, Receiver, Site, Tracer, Transmitter
-from radargui.model.recording import iq_names
+from radargui.model.recording import Recording, iq_names
 from radargui.model.scattering import LEAST_SHARE, ReceivedField, received_fields
 from radargui.model.section import ExactWhole, Flag, Section, Whole
 from radargui.model.setup_error import describe
@@ -158,6 +158,23 @@ class Setup(Section):
         if self.daq.channels is not None:
             return self.daq.channels
         return tuple(f"ai{number}" for number in range(2 * self.n_receivers))
+
+    def demand_pairs(self, recording: Recording) -> None:
+        """Refuse a recording that has not an IQ pair for each receiver, or no samples.
+
+        Raises
+        ------
+        ProcessingError
+            It has more channels or fewer, or holds no samples.
+        """
+        # a pair too many or too few would give every receiver another one's geometry
+        if recording.n_receivers != self.n_receivers or len(recording.digitisation.channel_names) % 2:
+            names = ", ".join(recording.digitisation.channel_names)
+            n, n_channels = self.n_receivers, recording.digitisation.n_channels
+            facts = {"n_channels": n_channels, "names": names, "receivers": n, "needed": 2 * n}
+            raise worded(ProcessingError, "pairs_to_process", name=recording.name, **facts)
+        if recording.n_samples == 0:
+            raise ProcessingError(f"{recording.name} holds no samples", reasons=["the recording ended before it began"])
 
 
 MOST_KEY_PARTS = 32

@@ -26,6 +26,9 @@ from radargui.model.radar import METAL, PLATES, Floor
 from radargui.model.scattering import MieSphere
 from radargui.model.setup import Setup
 
+U_WAY = 0.1
+"""Of what comes over a floor, as a share: an antenna that points some degrees beside the centre changes its size, a
+plate 0.2 mm thicker than it is called its phase."""
 _LEAST = 0.05  # |R| that ratios are taken to: some plates reflect nothing straight down
 _ACROSS = 1e-12  # of sin^2: straight down both polarisations are one
 
@@ -148,6 +151,29 @@ class StatedSurface:
             return None
         straight = plate.straight_down(2.0 * np.pi / setup.radar.wavelength_m)
         return StatedSurface(abs(straight), u_reflection(floor), plate, 0.5 * setup.tracer.diameter_m)
+
+    def expected(self, cosine: FloatArray, wavenumber: float, *, is_point: bool) -> tuple[ComplexArray, FloatArray]:
+        """Return R as each antenna counts it, and its uncertainty as a share, shape (n,) both.
+
+        Parameters
+        ----------
+        cosine
+            Of the angle of incidence, shape (n,).
+        wavenumber
+            In 1/m.
+        is_point
+            Whether the sphere counts as a point: R of both polarisations is then what it might be.
+        """
+        u = np.full(cosine.size, self.u_reflection / self.reflection)
+        if self.plate is None:
+            return np.full(cosine.size, self.reflection, complex), np.hypot(u, U_WAY)
+        expected = np.full(cosine.size, self.plate.straight_down(wavenumber))
+        if is_point:
+            electric, magnetic = self.plate.coefficients(cosine, wavenumber)
+            middle, half = 0.5 * (electric + magnetic), 0.5 * np.abs(electric - magnetic)
+            u = np.hypot(u, half / np.abs(expected))
+            expected = np.where(np.abs(middle) > self.u_reflection, middle, expected)
+        return expected, np.hypot(u, U_WAY)
 
 
 def _fresnel(n_1: complex, q_1: ComplexArray, n_2: complex, q_2: ComplexArray) -> tuple[ComplexArray, ComplexArray]:

@@ -17,6 +17,7 @@ import numpy as np
 from radargui.correction.quality import LIMITS
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import AdaptiveRounds, adaptive_rounds
+from radargui.estimation.doubts import doubt, is_fringe_sure, is_unknown
 from radargui.estimation.hardware import disagreement, knows_more
 from radargui.estimation.joint import JointEstimate, estimate_joint, with_setup_known
 from radargui.estimation.motion_estimate import MotionEstimate
@@ -39,7 +40,7 @@ from radargui.model.uncertainty_budget import InputChange
 from radargui.physics.path_length import LEAST_RECEIVERS
 from radargui.physics.scattering import is_delayed
 from radargui.processing.by_flights import MOST_PULL, MeasuredDrop
-from radargui.processing.checks.estimate import doubt, is_blamed, is_fringe_sure, is_unknown
+from radargui.processing.checks.estimate import is_blamed
 from radargui.processing.continuity import checked, measure_in_band
 from radargui.processing.measured_motion import (
     MeasuredMotion,
@@ -141,11 +142,11 @@ def wrong_diameter(stated: MeasuredMotion, other: MeasuredMotion, by_m: float, s
     """
     if other.estimate is None or other.flights.bent is not None or other.flights.cause is not None:
         return None
-    if stated.estimate is not None:
-        gain = 2.0 * (log_evidence(other.estimate.chosen.solution) - log_evidence(stated.estimate.chosen.solution))
-    else:
+    if stated.estimate is None:
         # nothing to compare it with: it has to leave no doubt
         gain = 0.0 if is_blamed(other, setup) else np.inf
+    else:
+        gain = 2.0 * (log_evidence(other.estimate.chosen.solution) - log_evidence(stated.estimate.chosen.solution))
     return wrong_value(DIAMETER, by_m, gain, 0.0, setup, None)
 
 

@@ -9,12 +9,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.model.arrays import BoolArray, FloatArray, even_transform_size, order_statistics, pieces
+from radargui.model.arrays import BoolArray, FloatArray, pieces
 from radargui.model.gravity import expected_gravity_m_s2, fall_speed_m_s
 from radargui.model.recording import Recording, at_rail
 from radargui.model.setup import Setup
 from radargui.physics.path_length import LEAST_RECEIVERS
 from radargui.signals.averager import block_means, blocks_with, code_means, held
+from radargui.signals.rows import even_transform_size, order_statistics
 
 
 @dataclass(frozen=True, slots=True)

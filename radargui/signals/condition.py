@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray, pairs_of
+from radargui.model.arrays import FloatArray
 from radargui.model.finding import refuse
 from radargui.model.front_end import with_phase_sign
 from radargui.model.recording import Recording, absolute_index, channel_skew
@@ -20,6 +20,7 @@ from radargui.signals.doppler import SETTINGS as DOPPLER, Doppler, measure_doppl
 from radargui.signals.faults import faults_of, open_channels, plateaus, with_open
 from radargui.signals.followed import follow_receiver
 from radargui.signals.onset import REST, rest_before
+from radargui.signals.rows import pairs_of
 from radargui.signals.segment import Motion
 from radargui.signals.skew import remove_skew
 from radargui.signals.stretch import NAMED_TONES, NO_MOTION, NoMotion, Stretch, find_stretch

@@ -71,6 +71,10 @@ class Conditioned:
         Sign that the wiring had.
     pauses
         First and last of these samples of each rest between two motions in the segment.
+    clock
+        That all phases turn too fast or too slow for a fall; None where they do not.
+    further
+        When each other motion of the recording begins and ends, in s: these signals are those of one of several.
     """
 
     samples: slice
@@ -91,6 +95,8 @@ class Conditioned:
     sample_rate_hz: float
     phase_sign: int
     pauses: tuple[tuple[int, int], ...] = ()
+    clock: Finding | None = None
+    further: tuple[tuple[float, float], ...] = ()
 
     @property
     def n_receivers(self) -> int:

@@ -12,8 +12,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray, even_transform_size, order_statistics
+from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from radargui.signals.hum import HARMONICS, MAINS_HZ, MAINS_WITHIN_HZ
+from radargui.signals.rows import even_transform_size, order_statistics
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,11 +5,13 @@ Recordings are tested by their voltages, live tracks by their paths.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from radargui.model.arrays import BoolArray, median, runs_of
+from radargui.model.finding import Finding, refuse, warn
 from radargui.model.gravity import expected_gravity_m_s2, fall_time_s
 from radargui.model.setup import Setup
 from radargui.signals.averager import block_means
@@ -154,3 +156,21 @@ def fall_signs(conditioned: Conditioned, setup: Setup) -> FallSigns:
         if found is None:
             break
     return nothing if found is None else found
+
+
+def wired_wrongly(conditioned: Conditioned, setup: Setup) -> tuple[tuple[Finding | None, ...], Finding | None]:
+    """Return why a receiver is none, one a receiver, with the faults found before; and what is wrong with the clock.
+
+    In a fall that all receivers show none may show that the sphere falls upwards: refused before anything is measured,
+    for three receivers of which one is turned round may still find a motion that fits them.
+    """
+    signs = fall_signs(conditioned, setup)
+    if all(signs.backwards):
+        sign = -setup.radar.phase_sign
+        firsts = (number == 0 for number in range(conditioned.n_receivers))
+        return tuple(refuse("phase_sign_wrong", phase_sign=sign, is_first=first) for first in firsts), None
+    clock = None
+    if signs.times_g is not None:
+        clock = warn("clock_wrong", times_g=signs.times_g, factor=math.sqrt(signs.times_g))
+    found = zip(conditioned.faults, signs.backwards, strict=True)
+    return tuple(fault or (refuse("phase_reversed") if is_turned else None) for fault, is_turned in found), clock

@@ -4,11 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.model.arrays import BoolArray, FloatArray, RawArray, pairs_of, runs_of
+from radargui.model.arrays import BoolArray, FloatArray, RawArray, runs_of
 from radargui.model.finding import Finding, refuse
 from radargui.model.recording import iq_names
 from radargui.signals.doppler import Doppler
 from radargui.signals.receiver_check import SETTINGS as PAIR, check_receiver, is_worse_pair, same_channels
+from radargui.signals.rows import pairs_of
 
 CLIPPED_SHARE = 0.03
 """Of the motion at one end of the range: a full wave of a 12 bit converter has 1 % of its samples at its two crests."""

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radargui.model.arrays import BoolArray, FloatArray, pairs_of
+from radargui.model.arrays import BoolArray, FloatArray
 from radargui.physics.path_length import LEAST_RECEIVERS
 from radargui.signals.doppler import ALONE, Doppler, measure_doppler
+from radargui.signals.rows import pairs_of
 from radargui.signals.segment import Motion
 
 if TYPE_CHECKING:

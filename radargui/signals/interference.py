@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, even_transform_size, median
+from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, median
 from radargui.signals.hum import HARMONICS, MAINS_HZ, MAINS_WITHIN_HZ
+from radargui.signals.rows import even_transform_size
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,10 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from radargui.model.arrays import BoolArray, FloatArray, held_beyond, pairs_of, runs_of
+from radargui.model.arrays import BoolArray, FloatArray, runs_of
 from radargui.signals.averager import block_means
 from radargui.signals.ellipse import circle_through
 from radargui.signals.hum import MAINS_HZ, without_mains
+from radargui.signals.rows import held_beyond, pairs_of
 
 
 @dataclass(frozen=True, slots=True)

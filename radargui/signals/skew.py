@@ -4,7 +4,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray, weighed_sums
+from radargui.model.arrays import FloatArray
+from radargui.motion.smoothing import weighed_sums
 
 DEGREE = 5  # of the spline: quintic, its error grows with the sixth power of the frequency
 REACH = 24

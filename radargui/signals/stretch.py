@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray, pairs_of
+from radargui.model.arrays import FloatArray
 from radargui.model.finding import Finding, refuse
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
@@ -16,6 +16,7 @@ from radargui.signals.hum import SETTINGS as HUM, Hum, find_hum
 from radargui.signals.interference import without_interference
 from radargui.signals.noise import LEAST_SAMPLES, white_noise_v
 from radargui.signals.onset import REST
+from radargui.signals.rows import pairs_of
 from radargui.signals.segment import Motion, find_motion
 
 

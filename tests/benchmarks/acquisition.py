@@ -33,10 +33,10 @@ from radargui.experiment.series import Experiment
 from radargui.files.run_card import read_health
 from radargui.files.run_file import read_run, run_is_complete
 from radargui.model.recording import Block
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.session.session import Session
 from radargui.sources.ni.source import NiSource
+from radargui.system.resources import default_setup_path
 
 SETTLED_S = 15.0
 """Ring and caches are full by then: from here on memory must be flat."""

@@ -26,9 +26,9 @@ from radargui.experiment.finished import live_agreement
 from radargui.live.processor import LiveMemory, LiveProcessor
 from radargui.live.track import LiveTrack
 from radargui.model.errors import RadarGuiError
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Correction, Setup, read_setup
 from radargui.processing.process import process
+from radargui.system.resources import default_setup_path
 
 LIMIT_M = 0.3e-3
 CASES: dict[str, dict[str, object]] = {

@@ -40,12 +40,12 @@ from radargui.gui.opengl_probe import OpenGLProbe
 from radargui.gui.settings import Settings
 from radargui.gui.theme import Theme
 from radargui.model.recording import Block, Digitisation
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, dump_setup, read_setup
 from radargui.sources.contract import SYSTEM_CLOCK, Clock, PacedSource, Source
 from radargui.sources.factory import make_source
 from radargui.sources.simulated.model import SimulatedRadar
 from radargui.sources.simulated.scene import RETURN_S
+from radargui.system.resources import default_setup_path
 
 SIZE = (1920, 1080)
 LEAST_DRAWN = 0.99

@@ -8,8 +8,8 @@ from radargui.calibration.calibrate import CONTRADICTION, most_birge
 from radargui.calibration.fit import LEAST, LEAST_BESIDE_WALLS, Fit
 from radargui.calibration.likelihood import World
 from radargui.calibration.verdict import are_far
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
+from radargui.system.resources import default_setup_path
 
 
 class _Differing(Fit):

@@ -13,9 +13,9 @@ from radargui.estimation.posterior.motion_posterior import MotionPosterior
 from radargui.estimation.solve.minimise import MINIMISE, minimise
 from radargui.estimation.solve.problem import Start
 from radargui.model.assumed import SUPPOSED_POLARIZATIONS_DEG, SUPPOSED_TURNS_DEG, uncertain_inputs
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
 from radargui.physics.path_length import place_antennas
+from radargui.system.resources import default_setup_path
 
 SHIFT_M = np.array([3e-4, -2e-4, 2.5e-4])
 TIGHT = replace(MINIMISE, close=1e-9, nothing=1e-9)

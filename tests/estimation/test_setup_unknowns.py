@@ -17,9 +17,9 @@ from radargui.estimation.solve.minimise import Solution, minimise, solved_at
 from radargui.estimation.solve.problem import JointProblem, Start, State, linearise
 from radargui.model.assumed import UncertainInput
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, U_ANYWHERE_M_S2, UNKNOWN_DRAG
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
 from radargui.physics.setup_unknowns import SetupUnknowns
+from radargui.system.resources import default_setup_path
 
 N = 7
 

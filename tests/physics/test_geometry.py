@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
 from radargui.physics.path_length import (
     Antennas,
@@ -22,6 +21,7 @@ from radargui.physics.path_length import (
     solve_gradient,
     t_matrix,
 )
+from radargui.system.resources import default_setup_path
 
 RELEASE = np.array([0.0, 0.0, 0.12])
 coordinate = st.floats(-0.15, 0.15)

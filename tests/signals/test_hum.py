@@ -11,10 +11,10 @@ from support.estimates import conditioned_of
 from support.simulated_recording import simulate_recording
 
 from radargui.model.arrays import FloatArray
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
 from radargui.signals.hum import find_hum
 from radargui.signals.noise import white_noise_v
+from radargui.system.resources import default_setup_path
 
 RATE = 10000.0
 REST = (slice(0, 5000), slice(25000, 30000))

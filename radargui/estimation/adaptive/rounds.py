@@ -13,8 +13,9 @@ from radargui.estimation.adaptive.circle_layout import CircleLayout
 from radargui.estimation.forward.bins import BinnedData, Bins
 from radargui.estimation.forward.parameters import ReceiverConstants
 from radargui.estimation.forward.position_map import PositionBasis, make_basis
-from radargui.model.arrays import BoolArray, FloatArray, pairs_of
+from radargui.model.arrays import BoolArray, FloatArray
 from radargui.signals.ellipse import Ellipse
+from radargui.signals.rows import pairs_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from radargui.estimation.select.wall_grid import WALLS
 from radargui.estimation.solve.minimise import MinimiseSettings, Solution, log_evidence, minimise
 from radargui.estimation.solve.problem import Start
 from radargui.model.arrays import FloatArray
-from radargui.model.cores import Lane, cores
+from radargui.system.cores import Lane, cores
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ def race(
     Alternatives that have not reached a minimum are given up, too, unless none has, because their evidence cannot be
     compared.
 
-    Within `radargui.model.cores.on_cores` they run side by side, with the same result.
+    Within `radargui.system.cores.on_cores` they run side by side, with the same result.
 
     Parameters
     ----------

@@ -231,13 +231,13 @@ def log_evidence(solution: Solution) -> float:
     ln E = -cost - ln det H / 2 - sum ln sd_prior - 3 sum ln sd_equation - sum over the channels' bins of ln noise scale
     and what the deviations' own priors say.
     """
-    problem = solution.problem
+    problem, log_determinant = solution.problem, solution.normal.log_determinant()
     stated = stated_term(solution.state.theta, problem.layout, problem.placed(solution.state.theta).inputs)
     # without the terms of the deviations a model could widen its priors until anything fits
     n_used = int(problem.use.sum())
     return (
         -solution.at.cost
-        - 0.5 * solution.normal.log_determinant()
+        - 0.5 * log_determinant
         - float(np.log(problem.prior.sd).sum())
         - (0.0 if stated is None else stated.log_deviations)
         - 3.0 * float(np.log(problem.equation_sd).sum())

@@ -23,11 +23,11 @@ from radargui.model.assumed import uncertain_inputs
 from radargui.model.calibrated_setup import KNOWN_TOGETHER, Change, change, changes_since, correlations, setup_key
 from radargui.model.calibration import Calibration, Residual
 from radargui.model.radar import MOST_RECEIVERS
-from radargui.model.resources import resources_folder
 from radargui.model.rounding import UNKNOWN, plain, with_sign
 from radargui.model.setup import Setup
 from radargui.model.words import sentence
 from radargui.report.content import with_powers
+from radargui.system.resources import resources_folder
 
 _RECORDINGS = f"Recordings ({' '.join('*' + suffix for suffix in SUFFIXES)});;All files (*)"
 _PATHS = "Known motions (*.toml *.csv);;All files (*)"

@@ -15,10 +15,10 @@ from radargui.gui.settings import Settings
 from radargui.gui.setup.words import called, entries_of, faults_of, parts_of
 from radargui.model.errors import RadarGuiError, SetupError
 from radargui.model.radar import MOST_RECEIVERS, Radar
-from radargui.model.resources import default_setup_path, shipped_setups
 from radargui.model.setup import Setup, dump_setup, parse_setup, plain, read_setup, write_setup
 from radargui.model.setup_error import flattened
 from radargui.model.words import counted
+from radargui.system.resources import default_setup_path, shipped_setups
 
 _TABLES = {name: info.default for name, info in Setup.model_fields.items()} | {"radar": Radar()}
 _DEFAULTS = {name: table.model_dump() for name, table in _TABLES.items() if isinstance(table, BaseModel)}

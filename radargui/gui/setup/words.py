@@ -8,9 +8,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from radargui.model.plugins import plugins
-from radargui.model.resources import resource_table
 from radargui.model.setup import Setup
 from radargui.model.setup_error import describe, dotted, faults_in_order, find_place
+from radargui.system.resources import resource_table
 
 LINK = "setup:"
 """Before a key in the link that leads to its field."""

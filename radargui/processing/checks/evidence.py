@@ -32,20 +32,14 @@ class Part:
         Signals of all receivers.
     faults
         Why a receiver is left out, one a receiver; None where it is not.
-    clock
-        That all phases turn too fast or too slow for a fall.
     left_out
         What was left out since no motion explains it; receivers are numbered from 0 among all.
-    further
-        When each other motion of the recording begins and ends, in s: these signals are those of one of several.
     """
 
     whole_setup: Setup
     whole: Conditioned
     faults: tuple[Finding | None, ...]
-    clock: Finding | None = None
     left_out: tuple[UnexplainedStretch, ...] = ()
-    further: tuple[tuple[float, float], ...] = ()
 
     @property
     def receivers(self) -> tuple[int, ...]:

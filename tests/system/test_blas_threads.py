@@ -19,10 +19,10 @@ from support.simulated_recording import simulate_recording
 from support.small_setups import quick_setup
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from radargui.model.cores import one_blas_thread
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.processing.process import process
+from radargui.system.cores import one_blas_thread
 
 FRESH = """
 import json, pickle, sys

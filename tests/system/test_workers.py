@@ -12,7 +12,7 @@ BEGINS_ONE = """
 import time
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
-from radargui.model.cores import begin_worker
+from radargui.system.cores import begin_worker
 pool = ProcessPoolExecutor(1, get_context("spawn"), begin_worker)
 print(pool.submit(abs, -7).result(), flush=True)
 pool.submit(time.sleep, 1000.0)

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import pytest
 from support.counting import PARTS, counting
 
-from radargui.model.cores import Cores, Lane, cores, on_cores
+from radargui.system.cores import Cores, Lane, cores, on_cores
 
 
 @pytest.fixture(scope="module")

@@ -19,13 +19,13 @@ from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
 from radargui.physics.path_length import LARGE_CONDITION, condition_number, place_antennas
 
-_MOST_U_M = 1.5e-4
+_MAX_U_M = 1.5e-4
 """Uncertainty of a place, root mean square over the motion, above which it is reported: drops of 30 dB without a wall
 that nobody can tell are known to 0.01 to 0.05 mm."""
 _SURE_FRINGE_M = 1e-3
 """The same above which no fringe is sure: a lost one shifts a place by some mm. 22 dB on a shaken plate, 5 mm off, were
 known to 3 mm; others whose spectra say as little, and that are right, to 0.01 to 0.1."""
-_MOST_BIAS = 0.2
+_MAX_BIAS = 0.2
 """Deviation of bias maps, in amplitudes, above which they stand for what reflects: generic scenes have 0.01 to 0.07, a
 level circle over a floor and beside a wall of which the search found neither 0.5."""
 _COUNTED_HZ = 4000.0
@@ -33,18 +33,18 @@ _COUNTED_HZ = 4000.0
 _COVERAGE = 2.0
 """Times what inputs off by their u give to bias maps, that these may have beside it: in 45 dB antennas known to half a
 degree gave 0.40 and 0.52, and maps had 0.32 and 0.24."""
-_MOST_WAVERING = 0.4
+_MAX_WAVERING = 0.4
 """Deviation of maps of ln A, where nothing flies, above which they stand for it too: level motions that are right
 within their u have up to 0.33, a pendulum that lost a fringe, 20 mm off, 0.5."""
-_MOST_REFLECTION = 0.5
+_MAX_REFLECTION = 0.5
 """Share of the wave that no floor or wall sends back: 0.1 to 0.35 was found in 34 sound scenes of floors of 0.1 to 0.3,
 0.8 in a level circle that is 2.2 mm off."""
-_MOST_TURNED = 5.0
+_MAX_TURNED = 5.0
 """Deviations that a polarisation may be found off what the setup says: right setups had up to 3.3, azimuths mirrored or
 counted clockwise 8.3 and 5.1, wires of two antennas exchanged 12."""
-_LEAST_U_DEG = 0.1
+_MIN_U_DEG = 0.1
 """A polarisation that is known better is held by what the setup says."""
-_LEAST_SHOWN = 0.1
+_MIN_SHOWN = 0.1
 """Share of a polarisation's variance that the signals have to take away: else nothing is known of it."""
 
 
@@ -82,11 +82,11 @@ def missing_mirrors(
 ) -> Finding | None:
     """Return a finding where the maps of the offsets take what only mirrors or another count make, else None."""
     problem = solution.problem
-    most = np.hypot(_MOST_BIAS, _COVERAGE * by_setup)
+    most = np.hypot(_MAX_BIAS, _COVERAGE * by_setup)
     # of a metal sphere that counts as a point they take what it scatters; the budget has that
     grown = setup.transmitter.polarization_deg is not None and (bias_deviations(solution) > most).any()
     beyond = goes_beyond_wave(solution, onset_s)
-    wavers = max(float(problem.prior.sd[own.amplitude_map.start]) for own in problem.layout.receivers) > _MOST_WAVERING
+    wavers = max(float(problem.prior.sd[own.amplitude_map.start]) for own in problem.layout.receivers) > _MAX_WAVERING
     if not (grown or beyond or (wavers and not problem.in_flight.any())):
         return None
     return warn("wall_unseen", what="offsets" if grown or beyond else "amplitude")
@@ -100,7 +100,7 @@ def unlikely_mirrors(solution: Solution) -> Finding | None:
         return None
     places = [layout.transmitter_reflection, *(own.receiver_reflection for own in layout.receivers)]
     most = max(float(np.abs(complex_of(theta[own])).max()) for own in places)
-    if most < _MOST_REFLECTION:
+    if most < _MAX_REFLECTION:
         return None
     return warn("mirror_too_strong", share=most)
 
@@ -124,10 +124,10 @@ def turned_polarisation(solution: Solution) -> Finding | None:
     off, square = solution.state.theta[places] - prior.mean[places], prior.sd[places] ** 2
     shown = 1.0 - solution.normal.global_variances()[places] / square
     # what the setup calls exact is held
-    held = (shown < _LEAST_SHOWN) | (square < np.radians(_LEAST_U_DEG) ** 2)
-    turned = np.where(held, 0.0, off / np.sqrt(square * np.maximum(shown, _LEAST_SHOWN)))
+    held = (shown < _MIN_SHOWN) | (square < np.radians(_MIN_U_DEG) ** 2)
+    turned = np.where(held, 0.0, off / np.sqrt(square * np.maximum(shown, _MIN_SHOWN)))
     worst = int(np.argmax(np.abs(turned)))
-    if abs(turned[worst]) < _MOST_TURNED:
+    if abs(turned[worst]) < _MAX_TURNED:
         return None
     antenna = f"receiver[{worst}]" if worst else "transmitter"
     by_deg = float(np.degrees(off[worst] / shown[worst]))
@@ -148,7 +148,7 @@ def hardly_known(estimate: MotionEstimate, setup: Setup, changes: Sequence[Input
     u_m = _u_moving_m(estimate.u_position_m, estimate.time_s > estimate.onset_s)
     # antennas known to a degree make millimetres, and their mirrors as much: the budget says so
     square = sum(_u_moving_m(one.moved_m, one.time_s > estimate.onset_s) ** 2 for one in changes or ())
-    if u_m < max(_MOST_U_M, float(np.sqrt(square))):
+    if u_m < max(_MAX_U_M, float(np.sqrt(square))):
         return None
     because = "noise" if _noise_of_path_m(estimate, setup.radar.wavelength_m) > u_m else "reflectors"
     grows = condition_number(place_antennas(setup))

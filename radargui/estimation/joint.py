@@ -27,7 +27,7 @@ from radargui.model.finding import error_of
 from radargui.model.front_end import FrontEnd
 from radargui.model.setup import Setup
 from radargui.model.setup_posterior import SetupLikelihood
-from radargui.physics.path_length import LEAST_RECEIVERS
+from radargui.physics.path_length import MIN_RECEIVERS
 
 _STAGES = {"floor": (0.0, 0.35, 12), "flights": (0.35, 0.42, 4), "walls": (0.42, 0.84, 40), "last": (0.84, 0.98, 3)}
 """Where on the bar each stage of `choose_model` begins and ends, and its rounds: between drops without a wall, where
@@ -89,7 +89,7 @@ def estimate_joint(
         Fewer than three receivers, no rest before the motion.
     """
     signals = found.signals
-    if signals.n_receivers < LEAST_RECEIVERS:
+    if signals.n_receivers < MIN_RECEIVERS:
         remedy = 'Choose correction = "adaptive" for one or two.'
         raise error_of(ProcessingError, "joint_needs_three_receivers", remedy=remedy)
     stage, done = "floor", 0

@@ -7,7 +7,7 @@ import numpy as np
 from radargui.live.track import LiveTrack
 from radargui.model.result import Bounce, PathLengths, Segment, Track
 from radargui.model.setup import Setup
-from radargui.physics.path_length import LEAST_RECEIVERS
+from radargui.physics.path_length import MIN_RECEIVERS
 from radargui.processing.impacts_of_track import impacts_of_track
 
 FLOWN_S = 0.1
@@ -60,7 +60,7 @@ def first_bounce(live: LiveTrack, first_index: int, setup: Setup) -> Bounce | No
         Under which it runs.
     """
     # where it began anew the places count from a rest that nobody knows
-    if setup.n_receivers < LEAST_RECEIVERS or live.began_anew:
+    if setup.n_receivers < MIN_RECEIVERS or live.began_anew:
         return None
     span = live.since(first_index)
     if span.index.size == 0:

@@ -14,7 +14,7 @@ from radargui.acquisition.run_output import MINIMUM_FREE_BYTES, free_bytes
 from radargui.experiment.calibrating import Calibrate, calibrate_files
 from radargui.gui.background import Jobs, WorkStrip
 from radargui.gui.calibration.dialog import CalibrationController
-from radargui.gui.control.control_bar import MOST_RUNS, ControlBar, HealthLine, MessagePlace
+from radargui.gui.control.control_bar import MAX_RUNS, ControlBar, HealthLine, MessagePlace
 from radargui.gui.control.run_control import HEALTH_S, RunControl
 from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
 from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
@@ -127,7 +127,7 @@ class MainWindow(QMainWindow):
         does = self.actions_
         sounds = does.sound, does.sound_trigger, does.sound_fault
         self.bar = ControlBar(theme, self.panels.tabs, (does.start, does.record, does.stop), sounds)
-        self.bar.runs.setValue(int(settings.number("runs", 1, 1, MOST_RUNS)))
+        self.bar.runs.setValue(int(settings.number("runs", 1, 1, MAX_RUNS)))
         self.strip = NoticeStrip(board)
         self.health = HealthLine()
         self.recovery = RecoveryOffer(self.session_panel, services)

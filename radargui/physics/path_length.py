@@ -12,7 +12,7 @@ import numpy as np
 from radargui.model.arrays import FloatArray, IntArray, pieces
 from radargui.model.setup import Setup
 
-LEAST_RECEIVERS = 3
+MIN_RECEIVERS = 3
 """Path lengths that a position in space needs."""
 LARGE_CONDITION = 20.0
 """An error of path length then grows twenty times in the position: 0.1 mm become 2 mm, as much as is measured."""
@@ -207,7 +207,7 @@ path tells the sides, their rows of 0.03 alone make it 1e-6 (chosen by hand).
 """
 _SIDEWAYS, _FALLING_STEPS = 0.03, 8  # a metre aside against one of path: enough where no path tells; the steps converge
 _NEIGHBOURS, _PIECE = 8, 1 << 14  # places whose J is one, and how many of these are looked at together
-_MOST_CONDITION = 1e4
+_MAX_CONDITION = 1e4
 """Of the antennas' places seen from the transmitter, for places to be known to 1e-12 of their distance at once."""
 
 
@@ -237,7 +237,7 @@ def locate_exact(
         Metres, shape (3, n_samples); NaN where no real position has these path lengths.
     """
     from_transmitter = antennas.receivers_m - antennas.transmitter_m
-    closed = antennas.n_receivers == 3 and np.linalg.cond(from_transmitter) < _MOST_CONDITION
+    closed = antennas.n_receivers == 3 and np.linalg.cond(from_transmitter) < _MAX_CONDITION
     at_rest = path_lengths(release_position_m[:, None], antennas)
     start = locate_plane(change_m, antennas, release_position_m) if start_m is None else start_m
     solve, out = _intersected if closed else _located, np.empty((3, change_m.shape[1]))

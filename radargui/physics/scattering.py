@@ -21,7 +21,7 @@ from radargui.model.scattering import (
 from radargui.model.setup import Setup
 from radargui.physics.path_length import Antennas, place_antennas
 
-_LEAST_COSINE = 0.1  # of a ray against a wall's normal: beyond 84 degrees it runs along the wall
+_MIN_COSINE = 0.1  # of a ray against a wall's normal: beyond 84 degrees it runs along the wall
 _NEAREST_M = 1e-3  # of the rim from either end of a ray: nearer there is no far field of an edge
 
 
@@ -76,7 +76,7 @@ def wall_factor(position_m: FloatArray, antenna_m: FloatArray, walls: Walls, wav
     near, far = (np.maximum(part * length, _NEAREST_M) for part in (share, 1.0 - share))
     sine, cosine_integral = fresnel(above_m * np.sqrt(wavenumber / np.pi * (1.0 / near + 1.0 / far)))
     part = 0.5 + 0.5 * (1.0 - 1j) * (cosine_integral + 1j * sine)
-    longer_m = (walls.refractive_index - 1.0) * walls.wall_m / np.maximum(cosine, _LEAST_COSINE)
+    longer_m = (walls.refractive_index - 1.0) * walls.wall_m / np.maximum(cosine, _MIN_COSINE)
     return np.where(crosses, 1.0 + np.expm1(1j * wavenumber * longer_m) * part, 1.0)
 
 

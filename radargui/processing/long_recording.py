@@ -14,7 +14,7 @@ from radargui.signals.long_motion import find_long_motion
 
 LONG_SAMPLES = 1 << 22
 """A recording with more samples a channel (126 s at 33.3 kS/s) is long."""
-MOST_SAMPLES = 1 << 19
+MAX_SAMPLES = 1 << 19
 """The longest stretch of a long one that is processed (16 s at 33.3 kS/s): moving throughout it takes about 1 GB."""
 
 
@@ -33,7 +33,7 @@ class LengthLimits:
     """
 
     long: int = LONG_SAMPLES
-    most: int = MOST_SAMPLES
+    most: int = MAX_SAMPLES
     piece: int = PIECE
 
 

@@ -18,7 +18,7 @@ from radargui.model.setup_pool import SetupPrior
 from radargui.model.setup_posterior import SetupLikelihood, SetupValue
 from radargui.model.uncertainty_budget import InputChange
 from radargui.physics.path_length import (
-    LEAST_RECEIVERS,
+    MIN_RECEIVERS,
     locate_exact,
     locate_plane,
     place_antennas,
@@ -66,7 +66,7 @@ def locate(paths: PathLengths, setup: Setup) -> Track | None:
     Track or None
         None with fewer than three receivers.
     """
-    if setup.n_receivers < LEAST_RECEIVERS:
+    if setup.n_receivers < MIN_RECEIVERS:
         return None
     # an invalid path would pull the place without a sign of it
     position = place_at(np.where(paths.valid, paths.change_m, np.nan), setup)

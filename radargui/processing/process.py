@@ -25,7 +25,7 @@ from radargui.model.result import CorrectedIQ, PathLengths, Quality, RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior
 from radargui.model.uncertainty_budget import BudgetLine
-from radargui.physics.path_length import LEAST_RECEIVERS
+from radargui.physics.path_length import MIN_RECEIVERS
 from radargui.processing.checks.evidence import Evidence, Part
 from radargui.processing.checks.run import findings_before, findings_of
 from radargui.processing.continuity import checked, is_alone, known_where, lay_down
@@ -75,7 +75,7 @@ OnPreliminary = Callable[[RunResult], None]
 LANDED_DEAD = "landed_dead"
 """Code of the finding that a fall has no rebound: no correction tells an e of it then."""
 STOPPED = warn("joint_stopped")
-_MOST_ESTIMATES = 3
+_MAX_ESTIMATES = 3
 """Each without what the one before could not explain: a contact that opens again and again does so for the rest of the
 record, too."""
 _OF_FLIGHTS = 0.1
@@ -197,7 +197,7 @@ def _explained(part: Part, measure: Callable[[Part], tuple[Part, MeasuredMotion]
     Where there is no end of such stretches, or nothing stands without them but circles, their receivers are rejected: a
     phase that was led astray for milliseconds may have lost a fringe, and a round circle says nothing of that.
     """
-    for _ in range(_MOST_ESTIMATES):
+    for _ in range(_MAX_ESTIMATES):
         used, motion = measure(part)
         if not motion.unexplained:
             break
@@ -345,7 +345,7 @@ def _left_out(part: Part, motion: MeasuredMotion) -> dict[int, Finding]:
         return {}
     rows = zip(part.receivers, channels, strict=True)
     failed = {number: own.finding for number, own in rows if own.finding and own.verdict == "rejected"}
-    return failed if len(part.receivers) - len(failed) >= LEAST_RECEIVERS else {}
+    return failed if len(part.receivers) - len(failed) >= MIN_RECEIVERS else {}
 
 
 def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResult:

@@ -204,7 +204,7 @@ def _fitted(flights: TrackFlights, known: BoolArray, samples: PathSamples, setup
         begin_s, end_s = flights.begin_s[first:last], flights.end_s[first:last]
         inside = (samples.time_s[:, None] >= begin_s + half_s) & (samples.time_s[:, None] <= end_s - half_s)
         used = seen & inside.any(axis=1)
-        if (inside[seen].sum(axis=0) < PATHS.least_means).any():
+        if (inside[seen].sum(axis=0) < PATHS.min_means).any():
             continue
         start = Flights(
             float(begin_s[0]) if first == 0 else float(flights.first_s[first]),
@@ -230,11 +230,11 @@ def _fitted(flights: TrackFlights, known: BoolArray, samples: PathSamples, setup
 
 
 def _runs(known: BoolArray) -> Iterator[tuple[int, int]]:
-    """Yield begin and end of runs of flights, two to `most_flights` of them; neighbours share a flight."""
+    """Yield begin and end of runs of flights, two to `max_flights` of them; neighbours share a flight."""
     begin = 0
     for number in range(1, known.size + 1):
         ends = number == known.size or not known[number]
-        if ends or number - begin == PATHS.most_flights:
+        if ends or number - begin == PATHS.max_flights:
             if known[begin] and (number - begin > 1 or begin == 0):
                 yield begin, number
             begin = number if ends else number - 1

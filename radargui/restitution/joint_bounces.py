@@ -54,7 +54,7 @@ def fit_with_alternatives(
     if fit is None:
         return None
     others = []
-    for alternative in sorted(alternatives, key=lambda one: -one.weight)[: FLIGHTS.most_alternatives]:
+    for alternative in sorted(alternatives, key=lambda one: -one.weight)[: FLIGHTS.max_alternatives]:
         other = fit_free_flights(alternative.posterior, normal, fit)
         if other is not None:
             others.append((alternative.weight, *_shared(fit, other)))
@@ -200,7 +200,7 @@ def _let_go(free: FreeMotion, first: int) -> int | None:
 def _affordable(free: FreeMotion) -> int:
     """Return how many flights a dense fit can take."""
     sizes = [segment.stop_coefficient - 1 for segment in free.segments]
-    return max(1, int(np.searchsorted(sizes, FLIGHTS.most_coefficients, side="right")))
+    return max(1, int(np.searchsorted(sizes, FLIGHTS.max_coefficients, side="right")))
 
 
 def _likely(free: FreeMotion, n_flights: int) -> int:

@@ -13,7 +13,7 @@ from radargui.model.arrays import BoolArray, FloatArray, pieces
 from radargui.model.gravity import expected_gravity_m_s2, fall_speed_m_s
 from radargui.model.recording import Recording, at_rail
 from radargui.model.setup import Setup
-from radargui.physics.path_length import LEAST_RECEIVERS
+from radargui.physics.path_length import MIN_RECEIVERS
 from radargui.signals.averager import block_means, blocks_with, code_means, held
 from radargui.signals.rows import even_transform_size, order_statistics
 
@@ -55,7 +55,7 @@ JOINT = BandSettings(least_hz=30000.0, per_fringe=200.0)
 """For estimates that know an impact to microseconds and a radius to parts in ten thousand: joint, flights."""
 
 
-LEAST_OF_SIZE = 0.8
+MIN_OF_SIZE = 0.8
 """Share of the longest means that means of those in which lines were looked for may be as long as."""
 
 
@@ -110,7 +110,7 @@ def band_signals(recording: Recording, samples: slice, first_index: int, setup: 
         Its correction; release and floor, where it gives both.
     """
     rate_hz = recording.digitisation.sample_rate_hz
-    if recording.n_receivers < LEAST_RECEIVERS or setup.processing.correction == "none":
+    if recording.n_receivers < MIN_RECEIVERS or setup.processing.correction == "none":
         return _pooled(recording, samples, first_index, 1)
     # a mean blurs the turn at an impact, and only the joint estimate could have told it
     settings = JOINT if setup.processing.correction in ("joint", "flights") else SETTINGS
@@ -125,7 +125,7 @@ def band_signals(recording: Recording, samples: slice, first_index: int, setup: 
     highest_hz = max(_fall_hz(setup), line_hz)
     size = max(1, int(rate_hz / max(settings.least_hz, settings.per_fringe * highest_hz)))
     further = size // pooled.size
-    if further * pooled.size < LEAST_OF_SIZE * size:
+    if further * pooled.size < MIN_OF_SIZE * size:
         return replace(_pooled(recording, samples, first_index, size), highest_hz=highest_hz)
     if further < 2:
         return replace(pooled, highest_hz=highest_hz)

@@ -13,7 +13,7 @@ from radargui.model.front_end import with_phase_sign
 from radargui.model.recording import Recording, absolute_index, channel_skew
 from radargui.model.result import Segment
 from radargui.model.setup import Setup
-from radargui.physics.path_length import LEAST_RECEIVERS
+from radargui.physics.path_length import MIN_RECEIVERS
 from radargui.signals.averager import block_means, blocks_with
 from radargui.signals.conditioned import Conditioned
 from radargui.signals.doppler import SETTINGS as DOPPLER, Doppler, measure_dopplers
@@ -85,7 +85,7 @@ def _conditioned(recording: Recording, stretch: Stretch, delay_s: FloatArray, ph
     opened = open_channels(volts, noise_v, rate_hz, moving)
     doppler: tuple[Doppler, ...]
     echoes: tuple[Echo | None, ...] = (None,) * len(pairs)
-    if len(pairs) < LEAST_RECEIVERS:
+    if len(pairs) < MIN_RECEIVERS:
         # they tell no position: each has to be followed by itself, and at rest too
         found_hz = (*stretch.tones_hz, *(() if stretch.hum is None else stretch.hum.lines_hz))
         alone = [follow_receiver(at_one_time_v[pair], usable[pair], rate_hz, noise_v[pair], found_hz) for pair in pairs]

@@ -11,7 +11,7 @@ import numpy as np
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.finding import Finding
 from radargui.model.result import Segment
-from radargui.physics.path_length import LEAST_RECEIVERS
+from radargui.physics.path_length import MIN_RECEIVERS
 from radargui.signals.doppler import Doppler
 
 if TYPE_CHECKING:
@@ -131,7 +131,7 @@ class Conditioned:
         for row, echo in zip(out, self.echoes, strict=True):
             if echo is not None:
                 row &= echo.leads
-            elif self.n_receivers < LEAST_RECEIVERS:
+            elif self.n_receivers < MIN_RECEIVERS:
                 # no line was ever clear: before and after what shook the voltages a target may move below the noise
                 row[: self.segment.first] = row[self.segment.last :] = False
         return out

@@ -25,15 +25,15 @@ class EchoSettings:
 
     Attributes
     ----------
-    most_drift
+    max_drift
         Largest drift of the offset since it was last measured, in amplitudes, with which a phase is accepted.
-    most_wander
+    max_wander
         Largest root-mean-square change of the offset within 0.3 s, in amplitudes, with which a phase is accepted.
-    least_known
+    min_known
         Share of the clear frames whose offset must be known: with less the target is too slow for spectra.
-    slow, most_slow
+    slow, max_slow
         Frequencies below `slow` times the lowest Doppler frequency near by are taken off where their power exceeds
-        `most_slow` of the whole (a quarter of the amplitude).
+        `max_slow` of the whole (a quarter of the amplitude).
     band, added_hz
         The low-pass has its corner at `band` times the highest Doppler frequency near by, plus `added_hz` for changes
         of speed.
@@ -46,7 +46,7 @@ class EchoSettings:
     deepest
         Where the envelope sinks below this share of its mean the phase may slip, by noise or by a second echo of two
         thirds.
-    most_image
+    max_image
         Largest power of a line's image over that of the line: a tone has an image as strong as itself, an echo behind a
         usual mixer one of a hundredth.
     weak, weak_throughout, weak_elsewhere
@@ -62,23 +62,23 @@ class EchoSettings:
         Doppler frequency in bins from which the mean under a Hann window holds less than 1 % of the echo.
     knots_s
         Distance of the knots of the offset's curve: drifts are slower than 1 Hz.
-    most_scatter
+    max_scatter
         Largest scatter of the frames about the offset's curve, in amplitudes. With more the curve gets more knots, up
         to one a frame.
     """
 
-    most_drift: float = 0.3
-    most_wander: float = 1.4
-    least_known: float = 0.2
+    max_drift: float = 0.3
+    max_wander: float = 1.4
+    min_known: float = 0.2
     slow: float = 0.5
-    most_slow: float = 0.06
+    max_slow: float = 0.06
     band: float = 1.25
     added_hz: float = 40.0
     envelope_s: float = 0.02
     over_noise: float = 5.0
     held: float = 0.4
     deepest: float = 0.25
-    most_image: float = 0.06
+    max_image: float = 0.06
     weak: float = 0.07
     weak_throughout: float = 0.3
     weak_elsewhere: float = 0.5
@@ -87,7 +87,7 @@ class EchoSettings:
     joined_s: float = 0.1
     offset_bins: float = 2.5
     knots_s: float = 0.15
-    most_scatter: float = 0.1
+    max_scatter: float = 0.1
 
 
 SETTINGS = EchoSettings()
@@ -170,8 +170,8 @@ def follow_echo(pair_v: FloatArray, usable: BoolArray, noise_v: FloatArray, dopp
     strong = power > SETTINGS.over_noise * noise_power
     # what is slower and runs about as far as the echo turns is another echo, which leads the phase of both
     wander = _wander(offset + slow, rate_hz)
-    known = np.hypot(drift / SETTINGS.most_drift, wander / SETTINGS.most_wander) < amplitude
-    if not (strong & known).any() or known[doppler.centre[doppler.clear]].mean() < SETTINGS.least_known:
+    known = np.hypot(drift / SETTINGS.max_drift, wander / SETTINGS.max_wander) < amplitude
+    if not (strong & known).any() or known[doppler.centre[doppler.clear]].mean() < SETTINGS.min_known:
         return None
     usual = float(np.quantile(amplitude[strong & known], 0.9))
     strong &= amplitude > SETTINGS.weak * usual
@@ -252,7 +252,7 @@ def _without_slow(
     slow = _low_passed(wave, doppler.sample_rate_hz, 0.5 * SETTINGS.slow * slowest_hz)
     power = uniform_filter1d(np.stack([np.abs(slow) ** 2, np.abs(wave) ** 2]), doppler.size, axis=1, mode="nearest")
     share = power[0, doppler.centre] / np.maximum(power[1, doppler.centre], 1e-300)
-    if float(median(share[doppler.clear])) < SETTINGS.most_slow:
+    if float(median(share[doppler.clear])) < SETTINGS.max_slow:
         return wave, nothing, np.zeros_like(wave)
     slow = _low_passed(wave, doppler.sample_rate_hz, SETTINGS.slow * slowest_hz)
     return wave - slow, ~(doppler.clear | doppler.mixed), slow
@@ -284,7 +284,7 @@ def _images(doppler: Doppler, front_end: FrontEnd, wave: ComplexArray) -> BoolAr
     """
     x, y = point_of(doppler.i, doppler.q, front_end.gain_ratio, front_end.quadrature_error_rad)
     sides = np.abs(np.stack([x + 1j * y, x - 1j * y])) ** 2
-    allowed = SETTINGS.most_image + 3.0 / np.maximum(doppler.power, 1e-300)
+    allowed = SETTINGS.max_image + 3.0 / np.maximum(doppler.power, 1e-300)
     both = np.asarray(doppler.clear & (sides.min(axis=0) > allowed * sides.max(axis=0)))
     # one frame may hold both ways of a turn round: only parts of it tell an image from that
     half, short = doppler.size // 2, max(2, doppler.size // _SHARES)
@@ -318,7 +318,7 @@ def offset_curve(wave: ComplexArray, doppler: Doppler) -> tuple[ComplexArray, Fl
     amplitude = np.sqrt(4.0 * median(doppler.moments[0, seen]) / (doppler.size * (window**2).sum()))
     step = max(round(SETTINGS.knots_s * doppler.sample_rate_hz), half)
     knots, curve, apart = _curve(centre, mean, step, half, wave.size)
-    while apart > SETTINGS.most_scatter * amplitude and step > half:
+    while apart > SETTINGS.max_scatter * amplitude and step > half:
         step = max(step // 2, half)
         knots, curve, apart = _curve(centre, mean, step, half, wave.size)
     sample = np.arange(wave.size)

@@ -18,7 +18,7 @@ WINDOW_M = 1.103625e-3
 hand: shorter, noise hides it; longer, falls are missed."""
 ACCELERATION = (0.6, 1.45)
 """Allowed share of the acceleration expected at the release: it changes as the sphere comes nearer to the floor."""
-LEAST_SPEED_M = 4.587e-3
+MIN_SPEED_M = 4.587e-3
 """Way of a fall from rest to the least speed, 0.3 m/s on Earth; slower, noise hides which way the phase turns."""
 LARGEST_MISFIT_RAD = 0.4
 """Root mean square about the parabola. Chosen by hand: less, and weak receivers see no fall; more, and noise passes."""
@@ -48,9 +48,9 @@ def window_of(rate_hz: float, gravity_m_s2: float, half_m: float = WINDOW_M) -> 
     return max(6, round(2.0 * fall_time_s(half_m, gravity_m_s2) * rate_hz))
 
 
-def least_speed_m_s(gravity_m_s2: float) -> float:
+def min_speed_m_s(gravity_m_s2: float) -> float:
     """Return the speed along the fall below which a window says nothing."""
-    return fall_speed_m_s(LEAST_SPEED_M, gravity_m_s2)
+    return fall_speed_m_s(MIN_SPEED_M, gravity_m_s2)
 
 
 def turning_phases(volts: FloatArray, rate_hz: float) -> FloatArray:

@@ -21,24 +21,24 @@ from radargui.signals.fall import (
     RATE_HZ,
     WINDOW_M,
     VerticalMotion,
-    least_speed_m_s,
     longest_run,
+    min_speed_m_s,
     radians_fallen,
     turning_phases,
     vertical_motion,
     window_of,
 )
 
-LEAST_M = 0.01765
+MIN_M = 0.01765
 """All phases have to turn with a free fall's acceleration for as long as a fall from rest takes for this, whatever
 their signs: 60 ms on Earth."""
 FIRST_M = 0.4414
 """Of the motion as much is looked at first as a fall from so high takes."""
-LEAST_RECEIVERS = 3
+MIN_RECEIVERS = 3
 """Of fewer the phases may turn so by chance: nothing is then said."""
-LEAST_ALONG = 0.5
+MIN_ALONG = 0.5
 """Of the path's change with the height: an antenna below the sphere and one above hardly see it fall."""
-MOST_APART = 1.5
+MAX_APART = 1.5
 """Between the accelerations of the receivers, and their speeds, along the vertical; wrong tilts leave so much."""
 
 
@@ -72,8 +72,8 @@ class FallRule:
         Antennas, release, wavelength.
     rate_hz
         Of the phases.
-    half_m, least_m
-        Ways of a fall from rest, as `WINDOW_M` and `LEAST_M`.
+    half_m, min_m
+        Ways of a fall from rest, as `WINDOW_M` and `MIN_M`.
 
     Attributes
     ----------
@@ -87,18 +87,18 @@ class FallRule:
         Whether the receivers stand so that their phases show a fall clearly enough to be judged.
     """
 
-    def __init__(self, setup: Setup, rate_hz: float, half_m: float = WINDOW_M, least_m: float = LEAST_M) -> None:
+    def __init__(self, setup: Setup, rate_hz: float, half_m: float = WINDOW_M, min_m: float = MIN_M) -> None:
         self.gravity_m_s2 = expected_gravity_m_s2(setup.site)
         self.window, self.rad_per_m = window_of(rate_hz, self.gravity_m_s2, half_m), radians_fallen(setup)
-        self._least = fall_time_s(least_m, self.gravity_m_s2) * rate_hz - self.window
-        self._least_m_s = least_speed_m_s(self.gravity_m_s2)
+        self._least = fall_time_s(min_m, self.gravity_m_s2) * rate_hz - self.window
+        self._min_m_s = min_speed_m_s(self.gravity_m_s2)
         self._nothing = FallSigns((False,) * setup.n_receivers)
-        least = 2.0 * np.pi / setup.radar.wavelength_m * LEAST_ALONG
-        self.is_decisive = setup.n_receivers >= LEAST_RECEIVERS and bool(self.rad_per_m.min() >= least)
+        least = 2.0 * np.pi / setup.radar.wavelength_m * MIN_ALONG
+        self.is_decisive = setup.n_receivers >= MIN_RECEIVERS and bool(self.rad_per_m.min() >= least)
 
     def signs(self, found: VerticalMotion) -> FallSigns | None:
         """Return what phases say, in windows of the rule, signs as the setup has them; None where all fall rightly."""
-        share, together = found.times_g, _together(found, self._least_m_s)
+        share, together = found.times_g, _together(found, self._min_m_s)
         falls = together & ((np.abs(share) > ACCELERATION[0]) & (np.abs(share) < ACCELERATION[1])).all(axis=0)
         turned = share < 0.0
         if (falls & ~turned.any(axis=0)).any():
@@ -121,7 +121,7 @@ def _together(found: VerticalMotion, least_m_s: float) -> BoolArray:
     together = (found.fits & (speed > least_m_s)).all(axis=0)
     # whatever their signs: what moves sideways shows each receiver another
     for sizes in (speed, np.abs(found.times_g)):
-        together &= sizes.max(axis=0) < MOST_APART * sizes.min(axis=0)
+        together &= sizes.max(axis=0) < MAX_APART * sizes.min(axis=0)
     return np.asarray(together)
 
 

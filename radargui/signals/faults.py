@@ -13,7 +13,7 @@ from radargui.signals.rows import pairs_of
 
 CLIPPED_SHARE = 0.03
 """Of the motion at one end of the range: a full wave of a 12 bit converter has 1 % of its samples at its two crests."""
-PILED, LEAST_PILED = 5, 20
+PILED, MIN_PILED = 5, 20
 """Samples at an end over those at the value beside it, and in number, that no crest has."""
 
 
@@ -23,7 +23,7 @@ class OpenSettings:
 
     Attributes
     ----------
-    block_s, least_blocks
+    block_s, min_blocks
         Deviations are taken over blocks of this length; a channel is open if at least so many blocks in turn are still.
         Shorter openings are found by the estimates.
     still, still_sigmas
@@ -34,7 +34,7 @@ class OpenSettings:
     """
 
     block_s: float = 0.0125
-    least_blocks: int = 2
+    min_blocks: int = 2
     still: float = 0.07
     still_sigmas: float = 1.5
     round: float = 0.55
@@ -58,7 +58,7 @@ def open_channels(volts: FloatArray, noise_v: FloatArray, sample_rate_hz: float,
     out = np.zeros(volts.shape, dtype=np.bool_)
     size = max(1, round(OPEN.block_s * sample_rate_hz))
     count = volts.shape[1] // size
-    if count < OPEN.least_blocks:
+    if count < OPEN.min_blocks:
         return out
     blocks = volts[:, : count * size].reshape(volts.shape[0], count, size)
     mean, square = blocks.mean(axis=2), np.einsum("cbs,cbs->cb", blocks, blocks) / size
@@ -73,7 +73,7 @@ def open_channels(volts: FloatArray, noise_v: FloatArray, sample_rate_hz: float,
     is_open = still & goes_round[other]
     for row, own, own_still in zip(out, is_open, still, strict=True):
         for first, last in runs_of(own).tolist():
-            if last - first < OPEN.least_blocks:
+            if last - first < OPEN.min_blocks:
                 continue
             # what follows is no echo either while the channel stands
             end = last + int(np.argmin(np.append(own_still[last:], False)))
@@ -94,10 +94,10 @@ def plateaus(volts: RawArray, moving: slice) -> BoolArray:
         for end, inner in ((inside.max(), -np.inf), (inside.min(), np.inf)):
             at_end = inside == end
             count = int(np.count_nonzero(at_end))
-            if count == inside.size or count <= min(CLIPPED_SHARE * inside.size, LEAST_PILED):
+            if count == inside.size or count <= min(CLIPPED_SHARE * inside.size, MIN_PILED):
                 continue
             beside = inside[~at_end].max() if inner < 0 else inside[~at_end].min()
-            if count > CLIPPED_SHARE * inside.size or count > max(PILED * int((inside == beside).sum()), LEAST_PILED):
+            if count > CLIPPED_SHARE * inside.size or count > max(PILED * int((inside == beside).sum()), MIN_PILED):
                 row |= channel == end
     return out
 
@@ -129,6 +129,6 @@ def with_open(faults: tuple[Finding | None, ...], opened: BoolArray) -> tuple[Fi
     out, names = list(faults), iq_names(len(faults))
     for channel, share in enumerate(opened.mean(axis=1).tolist()):
         # what is known to be dead need not be open
-        if share > PAIR.most_clipped and not faults[channel // 2]:
+        if share > PAIR.max_clipped and not faults[channel // 2]:
             out[channel // 2] = refuse("channel_open", channel=names[channel], share=share)
     return tuple(out)

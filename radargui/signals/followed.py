@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.physics.path_length import LEAST_RECEIVERS
+from radargui.physics.path_length import MIN_RECEIVERS
 from radargui.signals.doppler import ALONE, Doppler, measure_doppler
 from radargui.signals.rows import pairs_of
 from radargui.signals.segment import Motion
@@ -20,8 +20,8 @@ FILLED_SHARE, FILL_ROUNDS = 0.003, 4
 """Share of clipped samples that moves the front end by its u, and rounds after which a fifth of them does not."""
 CLIPPED_U = 0.25
 """Uncertainty of ln gain that filled samples leave, times their share (`bench robust`, kind clipped)."""
-LEAST_LED = 0.12
-"""Share of a record that an echo under the noise must lead in to be a motion: as in `LEAST_KNOWN` of the path."""
+MIN_LED = 0.12
+"""Share of a record that an echo under the noise must lead in to be a motion: as in `MIN_KNOWN` of the path."""
 
 
 def follow_receiver(
@@ -50,10 +50,10 @@ def steady_motion(
 ) -> Motion | None:
     """Return the motion of a target too weak to shake the voltages, but whose line one or two receivers show."""
     pairs = pairs_of(volts)
-    if len(pairs) >= LEAST_RECEIVERS:
+    if len(pairs) >= MIN_RECEIVERS:
         return None
     for pair in pairs:
         _, echo = follow_receiver(volts[pair], usable[pair], rate_hz, noise_v[pair], lines_hz)
-        if echo is not None and echo.leads.mean() > LEAST_LED:
+        if echo is not None and echo.leads.mean() > MIN_LED:
             return Motion(0, volts.shape[1], 0.0)
     return None

@@ -19,7 +19,7 @@ class FollowSettings:
     share, bins
         A frame is missed where the frequencies differ by more than a share of the Doppler frequency and more than so
         many bins of its spectrum.
-    most_missed, least_missed
+    max_missed, min_missed
         Share of the frames that may be missed (at an impact two speeds share a frame), and how many at any rate.
     still_bins
         Largest frequency of the phase, in bins, where the spectrum shows no line.
@@ -32,8 +32,8 @@ class FollowSettings:
 
     share: float = 0.08
     bins: float = 0.7
-    most_missed: float = 0.1
-    least_missed: int = 3
+    max_missed: float = 0.1
+    min_missed: int = 3
     still_bins: float = 2.5
     arc_line: float = 0.03
     arc_rad: float = 0.7
@@ -41,7 +41,7 @@ class FollowSettings:
 
 
 ALONE = FollowSettings()
-TOGETHER = FollowSettings(most_missed=0.5, least_missed=4)
+TOGETHER = FollowSettings(max_missed=0.5, min_missed=4)
 """Where all receivers are fitted together. Chosen by hand: single moments are bridged, a path that strays is not."""
 _PARTS = 8
 """Of a frame's middle half: a turn round falls into one of them."""
@@ -123,4 +123,4 @@ def _shown_hz(phase_rad: FloatArray, doppler: Doppler) -> FloatArray:
 
 def follows(missed: BoolArray, share: float, settings: FollowSettings = ALONE) -> bool:
     """Whether a phase follows its signal, from what `missed_frames` counted: frames (n_frames,), and the share."""
-    return int(missed.sum()) < settings.least_missed or share <= settings.most_missed
+    return int(missed.sum()) < settings.min_missed or share <= settings.max_missed

@@ -26,7 +26,7 @@ class HumSettings:
     ----------
     pooled_hz
         Rate of the means that the hum is fitted to: eight of them in a period of the fifth harmonic.
-    least_rest_s
+    min_rest_s
         Least rest, five periods of 50 Hz: a shorter one does not distinguish a hum from a drift.
     search_hz
         Largest distance from the nominal frequency; chosen by hand, wide enough for a generator.
@@ -42,7 +42,7 @@ class HumSettings:
     """
 
     pooled_hz: float = 2000.0
-    least_rest_s: float = 0.1
+    min_rest_s: float = 0.1
     search_hz: float = 0.5
     frequency_sd_hz: float = 0.05
     convincing: float = 60.0
@@ -112,7 +112,7 @@ def find_hum(volts: FloatArray, sample_rate_hz: float, rests: Sequence[slice], n
     Hum or None
         None where less than 0.1 s is at rest or no hum stands out of the noise.
     """
-    if sum(part.stop - part.start for part in rests) < SETTINGS.least_rest_s * sample_rate_hz:
+    if sum(part.stop - part.start for part in rests) < SETTINGS.min_rest_s * sample_rate_hz:
         return None
     size = max(1, round(sample_rate_hz / SETTINGS.pooled_hz))
     means = tuple(_pooled(volts[:, part], part.start, size, sample_rate_hz) for part in rests)

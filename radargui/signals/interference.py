@@ -23,15 +23,15 @@ class InterferenceSettings:
     frame_s
         Length of the pieces whose spectra are compared: long enough to resolve a tone, short enough to see a target
         pass.
-    frames, least_frames
-        Shorter recordings are cut into `frames` pieces of at least 0.1 s. Fewer than `least_frames` do not distinguish
+    frames, min_frames
+        Shorter recordings are cut into `frames` pieces of at least 0.1 s. Fewer than `min_frames` do not distinguish
         a line from a target of constant speed.
-    least_image
+    min_image
         Least ratio of the powers at -f and +f, in both directions, of the median piece: a mixer of gain 1.6 with 35
         degrees of quadrature error makes an image of 0.16.
-    least_share
+    min_share
         Least share of the pieces that must show the line.
-    least_coherence
+    min_coherence
         A source of its own keeps its phase from piece to piece; a plate that goes to and fro within each of them, and
         so has its line on both sides, does not. Of 30 hums and tones of `bench robust` none had less than 0.8, a plate
         0.55.
@@ -44,7 +44,7 @@ class InterferenceSettings:
         Power over the median of its neighbourhood, and over white noise.
     neighbourhood_hz
         Half width of that neighbourhood.
-    most_lines
+    max_lines
         Strongest lines that are taken off.
     notch_s
         Length of the window in which a line's amplitude is followed.
@@ -54,15 +54,15 @@ class InterferenceSettings:
 
     frame_s: float = 0.25
     frames: int = 8
-    least_frames: int = 5
-    least_image: float = 0.25
-    least_share: float = 0.85
-    least_coherence: float = 0.7
+    min_frames: int = 5
+    min_image: float = 0.25
+    min_share: float = 0.85
+    min_coherence: float = 0.7
     mains_coherence: float = 0.95
     mains_steady: float = 0.25
     stands_out: float = 25.0
     neighbourhood_hz: float = 60.0
-    most_lines: int = 12
+    max_lines: int = 12
     notch_s: float = 0.4
     lowest_hz: float = 30.0
 
@@ -108,14 +108,14 @@ def find_interference(volts: FloatArray, sample_rate_hz: float, noise_v: FloatAr
     frame_s = max(0.1, min(SETTINGS.frame_s, duration_s / SETTINGS.frames))
     size = even_transform_size(frame_s * sample_rate_hz)
     count = volts.shape[1] // size if size else 0
-    if count < SETTINGS.least_frames:
+    if count < SETTINGS.min_frames:
         return ()
     frames = volts[:, : count * size].reshape(volts.shape[0], count, size)
     hz = np.arange(size // 2 + 1) * sample_rate_hz / size
     white = 2.0 * float((np.hanning(size) ** 2).sum())
     at_mains = (np.abs(hz - np.array(MAINS_HZ)[:, None]) <= 2.0 / frame_s).any(axis=0)
     # most records hold none: nothing that stands out in so many pieces, of both directions or at the mains, either way
-    missed = count - SETTINGS.least_share * (count - 1)
+    missed = count - SETTINGS.min_share * (count - 1)
     for part in (slice(min(count, 2 * int(missed) + 2)), slice(count)):
         spectrum, ahead, back = _directions(frames[:, part], noise_v)
         power = np.minimum(ahead, back)
@@ -126,17 +126,17 @@ def find_interference(volts: FloatArray, sample_rate_hz: float, noise_v: FloatAr
     image = power / np.maximum(np.maximum(ahead, back), 1e-300)
     width = max(4, round(SETTINGS.neighbourhood_hz * frame_s))
     # in nearly all pieces: a target stays at one frequency in some of them only
-    level = np.quantile(power, 1.0 - SETTINGS.least_share, axis=1)
+    level = np.quantile(power, 1.0 - SETTINGS.min_share, axis=1)
     # 1/f noise is high everywhere near by, a line is not
     around = _local_median(median(np.maximum(ahead, back), axis=1), width)
     tall = (level > SETTINGS.stands_out * white) & (level > SETTINGS.stands_out * 0.2 * around)
-    is_interference = (median(image, axis=1) > SETTINGS.least_image) & (_coherence(spectrum) > SETTINGS.least_coherence)
+    is_interference = (median(image, axis=1) > SETTINGS.min_image) & (_coherence(spectrum) > SETTINGS.min_coherence)
     top = _peaks(level)
     in_band = (hz > SETTINGS.lowest_hz) & (hz < 0.45 * sample_rate_hz)
     certain, bin_hz = hz[(tall & is_interference & top).any(axis=0) & in_band], sample_rate_hz / size
     is_interference |= tall & _of_mains([_refined(volts, sample_rate_hz, float(f), bin_hz) for f in certain[:20]], hz)
     # what keeps to the mains' own frequency throughout is hum, also where its phases in I and Q turn it one way
-    power, usual = np.quantile(np.maximum(ahead, back), [1.0 - SETTINGS.least_share, 0.5], axis=1)
+    power, usual = np.quantile(np.maximum(ahead, back), [1.0 - SETTINGS.min_share, 0.5], axis=1)
     coherent = _peaks(power) & (power > SETTINGS.stands_out * white) & (_coherence(spectrum) > SETTINGS.mains_coherence)
     # a bouncing sphere passes there now and then: hum is there all the time, and as strong
     coherent &= power > SETTINGS.mains_steady * usual
@@ -145,7 +145,7 @@ def find_interference(volts: FloatArray, sample_rate_hz: float, noise_v: FloatAr
     mains_hz = [one for one, mains in zip(mains_hz, near, strict=True) if abs(one - mains) < MAINS_WITHIN_HZ]
     is_interference |= tall & _of_mains(mains_hz, hz)
     found = np.flatnonzero((tall & is_interference & top).any(axis=0) & in_band)
-    strongest = found[np.argsort(level[:, found].max(axis=0))[::-1]][: SETTINGS.most_lines]
+    strongest = found[np.argsort(level[:, found].max(axis=0))[::-1]][: SETTINGS.max_lines]
     lines_hz = list(mains_hz)
     for near_hz in hz[strongest]:
         # beside a target a weak harmonic says its frequency less well than the mains do

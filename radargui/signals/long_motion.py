@@ -10,7 +10,7 @@ import numpy as np
 from radargui.model.arrays import FloatArray
 from radargui.signals.averager import block_means, held
 from radargui.signals.noise import white_noise_v
-from radargui.signals.segment import LEAST_SAMPLES, activity, block_size, motions_apart, moving_blocks
+from radargui.signals.segment import MIN_SAMPLES, activity, block_size, motions_apart, moving_blocks
 
 PAUSE_S = 2.0
 """Two motions with at least so much rest between them are two."""
@@ -23,7 +23,7 @@ PIECE_S = 5.0
 REST_SHARE = 0.2
 """Rest before the motion that is taken along, as a share of the motion: what is quiet is told from it."""
 
-MOST_REST = 0.25
+MAX_REST = 0.25
 """Of what may be returned, at most so much is rest."""
 
 
@@ -47,7 +47,7 @@ class LongMotion:
     cut: bool
 
 
-def find_long_motion(pieces: Iterable[FloatArray], sample_rate_hz: float, most_samples: int) -> LongMotion | None:
+def find_long_motion(pieces: Iterable[FloatArray], sample_rate_hz: float, max_samples: int) -> LongMotion | None:
     """Find the longest motion with rest before it, else the longest.
 
     Motion is found as in `find_motion`, with the noise of each piece and the quiet level of the whole. A hum that lasts
@@ -59,7 +59,7 @@ def find_long_motion(pieces: Iterable[FloatArray], sample_rate_hz: float, most_s
         Consecutive voltages, shape (n_channels, n), any lengths; NaN are held.
     sample_rate_hz
         Rate of each channel.
-    most_samples
+    max_samples
         Greatest number of samples that is returned.
 
     Returns
@@ -81,10 +81,10 @@ def find_long_motion(pieces: Iterable[FloatArray], sample_rate_hz: float, most_s
     # hum and quiet level are taken from it, and more so of a long motion
     rest = round(max(REST_S * rate_hz, REST_SHARE * (end - begin)))
     # not back into the motion before
-    rest = min(rest, begin - earlier, round(MOST_REST * most_samples / size))
+    rest = min(rest, begin - earlier, round(MAX_REST * max_samples / size))
     first = (begin - rest) * size
     wanted = min(end * size + round(AFTER_S * sample_rate_hz), count)
-    last = min(wanted, first + most_samples)
+    last = min(wanted, first + max_samples)
     return LongMotion(first, last, len(motions), cut=last < end * size)
 
 
@@ -94,7 +94,7 @@ def _levels(pieces: Iterable[FloatArray], sample_rate_hz: float) -> tuple[FloatA
     levels, count = [np.zeros(0)], 0
     for volts in _regular(pieces, max(1, round(PIECE_S * sample_rate_hz / size)) * size):
         count += volts.shape[1]
-        if volts.shape[1] >= LEAST_SAMPLES:
+        if volts.shape[1] >= MIN_SAMPLES:
             whole = held(volts)
             means = block_means(whole, size)
             noise_v = white_noise_v(whole) / np.sqrt(size)

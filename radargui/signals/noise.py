@@ -8,7 +8,7 @@ from radargui.model.arrays import FloatArray, median
 
 SIXTH_DIFFERENCE_GAIN = 924.0
 """Sum of the squared binomial coefficients of order 6: variance of the sixth difference of unit white noise."""
-LEAST_SAMPLES = 64
+MIN_SAMPLES = 64
 """Of a channel: its noise is then known to 15 % (standard deviation over 500 draws of white noise)."""
 _SIXTH_DIFFERENCE = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])  # binomial coefficients, signs by turns
 _BLOCK = 64
@@ -16,9 +16,9 @@ _BLOCK = 64
 _CALM = 3.0
 """A block with so many times the median power holds an impact or a glitch. Of white noise one block
 in a thousand has 2.3 times."""
-_LEAST_OF_SPAN = 1e-6
+_MIN_OF_SPAN = 1e-6
 """Of the channel's range: a simulated signal without noise keeps finite weights, a converter of 16 bit has 4e-6."""
-_LEAST_V = 1e-12  # in V: a channel that shows one value only keeps finite weights, far below any converter's step
+_MIN_V = 1e-12  # in V: a channel that shows one value only keeps finite weights, far below any converter's step
 
 
 def white_noise_v(volts: FloatArray) -> FloatArray:
@@ -37,7 +37,7 @@ def white_noise_v(volts: FloatArray) -> FloatArray:
     FloatArray
         Volts, shape (n_channels,), above zero.
     """
-    least = np.maximum(_LEAST_OF_SPAN * np.ptp(volts, axis=1), _LEAST_V)
+    least = np.maximum(_MIN_OF_SPAN * np.ptp(volts, axis=1), _MIN_V)
     difference = sixth_differences(volts)
     if difference.shape[1] == 0:
         return np.asarray(least)

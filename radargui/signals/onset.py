@@ -28,7 +28,7 @@ class OnsetSettings:
     threshold
         Difference from the prediction that ends the rest, if two blocks in turn exceed it: in standard deviations, root
         mean square over the channels.
-    most_wander
+    max_wander
         Largest standard deviation within a rest, as a share of that of the whole record.
     widths, sigmas
         Numbers of blocks that are averaged, one after another, to find a creeping tracer; and the standard deviations
@@ -49,7 +49,7 @@ class OnsetSettings:
     ahead: int = 3
     fewest: int = 10
     threshold: float = 6.0
-    most_wander: float = 0.02
+    max_wander: float = 0.02
     widths: tuple[int, ...] = (1, 4, 10)
     sigmas: tuple[float, float] = (6.0, 4.0)
     crept: float = 0.015
@@ -72,14 +72,14 @@ class RestSettings:
     ----------
     before_onset_s
         Time left out before the onset, because a slow beginning is seen late.
-    least_s
+    min_s
         Least rest where there is an onset. As long as the onset is not known, this time is left out before the motion.
     after_motion_s
         Time left out after the motion, because the last small bounces, some 20 ms apart, look like a hum.
     """
 
     before_onset_s: float = 0.03
-    least_s: float = 0.02
+    min_s: float = 0.02
     after_motion_s: float = 0.2
 
 
@@ -108,11 +108,11 @@ def rest_before(volts: FloatArray, time_s: FloatArray, motion: Motion) -> tuple[
     crept = creeps_since(time_s[part], volts[:, part] / scale[:, None], onset)
     if crept is not None:
         rest_end = crept - REST.before_onset_s
-        return (crept, rest_end) if rest_end > begin + REST.least_s else (float("-inf"), begin)
+        return (crept, rest_end) if rest_end > begin + REST.min_s else (float("-inf"), begin)
     # a slow beginning is seen late: by about as much as the shaking of the voltages is seen after the onset
     late = max(0.0, seen - onset)
     # what looks at rest for as long again before it may be creeping already
-    rest_end = max(onset - late - REST.before_onset_s, begin + REST.least_s)
+    rest_end = max(onset - late - REST.before_onset_s, begin + REST.min_s)
     is_moving = is_under_way(time_s[part], volts[:, part] / scale[:, None], rest_end)
     return (float("-inf"), begin) if is_moving else (onset, rest_end)
 
@@ -150,7 +150,7 @@ def find_onset(time_s: FloatArray, value: FloatArray, spread: FloatArray | None 
     # 0.95: the median of a difference of two normal numbers, in the deviation of one
     white = median(np.abs(early), axis=1) / 0.95 / np.sqrt(count[0]) + 1e-12
     spread = value.std(axis=1) if spread is None else spread
-    size = np.stack([white, np.maximum(white, SETTINGS.most_wander * median(spread))])
+    size = np.stack([white, np.maximum(white, SETTINGS.max_wander * median(spread))])
     # what differs from a straight line by more than a rest may is none
     basis = _foresight(fewest, 1).basis
     bent = mean[:, :fewest] - (mean[:, :fewest] @ basis) @ basis.T

@@ -10,7 +10,7 @@ import numpy as np
 from radargui.model.arrays import BoolArray, FloatArray, median
 from radargui.model.finding import Finding, refuse
 from radargui.signals.doppler import Doppler
-from radargui.signals.noise import LEAST_SAMPLES, SIXTH_DIFFERENCE_GAIN, sixth_differences
+from radargui.signals.noise import MIN_SAMPLES, SIXTH_DIFFERENCE_GAIN, sixth_differences
 from radargui.signals.whole_turn import turn_around_ellipse
 
 
@@ -22,20 +22,20 @@ class PairSettings:
 
     Attributes
     ----------
-    least_frames
+    min_frames
         Clear frames without which nothing is said.
-    least_clear
+    min_clear
         Share of clear frames below which nothing is said: single clear frames may come from slow noise and the floor.
-    least_bins
+    min_bins
         Least Doppler frequency of a frame that counts, in bins of its spectrum.
-    least_line
+    min_line
         Least power of a line, as a share of that of a target that moved I and Q as far but turned all the time: an arc
         of a few degrees to and fro has a hundredth.
     gain
         Largest ratio of I to Q, either way: mixers of 24 GHz modules have up to 1.6.
-    least_sine
+    min_sine
         Of the phase between I and Q: 0.6 is an error of 53 degrees, beyond what a mixer has (35 in cheap ones).
-    frames_for_odd, most_odd
+    frames_for_odd, max_odd
         From so many clear frames on, the largest share of them in which gain or phase may be another: where the target
         turns round a frame holds two speeds.
     longest_s
@@ -44,18 +44,18 @@ class PairSettings:
         A gain that differs from the typical one by this factor counts as another.
     odd_deg
         A phase that differs from the typical one by so many degrees counts as another.
-    most_mixed
+    max_mixed
         Share of strong frames with more than one frequency.
-    most_clipped
+    max_clipped
         Share of clipped samples in the motion.
     same
         Two channels are the same voltage if they differ by less than this share of their signal.
     sure_deg, doubtful_deg
         Of two receivers with one cable, the one whose I and Q are a quarter of a turn apart within the first has its
         own, where the other misses it by more than the second: more than mixers do.
-    least_noise
+    min_noise
         Noise below this share of the variance is not compared.
-    most_white, least_seen
+    max_white, min_seen
         White share of what moves I and Q above which it is noise that comes and goes, where fewer frames than the
         second show a line: an echo 10 dB below the noise of a sample still stands 15 dB out of a frame.
     nothing
@@ -67,25 +67,25 @@ class PairSettings:
         Two receivers are one where they differ by less than this share of their noise.
     """
 
-    least_frames: int = 4
-    least_clear: float = 0.4
-    least_bins: float = 3.5
-    least_line: float = 0.03
+    min_frames: int = 4
+    min_clear: float = 0.4
+    min_bins: float = 3.5
+    min_line: float = 0.03
     gain: float = 2.5
-    least_sine: float = 0.6
+    min_sine: float = 0.6
     frames_for_odd: int = 8
-    most_odd: float = 0.4
+    max_odd: float = 0.4
     longest_s: float = 0.15
     odd_gain: float = 2.0
     odd_deg: float = 25.0
-    most_mixed: float = 0.7
-    most_clipped: float = 0.25
+    max_mixed: float = 0.7
+    max_clipped: float = 0.25
     same: float = 0.02
     sure_deg: float = 12.0
     doubtful_deg: float = 30.0
-    least_noise: float = 1e-8
-    most_white: float = 0.9
-    least_seen: float = 0.1
+    min_noise: float = 1e-8
+    max_white: float = 0.9
+    min_seen: float = 0.1
     nothing: float = 0.3
     near: float = 0.1
     shared_noise: float = 0.5
@@ -106,13 +106,13 @@ def check_receiver(doppler: Doppler, pair_v: FloatArray, noise_v: FloatArray, us
     """
     # first: a clipped sine has harmonics, which all that follows would take for faults
     clipped = float((~usable).any(axis=0).mean())
-    if clipped > SETTINGS.most_clipped:
+    if clipped > SETTINGS.max_clipped:
         return refuse("samples_clipped", share=clipped)
     # less noise: a dead input still has its own
     variance = pair_v.var(axis=1)
     # what moves them beyond their own noise
     spread = np.sqrt(np.maximum(variance - noise_v**2, 0.0))
-    unseen = doppler.clear.mean() < SETTINGS.least_seen
+    unseen = doppler.clear.mean() < SETTINGS.min_seen
     if unseen and (spread < SETTINGS.nothing * noise_v).all():
         return refuse("antenna_off")
     weak, strong = ("I", "Q") if spread[0] < spread[1] else ("Q", "I")
@@ -123,19 +123,19 @@ def check_receiver(doppler: Doppler, pair_v: FloatArray, noise_v: FloatArray, us
     apart = float(variance.sum()) - 2.0 * abs(float(moved[0] @ moved[1])) / pair_v.shape[1]
     if apart < min(SETTINGS.same**2 * spread.min() ** 2 + 1.2 * float((noise_v**2).sum()), 0.05 * spread.min() ** 2):
         return refuse("signal_on_both")
-    white = SETTINGS.most_white * SIXTH_DIFFERENCE_GAIN * pair_v.shape[1] * variance
+    white = SETTINGS.max_white * SIXTH_DIFFERENCE_GAIN * pair_v.shape[1] * variance
     if unseen and ((sixth_differences(pair_v) ** 2).sum(axis=1) > white).all():
         return refuse("noise_in_bursts")
     # slower than some bins of the spectrum, a turn round and the bias that turns with it fill the same frame
-    clear = doppler.clear & (doppler.frequency_hz >= SETTINGS.least_bins * doppler.resolution_hz)
+    clear = doppler.clear & (doppler.frequency_hz >= SETTINGS.min_bins * doppler.resolution_hz)
     # a hand that trembles moves I and Q to and fro along a short arc, together: only whole turns tell a pair. One that
     # turns all the time has this power, with Hann's window
     whole_turns = doppler.size / 3.0 * float(variance.sum() / (noise_v**2).sum())
-    clear &= doppler.power > SETTINGS.least_line * whole_turns
+    clear &= doppler.power > SETTINGS.min_line * whole_turns
     mixed = doppler.mixed
-    if int(mixed.sum()) >= SETTINGS.least_frames and mixed.sum() > SETTINGS.most_mixed * (mixed.sum() + clear.sum()):
+    if int(mixed.sum()) >= SETTINGS.min_frames and mixed.sum() > SETTINGS.max_mixed * (mixed.sum() + clear.sum()):
         return refuse("several_frequencies")
-    if int(clear.sum()) < SETTINGS.least_frames or doppler.clear.mean() < SETTINGS.least_clear:
+    if int(clear.sum()) < SETTINGS.min_frames or doppler.clear.mean() < SETTINGS.min_clear:
         return None
     fault = _fault_of_lines(doppler, clear, spread)
     if fault is None:
@@ -159,18 +159,18 @@ def _fault_of_lines(doppler: Doppler, clear: BoolArray, spread: FloatArray) -> F
     # the sign is the direction of the motion, which turns round at each bounce
     angle = _angles_deg(doppler, clear)
     typical = float(median(angle))
-    if np.sin(np.radians(typical)) < SETTINGS.least_sine:
+    if np.sin(np.radians(typical)) < SETTINGS.min_sine:
         return refuse("pair_not_in_quadrature", angle_deg=typical)
     odd = (np.abs(np.log(q / i / gain)) > np.log(SETTINGS.odd_gain)) | (np.abs(angle - typical) > SETTINGS.odd_deg)
     short = doppler.size < SETTINGS.longest_s * doppler.sample_rate_hz
-    if short and odd.size >= SETTINGS.frames_for_odd and odd.mean() > SETTINGS.most_odd:
+    if short and odd.size >= SETTINGS.frames_for_odd and odd.mean() > SETTINGS.max_odd:
         return refuse("pair_without_phase")
     return None
 
 
 def is_worse_pair(one: Doppler, other: Doppler) -> bool:
     """Whether of two receivers, one of which has a cable of the other, it is the first: its I and Q are no pair."""
-    if min(int(one.clear.sum()), int(other.clear.sum())) < SETTINGS.least_frames:
+    if min(int(one.clear.sum()), int(other.clear.sum())) < SETTINGS.min_frames:
         return False
     of_one, of_other = (abs(90.0 - float(median(_angles_deg(x, x.clear)))) for x in (one, other))
     return of_one > SETTINGS.doubtful_deg and of_other < SETTINGS.sure_deg
@@ -206,7 +206,7 @@ def same_channels(
     sign = np.tile([1.0, float(phase_sign)], n_receivers)
     apart = _mean_squares_apart(volts, sign)
     unlike = apart
-    if rest_v.shape[1] > LEAST_SAMPLES:
+    if rest_v.shape[1] > MIN_SAMPLES:
         # differences: a hum is shared by all cables, white noise by one alone
         unlike = 0.5 * _mean_squares_apart(np.diff(rest_v, axis=1), sign)
     noise = np.add.outer(noise_v**2, noise_v**2)
@@ -217,7 +217,7 @@ def same_channels(
         block = np.s_[2 * one : 2 * one + 2, 2 * other : 2 * other + 2]
         same = alike[block]
         if (apart[block] < SETTINGS.near * shown[block] + 2.0 * noise[block]).diagonal().all():
-            audible = noise[block] > SETTINGS.least_noise * shown[block]
+            audible = noise[block] > SETTINGS.min_noise * shown[block]
             same = same & audible & (unlike[block] < SETTINGS.shared_noise * noise[block])
         found.extend((2 * one + int(a), 2 * other + int(b)) for a, b in np.argwhere(same))
     return tuple(found)

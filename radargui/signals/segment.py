@@ -24,7 +24,7 @@ class MotionSettings:
         Least ratio of the variance of block means to that of the quiet part, in a motion.
     not_quiet
         If the lowest activity exceeds this share of the highest, everything is motion and there is no quiet part.
-    least_motion_s
+    min_motion_s
         A motion lasts at least so long; what is shorter is a spike.
     slow_block_s
         Averaging for a motion too slow to be seen within 20 ms; eight such blocks make a window.
@@ -37,7 +37,7 @@ class MotionSettings:
         A receiver that turns this far is enough by itself.
     spread, spread_if_sure
         Largest standard deviation of the radius of such circles, in radii: a drift makes bends and lines.
-    least_radius
+    min_radius
         Least radius, in standard deviations of a block mean.
     pause_s
         Two motions with at least so much rest between them are two: cut in the middle, each has a rest of a quarter of
@@ -47,7 +47,7 @@ class MotionSettings:
 
     threshold: float = 8.0
     not_quiet: float = 0.05
-    least_motion_s: float = 0.01
+    min_motion_s: float = 0.01
     slow_block_s: float = 0.025
     circle_block_s: float = 0.005
     two_turns_rad: float = 1.5 * np.pi
@@ -55,7 +55,7 @@ class MotionSettings:
     sure_turn_rad: float = 4.0 * np.pi
     spread: float = 0.2
     spread_if_sure: float = 0.45
-    least_radius: float = 6.0
+    min_radius: float = 6.0
     pause_s: float = 0.5
 
 
@@ -80,7 +80,7 @@ class Motion:
 
 
 SETTINGS = MotionSettings()
-LEAST_SAMPLES = 16  # two of the shortest windows (`window_blocks`); as many means tell a circle. Chosen by hand
+MIN_SAMPLES = 16  # two of the shortest windows (`window_blocks`); as many means tell a circle. Chosen by hand
 
 
 def find_motion(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -> Motion | None:
@@ -104,7 +104,7 @@ def find_motion(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -
     Motion or None
         None where nothing moves.
     """
-    if volts.shape[1] < LEAST_SAMPLES:
+    if volts.shape[1] < MIN_SAMPLES:
         return None
     size = block_size(sample_rate_hz)
     # a mean of n samples has a noise smaller by sqrt(n)
@@ -191,13 +191,13 @@ def moving_blocks(level: FloatArray, rate_hz: float) -> BoolArray:
     quiet = max(1.0, low)
     if quiet > SETTINGS.not_quiet * high:
         quiet = 1.0 if high > SETTINGS.threshold else np.inf
-    moving = without_blips(level > SETTINGS.threshold * quiet, round(SETTINGS.least_motion_s * rate_hz))
+    moving = without_blips(level > SETTINGS.threshold * quiet, round(SETTINGS.min_motion_s * rate_hz))
     return moving & bool(motions_apart(moving, rate_hz))
 
 
 def _shortest(rate_hz: float) -> int:
     """Return of how many blocks a motion is: one wild sample shakes every window that holds it."""
-    return window_blocks(rate_hz) + max(1, round(SETTINGS.least_motion_s * rate_hz))
+    return window_blocks(rate_hz) + max(1, round(SETTINGS.min_motion_s * rate_hz))
 
 
 def without_blips(moving: BoolArray, least: int) -> BoolArray:
@@ -228,10 +228,10 @@ def turns_slowly(means_v: FloatArray, rate_hz: float, noise_v: FloatArray) -> bo
         means_v = without_mains(means_v, rate_hz, frequency, line=False)
     further = max(1, round(SETTINGS.circle_block_s * rate_hz))
     means = block_means(means_v, further)
-    if means.shape[1] < LEAST_SAMPLES:
+    if means.shape[1] < MIN_SAMPLES:
         return False
-    least_v = SETTINGS.least_radius / np.sqrt(further) * noise_v[0::2]
-    circles = [_turn(means[pair], float(least)) for pair, least in zip(pairs_of(means), least_v, strict=True)]
+    min_v = SETTINGS.min_radius / np.sqrt(further) * noise_v[0::2]
+    circles = [_turn(means[pair], float(least)) for pair, least in zip(pairs_of(means), min_v, strict=True)]
     if any(turn >= SETTINGS.sure_turn_rad and spread <= SETTINGS.spread_if_sure for turn, spread in circles):
         return True
     turns = sorted((turn if spread <= SETTINGS.spread else 0.0 for turn, spread in circles), reverse=True)
@@ -239,11 +239,11 @@ def turns_slowly(means_v: FloatArray, rate_hz: float, noise_v: FloatArray) -> bo
     return turns[0] >= enough and (turns[-1] >= SETTINGS.one_turn_rad or turns[1] >= enough)
 
 
-def _turn(pair_v: FloatArray, least_radius: float) -> tuple[float, float]:
+def _turn(pair_v: FloatArray, min_radius: float) -> tuple[float, float]:
     """Return the angle run through round the best circle, and the radii's spread; no angle within the noise."""
     # an arc of a drift has any centre, far away or near: how evenly it is kept tells a circle
     circle = circle_through(pair_v)
-    if circle.amplitude_v < least_radius:
+    if circle.amplitude_v < min_radius:
         return 0.0, np.inf
     x, y = circle.apply(pair_v)
     return float(np.ptp(np.unwrap(np.arctan2(y, x)))), float(np.hypot(x, y).std())

@@ -10,7 +10,7 @@ from radargui.motion.smoothing import weighed_sums
 DEGREE = 5  # of the spline: quintic, its error grows with the sixth power of the frequency
 REACH = 24
 """Samples on each side that a spline's value depends on by more than 1e-8: its influence falls by 0.43 a sample."""
-LEAST_WEIGHT = 1e-7
+MIN_WEIGHT = 1e-7
 """Of the samples beyond those that count, all together: a sixteenth of the last step of a converter of 20 bits."""
 
 
@@ -95,7 +95,7 @@ def _weights(back: float) -> FloatArray:
     # those without which no sample changes by more than 1e-7 of the largest
     away = np.abs(row[:REACH][::-1]) + np.abs(row[REACH + 1 :])
     left_out = np.append(np.cumsum(away[::-1])[::-1], 0.0)
-    reach = int(np.argmax(left_out < LEAST_WEIGHT))
+    reach = int(np.argmax(left_out < MIN_WEIGHT))
     return row[REACH - reach : REACH + reach + 1]
 
 

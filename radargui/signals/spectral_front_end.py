@@ -17,33 +17,33 @@ class FrontEndSettings:
 
     Attributes
     ----------
-    least_frames
+    min_frames
         Clear frames without which there is no front end.
-    least_bins
+    min_bins
         Doppler frequency in bins from which I and Q of a line hold less than 1 % of its own image (Hann window).
-    least_power
+    min_power
         Least power of a frame, divided by that of the strong ones (one in ten is stronger): weaker lines may belong to
         a hum.
-    least_u
+    min_u
         Standard uncertainties of ln gain and quadrature error (rad) at the least: runs of one receiver differ by this
         (`bench real`, toy cars: 0.762 +- 0.004, 25.3 +- 0.4 deg).
     groups
         Number of groups of successive frames; their means show how far slow disturbances move the front end.
     huber
         Standard deviations beyond which a frame counts less (Huber 1964).
-    most_gain, most_angle_deg
+    max_gain, max_angle_deg
         Gain ratio (or its inverse) and quadrature error that no mixer has: cheap ones are within 0.6 to 1.6 and 35
         deg. What shows more turns no one way: a tone or a hum that is the same on both channels.
     """
 
-    least_frames: int = 4
-    least_bins: float = 2.5
-    least_power: float = 0.15
-    least_u: float = 0.004
+    min_frames: int = 4
+    min_bins: float = 2.5
+    min_power: float = 0.15
+    min_u: float = 0.004
     groups: int = 8
     huber: float = 3.0
-    most_gain: float = 2.5
-    most_angle_deg: float = 50.0
+    max_gain: float = 2.5
+    max_angle_deg: float = 50.0
 
 
 SETTINGS = FrontEndSettings()
@@ -57,12 +57,12 @@ def front_end_of(doppler: Doppler) -> FrontEnd | None:
     Doppler frequency, for an offset, and the square of it for an image (20 dB below the echo: 40 dB); here it is in
     other bins. Frames count by their noise and by their scatter.
     """
-    clear = doppler.clear & (doppler.frequency_hz >= SETTINGS.least_bins * doppler.resolution_hz)
-    if int(clear.sum()) < SETTINGS.least_frames:
+    clear = doppler.clear & (doppler.frequency_hz >= SETTINGS.min_bins * doppler.resolution_hz)
+    if int(clear.sum()) < SETTINGS.min_frames:
         return None
     # a weak line holds as much of a hum, and so more of its ellipse
-    strong = clear & (doppler.power > SETTINGS.least_power * np.quantile(doppler.power[clear], 0.9))
-    clear = strong if int(strong.sum()) >= SETTINGS.least_frames else clear
+    strong = clear & (doppler.power > SETTINGS.min_power * np.quantile(doppler.power[clear], 0.9))
+    clear = strong if int(strong.sum()) >= SETTINGS.min_frames else clear
     i_square, q_square = np.maximum(doppler.moments[:2, clear], 1e-300)
     # ln g and eps have errors of one size: both are shares of the amplitude
     log_gain = 0.5 * np.log(q_square / i_square)
@@ -71,7 +71,7 @@ def front_end_of(doppler: Doppler) -> FrontEnd | None:
     # what disturbs is about as strong throughout: the weaker the echo, the farther it is moved
     moved = np.maximum(1.0, median(power) / power)
     (gain, u_gain), (angle, u_angle) = (_mean(one, 1.0 / power, moved) for one in (log_gain, eps))
-    if abs(gain) > np.log(SETTINGS.most_gain) or abs(angle) > np.radians(SETTINGS.most_angle_deg):
+    if abs(gain) > np.log(SETTINGS.max_gain) or abs(angle) > np.radians(SETTINGS.max_angle_deg):
         return None
     gain = float(np.exp(gain))
     return FrontEnd(gain, gain * u_gain, float(np.degrees(angle)), float(np.degrees(u_angle)))
@@ -94,4 +94,4 @@ def _mean(value: FloatArray, noise: FloatArray, moved: FloatArray) -> tuple[floa
         share = np.array([weight[part].sum() for part in parts]) / weight.sum()
         mean = np.array([weight[part] @ value[part] / weight[part].sum() for part in parts])
         u = max(u, float(np.sqrt((share**2 * (mean - middle) ** 2).sum())))
-    return middle, float(np.hypot(u, SETTINGS.least_u))
+    return middle, float(np.hypot(u, SETTINGS.min_u))

@@ -14,7 +14,7 @@ from radargui.signals.band import BandSignals, band_signals
 from radargui.signals.followed import steady_motion
 from radargui.signals.hum import SETTINGS as HUM, Hum, find_hum
 from radargui.signals.interference import without_interference
-from radargui.signals.noise import LEAST_SAMPLES, white_noise_v
+from radargui.signals.noise import MIN_SAMPLES, white_noise_v
 from radargui.signals.onset import REST
 from radargui.signals.rows import pairs_of
 from radargui.signals.segment import Motion, find_motion
@@ -66,7 +66,7 @@ def find_stretch(recording: Recording, samples: slice, first_index: int, setup: 
     recording, samples, first_index, setup
         As in `band_signals`.
     """
-    if samples.stop - samples.start < LEAST_SAMPLES:
+    if samples.stop - samples.start < MIN_SAMPLES:
         return NO_MOTION
     signals = band_signals(recording, samples, first_index, setup)
     volts, rate_hz = signals.volts, signals.rate_hz
@@ -116,8 +116,8 @@ NAMED_TONES = 4
 def _hum_at_rest(signals: BandSignals, motion: Motion, noise_v: FloatArray) -> Hum | None:
     """Return the hum of the rests before and after the motion."""
     volts, rate_hz = signals.volts, signals.rate_hz
-    before = slice(0, motion.first - round(REST.least_s * rate_hz))
+    before = slice(0, motion.first - round(REST.min_s * rate_hz))
     after = slice(motion.last + round(REST.after_motion_s * rate_hz), volts.shape[1])
-    least = 0.5 * HUM.least_rest_s * rate_hz
+    least = 0.5 * HUM.min_rest_s * rate_hz
     rests = tuple(part for part in (before, after) if part.stop - part.start >= least)
     return find_hum(volts, rate_hz, rests, noise_v)

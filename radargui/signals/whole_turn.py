@@ -22,27 +22,27 @@ class TurnSettings:
     ----------
     parts
         Number of parts of a turn. Each must be seen, for a conic fits every arc.
-    least_in_part
+    min_in_part
         Least number of samples for a part to count as seen: single ones are noise.
     even
         Largest number of samples of a part that the ellipse is fitted to: a sphere that lies for seconds must not
         dominate the fit.
-    most_off
+    max_off
         Root mean square of |z| - 1 beyond noise, each part counted alike: sound receivers over a floor have up to 0.17,
         I and Q of different receivers, motions or tones 0.24 and more.
-    most_noise
+    max_noise
         Largest noise, in amplitudes: with more the circle has no hole.
-    gain, most_quadrature_deg
+    gain, max_quadrature_deg
         Of the ellipse, either way: mixers here have up to 20 degrees, cables swapped before a short way 25.
     """
 
     parts: int = 16
-    least_in_part: int = 3
+    min_in_part: int = 3
     even: int = 64
-    most_off: float = 0.18
-    most_noise: float = 0.2
+    max_off: float = 0.18
+    max_noise: float = 0.2
     gain: float = 2.0
-    most_quadrature_deg: float = 23.0
+    max_quadrature_deg: float = 23.0
 
 
 SETTINGS = TurnSettings()
@@ -82,10 +82,10 @@ def turn_around_ellipse(pair_v: FloatArray, noise_v: FloatArray) -> Turn:
     except ProcessingError:
         return Turn(is_whole=False, is_arc=False)
     iq = ellipse.apply(pair_v)
-    is_seen = bool((np.bincount(_part(iq), minlength=SETTINGS.parts) >= SETTINGS.least_in_part).all())
+    is_seen = bool((np.bincount(_part(iq), minlength=SETTINGS.parts) >= SETTINGS.min_in_part).all())
     # two receivers or motions crossed lie on a figure that a conic fits only as no mixer has it
     is_mixer = 1.0 / SETTINGS.gain < ellipse.gain_ratio < SETTINGS.gain
-    is_mixer &= abs(float(np.degrees(ellipse.quadrature_error_rad))) <= SETTINGS.most_quadrature_deg
+    is_mixer &= abs(float(np.degrees(ellipse.quadrature_error_rad))) <= SETTINGS.max_quadrature_deg
     is_whole = is_mixer and is_whole_circle(iq, _noise(ellipse, noise_v))
     return Turn(is_whole=is_whole, is_arc=not is_seen)
 
@@ -100,16 +100,16 @@ def is_whole_circle(iq: FloatArray, noise: float) -> bool:
     noise
         White noise of I and of Q, in amplitudes.
     """
-    if noise > SETTINGS.most_noise:
+    if noise > SETTINGS.max_noise:
         return False
     part = _part(iq)
     count = np.bincount(part, minlength=SETTINGS.parts)
-    if (count < SETTINGS.least_in_part).any():
+    if (count < SETTINGS.min_in_part).any():
         return False
     square = (np.hypot(iq[0], iq[1]) - 1.0) ** 2
     off = np.bincount(part, weights=square, minlength=SETTINGS.parts) / count
     # along the radius noise scatters like a mismatch: their squares add
-    return bool(off.mean() - noise**2 < SETTINGS.most_off**2)
+    return bool(off.mean() - noise**2 < SETTINGS.max_off**2)
 
 
 def _part(iq: FloatArray) -> IntArray:

@@ -26,7 +26,7 @@ from radargui.estimation.signals import ScaledSignals, scaled_signals
 from radargui.model.arrays import FloatArray, robust_sd
 from radargui.model.setup import Setup
 from radargui.motion.impacts import find_impacts, find_stops, find_turns
-from radargui.physics.path_length import LEAST_RECEIVERS
+from radargui.physics.path_length import MIN_RECEIVERS
 from radargui.signals.conditioned import Conditioned
 
 
@@ -44,7 +44,7 @@ class StartSettings:
     other_count_rad
         Two counts of fringes are different if their phases differ by more than this anywhere: noise and maps shift
         phases by some tenths.
-    least_noise_m, unknown_noise_m
+    min_noise_m, unknown_noise_m
         Noise of the height: the least value, so that a simulated motion without noise has a scale, and the value where
         nothing moves.
     """
@@ -52,7 +52,7 @@ class StartSettings:
     first_length_m: float = 0.15
     same_turn_s: float = 0.006
     other_count_rad: float = 2.0
-    least_noise_m: float = 1e-9
+    min_noise_m: float = 1e-9
     unknown_noise_m: float = 1e-4
 
 
@@ -147,7 +147,7 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
     """
     signals = scaled_signals(conditioned)
     rough = rough_phases(signals, signals.onset_s)
-    locates = signals.n_receivers >= LEAST_RECEIVERS
+    locates = signals.n_receivers >= MIN_RECEIVERS
     impacts = np.zeros(0)
     found: tuple[Round, FloatArray] | None = None
     # bins without breaks show the impacts, bins broken there the circles; where these count other fringes, once more
@@ -252,4 +252,4 @@ def _height(data: BinnedData, last: Round, normal: FloatArray) -> tuple[FloatArr
     # a second difference has 1 + 4 + 1 variances
     second = np.diff(height[~data.rest], 2)
     noise = robust_sd(second) / np.sqrt(6.0) if second.size else START.unknown_noise_m
-    return height, np.full(height.size, max(noise, START.least_noise_m))
+    return height, np.full(height.size, max(noise, START.min_noise_m))

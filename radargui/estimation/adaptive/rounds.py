@@ -33,7 +33,7 @@ class MapRoundSettings:
         wide.
     time_functions
         Number of functions of time for the amplitude, where it is a function of time.
-    least_normal
+    min_normal
         Added to the normal matrix where an earlier map is projected on new functions, which may hardly differ.
     quick_length_m
         The only length of a round that merely finds the impacts.
@@ -46,7 +46,7 @@ class MapRoundSettings:
     shortest_extents_a_fringe: float = 1.5
     amplitude_longer: float = 1.5
     time_functions: int = 16
-    least_normal: float = 1e-3
+    min_normal: float = 1e-3
     quick_length_m: float = 0.13
     few_bins: int = 600
     strides: tuple[int, ...] = (1, 5, 7, 11, 13, 17, 19, 23, 25, 29)
@@ -331,7 +331,7 @@ def _carried(before: Round, data: list[CircleData], place: FloatArray) -> list[F
         (layout.amplitude_map, old.amplitude_map, data[0].amplitude_map, old_amplitude),
     ):
         # values go over, not coefficients: functions of another length are other functions
-        normal = functions.T @ functions + MAP_ROUNDS.least_normal * np.eye(functions.shape[1])
+        normal = functions.T @ functions + MAP_ROUNDS.min_normal * np.eye(functions.shape[1])
         projected = np.linalg.solve(normal, functions.T @ (values @ thetas[:, was].T))
         for out, own in zip(starts, projected.T, strict=True):
             out[new] = own

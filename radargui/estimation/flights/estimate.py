@@ -52,7 +52,7 @@ class DropSettings:
         Bins so near an impact do not count: a sphere touches a hard floor for up to 0.14 ms (Hertz).
     plate_m
         How far below the surface that is touched the plane that reflects is expected.
-    most_off
+    max_off
         Of ln g and of the quadrature error (rad) that a start may find.
     block_s
         Residuals are averaged over so long a time to tell how far they are from white.
@@ -66,7 +66,7 @@ class DropSettings:
     first_apart_s: float = 0.001
     apart_s: float = 0.00015
     plate_m: float = 0.005
-    most_off: float = 0.5
+    max_off: float = 0.5
     block_s: float = 0.005
 
 
@@ -126,7 +126,7 @@ class DropEstimate:
         return any(is_far(theta[own.log_gain], theta[own.quadrature_error]) for own in self.model.layout.receivers)
 
     @property
-    def most_pull(self) -> float:
+    def max_pull(self) -> float:
         """By how much a direction of the setup was found off what is stated, at most, in its u."""
         return float(np.abs(self.unknowns[: len(self.model.setup.directions)]).max(initial=0.0))
 
@@ -221,12 +221,12 @@ def estimate_drop(
     for one in spheres:
         model, values = _begun(start, signals, setup, (stated, one), front_ends)
         model, values = _with_bins(model, values, signals, setup, start.end_s, DROP.first_apart_s)
-        model = replace(model, least_sigma=DROP.first_sigma)
-        first.append(minimise(model, model.unknowns(values), rounds=2, steps=6, least_gain=1.0, watch=watch))
+        model = replace(model, min_sigma=DROP.first_sigma)
+        first.append(minimise(model, model.unknowns(values), rounds=2, steps=6, min_gain=1.0, watch=watch))
     # of polarisations that are not told those that explain it best; a point where they gain less than an unknown does
     model, unknowns, at = min(first, key=lambda fit: robust_cost(*fit) + fit[0].n_unknowns)
     model, values = _with_bins(model, at.values, signals, setup, start.end_s, DROP.apart_s)
-    model = replace(model, least_sigma=0.0)
+    model = replace(model, min_sigma=0.0)
     for _ in range(2):
         unknowns = model.unknowns(values)
         at = evaluate(model, unknowns)
@@ -296,8 +296,8 @@ def _begun(
         theta[now.receiver_lobe] = begun[was.receiver_lobe]
         theta[now.receiver_reflection] = got[number].real, got[number].imag
         # no mixer is farther off than this: what a start of few fringes finds beyond is its own error
-        theta[now.log_gain] = np.clip(np.log(np.abs(front_end[number])), -DROP.most_off, DROP.most_off)
-        theta[now.quadrature_error] = np.clip(np.angle(front_end[number]), -DROP.most_off, DROP.most_off)
+        theta[now.log_gain] = np.clip(np.log(np.abs(front_end[number])), -DROP.max_off, DROP.max_off)
+        theta[now.quadrature_error] = np.clip(np.angle(front_end[number]), -DROP.max_off, DROP.max_off)
     return model, start.at.values._replace(theta=begun_as_stated(theta, layout, model.inputs))
 
 

@@ -28,7 +28,7 @@ EXCHANGE, U_EXCHANGE = 1.0, 0.3
 """How much of what a conductor sends to and fro a floor does, and by how much another material differs from that."""
 _U_SUPPOSED_DEG, _U_TURNED_DEG = 20.0, 40.0
 """Of the transmitter's angle about the nearest of those supposed, and of receivers about the strongest signal."""
-LEAST_U_ANGLE_RAD = 1e-6  # of a polarisation that is known exactly: the unknown stays, its prior holds it
+MIN_U_ANGLE_RAD = 1e-6  # of a polarisation that is known exactly: the unknown stays, its prior holds it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -432,7 +432,7 @@ def polarised_sphere(setup: Setup) -> PolarisedSphere | None:
         np.stack([transmitted_direction(0.0), transmitted_direction(90.0)]),
         np.array([[own.horizontal, own.vertical] for own in fields]),
         np.radians(angles),
-        np.maximum(np.radians(u_deg), LEAST_U_ANGLE_RAD),
+        np.maximum(np.radians(u_deg), MIN_U_ANGLE_RAD),
     )
 
 

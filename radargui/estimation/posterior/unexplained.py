@@ -43,24 +43,24 @@ class StretchSettings:
         Length of the windows over which residuals are averaged: half of the shortest disturbance that the curves show.
     chance
         Probability that noise alone makes a window of a record stand out.
-    least_share
+    min_share
         Least residual as a share of the receiver's wave. What a model lacks of reflectors or antennas leaves
         hundredths, beyond chance in loud signals; a contact or a supply that fails leaves a half and more.
     margin_s
         Time left out on both sides.
-    most_share
+    max_share
         Largest share of the windows: what is wrong for longer is an error of the model.
-    least_part
+    min_part
         Least share of the receiver's squared residuals beyond noise that lies in its intervals. Dips had 0.86 and more,
         a wall beside an impact 0.1.
     """
 
     window_s: float = 0.005
     chance: float = 1e-3
-    least_share: float = 0.1
+    min_share: float = 0.1
     margin_s: float = 0.001
-    most_share: float = 0.15
-    least_part: float = 0.5
+    max_share: float = 0.15
+    min_part: float = 0.5
 
 
 STRETCHES = StretchSettings()
@@ -140,7 +140,7 @@ def unexplained_stretches(
     others = (relative.sum(axis=0) - relative) / (n_receivers - 1)
     ratio = relative / np.maximum(others, np.finfo(float).tiny)
     is_alone = (count > 0) & (fdtrc(dof, (n_receivers - 1) * dof, ratio) < level)
-    stands_out = is_beyond_noise & is_alone & (share > settings.least_share)
+    stands_out = is_beyond_noise & is_alone & (share > settings.min_share)
     near = stands_out.copy()
     near[:, 1:] |= stands_out[:, :-1]
     near[:, :-1] |= stands_out[:, 1:]
@@ -148,8 +148,8 @@ def unexplained_stretches(
     above = count * np.maximum(by_window - 1.0, 0.0)
     out = []
     for receiver in np.flatnonzero(stands_out.any(axis=1)).tolist():
-        is_short = wrong[receiver].sum() <= settings.most_share * (count > 0).sum()
-        if not (is_short and above[receiver, wrong[receiver]].sum() > settings.least_part * above[receiver].sum()):
+        is_short = wrong[receiver].sum() <= settings.max_share * (count > 0).sum()
+        if not (is_short and above[receiver, wrong[receiver]].sum() > settings.min_part * above[receiver].sum()):
             continue
         for first, last in runs_of(wrong[receiver]):
             inside = (window >= first) & (window < last)

@@ -60,7 +60,7 @@ def unfollowed_m_s(
     if 0.0 < flight_s < LIMITS.unfollowed_s and time_s[-1] + flight_s < end_s:
         next_m_s = speed
         # of two knot spacings the flight itself is followed; the next one keeps the share that impacts kept so far
-        if flight_s >= 2.0 * LIMITS.least_flight_s:
+        if flight_s >= 2.0 * LIMITS.min_flight_s:
             next_m_s *= min(float(np.median(after_m_s / before_m_s)), 1.0)
         after[-1] = next_m_s**2 / (2.0 * g_m_s2) / np.sqrt(12.0) / flight_s
     if not by_flights[-1] and math.isfinite(lands_s):
@@ -89,5 +89,5 @@ def lands_after_s(free: FreeMotion, normal: FloatArray, impact_s: float, speed_m
     low = top + int(np.argmin(height[top:]))
     # a ripple on the way down is no landing, nor is the end of what is looked at
     is_down = height[low] - height[0] < _DOWN * (height[top] - height[0])
-    turns = low < time_s.size - 1 and time_s[low] - impact_s > LIMITS.least_flight_s
+    turns = low < time_s.size - 1 and time_s[low] - impact_s > LIMITS.min_flight_s
     return float(time_s[low]) if is_down and turns else math.nan

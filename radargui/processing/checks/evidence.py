@@ -15,7 +15,7 @@ from radargui.model.recording import Recording
 from radargui.model.result import Bounces, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
-from radargui.physics.path_length import LEAST_RECEIVERS
+from radargui.physics.path_length import MIN_RECEIVERS
 from radargui.processing.measured_motion import MeasuredMotion
 from radargui.signals.conditioned import Conditioned
 
@@ -74,13 +74,13 @@ class Part:
     @property
     def goes_on_without(self) -> bool:
         """Whether there is a track although receivers are left out."""
-        return any(self.faults) and len(self.receivers) >= LEAST_RECEIVERS
+        return any(self.faults) and len(self.receivers) >= MIN_RECEIVERS
 
     @property
     def is_too_small(self) -> bool:
         """Whether faults leave too few receivers for the track that all would have given."""
         # two of three give no track: a run that lost one is refused, one that never had more is not
-        return len(self.receivers) < LEAST_RECEIVERS <= len(self.faults)
+        return len(self.receivers) < MIN_RECEIVERS <= len(self.faults)
 
     @property
     def closed(self) -> Part:

@@ -47,7 +47,7 @@ from radargui.gui.setup.geometry_sketch import GeometrySketch
 from radargui.gui.setup.hardware_panel import FindDevices, HardwarePanel
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupFileController, first_setup
-from radargui.gui.setup.words import called, is_of_antenna, kind_of, words_of
+from radargui.gui.setup_words import called, is_of_antenna, kind_of, words_of
 from radargui.gui.theme import Theme
 from radargui.gui.track.track_curves import LEVEL_KEY
 from radargui.gui.track.track_panel import ResultTrack, TrackPanel

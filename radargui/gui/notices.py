@@ -17,7 +17,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from radargui.gui.background import Mailbox
 from radargui.gui.layout import Edge, Strip, button, fill, follow, take_out, ticking
-from radargui.gui.setup.words import in_words
+from radargui.gui.setup_words import in_words
 from radargui.model.errors import RadarGuiError
 
 Level = Literal["error", "warning", "info"]

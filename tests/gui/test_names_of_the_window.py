@@ -17,7 +17,7 @@ from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.runs.situation import Situation
 from radargui.gui.setup.fields import LineField
-from radargui.gui.setup.words import in_words, words_of
+from radargui.gui.setup_words import in_words, words_of
 from radargui.model.finding import as_stored
 from radargui.system.resources import resource_table
 

@@ -18,7 +18,7 @@ from radargui.gui.control.state import AppState
 from radargui.gui.layout import FaultText, FormScroll
 from radargui.gui.main_window import MainWindow
 from radargui.gui.panels import TITLES
-from radargui.gui.setup.words import parse_number, show_number
+from radargui.gui.setup_words import parse_number, show_number
 from radargui.model.errors import DeviceError
 from radargui.model.recording import Block
 from radargui.model.setup import dump_setup, read_setup

@@ -16,7 +16,7 @@ from radargui.files.formats import SUFFIXES
 from radargui.gui.layout import TIPS, Group, Paragraph, PlainLabel, boxed, button, fill, follow, having, holding
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import Plot
-from radargui.gui.setup.words import UNKNOWNS, called, words_of
+from radargui.gui.setup_words import UNKNOWNS, called, words_of
 from radargui.gui.table import RowModel, RowTable, WordTable
 from radargui.gui.theme import Theme, scaled_font
 from radargui.model.assumed import uncertain_inputs

@@ -10,7 +10,7 @@ from radargui.experiment.compare import OverlaidMethod
 from radargui.gui.layout import Choice, OneLine, button, fill, having, labelled
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import Plot
-from radargui.gui.setup.words import words_of
+from radargui.gui.setup_words import words_of
 from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme
 from radargui.model.drop import gravity_words, restitution_words

@@ -14,7 +14,7 @@ from radargui.gui.background import OneAtATime
 from radargui.gui.dialog import Dialog
 from radargui.gui.layout import button, fill, having
 from radargui.gui.services import Services
-from radargui.gui.setup.words import LINK, called, called_u, in_words, words_of, words_of_u
+from radargui.gui.setup_words import LINK, called, called_u, in_words, words_of, words_of_u
 from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
 from radargui.model.rounding import plain

@@ -15,7 +15,7 @@ from radargui.gui.layout import TIPS, OneLine, PlainLabel, button, fill, having,
 from radargui.gui.panels import Actions
 from radargui.gui.plots.plot import Plot
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
-from radargui.gui.sessions.session_model import ThumbnailView
+from radargui.gui.runs.thumbnails import ThumbnailView
 from radargui.gui.table import RowTable
 from radargui.gui.theme import Theme, scaled_px
 from radargui.model.drop import figure_in

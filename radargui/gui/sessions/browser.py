@@ -16,8 +16,9 @@ from radargui.gui.background import OneAtATime, Task
 from radargui.gui.bubble import FaultBubble
 from radargui.gui.layout import FRAMED, TIPS, PlainLabel, button, fill, having, labelled, ticking
 from radargui.gui.runs.run_model import COLUMNS as RUN_COLUMNS, RunEntry
+from radargui.gui.runs.thumbnails import ThumbnailView
 from radargui.gui.services import Services
-from radargui.gui.sessions.session_model import COLUMNS, ThumbnailView, look_at
+from radargui.gui.sessions.session_model import COLUMNS, look_at
 from radargui.gui.table import RowModel, RowTable
 from radargui.model.words import counted, percent
 from radargui.session.catalogue import Catalogue, Query, SessionSummary

@@ -13,7 +13,7 @@ from radargui.gui.panels import Actions
 from radargui.gui.setup.fields import AntennaGrid, FormPanel, ModelGroup, SetupForm
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.uncertainty_map import UncertaintyMapView
-from radargui.gui.setup.words import in_words
+from radargui.gui.setup_words import in_words
 from radargui.gui.theme import Theme, even_font
 from radargui.model.calibrated_setup import calibration_words, edited_since, too_old
 from radargui.model.calibration import Calibration

@@ -25,7 +25,7 @@ from radargui.gui.layout import (
     side_by_side,
 )
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.setup.words import FORMS, READERS, called, entries_of, kind_of, show_number, words_of
+from radargui.gui.setup_words import FORMS, READERS, called, entries_of, kind_of, show_number, words_of
 from radargui.model.assumed import ASSUMED
 from radargui.model.radar import MAX_RECEIVERS
 

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from radargui.gui.layout import follow, having
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.setup.words import words_of
+from radargui.gui.setup_words import words_of
 from radargui.gui.theme import Theme, draw_line, scaled_px, write
 from radargui.model.arrays import FloatArray
 from radargui.model.calibrated_setup import unit_of

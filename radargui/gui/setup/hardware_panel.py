@@ -26,7 +26,7 @@ from radargui.gui.panels import Actions
 from radargui.gui.services import Services
 from radargui.gui.setup.fields import FormPanel, ModelGroup, SetupForm
 from radargui.gui.setup.setup_model import MAX_NAMED, SetupModel
-from radargui.gui.setup.words import FORMS, called, in_words
+from radargui.gui.setup_words import FORMS, called, in_words
 from radargui.model.errors import DeviceError
 from radargui.model.plugins import plugins
 from radargui.model.setup import MEASURING, Setup

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox
 from radargui.gui.notices import Notice, NoticeBoard
 from radargui.gui.services import Services
 from radargui.gui.settings import Settings
-from radargui.gui.setup.words import called, entries_of, faults_of, parts_of
+from radargui.gui.setup_words import called, entries_of, faults_of, parts_of
 from radargui.model.errors import RadarGuiError, SetupError
 from radargui.model.radar import MAX_RECEIVERS, Radar
 from radargui.model.setup import Setup, dump_setup, parse_setup, plain, read_setup, write_setup

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QSizePolicy, QStackedWidget, QTabBar, QVBoxLayout,
 from radargui.gui.layout import TIPS, boxed, fill, having, holding
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import LAST, NOW, Plot, SteadyRange
-from radargui.gui.setup.words import limits_of, words_of
+from radargui.gui.setup_words import limits_of, words_of
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space
 from radargui.model.arrays import FloatArray, extremes

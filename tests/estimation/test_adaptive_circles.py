@@ -16,8 +16,7 @@ from radargui.estimation.adaptive.circle_fit import (
     CircleSettings,
     fit_circle,
 )
-from radargui.estimation.adaptive.foretold import foretold_round, unwound_round
-from radargui.estimation.adaptive.found import AdaptiveRounds
+from radargui.estimation.adaptive.found import AdaptiveRounds, foretold_round, unwound_round
 from radargui.estimation.adaptive.rough import RoughPhases
 from radargui.estimation.adaptive.rounds import best_round, first_round, next_round, still_round, timed_round
 from radargui.estimation.forward.bins import BinnedData

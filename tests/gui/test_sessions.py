@@ -26,8 +26,7 @@ from radargui.gui.main_window import MainWindow
 from radargui.gui.runs import run_controller, thumbnails
 from radargui.gui.runs.run_model import RunEntry, RunModel
 from radargui.gui.runs.thumbnails import ThumbnailView, curves
-from radargui.gui.sessions.browser import day_of
-from radargui.gui.sessions.session_model import COLUMNS
+from radargui.gui.sessions.browser import COLUMNS, day_of
 from radargui.gui.theme import Theme
 from radargui.session.info import JournalEntry, read_info
 from radargui.session.lock import owner_of

@@ -249,17 +249,18 @@ class Drag(NamedTuple):
     ----------
     k_1_m, u_k_1_m
         k and its standard uncertainty, 1/m.
-    slow_m_s
-        v1, at which the linear part equals the quadratic one.
+    slow_m_s, u_slow_m_s
+        v1, at which the linear part equals the quadratic one, and its standard uncertainty.
     """
 
     k_1_m: float
     u_k_1_m: float
     slow_m_s: float
+    u_slow_m_s: float
 
 
-NO_DRAG = Drag(0.0, 0.0, 0.0)
-UNKNOWN_DRAG = Drag(0.0, 0.04, 0.0)
+NO_DRAG = Drag(0.0, 0.0, 0.0, 0.0)
+UNKNOWN_DRAG = Drag(0.0, 0.04, 0.0, 0.0)
 """Of a body nobody has described: 10 mm of steel have k = 0.005 1/m, of light plastic 0.05."""
 
 
@@ -268,8 +269,9 @@ def drag_of_sphere(diameter_m: float, density_kg_m3: float | None, air: Gas = US
 
     c_d = c (1 + Re1 / Re) with c = 0.36, Re1 = 280 is within 3 % of the standard drag curve from Re = 300 to 1500
     (after Clift & Gauvin, Proc. Chemeca 1, 14, 1970): 0.45 to 2.3 m/s at 10 mm; slower there is next to no drag. Then
-    k = 3 c rho_air / (4 rho d), v1 = Re1 nu / d.
+    k = 3 c rho_air / (4 rho d), v1 = Re1 nu / d. From rest to 2.5 m/s the curve has the best Re1 between 250 and 350.
     """
     k = 0.75 * _DRAG_COEFFICIENT * air.density_kg_m3 / ((density_kg_m3 or _METAL_KG_M3) * diameter_m)
     u = UNKNOWN_DRAG.u_k_1_m if density_kg_m3 is None else _U_DRAG_SHARE * k
-    return Drag(k, u, _DRAG_REYNOLDS * air.viscosity_m2_s / diameter_m)
+    slow_m_s = _DRAG_REYNOLDS * air.viscosity_m2_s / diameter_m
+    return Drag(k, u, slow_m_s, _U_DRAG_SHARE * slow_m_s)

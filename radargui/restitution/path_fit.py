@@ -51,7 +51,7 @@ class SharedPrior:
         drag = unknowns.drag
         mean = np.array([*np.zeros(unknowns.size), unknowns.gravity_m_s2, drag.k_1_m, drag.slow_m_s])
         u_g = max(unknowns.u_gravity_m_s2, PATHS.min_u_g_m_s2)
-        u_slow = max(PATHS.u_slow_share * drag.slow_m_s, PATHS.min_u_slow_m_s)
+        u_slow = max(drag.u_slow_m_s, PATHS.min_u_slow_m_s)
         deviation = np.array([*unknowns.deviation, u_g, max(drag.u_k_1_m, PATHS.min_u_k_1_m), u_slow])
         return SharedPrior(mean, np.diag(deviation**-2.0))
 

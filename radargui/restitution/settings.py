@@ -297,7 +297,7 @@ class PathFitSettings:
         Factor on the deviation of the cosines at the end.
     min_u_g_m_s2, max_u_g_m_s2
         Of g that is called exact, and where nothing is known of it.
-    min_u_k_1_m, u_slow_share, min_u_slow_m_s
+    min_u_k_1_m, min_u_slow_m_s
         Of drag k and its v1.
     """
 
@@ -316,7 +316,6 @@ class PathFitSettings:
     min_u_g_m_s2: float = 1e-4
     max_u_g_m_s2: float = 100.0
     min_u_k_1_m: float = 1e-5
-    u_slow_share: float = 0.3
     min_u_slow_m_s: float = 0.03
 
 

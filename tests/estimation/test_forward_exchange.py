@@ -76,7 +76,7 @@ def test_all_waves_between_antennas_sphere_and_floor_are_those_of_the_generator(
     theta = np.zeros(layout.size)
     theta[layout.planes], theta[layout.polarization] = UNKNOWN, ANGLES_RAD[0]
     theta[layout.transmitter_reflection] = T.real, T.imag
-    theta[layout.exchange] = 1.0
+    theta[layout.exchange] = 1.0, 0.0
     own, back = layout.receivers[0], from_release(REFLECTION, RECEIVER_M)
     theta[own.polarization], theta[own.receiver_reflection] = ANGLES_RAD[1], (back.real, back.imag)
     none = np.zeros((place.shape[1], 0))
@@ -91,14 +91,17 @@ def test_all_waves_between_antennas_sphere_and_floor_are_those_of_the_generator(
     assert np.abs(room.received(0, place) / once.received(0, place) - 1.0).max() > 0.1
 
 
-@pytest.mark.parametrize("of", ["height", "shift", "real part of T", "imaginary part of T", "strength"])
+@pytest.mark.parametrize(
+    "of", ["height", "shift", "real part of T", "imaginary part of T", "real part of R", "imaginary part of R"]
+)
 def test_the_exchange_follows_the_sphere_and_the_floor_between_rounds(of: str) -> None:
-    place, mirrors = places(), np.array([*UNKNOWN, T.real, T.imag, 0.8])
+    place, mirrors = places(), np.array([*UNKNOWN, T.real, T.imag, 0.8, 0.1])
     moved_m, moved = place.copy(), mirrors.copy()
     if of == "height":
         moved_m[2] += 1e-4
     else:
-        places_of = {"shift": 2, "real part of T": 3, "imaginary part of T": 4, "strength": 5}
+        places_of = {"shift": 2, "real part of T": 3, "imaginary part of T": 4, "real part of R": 5}
+        places_of["imaginary part of R"] = 6
         moved[places_of[of]] += 1e-4 if of == "shift" else 0.01
 
     def signal(fields_m: np.ndarray, made: np.ndarray, at_m: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -117,5 +120,5 @@ def test_the_exchange_follows_the_sphere_and_the_floor_between_rounds(of: str) -
 
 def test_without_a_floor_that_reflects_there_is_no_exchange() -> None:
     place = places()
-    fields = BODY.fields(place, ANTENNAS, RELEASE_M, (PLANE,), np.array([*UNKNOWN, 0.0, 0.0, 1.0]))
+    fields = BODY.fields(place, ANTENNAS, RELEASE_M, (PLANE,), np.array([*UNKNOWN, 0.0, 0.0, 1.0, 0.0]))
     np.testing.assert_array_equal(fields.basis, BODY.basis(place, ANTENNAS, (PLANE,), UNKNOWN[None]))

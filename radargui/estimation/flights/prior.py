@@ -88,7 +88,7 @@ def flights_prior(setup: Setup, onset_s: float) -> tuple[FloatArray, FloatArray]
     mean[layout.start] = setup.tracer.release_position_m
     mean[layout.gravity], deviation[layout.gravity] = gravity_prior(setup)
     drag = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3, setup.air.gas)
-    mean[layout.drag], deviation[layout.drag], mean[layout.slow] = drag
+    mean[layout.drag], deviation[layout.drag], mean[layout.slow], deviation[layout.slow] = drag
     deviation[layout.velocity(0)] = PRIOR.first_velocity_m_s
     return mean, deviation
 
@@ -145,7 +145,7 @@ def drop_model(
     plane = MirrorPlane(foot, np.array(setup.floor.normal), FLOOR, surface=surface)
     mean, deviation = np.zeros(layout.size), np.zeros(layout.size)
     mean[layout.transmitter_lobe] = PRIOR.lobe_mean
-    mean[layout.exchange] = EXCHANGE
+    mean[layout.exchange].reshape(-1, 2)[:] = EXCHANGE
     for own in layout.receivers:
         mean[own.receiver_lobe] = PRIOR.lobe_mean
     if sphere is not None:
@@ -163,7 +163,7 @@ def drop_model(
         # what is stated is a term of its own
         u_reflection = PRIOR.reflection if surface is None else PRIOR.stated_reflection
         deviation[layout.transmitter_reflection] = u_reflection
-        deviation[layout.exchange] = U_EXCHANGE
+        deviation[layout.exchange].reshape(-1, 2)[:] = U_EXCHANGE
         deviation[layout.crosstalk] = PRIOR.crosstalk
         for number, own in enumerate(layout.receivers):
             deviation[own.receiver_reflection] = u_reflection

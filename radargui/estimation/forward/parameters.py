@@ -138,8 +138,8 @@ class Layout:
     transmitter_reflection
         Real and imaginary part of T by turns, two a mirror.
     exchange
-        How much of what a conductor and a sphere send to and fro the floor does, one place; none without a floor and
-        of a point.
+        Real and imaginary part of R for what sphere and floor send to and fro, over T; none without a floor and of a
+        point.
     transmitter_lobe
         The same of the transmitter.
     polarization
@@ -176,7 +176,7 @@ class Layout:
 
     @property
     def mirrors(self) -> slice:
-        """Places of what the sphere's scattering hangs on: the planes' unknowns, T, the strength of the exchange."""
+        """Places of what the sphere's scattering hangs on: the planes' unknowns, T, R of the exchange."""
         return slice(self.planes.start, self.exchange.stop)
 
     @property
@@ -229,7 +229,7 @@ def make_layout(sizes: Sizes) -> Layout:
     """Return the layout for these numbers of unknowns."""
     take = _Taken()
     two_a_mirror, lobe_places = 2 * sizes.mirrors, N_LOBE * (1 + sizes.walls)
-    floor = (sizes.mirrors - sizes.walls) * sizes.polarization
+    floor = 2 * (sizes.mirrors - sizes.walls) * sizes.polarization
     shared = (3 * sizes.mirrors, two_a_mirror, floor, lobe_places, sizes.polarization, sizes.crosstalk, sizes.setup)
     # breaks first: where their number changes all that follows moves by it
     breaks, flight = take(sizes.breaks), take(4 * sizes.flight)

@@ -24,8 +24,8 @@ from radargui.physics.plate import exchanged_signals
 
 _STEP = 1e-4  # rad and m, of a mirror: differences are off by as much of what M is curved by
 _SHIFT = 2  # place of a plane's shift among its unknowns
-EXCHANGE, U_EXCHANGE = 1.0, 0.3
-"""How much of what a conductor sends to and fro a floor does, and by how much another material differs from that."""
+EXCHANGE, U_EXCHANGE = np.array([1.0, 0.0]), np.array([0.3, 0.3])
+"""R under the sphere over R where the antennas see the floor, and by how much another spot and angle differ in it."""
 _U_SUPPOSED_DEG, _U_TURNED_DEG = 20.0, 40.0
 """Of the transmitter's angle about the nearest of those supposed, and of receivers about the strongest signal."""
 MIN_U_ANGLE_RAD = 1e-6  # of a polarisation that is known exactly: the unknown stays, its prior holds it
@@ -76,7 +76,7 @@ class PolarisedSphere:
         place, antennas, release_m, planes
             Geometry.
         mirrors
-            Unknowns and T of the planes, then the strength of the exchange (`Layout.mirrors`), shape (5 n_planes + 1,)
+            Unknowns and T of the planes, then R of the exchange over T (`Layout.mirrors`), shape (5 n_planes + 2,)
             or, where it is not unknown, (5 n_planes,).
         """
         n = len(planes)
@@ -89,19 +89,18 @@ class PolarisedSphere:
         at_rest = self.basis(release_m[:, None], antennas, (), unknown[:0])[:, 0, 0, :, :, 0]
         reflection = complex(*mirrors[3 * n : 3 * n + 2]) if has_floor(planes) else 0.0
         if reflection:
-            strength = float(mirrors[5 * n]) if mirrors.size > 5 * n else EXCHANGE
-            exchanged, *slopes = (
+            own = complex(*mirrors[5 * n :]) if mirrors.size > 5 * n else 1.0
+            exchanged, by_height, by_shift, by_log = (
                 _beside_walls(one, n)
-                for one in self._exchanged(place, antennas, release_m, planes, unknown, reflection)
+                for one in self._exchanged(place, antennas, release_m, planes, unknown, own * reflection)
             )
-            by_height, by_shift, by_reflection = (strength * one for one in slopes)
             height = Height(planes[0].turned_normal(unknown[0]), place, by_height)
-            basis = basis + strength * exchanged
-            by_mirrors = [by_shift, *by_mirrors, by_reflection, 1j * by_reflection]
-            which = np.concatenate([[_SHIFT], which, 3 * n + np.arange(2)])
-            if mirrors.size > 5 * n:
-                by_mirrors.append(exchanged)
-                which = np.append(which, 5 * n)
+            basis = basis + exchanged
+            by_mirrors = [by_shift, *by_mirrors]
+            which = np.concatenate([[_SHIFT], which])
+            for factor, first in ((reflection, 3 * n), (own, 5 * n))[: 1 + (mirrors.size > 5 * n)]:
+                by_mirrors += [by_log / factor, 1j * by_log / factor]
+                which = np.append(which, [first, first + 1])
         slopes_at = np.array(by_mirrors, complex).reshape(which.size, *basis.shape)
         return SphereFields(basis, at_rest, slopes_at, which, mirrors[which], height)
 
@@ -123,7 +122,7 @@ class PolarisedSphere:
         unknown: FloatArray,
         reflection: complex,
     ) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
-        """Return what the exchange with the floor adds to `basis` without walls, and its slopes by height, shift, T."""
+        """Return what the exchange adds to `basis` without walls, and its slopes by height, shift, ln R."""
         floor, own = planes[0], unknown[0]
         wavenumber = 2.0 * np.pi / self.sphere.wavelength_m
         image_m = floor.image(antennas.transmitter_m, own)
@@ -146,8 +145,11 @@ class PolarisedSphere:
         # a floor that rises comes nearer to the sphere, and its image nearer to the release
         rises = float(normal @ floor.normal)
         nearer = from_image @ floor.image_slope(antennas.transmitter_m, own)[_SHIFT] / np.linalg.norm(from_image)
-        by_shift = 1j * wavenumber * float(nearer) * by_log - rises * by_height
-        return signal, by_height, by_shift, by_log / reflection
+        # a plane that cuts the sphere counts as if they touched: where it is moves the phase alone
+        cuts = float(height_m.min()) < self.sphere.radius_m
+        by_rise = 2j * wavenumber * by_log if cuts else by_height
+        by_shift = 1j * wavenumber * float(nearer) * by_log - rises * by_rise
+        return signal, by_height, by_shift, by_log
 
     def _ways(self, place: FloatArray, antennas: Antennas, planes: Sequence[MirrorPlane], unknown: FloatArray) -> _Ways:
         sent_m = np.array([antennas.transmitter_m, *self._images(antennas.transmitter_m, planes, unknown)])

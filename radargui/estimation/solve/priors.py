@@ -176,7 +176,8 @@ def make_prior(
     mean[layout.breaks], sd[layout.breaks] = break_s, settings.break_s
     # where a mirror was sought is a prior too: without it a plane that hardly reflects wanders off
     sd[layout.planes] = [deviation for plane in planes for deviation in plane.deviations]
-    mean[layout.exchange], sd[layout.exchange] = EXCHANGE, U_EXCHANGE
+    for one, value in ((mean, EXCHANGE), (sd, U_EXCHANGE)):
+        one[layout.exchange].reshape(-1, 2)[:] = value
     lobes = lobe_places(layout)
     u_lobes = [settings.u_main_lobe, *[settings.u_wall_lobe] * len(walls_of(planes))]
     # fixed: re-estimated from the samples they ran away with a wall that was wrong (decision 33)
@@ -231,7 +232,7 @@ def flight_prior(
     sideways = settings.sideways_m_s2
     # a g that is called exact is held by what tides make of it
     u_g = max(u_g, TIDES_M_S2)
-    k, u_k, _ = UNKNOWN_DRAG if setup is None else setup.drag
+    k, u_k, *_ = UNKNOWN_DRAG if setup is None else setup.drag
     return np.array([0.0, 0.0, g, k]), np.array([sideways, sideways, u_g, u_k])
 
 

@@ -96,7 +96,7 @@ class JointProblem:
         if not self.layout.sizes.flight:
             return UNKNOWN_DRAG
         k = self.layout.flight.stop - 1
-        return Drag(float(self.prior.mean[k]), float(self.prior.sd[k]), self.slow_m_s)
+        return Drag(float(self.prior.mean[k]), float(self.prior.sd[k]), self.slow_m_s, 0.0)
 
     @property
     def n_receivers(self) -> int:

@@ -30,12 +30,12 @@ from radargui.gui.opengl_probe import OpenGLProbe
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.settings import Settings
 from radargui.gui.theme import Theme
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import changed, dump_setup, read_setup
 from radargui.sources.factory import make_source
+from radargui.system.resources import default_setup_path
 
 PICTURES = Path(__file__).parent / "images"
-MOST_BYTES = 300_000
+MAX_BYTES = 300_000
 SIZE = (1440, 900)
 LONGEST_S = 600.0
 """For the whole."""
@@ -248,17 +248,17 @@ def turn(until: Callable[[], bool], times: int = 20) -> None:
 
 
 def save(image: QImage, output: Path) -> None:
-    """Save a PNG of less than `MOST_BYTES`, with fewer colours where it needs that."""
+    """Save a PNG of less than `MAX_BYTES`, with fewer colours where it needs that."""
     flag = Qt.ImageConversionFlag.AvoidDither
     for candidate in (image, image.convertToFormat(QImage.Format.Format_Indexed8, flag)):
         buffer = QBuffer()
         buffer.open(QIODevice.OpenModeFlag.WriteOnly)
         candidate.save(buffer, "PNG", 0)
         data = bytes(buffer.data().data())
-        if len(data) < MOST_BYTES:
+        if len(data) < MAX_BYTES:
             break
     else:
-        raise ValueError(f"the picture has {len(data)} bytes, more than {MOST_BYTES}")
+        raise ValueError(f"the picture has {len(data)} bytes, more than {MAX_BYTES}")
     output.parent.mkdir(parents=True, exist_ok=True)
     output.write_bytes(data)
 

@@ -44,8 +44,3 @@ def test_all_modules_but_those_named_load_without_qt_and_without_nis_package() -
     assert unwanted == []
     assert wanted - set(loaded) == set()
     assert sorted(name for name in loaded if name.startswith("radargui.gui")) == []
-
-
-def test_no_file_is_longer_than_600_lines() -> None:
-    lines = {path.relative_to(PACKAGE).as_posix(): path.read_bytes().count(b"\n") for path in PACKAGE.rglob("*.py")}
-    assert {name: count for name, count in lines.items() if count > 600} == {}

@@ -14,11 +14,11 @@ from radargui.acquisition.run_plan import AcquisitionState, Ending
 from radargui.acquisition.stream import BlockQueue, LiveWorker, MakeProcessor, Peaks, Stream
 from radargui.live.processor import LiveProcessor
 from radargui.live.track import LiveTrack
-from radargui.model.cores import one_blas_thread
 from radargui.model.errors import RadarGuiError, SourceError, attempt
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
 from radargui.sources.contract import SYSTEM_CLOCK, Source
+from radargui.system.cores import one_blas_thread
 
 _LONGEST_STOP_S = 60.0
 """A driver that hangs in a read or a network disk in a write; chosen by hand."""

@@ -9,20 +9,20 @@ from numpy.fft import fft, fftfreq, fftshift
 from numpy.lib.stride_tricks import sliding_window_view
 
 from radargui.acquisition.ring import Ring
-from radargui.conditioning.hum import HARMONICS, MAINS_HZ
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.front_end import with_phase_sign
+from radargui.signals.hum import HARMONICS, MAINS_HZ
 
 _RATE_OF_BAND = 4
 """Samples per second kept for each hertz of half the band: the filter may fall over as much as the band is wide."""
 _STEPS_OF_TAPS = 10
 """Length of the low-pass in kept samples: with Kaiser's beta of 7 it lets 0.9995 through and stops 70 dB beyond."""
 _BETA = 7.0  # beta = 0.1102 (A - 8.7) with A = 72 dB (Kaiser 1974)
-MOST_POINTS = 131_072
+MAX_POINTS = 131_072
 """Kept of each receiver: their spectra take some milliseconds (chosen by hand)."""
 _PULL_S = 0.25
 """Taken at a time: after a change of band the past is caught up in some frames, none of which waits for it."""
-_LEAST_POINTS = 64
+_MIN_POINTS = 64
 """Kept samples below which nothing is shown. Chosen by hand: of fewer a spectrum is a blur, more come later."""
 _STANDS_OUT = 5.6
 """Amplitude of a line over the median of its spectrum, 15 dB: of white noise once in 10^8 bins."""
@@ -145,7 +145,7 @@ class Baseband:
     half_band_hz
         Highest frequency of interest; what lies beyond three times of it folds in, 70 dB weaker.
     window_s
-        Length kept; less where that were more than `MOST_POINTS`.
+        Length kept; less where that were more than `MAX_POINTS`.
     phase_sign
         -1 where Q is inverted, so that a path that gets longer has positive frequencies.
 
@@ -162,7 +162,7 @@ class Baseband:
         self._step = max(1, int(rate_hz / (_RATE_OF_BAND * half_band_hz)))
         self.rate_hz = rate_hz / self._step
         self.half_band_hz = min(half_band_hz, 0.5 * self.rate_hz)
-        self._capacity = max(_LEAST_POINTS, min(round(window_s * self.rate_hz), MOST_POINTS))
+        self._capacity = max(_MIN_POINTS, min(round(window_s * self.rate_hz), MAX_POINTS))
         self._most = max(1, round(_PULL_S * rate_hz))
         self._taps = _low_pass(self._step)
         self._tail: ComplexArray | None = None
@@ -201,7 +201,7 @@ class Baseband:
         """Return the spectra of the newest samples without a gap; None while there are too few."""
         samples = self._unbroken()
         count = samples.shape[1]
-        if count < _LEAST_POINTS:
+        if count < _MIN_POINTS:
             return None
         spectra = _spectra(samples)
         frequency = fftshift(fftfreq(count, 1.0 / self.rate_hz))
@@ -227,8 +227,8 @@ class Baseband:
         The root mean square of I + jQ about its mean: the radius of its circle where the path changed by more than a
         wavelength, less where it changed less. NaN while nothing is known.
         """
-        newest = self._unbroken()[:, -max(_LEAST_POINTS, round(span_s * self.rate_hz)) :]
-        if newest.shape[1] < _LEAST_POINTS:
+        newest = self._unbroken()[:, -max(_MIN_POINTS, round(span_s * self.rate_hz)) :]
+        if newest.shape[1] < _MIN_POINTS:
             return np.full(newest.shape[0], np.nan)
         return np.asarray(np.std(newest, axis=1))
 

@@ -10,10 +10,10 @@ from radargui.acquisition.ring import Ring
 from radargui.acquisition.run_output import LOW_S, Level, levels
 from radargui.acquisition.run_plan import AcquisitionState, Ending
 from radargui.acquisition.stream import Peaks, Stream
-from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
 from radargui.model.errors import RadarGuiError
 from radargui.model.recording import Digitisation
 from radargui.model.words import percent
+from radargui.signals.noise import MIN_SAMPLES, white_noise_v
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,7 +214,7 @@ def duration(seconds: float) -> str:
     return f"{seconds / 60.0:.0f} min" if seconds >= 120.0 else f"{seconds:.0f} s"
 
 
-MOST_SAMPLES = 1 << 16
+MAX_SAMPLES = 1 << 16
 """Of each channel: noise is known to 0.5 % then, and a board of 1 MS/s costs no more than one of 60 kS/s."""
 
 
@@ -256,7 +256,7 @@ def snr_db(i: ChannelFacts, q: ChannelFacts) -> float:
 def channel_facts(ring: Ring, digitisation: Digitisation, count: int) -> tuple[ChannelFacts, ...]:
     """Return what each channel shows over the last `count` samples of a ring; none where there are no samples."""
     end = ring.latest
-    blocks = ring.blocks(max(0, end - min(count, MOST_SAMPLES)), end)
+    blocks = ring.blocks(max(0, end - min(count, MAX_SAMPLES)), end)
     if not blocks:
         return ()
     samples = np.concatenate([block.samples for block in blocks], axis=1)
@@ -264,7 +264,7 @@ def channel_facts(ring: Ring, digitisation: Digitisation, count: int) -> tuple[C
     # sixth differences go over no gap
     longest = digitisation.volts(max(blocks, key=lambda block: block.count).samples)
     longest = longest[:, np.isfinite(longest).all(axis=0)]
-    is_enough = longest.shape[1] >= LEAST_SAMPLES
+    is_enough = longest.shape[1] >= MIN_SAMPLES
     noise = white_noise_v(longest) if is_enough else np.full(digitisation.n_channels, np.nan)
     volts = digitisation.volts(samples[:, known]) if known.any() else np.full((noise.size, 1), np.nan)
     tenth = max(1, volts.shape[1] // 10)

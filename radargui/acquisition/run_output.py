@@ -173,7 +173,7 @@ def cut(block: Block, first: int, last: int) -> Block:
 
 
 _logger = logging.getLogger(__name__)
-_MOST_TRUTH_SAMPLES = 20_000_000
+_MAX_TRUTH_SAMPLES = 20_000_000
 """Truth of so many samples is 1 GB (six numbers of 8 bytes each): more would not fit beside the rest."""
 
 TruthOf = Callable[[int, int], Truth | None]
@@ -324,7 +324,7 @@ def _recorded_truth(truth_of: TruthOf | None, first_index: int, count: int, gaps
     if truth_of is None or count == 0:
         return None
     span = count + sum(gap.count for gap in gaps)
-    if span > _MOST_TRUTH_SAMPLES:
+    if span > _MAX_TRUTH_SAMPLES:
         _logger.warning("The run is too long for its truth to be stored")
         return None
     truth = truth_of(first_index, span)

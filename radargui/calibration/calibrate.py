@@ -12,7 +12,7 @@ from scipy.special import gammainccinv
 from radargui import __version__
 from radargui.calibration.fit import (
     FEW,
-    LEAST_BESIDE_WALLS,
+    MIN_BESIDE_WALLS,
     Fit,
     Progress,
     Settled,
@@ -44,9 +44,9 @@ from radargui.calibration.verdict import (
 from radargui.calibration.wall_search import n_mirrors, planes_of, some_of, with_walls
 from radargui.model.arrays import FloatArray
 from radargui.model.calibration import Calibration, Origin, Residual
-from radargui.model.cores import one_blas_thread
 from radargui.model.errors import ProcessingError, SolveError, worded
 from radargui.model.setup import Setup
+from radargui.system.cores import one_blas_thread
 
 CONTRADICTION = 3.0
 """Birge ratio beyond which u would have to be widened so much that it means nothing: circles beside strong walls had
@@ -55,7 +55,7 @@ CHANCE = 1e-4
 """With which a sound calibration may be refused for its Birge ratio: of six differences, as a circle and a fall have,
 it is 2.15 times what it should be once in so many. Beside a wall u counts twice: three of twenty rooms had 3.0 to 3.5,
 with all values inside 2u."""
-MOST_UNFIT = 1.0 / 3.0
+MAX_UNFIT = 1.0 / 3.0
 """Share of the recordings that are left out because they are no falls, pushed ones, or such in which a receiver loses
 fringes: in one of 101 rooms one did in all drops from one place of three, where its echo is as weak as the floor's."""
 
@@ -129,7 +129,7 @@ def calibrate(
             except UnfitFallError as error:
                 unfit.append(error)
                 # of a dozen drops some were pushed; where most are unfit something else is wrong
-                if len(unfit) > MOST_UNFIT * len(recordings):
+                if len(unfit) > MAX_UNFIT * len(recordings):
                     raise unfit[0] from None
                 del given[error.number]
     progress(1.0)
@@ -155,7 +155,7 @@ def _calibrated(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequ
     found = fit(settled.found, settled.likelihoods)
     # a wall's reflection is described less well than noise: u must say so
     if n_mirrors(settled) > n_bare:
-        found = replace(found, least=LEAST_BESIDE_WALLS)
+        found = replace(found, least=MIN_BESIDE_WALLS)
     if not np.isfinite(found.information()[0]).all():
         raise worded(ProcessingError, "samples_disagree")
     # with all mismatch fitted half a millimetre is left by no motion that was as stated
@@ -217,7 +217,7 @@ def _calibration(
             "the path is too short or too simple to tell any antenna better than the setup does (condition number "
             f"{condition_number:.3g})"
         )
-    if found.birge() > most_birge(found):
+    if found.birge() > max_birge(found):
         verdict = "refused"
         reason = (
             f"the recordings contradict each other {found.birge():.1f} times more than each says of itself: a wall "
@@ -249,7 +249,7 @@ def _calibration(
     )  # fmt: skip
 
 
-def most_birge(found: Fit) -> float:
+def max_birge(found: Fit) -> float:
     """Return the largest Birge ratio that chance allows.
 
     For nu differences with the assumed deviations, B^2 nu / least^2 follows chi^2 with nu degrees of freedom.
@@ -282,7 +282,7 @@ def calibrated_setup(setup: Setup, found: Fit, calibration: Calibration) -> Setu
     return setup.model_copy(update=changed)
 
 
-MOST_TIMES, GAINED = 2, 10.0
+MAX_TIMES, GAINED = 2, 10.0
 """How often it begins again, and the gain in ln E with which it does so once more."""
 DISAGREEING = 1.5
 """Birge ratio from which it begins again: recordings that agree have not gone astray."""
@@ -330,7 +330,7 @@ def begun_again(
         Birge ratio from which it begins again.
     """
     best = settled
-    for _ in range(MOST_TIMES):
+    for _ in range(MAX_TIMES):
         # paths alone have no mirrors, and nothing to go astray in
         if n_mirrors(best) == 0 or best.found.birge() < disagreeing:
             break

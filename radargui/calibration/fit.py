@@ -20,8 +20,8 @@ import numpy as np
 
 from radargui.calibration.likelihood import Likelihood, Local, World
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.cores import begin_worker
 from radargui.model.errors import ProcessingError, SolveError, worded
+from radargui.system.cores import begin_worker
 
 Progress = Callable[[float], None]
 T = TypeVar("T")
@@ -142,14 +142,14 @@ def working(count: int, shares: Shares | None = None) -> Iterator[Crew]:
         here.close()
 
 
-CLOSE, MOST_STEPS = 0.1, 40
+CLOSE, MAX_STEPS = 0.1, 40
 """A step that gains less in cost is the last; in so many steps it gets there or does not."""
 LEAST, FEW = 1.2, 3.0
 """Least widening of u, as of all estimates with maps (method 6), and from how many differences on they are believed."""
-LEAST_BESIDE_WALLS = 2.0
+MIN_BESIDE_WALLS = 2.0
 """The same where a wall is in the model: beside five walls the errors of a circle and a fall were up to 3.2 of the u
 widened by 1.2 (the truth 63 in ln P below the solution, wherever it was sought from). Chosen by hand."""
-FIRST_DAMPING, MOST_DAMPING, UP, DOWN = 1e-3, 1e6, 8.0, 2.5
+FIRST_DAMPING, MAX_DAMPING, UP, DOWN = 1e-3, 1e6, 8.0, 2.5
 """Shares of the diagonal, and factors after a step that did not, or did, lower the cost (Marquardt 1963)."""
 
 
@@ -245,7 +245,7 @@ def unfitted(
 
 
 def fit(
-    start: Fit, likelihoods: Sequence[Likelihood], own: Sequence[FloatArray] | None = None, steps: int = MOST_STEPS
+    start: Fit, likelihoods: Sequence[Likelihood], own: Sequence[FloatArray] | None = None, steps: int = MAX_STEPS
 ) -> Fit:
     """Find the maximum of the posterior.
 
@@ -271,7 +271,7 @@ def fit(
     for _ in range(steps):
         crew().shares.round_done()
         better = None
-        while better is None and damping <= MOST_DAMPING:
+        while better is None and damping <= MAX_DAMPING:
             # a step out of all sense is none: a shorter one may be one
             with suppress(np.linalg.LinAlgError, SolveError):
                 better = _step(now, team, damping)
@@ -353,7 +353,7 @@ def _step(now: Fit, team: _Team, damping: float) -> Fit | None:
 
 RENEWALS, STEPS = 3, 4
 """How often the deviations of maps and the noise are re-estimated, and steps between."""
-MOST_RENEWALS, SLOWLY = 12, 0.4
+MAX_RENEWALS, SLOWLY = 12, 0.4
 """How often, and to which share each time at the least, the noise comes down from a start that is far."""
 SETTLED = 10.0
 """The noise has come down where one renewal gains less than this in ln E."""
@@ -388,7 +388,7 @@ def settled_at_last(settled: Settled) -> Settled:
         There is no solution.
     """
     best = settled
-    for number, one in enumerate(settling(settled.found, settled.likelihoods, settled.found.own, MOST_RENEWALS)):
+    for number, one in enumerate(settling(settled.found, settled.likelihoods, settled.found.own, MAX_RENEWALS)):
         gained = one.log_evidence - best.log_evidence
         best = one if gained > 0.0 else best
         # the first has the deviations that it came with
@@ -433,7 +433,7 @@ def approach(start: Fit, likelihoods: Sequence[Likelihood], own: Sequence[FloatA
     """
     locals_: Sequence[Local] = [one.at(start.world, start.z, z) for one, z in zip(likelihoods, own, strict=True)]
     found, least, widths = start, 1.0, np.inf
-    for _ in range(MOST_RENEWALS):
+    for _ in range(MAX_RENEWALS):
         likelihoods = [one.scaled(local.misfit, least) for one, local in zip(likelihoods, locals_, strict=True)]
         before, widths = widths, sum(one.log_widths() for one in likelihoods)
         # the noise is down to what the motion leaves of the samples: from here on deviations are re-estimated, too

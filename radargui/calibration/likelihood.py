@@ -13,11 +13,11 @@ from typing import Protocol
 import numpy as np
 
 from radargui.calibration.unknowns import Unknown
-from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.solve.problem import huber
-from radargui.geometry.path_length import Antennas, antennas_at, path_gradient, path_lengths, receiver_values, t_matrix
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.setup import Setup
+from radargui.physics.mirrors import MirrorPlane
+from radargui.physics.path_length import Antennas, antennas_at, path_gradient, path_lengths, receiver_values, t_matrix
 
 _VALUES = ("tilt_deg", "azimuth_deg", "distance_m")
 STEP = 0.01

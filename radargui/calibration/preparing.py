@@ -16,13 +16,9 @@ from radargui.calibration import unknowns as named
 from radargui.calibration.known_path import KnownMotion, Trajectory
 from radargui.calibration.likelihood import Measured, MotionModel
 from radargui.calibration.unknowns import Unknown
-from radargui.conditioning.condition import condition
-from radargui.conditioning.conditioned import Conditioned
-from radargui.conditioning.stretch import NoMotion
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import adaptive_rounds
 from radargui.estimation.forward.bins import BinnedData, Multiplexer, bin_by_fringe, pool
-from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
 from radargui.estimation.forward.parameters import ReceiverConstants
 from radargui.estimation.forward.slow_noise import measure_drift
 from radargui.estimation.forward.sphere import polarised_sphere
@@ -30,7 +26,6 @@ from radargui.estimation.motion_estimate import MotionEstimate
 from radargui.estimation.signals import ScaledSignals, scaled_signals
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.problem import Start
-from radargui.geometry.path_length import LEAST_RECEIVERS, path_lengths, place_antennas
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError, worded
 from radargui.model.gravity import drag_of_sphere, expected_gravity_m_s2
@@ -38,8 +33,13 @@ from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.motion.flights import Flights
 from radargui.motion.impacts import find_track_impacts
+from radargui.physics.mirrors import FLOOR, MirrorPlane
+from radargui.physics.path_length import MIN_RECEIVERS, path_lengths, place_antennas
+from radargui.signals.condition import condition
+from radargui.signals.conditioned import Conditioned
+from radargui.signals.stretch import NoMotion
 
-LEAST_FLIGHT_S, MOST_FLIGHTS = 0.08, 4
+MIN_FLIGHT_S, MAX_FLIGHTS = 0.08, 4
 """Flights that are used: shorter ones say little of gravity, later ones no more than the first."""
 RELEASE_S, MARGIN_S = 0.010, 0.001
 """What is left out after the onset, for a release is no clean cut, and beside an impact, which takes its time."""
@@ -173,13 +173,13 @@ class Falls:
         return Flights(float(own[0]), np.zeros(3), g, drag, self.slow_m_s, velocity @ frame, begin_s[1:]), frame
 
 
-MOST_POINTS = 300
+MAX_POINTS = 300
 """Of a recording's paths: what they have in common from sample to sample makes more of them worth no more."""
 U_PATH_M = 3e-4
 """Of each of them, while the samples themselves do not decide: what floor and walls leave in a receiver's circle."""
 POOLED_S = 0.002
 """Means in which a known motion is looked for: at 0.5 m/s a tenth of a fringe."""
-FAR_FROM_G, LEAST_VALUES = 0.25, 20
+FAR_FROM_G, MIN_VALUES = 0.25, 20
 """Relative deviation from g and number of values with which a flight is none: 3 degrees and 2 cm make 0.1."""
 U_OFFSET_S = 0.01
 """Prior deviation of a free clock's offset against the best of the grid."""
@@ -235,13 +235,13 @@ def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
     estimate = estimate_adaptive(rounds)
     gravity_m_s2 = expected_gravity_m_s2(setup.site)
     impact_s, after_m_s, end_s = _flights(estimate, gravity_m_s2)
-    if end_s - estimate.onset_s < LEAST_FLIGHT_S:
+    if end_s - estimate.onset_s < MIN_FLIGHT_S:
         by_receivers = impacts_of_most(
             estimate.time_s, estimate.change_m, estimate.onset_s, rounds.signals.rate_hz, gravity_m_s2
         )
         impact_s, after_m_s, end_s = _flights(replace(estimate, impact_s=by_receivers), gravity_m_s2)
-    if end_s - estimate.onset_s < LEAST_FLIGHT_S:
-        raise worded(ProcessingError, "no_fall", name=recording.name, least_ms=1e3 * LEAST_FLIGHT_S)
+    if end_s - estimate.onset_s < MIN_FLIGHT_S:
+        raise worded(ProcessingError, "no_fall", name=recording.name, least_ms=1e3 * MIN_FLIGHT_S)
     slow_m_s = drag_of_sphere(setup.tracer.diameter_m, setup.tracer.density_kg_m3, setup.air.gas).slow_m_s
     motion = Falls(place, estimate.onset_s, impact_s, after_m_s, end_s, slow_m_s)
     change = np.where(estimate.valid, estimate.change_m, np.nan)
@@ -265,7 +265,7 @@ def impacts_of_most(
     gravity_m_s2
         g of the place.
     """
-    begun, later = np.searchsorted(time_s, [onset_s, onset_s + LEAST_FLIGHT_S]).clip(max=time_s.size - 1)
+    begun, later = np.searchsorted(time_s, [onset_s, onset_s + MIN_FLIGHT_S]).clip(max=time_s.size - 1)
     found = []
     for path in change_m:
         # a fall makes the path longer or shorter, as the antennas hang above or below
@@ -281,20 +281,20 @@ def impacts_of_most(
 
 
 def _thinned(time_s: FloatArray, change_m: FloatArray) -> Measured:
-    stride = max(1, time_s.size // MOST_POINTS)
+    stride = max(1, time_s.size // MAX_POINTS)
     return Measured(time_s[::stride], change_m[:, ::stride], U_PATH_M)
 
 
 def _flights(estimate: MotionEstimate, gravity_m_s2: float) -> tuple[FloatArray, FloatArray, float]:
     """Return impacts, velocities after them and the end of the last flight that is used."""
-    edges = [estimate.onset_s, *estimate.impact_s[:MOST_FLIGHTS]]
+    edges = [estimate.onset_s, *estimate.impact_s[:MAX_FLIGHTS]]
     place, velocities, end = estimate.position_m, [], estimate.onset_s
     for begin, stop in pairwise(edges):
-        if place is None or stop - begin < LEAST_FLIGHT_S:
+        if place is None or stop - begin < MIN_FLIGHT_S:
             break
         here = (estimate.time_s > begin + 0.003) & (estimate.time_s < stop - 0.003)
         here &= np.isfinite(place).all(axis=0)
-        if here.sum() < LEAST_VALUES:
+        if here.sum() < MIN_VALUES:
             break
         curve = np.polyfit(estimate.time_s[here] - begin, place[:, here].T, 2)
         # an impact that was not found makes two flights one, and that no parabola
@@ -454,7 +454,7 @@ def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own:
     """
     signals, motion = ready.signals, ready.motion
     # phases count from the rest, and fewer receivers bear no mirrors and no place
-    if not signals.has_rest or signals.n_receivers < LEAST_RECEIVERS:
+    if not signals.has_rest or signals.n_receivers < MIN_RECEIVERS:
         return None
     antennas, wavelength_m = place_antennas(setup), setup.radar.wavelength_m
 

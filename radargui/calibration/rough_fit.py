@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.calibration.fit import MOST_STEPS, Fit, crew, unfitted
+from radargui.calibration.fit import MAX_STEPS, Fit, crew, unfitted
 from radargui.calibration.known_path import Trajectory
 from radargui.calibration.likelihood import PathLikelihood, World, own_values
 from radargui.calibration.preparing import Prepared, measured_again, prepare_fall, prepare_known
@@ -22,8 +22,8 @@ from radargui.calibration.verdict import (
     FAR,
     GAIN,
     LOOSE,
+    MAX_COMPARED,
     MISFIT_M,
-    MOST_COMPARED,
     Slip,
     fit_paths,
     other_orders,
@@ -35,9 +35,9 @@ from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 
 RELEASE = "tracer.release_position_m"
-MOST_SLIPS = 2
+MAX_SLIPS = 2
 """Lost fringes a recording that are put right: one with more is none to calibrate by."""
-LEAST_OTHERS, STANDS_OUT = 4, 4.0
+MIN_OTHERS, STANDS_OUT = 4, 4.0
 """From how many recordings on, and above how many times their median, one misfit is that recording's own fault: a drop
 of a sound room left 7 mm, the eleven others 0.4, and the room was taken for a mirror image."""
 FEW_STEPS = 12
@@ -152,14 +152,14 @@ def rough_fit(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequen
 
 
 def _put_right(
-    start: Fit, by_paths: Sequence[PathLikelihood], looseness: Sequence[float] = LOOSE, steps: int = MOST_STEPS
+    start: Fit, by_paths: Sequence[PathLikelihood], looseness: Sequence[float] = LOOSE, steps: int = MAX_STEPS
 ) -> tuple[Fit, list[PathLikelihood], list[Slip]]:
     """Fit paths until none has lost a fringe."""
     paths, slips = list(by_paths), list[Slip]()
     while True:
         rough = fit_paths(start, paths, looseness, steps)
         righted, more = put_right(rough, paths)
-        if not more or len(slips) > MOST_SLIPS * len(paths):
+        if not more or len(slips) > MAX_SLIPS * len(paths):
             return rough, paths, slips
         paths, slips = righted, slips + more
 
@@ -208,15 +208,15 @@ def _refuse_misfit(rough: Fit, recordings: Sequence[KnownRecording]) -> None:
     worst = max(each)
     # one that lost a fringe for good draws all values along, and another order may then seem to fit better
     is_fall = recordings[int(np.argmax(each))].trajectory is None
-    if is_fall and len(each) >= LEAST_OTHERS and worst > STANDS_OUT * float(np.median(each)):
+    if is_fall and len(each) >= MIN_OTHERS and worst > STANDS_OUT * float(np.median(each)):
         refuse_above(MISFIT_M, rough, recordings)
     antennas = np.array([bool(one.key) for one in rough.world.unknowns])
     # swapped receivers may fit with antennas far from where they were measured
     if worst < MISFIT_M and np.abs(rough.z[antennas]).max(initial=0.0) < FAR:
         return
     # spread over all: neighbours may be drops from one place
-    stride = max(1, len(recordings) // MOST_COMPARED)
-    some = recordings[::stride][:MOST_COMPARED]
+    stride = max(1, len(recordings) // MAX_COMPARED)
+    some = recordings[::stride][:MAX_COMPARED]
 
     def cost(setup: Setup, *, righted: bool = False) -> float:
         world, places = _world(setup, some)

@@ -23,7 +23,6 @@ from radargui.calibration.likelihood import (
     misfit_of,
     motion_slopes,
 )
-from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.parameters import polarisation_places
 from radargui.estimation.forward.signal_model import ModelInputs, Waves, log_ways, reflections
 from radargui.estimation.forward.signal_slopes import receiver_slopes, ways_slopes
@@ -33,9 +32,10 @@ from radargui.estimation.solve.changed_problem import mirrors_changed
 from radargui.estimation.solve.prior_deviations import reestimated
 from radargui.estimation.solve.priors import Prior
 from radargui.estimation.solve.problem import JointProblem, huber, node_offsets, signals_at
-from radargui.geometry.path_length import Antennas, range_factor
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from radargui.model.errors import SolveError
+from radargui.physics.mirrors import MirrorPlane
+from radargui.physics.path_length import Antennas, range_factor
 
 PLACE_STEP_M = 1e-5
 """Of differences in one direction: fields change over centimetres, so slopes are off by 1e-3 at most."""

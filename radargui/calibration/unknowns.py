@@ -14,7 +14,7 @@ from radargui.model.setup import Setup, moved, value_of
 GROUPS = ("tilt", "azimuth", "distance", "transmitter", "release", "gravity", "polarization")
 """What `--free` may name: `transmitter` is its place, `gravity` the direction of gravity. Polarisations that are not
 named are unknowns of each recording, with the setup's prior (method 4)."""
-POLARISATION, LEAST_U_DEG = "polarization_deg", 1e-4
+POLARISATION, MIN_U_DEG = "polarization_deg", 1e-4
 """Key in a setup; a u of 0 counts as this, for no weight may be infinite (far below what can be measured)."""
 USUAL = ("tilt", "azimuth", "distance", "release")
 U_UNSTATED = {"tilt": 3.0, "azimuth": 3.0, "distance": 0.02, "release": 0.002, "polarization": 5.0}
@@ -74,7 +74,7 @@ def antenna_unknowns(setup: Setup, *, place: bool = False, polarised: bool = Fal
         # all of them or none: one that is known exactly stays where it is
         named = {"transmitter": sender} | {f"receiver[{n}]": one for n, one in enumerate(setup.receiver, 1)}
         for place_of, own in named.items():
-            u, key = max(_given(own.u_polarization_deg, "polarization"), LEAST_U_DEG), f"{place_of}.{POLARISATION}"
+            u, key = max(_given(own.u_polarization_deg, "polarization"), MIN_U_DEG), f"{place_of}.{POLARISATION}"
             name = key.replace("[", ".").replace("]", "")
             out.append(Unknown(name, own.polarization_deg or 0.0, u, "polarization", key))
     # who gives a u of zero holds the value: it is no unknown

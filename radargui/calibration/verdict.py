@@ -10,13 +10,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from radargui.calibration.fit import MOST_STEPS, Fit, crew, fit
+from radargui.calibration.fit import MAX_STEPS, Fit, crew, fit
 from radargui.calibration.likelihood import Likelihood, PathLikelihood, own_values
 from radargui.calibration.unknowns import Unknown, setup_with
-from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.setup import Setup
+from radargui.physics.path_length import path_lengths, place_antennas
 
 UNTOLD = 0.5
 """A combination is not told whose variance is more than this share of what the setup left."""
@@ -34,9 +34,9 @@ LOOSE = (30.0, 5.0, 1.0)
 """How much wider paths are taken from step to step (`PathLikelihood.loose`)."""
 LEFT_OUT_STEPS = 6
 """At the most, in which the motion of a recording that is left out follows; to the end it took 20 s a drop."""
-MOST_COMPARED = 3
+MAX_COMPARED = 3
 """Recordings that other orders are tried on."""
-_MOST_NAMED = 3
+_MAX_NAMED = 3
 """Wrong orders of the receivers named in a line (chosen by hand): there are up to 47 of four."""
 STEP_POINTS, RISE_POINTS = 5, 3
 """Values of a path whose medians are compared where a step is looked for: 25 ms of a drop; and how long it may take."""
@@ -64,7 +64,7 @@ def are_far(z: FloatArray, u: FloatArray) -> BoolArray:
 
 
 def fit_paths(
-    start: Fit, recordings: Sequence[PathLikelihood], looseness: Sequence[float] = LOOSE, steps: int = MOST_STEPS
+    start: Fit, recordings: Sequence[PathLikelihood], looseness: Sequence[float] = LOOSE, steps: int = MAX_STEPS
 ) -> Fit:
     """Fit paths, first with wide deviations, because constraints and outliers mislead far from the solution."""
     for loose in looseness:
@@ -196,7 +196,7 @@ def undecidable(found: Fit, recordings: Sequence[PathLikelihood]) -> list[str]:
 
 def orders_words(orders: Sequence[str]) -> str:
     """Return in one line what `undecidable` found; of many some are named and the others counted; "" where none is."""
-    named = orders if len(orders) <= _MOST_NAMED + 1 else orders[:_MOST_NAMED]
+    named = orders if len(orders) <= _MAX_NAMED + 1 else orders[:_MAX_NAMED]
     more = len(orders) - len(named)
     counted = f", or the receivers come in any of {more} other orders" if more else ""
     return f"these motions cannot tell whether {', or '.join(named)}{counted}" if orders else ""

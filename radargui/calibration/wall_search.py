@@ -12,7 +12,6 @@ import numpy as np
 from radargui.calibration.fit import Fit, Settled, crew, settling
 from radargui.calibration.likelihood import Likelihood
 from radargui.calibration.signal_likelihood import SignalLikelihood
-from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.select.wall_grid import (
     WALLS,
     DirectWave,
@@ -29,8 +28,9 @@ from radargui.estimation.solve.changed_problem import carried_places
 from radargui.estimation.solve.lobe_prior import main_lobes
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError
+from radargui.physics.mirrors import MirrorPlane
 
-MOST_WALLS = 2
+MAX_WALLS = 2
 """As many as are sought; what is left is the maps'."""
 SEARCHES, CARRIED, CARRIED_AGAIN = 4, 4, 3
 """The grid, then finer around what was found, for antennas bent by a wall hide where it is; places fitted of each."""
@@ -47,9 +47,9 @@ PROMISING = 100.0
 AGREEING = 1.1
 """Most that the Birge ratio may grow by a wall: true walls took it from 2.5 to 1.3, 8.1 to 4.9 and 11.8 to 5.3, false
 ones from 1.25 to 2.5 and 4.6."""
-MOST_COMPARED = 3
+MAX_COMPARED = 3
 """Recordings in which walls are sought."""
-MOST_BEHIND, LATE = (1000.0, 300.0, 50.0, np.inf), 500.0
+MAX_BEHIND, LATE = (1000.0, 300.0, 50.0, np.inf), 500.0
 """In ln E, behind the best of the places after each renewal: in three rooms those that won were the best after the
 first, and led by 1200 to 10 000 after the second. From then on a wall without which ln E is higher is none."""
 CLEAR_M = 0.02
@@ -72,7 +72,7 @@ def with_walls(base: Settled, normal: FloatArray) -> Settled:
         Upward normal of the floor, shape (3,).
     """
     best = base
-    for _ in range(MOST_WALLS):
+    for _ in range(MAX_WALLS):
         better = _one_more(best, normal)
         if better is None or better.log_evidence < best.log_evidence + CONVINCING:
             break
@@ -86,9 +86,9 @@ def with_walls(base: Settled, normal: FloatArray) -> Settled:
 def some_of(likelihoods: Sequence[Likelihood]) -> list[int]:
     """Return the numbers of a few of the recordings: where walls are, these say as well as all."""
     numbers = [n for n, one in enumerate(likelihoods) if isinstance(one, SignalLikelihood)]
-    if len(likelihoods) <= MOST_COMPARED or len(numbers) < MOST_COMPARED:
+    if len(likelihoods) <= MAX_COMPARED or len(numbers) < MAX_COMPARED:
         return list(range(len(likelihoods)))
-    return numbers[:: len(numbers) // MOST_COMPARED][:MOST_COMPARED]
+    return numbers[:: len(numbers) // MAX_COMPARED][:MAX_COMPARED]
 
 
 def n_mirrors(settled: Settled) -> int:
@@ -152,14 +152,14 @@ def _without_last(settled: Settled, base: Settled) -> Settled:
 
 
 def _trials(base: Settled, walls: Sequence[tuple[MirrorPlane, ...]]) -> list[Settled]:
-    """Return the fits with walls, less those that are left behind on the way there (`MOST_BEHIND`)."""
+    """Return the fits with walls, less those that are left behind on the way there (`MAX_BEHIND`)."""
     going = []
     for planes in walls:
         pairs = zip(base.likelihoods, base.found.own, strict=True)
         likelihoods, own = zip(*(one.with_mirrors(planes, state) for one, state in pairs), strict=True)
         going.append(settling(base.found, likelihoods, own))
     there: list[Settled] = []
-    for behind in MOST_BEHIND:
+    for behind in MAX_BEHIND:
         there, left = [], going
         going = []
         for one in left:

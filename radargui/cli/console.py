@@ -11,8 +11,8 @@ from logging.handlers import RotatingFileHandler
 import typer
 
 from radargui.model.errors import FileError, RadarGuiError, SetupError, UsageError, fault_of
-from radargui.model.resources import LOG_FORMAT, log_path
 from radargui.session.ending import interrupt, on_ending
+from radargui.system.resources import LOG_FORMAT, log_path
 
 
 def make_output_safe() -> None:

@@ -19,7 +19,6 @@ from radargui.files.access import make_folder
 from radargui.files.formats import format_of, own_setup_of
 from radargui.files.raw_file import parse_raw_layout
 from radargui.files.reading import ChannelMap, ImportInput, parse_channel_map
-from radargui.model.cores import on_cores
 from radargui.model.errors import RadarGuiError, SetupError, UsageError
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
@@ -29,6 +28,7 @@ from radargui.processing.long_recording import read_for_processing
 from radargui.processing.process import process
 from radargui.report.tables import write_tables
 from radargui.session.info import default_data_folder
+from radargui.system.cores import on_cores
 
 Input = tuple[ImportInput, Path]
 """What is read, and the folder that its tables go to, which has its name."""

@@ -4,8 +4,8 @@ import math
 from pathlib import Path
 
 from radargui.model.errors import UsageError
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, changed, read_setup
+from radargui.system.resources import default_setup_path
 
 COMMAND_LINE = "command line"
 """Whose wish an option is, for messages."""

@@ -11,7 +11,7 @@ from radargui.model.arrays import BoolArray, FloatArray, runs_of
 
 if TYPE_CHECKING:
     # loads what only one or two receivers need
-    from radargui.conditioning.echo import Echo
+    from radargui.signals.echo import Echo
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,14 +24,14 @@ class AgreementSettings:
         Path and echo are compared within blocks of `block_s` and over these numbers of blocks. A target of 5 Hz turns
         by a third of a radian in the shortest span and by three turns in the longest, so that a path that stands still
         is noticed.
-    most_rad, share
+    max_rad, share
         Largest change of their difference within a block and to the next one: an absolute part (0.2 wavelengths, by
         which an offset of two thirds of the amplitude bends a path) and a share of the phase turned.
     """
 
     block_s: float = 0.01
     blocks: tuple[int, ...] = (4, 16, 64)
-    most_rad: float = 1.2
+    max_rad: float = 1.2
     share: float = 0.08
 
 
@@ -66,7 +66,7 @@ def strays(phase_rad: FloatArray, valid: BoolArray, echo: Echo, sample_rate_hz: 
     middle = np.where(seen, 0.5 * (np.where(seen, low, 0.0) + np.where(seen, high, 0.0)), np.nan)
     # the front end of either bends the phase by a share of what it turns
     turned = blocks(echo.phase_rad, -np.inf).max(axis=1) - blocks(echo.phase_rad, np.inf).min(axis=1)
-    allowed = AGREEMENT.most_rad + AGREEMENT.share * np.where(seen, turned, 0.0)
+    allowed = AGREEMENT.max_rad + AGREEMENT.share * np.where(seen, turned, 0.0)
     apart = seen & (np.where(seen, high - low, 0.0) > allowed)
     # a hole between two blocks: nothing is claimed over it
     with np.errstate(invalid="ignore"):
@@ -79,7 +79,7 @@ def strays(phase_rad: FloatArray, valid: BoolArray, echo: Echo, sample_rate_hz: 
         led = (seen & ~apart)[:whole].reshape(-1, length).all(axis=1)
         spread = high[:whole].reshape(-1, length).max(axis=1) - low[:whole].reshape(-1, length).min(axis=1)
         turns = turned[:whole].reshape(-1, length).sum(axis=1)
-        far = led & (np.where(led, spread, 0.0) > AGREEMENT.most_rad + AGREEMENT.share * np.where(led, turns, 0.0))
+        far = led & (np.where(led, spread, 0.0) > AGREEMENT.max_rad + AGREEMENT.share * np.where(led, turns, 0.0))
         apart[:whole] |= np.repeat(far, length)
     return np.asarray(np.repeat(apart, size)[: phase_rad.size])
 
@@ -96,5 +96,5 @@ def lasting(stray: BoolArray, phase_rad: FloatArray, valid: BoolArray, echo: Ech
     for begin, end in runs_of(stray):
         before, after = known[known < begin], known[known >= end]
         if before.size and after.size:
-            out[begin:end] = abs(away[after[0]] - away[before[-1]]) > AGREEMENT.most_rad
+            out[begin:end] = abs(away[after[0]] - away[before[-1]]) > AGREEMENT.max_rad
     return out

@@ -9,19 +9,20 @@ from collections.abc import Callable
 
 import numpy as np
 
-from radargui.conditioning.conditioned import Conditioned
-from radargui.conditioning.ellipse import Ellipse, fit_ellipse, no_ellipse
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.published import PublishedSteps, correct_published
 from radargui.correction.quality import PHASE_OVER_ROUNDNESS, assess, circularity
-from radargui.model.arrays import BoolArray, FloatArray, median, order_statistics
+from radargui.model.arrays import BoolArray, FloatArray, median
 from radargui.model.channel_quality import ChannelQuality
 from radargui.model.errors import ProcessingError
 from radargui.model.finding import why_of
 from radargui.model.plugins import load_plugin
 from radargui.model.result import CorrectedIQ, Segment
+from radargui.signals.conditioned import Conditioned
+from radargui.signals.ellipse import Ellipse, fit_ellipse, no_ellipse
+from radargui.signals.rows import order_statistics
 
-LEAST_ARC_RAD = np.pi
+MIN_ARC_RAD = np.pi
 ARC_TURNS = 1.2
 """Turns of the circle at which the phase is off twice as far as its roundness says.
 
@@ -63,7 +64,7 @@ def correct_ellipse(
     corrected = ellipse.apply(pair_v)
     # a conic fits every short arc: what it says of the rest of the circle is chance
     arc = np.unwrap(np.arctan2(corrected[1], corrected[0])[segment.first : segment.last])
-    if np.ptp(arc) < LEAST_ARC_RAD:
+    if np.ptp(arc) < MIN_ARC_RAD:
         raise no_ellipse()
     return corrected, ellipse
 
@@ -74,7 +75,7 @@ def arc_over_roundness(phase_rad: FloatArray) -> float:
     if known.size == 0:
         return 1.0
     first, last = order_statistics(known, 0.005, 0.995)
-    return float(1.0 + (2.0 * np.pi * ARC_TURNS / max(last - first, LEAST_ARC_RAD)) ** 3)
+    return float(1.0 + (2.0 * np.pi * ARC_TURNS / max(last - first, MIN_ARC_RAD)) ** 3)
 
 
 Steps = PublishedSteps | Ellipse | None
@@ -90,7 +91,7 @@ SOME = 8
 PUBLISHED_OVER_ROUNDNESS = 2.1
 """`PHASE_OVER_ROUNDNESS` of the published procedure: its bias is held from the first extreme back, and its pieces take
 off what else would show."""
-LEAST_U_PHASE_RAD = 1e-12
+MIN_U_PHASE_RAD = 1e-12
 """Of a signal that is perfectly round: a weight stays finite."""
 
 
@@ -160,7 +161,7 @@ def correct(
                 known = good & np.isfinite(iq).all(axis=0)
                 over, whole = PHASE_OVER_ROUNDNESS, circularity(iq[:, known]) if known.any() else None
                 over *= arc_over_roundness(turned[good]) if isinstance(step, Ellipse) else 1.0
-            u_phase[k] = max(over * (whole or 0.0), LEAST_U_PHASE_RAD)
+            u_phase[k] = max(over * (whole or 0.0), MIN_U_PHASE_RAD)
         steps.append(step)
         progress((k + 1) / n_receivers)
     i, q = corrected[0::2], corrected[1::2]

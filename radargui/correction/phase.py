@@ -16,7 +16,7 @@ from radargui.model.arrays import BoolArray, FloatArray, IntArray, runs_of
 
 if TYPE_CHECKING:
     # loads what only one or two receivers need
-    from radargui.conditioning.echo import Echo
+    from radargui.signals.echo import Echo
 
 
 def wrapped_phase(i: FloatArray, q: FloatArray) -> FloatArray:
@@ -55,24 +55,24 @@ class HoleSettings:
 
     Attributes
     ----------
-    least_samples
+    min_samples
         Least number of samples that determine a speed.
     hole_s, times_step, side_s
         Where an estimate knows what moves, a hole is longer than `hole_s` and than `times_step` typical steps: in less,
         half a turn would take 3 m/s of path. The speed is taken from `side_s` before and after it: a fall bends that by
         a tenth of a turn.
-    slope_s, longest_s, most_u_rad
+    slope_s, longest_s, max_u_rad
         Of one receiver by itself: time from which the speed is taken; the longest hole that is bridged; and the largest
         standard uncertainty of the phase carried over: twice it is a quarter of a wavelength of path.
     """
 
-    least_samples: int = 4
+    min_samples: int = 4
     hole_s: float = 0.002
     times_step: float = 4.0
     side_s: float = 0.008
     slope_s: float = 0.004
     longest_s: float = 0.006
-    most_u_rad: float = 0.25 * np.pi
+    max_u_rad: float = 0.25 * np.pi
 
 
 SETTINGS = HoleSettings()
@@ -86,7 +86,7 @@ def unwrapped(angle_rad: FloatArray, time_s: FloatArray) -> FloatArray:
     for last in np.flatnonzero(step_s > longest_s):
         before = slice(int(np.searchsorted(time_s, time_s[last] - SETTINGS.side_s)), int(last) + 1)
         after = slice(int(last) + 1, int(np.searchsorted(time_s, time_s[last + 1] + SETTINGS.side_s)))
-        if min(before.stop - before.start, after.stop - after.start) >= SETTINGS.least_samples:
+        if min(before.stop - before.start, after.stop - after.start) >= SETTINGS.min_samples:
             missed, _ = _missed(time_s[before], phase[..., before], time_s[after], phase[..., after])
             # whole turns alone: the fraction was measured on both sides
             phase[..., last + 1 :] += 2.0 * np.pi * np.rint(missed / (2.0 * np.pi))[..., None]
@@ -116,7 +116,7 @@ def join_pieces(
     out = phase_rad.copy()
     begins = np.zeros(phase_rad.shape[1], dtype=np.intp)
     for row, good, echo in zip_longest(out, valid, echoes[: len(out)]):
-        runs = [(a, b) for a, b in runs_of(good).tolist() if b - a >= SETTINGS.least_samples]
+        runs = [(a, b) for a, b in runs_of(good).tolist() if b - a >= SETTINGS.min_samples]
         for before, after in pairwise(runs):
             # longer holes are where an echo was lost: there it may have turned round
             short = after[0] - before[1] < SETTINGS.longest_s * sample_rate_hz
@@ -128,7 +128,7 @@ def join_pieces(
                 away = row[before[1] - 1] + turn - row[after[0]]
             turns = 2.0 * np.pi * np.round(away / (2.0 * np.pi))
             # speeds tell whole turns alone; against an echo what is left over is a slip; an unknown turn is neither
-            if abs(away - turns) <= (np.inf if echo is None else SETTINGS.most_u_rad):
+            if abs(away - turns) <= (np.inf if echo is None else SETTINGS.max_u_rad):
                 row[after[0] :] += turns
             else:
                 begins[after[0]] = 1
@@ -139,11 +139,11 @@ def _carried(phase: FloatArray, before: tuple[int, int], after: tuple[int, int],
     """Return what the phase misses over a hole; NaN where the motion does not determine it."""
     if after[0] - before[1] + 1 > SETTINGS.longest_s * rate_hz:
         return np.nan
-    reach = max(SETTINGS.least_samples, round(SETTINGS.slope_s * rate_hz))
+    reach = max(SETTINGS.min_samples, round(SETTINGS.slope_s * rate_hz))
     left = np.arange(max(before[0], before[1] - reach), before[1])
     right = np.arange(after[0], min(after[1], after[0] + reach))
     missed, u = _missed(left, phase[left], right, phase[right])
-    return float(missed) if u < SETTINGS.most_u_rad else np.nan
+    return float(missed) if u < SETTINGS.max_u_rad else np.nan
 
 
 def _missed(

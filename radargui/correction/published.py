@@ -9,10 +9,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.model.arrays import BoolArray, FloatArray, IntArray, held_beyond, order_statistics, savitzky_golay
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.errors import ProcessingError
 from radargui.model.finding import error_of
 from radargui.model.result import Segment
+from radargui.motion.smoothing import savitzky_golay
+from radargui.signals.rows import held_beyond, order_statistics
 
 
 def turning_points(x: FloatArray) -> tuple[IntArray, BoolArray]:
@@ -123,9 +125,9 @@ def _slopes(dx: FloatArray, mean: FloatArray) -> FloatArray:
 
 PROMINENCE = 0.3
 """An extreme stands out of its surroundings by this share of the local swing, or it is noise."""
-TYPICAL_PROMINENCE, LEAST_SWINGS = 0.15, 5
+TYPICAL_PROMINENCE, MIN_SWINGS = 0.15, 5
 """The same of the typical swing, for those between which the local swing is taken; fewer swings do not tell it."""
-LEAST_EXTREMES = 2
+MIN_EXTREMES = 2
 """Peaks, and as many valleys, of a channel: two of each are one and a half fringes."""
 TURN_S = 0.0008
 """Before and after an instant that is looked at for a turn of the motion: a bounce is over within it."""
@@ -229,7 +231,7 @@ def _correct_channel(smoothed_v: FloatArray, segment: Segment, turning: BoolArra
     peaks, valleys = find_extremes(smoothed_v, segment)
     # where the motion turns round I stands still at any value: no crest of the circle
     peaks, valleys = peaks[~turning[peaks]], valleys[~turning[valleys]]
-    if min(peaks.size, valleys.size) < LEAST_EXTREMES:
+    if min(peaks.size, valleys.size) < MIN_EXTREMES:
         raise error_of(
             ProcessingError,
             "few_extremes",
@@ -311,7 +313,7 @@ def local_swing(x: FloatArray, turning: IntArray) -> FloatArray:
     lowest, highest = order_statistics(x[::8], 0.02, 0.98)
     typical = float(highest - lowest)
     both = turning[prominent(x, turning, TYPICAL_PROMINENCE * typical)]
-    if both.size <= LEAST_SWINGS:
+    if both.size <= MIN_SWINGS:
         return np.full(turning.size, typical)
     swing = np.abs(np.diff(x[both]))
     middle = 0.5 * (both[1:] + both[:-1])

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from radargui.conditioning.averager import block_means
-from radargui.model.arrays import BoolArray, FloatArray, median, savitzky_golay
+from radargui.model.arrays import BoolArray, FloatArray, median
 from radargui.model.channel_quality import ChannelQuality
 from radargui.model.finding import Finding, refuse, warn
+from radargui.motion.smoothing import savitzky_golay
+from radargui.signals.averager import block_means
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,37 +20,37 @@ class Limits:
 
     Attributes
     ----------
-    good_noise, most_noise
+    good_noise, max_noise
         Noise of I and of Q where the fringes are counted (a sample, or a bin of the estimates), in amplitudes: 0.22 is
         10 dB; at 0.5 (3 dB) a step of the phase between neighbours is often lost.
-    good_circularity, most_circularity
+    good_circularity, max_circularity
         Root mean square of |z| - 1 beyond what noise makes; the phase is wrong by about as many radians. At a third of
         a radian the count of fringes is not sure any more.
-    good_misfit, most_misfit
+    good_misfit, max_misfit
         Mean squared residual of an estimate in units of its noise: above 2 more than noise is left, above 10 the model
         does not describe the scene.
-    most_misfit_circularity
+    max_misfit_circularity
         Circularity up to which a receiver of large misfit is still usable: there a small mismatch meets little noise.
-    least_valid
+    min_valid
         Share of valid samples of a good receiver.
-    least_fringes
+    min_fringes
         Least number of fringes: with fewer, mismatch and motion cannot be told apart.
-    most_gain, most_quadrature_deg
+    max_gain, max_quadrature_deg
         Gain ratio, or its inverse, and quadrature error of the worst mixer: cheap ones are within 1.6 and 35 degrees.
         An estimate beyond this has taken two circles, or a motion, for a front end.
     """
 
     good_noise: float = 0.2236
-    most_noise: float = 0.5
+    max_noise: float = 0.5
     good_circularity: float = 0.1
-    most_circularity: float = 0.35
+    max_circularity: float = 0.35
     good_misfit: float = 2.0
-    most_misfit: float = 10.0
-    most_misfit_circularity: float = 0.15
-    least_valid: float = 0.9
-    least_fringes: float = 1.0
-    most_gain: float = 2.0
-    most_quadrature_deg: float = 42.0
+    max_misfit: float = 10.0
+    max_misfit_circularity: float = 0.15
+    min_valid: float = 0.9
+    min_fringes: float = 1.0
+    max_gain: float = 2.0
+    max_quadrature_deg: float = 42.0
 
 
 LIMITS = Limits()
@@ -58,7 +59,7 @@ WEAK = "signal_low"
 PHASE_OVER_ROUNDNESS = 1.3
 """Phase error over what |z| leaves of its circle: that of a moment is as large, and that at rest, from which all phases
 count, is added to it (laboratory, generic and physical scenes, decision 44)."""
-LEAST_TURNS = 8.0
+MIN_TURNS = 8.0
 """Fringes one way that an image rejection needs: with fewer its line is as wide as its distance from the image."""
 
 
@@ -117,7 +118,7 @@ def image_rejection_db(iq: FloatArray, phase_rad: FloatArray) -> float | None:
     first, last = _longest_one_way(phase_rad)
     turns = abs(phase_rad[last - 1] - phase_rad[first]) / (2.0 * np.pi) if last > first else 0.0
     window = 2 * int((last - first) / max(turns, 1.0)) + 1
-    if turns < LEAST_TURNS or window < 5 or window > last - first:
+    if turns < MIN_TURNS or window < 5 or window > last - first:
         return None
     smoothed = savitzky_golay(phase_rad[first:last], window)
     z = iq[0, first:last] + 1j * iq[1, first:last]
@@ -205,19 +206,19 @@ def judge(quality: ChannelQuality, noise: float, counted_noise: float, chi_squar
     beyond_noise = float(np.sqrt(max(roundness**2 - noise**2, 0.0))) if np.isfinite(roundness) else float("nan")
     # only models of the samples have one
     misfit = 0.0 if chi_square is None else chi_square
-    if counted_noise > LIMITS.most_noise:
+    if counted_noise > LIMITS.max_noise:
         return refuse("noise_too_high", share=counted_noise)
     # not the other way round: an unknown one is no circle
-    if not beyond_noise < LIMITS.most_circularity:
+    if not beyond_noise < LIMITS.max_circularity:
         return refuse("off_circle", share=beyond_noise)
     gain, angle_deg = quality.gain_ratio or 1.0, quality.quadrature_error_deg or 0.0
-    if not 1.0 / LIMITS.most_gain < gain < LIMITS.most_gain or not abs(angle_deg) < LIMITS.most_quadrature_deg:
+    if not 1.0 / LIMITS.max_gain < gain < LIMITS.max_gain or not abs(angle_deg) < LIMITS.max_quadrature_deg:
         return refuse("mixer_impossible", gain_ratio=gain, quadrature_error_deg=angle_deg)
-    if not misfit <= LIMITS.most_misfit and not beyond_noise < LIMITS.most_misfit_circularity:
+    if not misfit <= LIMITS.max_misfit and not beyond_noise < LIMITS.max_misfit_circularity:
         return refuse("signal_not_described")
-    if quality.fringes is not None and quality.fringes < LIMITS.least_fringes:
+    if quality.fringes is not None and quality.fringes < LIMITS.min_fringes:
         return warn("motion_below_fringe")
-    if quality.fraction_valid is not None and quality.fraction_valid < LIMITS.least_valid:
+    if quality.fraction_valid is not None and quality.fraction_valid < LIMITS.min_valid:
         return warn("few_samples_valid", share=quality.fraction_valid)
     if beyond_noise > LIMITS.good_circularity:
         return warn("off_circle", share=beyond_noise)

@@ -11,8 +11,8 @@ from radargui.estimation.adaptive.found import AdaptiveRounds
 from radargui.estimation.forward.slow_noise import measure_drift
 from radargui.estimation.hardware import as_prior
 from radargui.estimation.motion_estimate import MotionEstimate, channel_qualities
-from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
-from radargui.estimation.readout.samples import AtSamples, at_samples
+from radargui.estimation.posterior.motion_posterior import AlternativeMotion, MotionPosterior
+from radargui.estimation.posterior.samples import AtSamples, at_samples
 from radargui.estimation.select.choose import choose_model
 from radargui.estimation.select.chosen_model import ChosenModel
 from radargui.estimation.select.converge import LAST, converge
@@ -22,12 +22,12 @@ from radargui.estimation.solve.break_velocities import break_speeds
 from radargui.estimation.solve.held_setup import with_antennas_of, with_setup_moved
 from radargui.estimation.solve.minimise import chi_square, minimise
 from radargui.estimation.solve.problem import State
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.errors import ProcessingError
 from radargui.model.finding import error_of
 from radargui.model.front_end import FrontEnd
 from radargui.model.setup import Setup
 from radargui.model.setup_posterior import SetupLikelihood
+from radargui.physics.path_length import MIN_RECEIVERS
 
 _STAGES = {"floor": (0.0, 0.35, 12), "flights": (0.35, 0.42, 4), "walls": (0.42, 0.84, 40), "last": (0.84, 0.98, 3)}
 """Where on the bar each stage of `choose_model` begins and ends, and its rounds: between drops without a wall, where
@@ -89,7 +89,7 @@ def estimate_joint(
         Fewer than three receivers, no rest before the motion.
     """
     signals = found.signals
-    if signals.n_receivers < LEAST_RECEIVERS:
+    if signals.n_receivers < MIN_RECEIVERS:
         remedy = 'Choose correction = "adaptive" for one or two.'
         raise error_of(ProcessingError, "joint_needs_three_receivers", remedy=remedy)
     stage, done = "floor", 0

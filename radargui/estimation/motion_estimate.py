@@ -12,7 +12,7 @@ from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.channel_quality import ChannelQuality
 from radargui.model.front_end import FrontEnd
 
-FEW_FRINGES, WIDEST, LEAST_FRINGES = 3.0, 4.0, 0.1
+FEW_FRINGES, WIDEST, MIN_FRINGES = 3.0, 4.0, 0.1
 """u is widened by sqrt(1 + (few / F)^2), at most by the second, for a receiver that saw F fringes (standing still: the
 third): below some the posterior of one model is too narrow (pendulums and level circles of benchmark accuracy)."""
 
@@ -66,13 +66,13 @@ class MotionEstimate:
     @property
     def fits(self) -> bool:
         """Whether the misfit is small enough in every receiver: else a simpler correction must stand in."""
-        return bool((self.chi_square <= LIMITS.most_misfit).all())
+        return bool((self.chi_square <= LIMITS.max_misfit).all())
 
 
 def few_fringes_factor(phase_rad: FloatArray) -> FloatArray:
     """Return by how much the uncertainties of receivers grow that saw few fringes, phases (n_receivers, n)."""
     # a short arc fits many circles: below some fringes Laplace's Gaussian is narrower than what is possible
-    span = np.maximum(np.ptp(phase_rad, axis=1) / (2.0 * np.pi), LEAST_FRINGES)
+    span = np.maximum(np.ptp(phase_rad, axis=1) / (2.0 * np.pi), MIN_FRINGES)
     return np.asarray(np.minimum(np.sqrt(1.0 + (FEW_FRINGES / span) ** 2), WIDEST))
 
 

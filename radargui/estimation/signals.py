@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.conditioning.conditioned import Conditioned
-from radargui.conditioning.doppler import Doppler
-from radargui.conditioning.spectral_front_end import front_end_of
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.finding import error_of
 from radargui.model.front_end import FrontEnd, noise_across, point_of, with_phase_sign
+from radargui.physics.path_length import MIN_RECEIVERS
+from radargui.signals.conditioned import Conditioned
+from radargui.signals.doppler import Doppler
+from radargui.signals.spectral_front_end import front_end_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +102,7 @@ def scaled_signals(
     n_receivers = conditioned.n_receivers
     mixers = tuple(_mixer(front_end(own)) for own in conditioned.doppler)
     volts, noise_v, delay_s = conditioned.volts.copy(), conditioned.noise_v.copy(), conditioned.delay_s.copy()
-    usable = (conditioned.usable if n_receivers >= LEAST_RECEIVERS else conditioned.valid).all(axis=0)
+    usable = (conditioned.usable if n_receivers >= MIN_RECEIVERS else conditioned.valid).all(axis=0)
     for k, mixer in enumerate(mixers):
         if mixer is not None:
             pair = slice(2 * k, 2 * k + 2)

@@ -23,7 +23,6 @@ from radargui.files.formats import RUN
 from radargui.files.run_card import summarise
 from radargui.files.run_results import results_are_current, write_results
 from radargui.files.stored_results import read_prior
-from radargui.model.cores import begin_worker, workers_ignoring_interrupts
 from radargui.model.errors import (
     CancelledError,
     FileError,
@@ -39,6 +38,7 @@ from radargui.processing.long_recording import read_for_processing
 from radargui.processing.process import process
 from radargui.session.known_setup import known_setup_of_run
 from radargui.session.session import run_paths
+from radargui.system.cores import begin_worker, workers_ignoring_interrupts
 
 _logger = logging.getLogger(__name__)
 State = Literal["done", "skipped", "failed", "stopped"]

@@ -31,7 +31,7 @@ from radargui.files.reading import (
 )
 from radargui.files.signals import ChannelInfo
 from radargui.model.errors import FileError, RadarGuiError, UsageError, worded
-from radargui.model.radar import MOST_RECEIVERS
+from radargui.model.radar import MAX_RECEIVERS
 from radargui.model.recording import iq_names
 from radargui.model.result import RunResult
 from radargui.model.setup import MEASURING, Setup
@@ -41,7 +41,7 @@ from radargui.session.transfer import ImportedRun, SessionImport, session_facts
 FILE_NAME = "channel-maps.json"
 SCHEMA = 1
 """Of the file as this version writes it."""
-MOST_PATTERNS = 200
+MAX_PATTERNS = 200
 """Remembered; the oldest are forgotten first. Chosen by hand: a laboratory names its channels in a few ways."""
 LARGEST_CHARACTERS = 5_000_000
 """Read of the file: far more than as many patterns take, only damage is longer. Chosen by hand."""
@@ -55,7 +55,7 @@ def _different(places: list[int]) -> list[int]:
 
 
 _DIFFERENT = AfterValidator(_different)
-_Places = Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=2, max_length=2 * MOST_RECEIVERS), _DIFFERENT]
+_Places = Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=2, max_length=2 * MAX_RECEIVERS), _DIFFERENT]
 
 
 class _KnownMaps(BaseModel):
@@ -95,7 +95,7 @@ class MapMemory:
         # The newest last: the oldest are forgotten first.
         maps.pop(key, None)
         maps[key] = [names.index(variable) for variable in variables]
-        self._write(dict(list(maps.items())[-MOST_PATTERNS:]))
+        self._write(dict(list(maps.items())[-MAX_PATTERNS:]))
 
     def _read(self) -> dict[str, list[int]]:
         try:

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from radargui.experiment.event import LIVE
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.live.track import LiveTrack
 from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.result import Bounce, PathLengths, Segment, Track
 from radargui.model.setup import Setup
+from radargui.physics.path_length import MIN_RECEIVERS
 from radargui.processing.impacts_of_track import impacts_of_track
 from radargui.restitution.track_flights import TrackFlights, find_track_flights
 
@@ -46,7 +46,7 @@ def first_bounce(live: LiveTrack, first_index: int, setup: Setup) -> Bounce | No
         Under which it runs.
     """
     # where it began anew the places count from a rest that nobody knows
-    if setup.n_receivers < LEAST_RECEIVERS or live.began_anew:
+    if setup.n_receivers < MIN_RECEIVERS or live.began_anew:
         return None
     span = live.since(first_index)
     if span.index.size == 0:

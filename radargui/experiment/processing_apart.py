@@ -27,10 +27,10 @@ from radargui.experiment.finished import (
     preliminary_result,
     process_finished,
 )
-from radargui.model.cores import on_cores, workers_ignoring_interrupts
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, fault_of, worded
 from radargui.model.result import RunResult
 from radargui.processing.process import OnPreliminary
+from radargui.system.cores import on_cores, workers_ignoring_interrupts
 
 _PIECE = 1 << 20
 """Bytes of one message where a pipe knows messages only: copied once more, under the lock, in less than a millisecond.

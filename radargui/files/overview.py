@@ -12,7 +12,7 @@ from radargui.model.arrays import FloatArray, RawArray, lowest_and_highest
 
 FINEST_BIN = 64
 """Samples in a bin of the finest level of a short run: lowest and highest then take 3 % of the room of the samples."""
-MOST_BINS = 1 << 18
+MAX_BINS = 1 << 18
 """Bins of the finest level; a longer run gets larger ones, so that memory stays bounded overnight (6 MB of int16)."""
 STEP = 16
 """Bins of one level that make one of the next: all levels above the finest add 1/15 to it."""
@@ -53,13 +53,13 @@ class OverviewMaker:
     ----------
     n_channels, dtype
         As the samples.
-    most_bins
+    max_bins
         Of the finest level.
     """
 
-    def __init__(self, n_channels: int, dtype: Any, most_bins: int = MOST_BINS) -> None:
-        self._bin, self._most_bins = FINEST_BIN, most_bins
-        self._room = np.empty((2, n_channels, most_bins), dtype=dtype)
+    def __init__(self, n_channels: int, dtype: Any, max_bins: int = MAX_BINS) -> None:
+        self._bin, self._max_bins = FINEST_BIN, max_bins
+        self._room = np.empty((2, n_channels, max_bins), dtype=dtype)
         self._n_bins = 0
         self._left = np.empty((n_channels, 0), dtype=dtype)
 
@@ -68,11 +68,11 @@ class OverviewMaker:
         samples = np.concatenate([self._left, samples], axis=1)
         done = 0
         while (count := (samples.shape[1] - done) // self._bin) > 0:
-            if self._n_bins == self._most_bins:
+            if self._n_bins == self._max_bins:
                 self._n_bins, self._bin = self._n_bins // 2, 2 * self._bin
                 self._room[:, :, : self._n_bins] = _coarsened(self._room, 2)
                 continue
-            take = min(count, self._most_bins - self._n_bins)
+            take = min(count, self._max_bins - self._n_bins)
             ends = lowest_and_highest(samples[:, done : done + take * self._bin], self._bin)
             self._room[:, :, self._n_bins : self._n_bins + take] = ends
             self._n_bins += take
@@ -105,14 +105,14 @@ def write_overview(file: Any, maker: OverviewMaker, unit: str) -> None:
         ends, size = _coarsened(ends, STEP), size * STEP
 
 
-def read_overview(path: Path, least_bins: int = 2000) -> Overview:
+def read_overview(path: Path, min_bins: int = 2000) -> Overview:
     """Return the coarsest stored level with at least so many bins, else the finest; computed where none is stored.
 
     Parameters
     ----------
     path
         Run file.
-    least_bins
+    min_bins
         About the width of the picture in pixels.
 
     Raises
@@ -123,7 +123,7 @@ def read_overview(path: Path, least_bins: int = 2000) -> Overview:
     with hdf5.opened(path, "a run file", layout.is_run) as file:
         raw = hdf5.dataset(file, layout.RAW, path, (2,))
         digitisation = layout.read_digitisation(raw, path)
-        found, count = _stored(file, path, least_bins), int(raw.shape[1])
+        found, count = _stored(file, path, min_bins), int(raw.shape[1])
         if found is None:
             count = layout.whole_samples(raw)
             found = _computed(raw, count)
@@ -133,7 +133,7 @@ def read_overview(path: Path, least_bins: int = 2000) -> Overview:
         return Overview(low, high, size, count, digitisation.sample_rate_hz, digitisation.channel_names)
 
 
-def _stored(file: Any, path: Path, least_bins: int) -> tuple[Any, int] | None:
+def _stored(file: Any, path: Path, min_bins: int) -> tuple[Any, int] | None:
     n_channels, count = file[layout.RAW].shape
     levels = []
     for level in file[layout.OVERVIEW].values() if layout.OVERVIEW in file else ():
@@ -144,7 +144,7 @@ def _stored(file: Any, path: Path, least_bins: int) -> tuple[Any, int] | None:
     if not levels:
         return None
     levels.sort(key=lambda level: level[2], reverse=True)
-    best = next((level for level in levels if level[0].shape[1] >= least_bins), levels[-1])
+    best = next((level for level in levels if level[0].shape[1] >= min_bins), levels[-1])
     return (best[0][:], best[1][:]), best[2]
 
 

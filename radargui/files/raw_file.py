@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, ValidationError
 
 from radargui.files.access import reading, resolved
-from radargui.files.signals import MOST_CHANNELS, ChannelInfo, Signals, scaled_signal
+from radargui.files.signals import MAX_CHANNELS, ChannelInfo, Signals, scaled_signal
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import FileError, UsageError, worded
 from radargui.model.section import Section
@@ -63,7 +63,7 @@ class RawLayout(Section):
     """
 
     dtype: Annotated[str, AfterValidator(_stored)]
-    channels: Annotated[int, Field(ge=1, le=MOST_CHANNELS)]
+    channels: Annotated[int, Field(ge=1, le=MAX_CHANNELS)]
     header_bytes: Annotated[int, Field(alias="header", ge=0, le=LARGEST_BYTES)] = 0
     rate_hz: Annotated[_Rate | None, Field(alias="rate")] = None
     scale_v: Annotated[_Scale | None, Field(alias="scale")] = None

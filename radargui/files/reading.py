@@ -14,7 +14,7 @@ from radargui.files.raw_file import RawLayout
 from radargui.files.run_file import read_run
 from radargui.files.signals import SAME_RATE, ChannelInfo, Signals, assemble
 from radargui.model.errors import FileError, UsageError, worded
-from radargui.model.radar import MOST_RECEIVERS
+from radargui.model.radar import MAX_RECEIVERS
 from radargui.model.recording import Recording, iq_names
 
 _ENTRY = re.compile(r"\s*([IQ])(\d{1,99})\s*=", re.IGNORECASE)
@@ -97,8 +97,8 @@ def _entry(target: str, value: str, *, numbered: bool) -> ChannelEntry:
 
 def _complete(entries: dict[str, ChannelEntry]) -> ChannelMap:
     count = max(int(target[1:]) for target in entries)
-    if count > MOST_RECEIVERS:
-        raise UsageError(f"--channels names receiver {count}; there can be 1 to {MOST_RECEIVERS}.", remedy=_FORM)
+    if count > MAX_RECEIVERS:
+        raise UsageError(f"--channels names receiver {count}; there can be 1 to {MAX_RECEIVERS}.", remedy=_FORM)
     wanted = iq_names(count)
     missing = [target for target in wanted if target not in entries]
     if missing or len(entries) != len(wanted):
@@ -308,7 +308,7 @@ def guess_channel_map(infos: Sequence[ChannelInfo]) -> ChannelGuess:
     if by_name := _from_names(names):
         return guess_of_variables(by_name, "names")
     ordered = sorted(names, key=_number_at_end) if _differ_in_number(names) else names
-    usable = min(len(ordered) // 2, MOST_RECEIVERS) * 2
+    usable = min(len(ordered) // 2, MAX_RECEIVERS) * 2
     return guess_of_variables(ordered[:usable], "order") if usable else ChannelGuess(None, "nothing")
 
 
@@ -346,7 +346,7 @@ def _from_names(names: Sequence[str]) -> list[str]:
         found[place] = name
     numbers = sorted({number for number, _ in found})
     wanted = [(number, part) for number in numbers for part in "IQ"]
-    return [found[one] for one in wanted] if len(numbers) <= MOST_RECEIVERS and found.keys() >= set(wanted) else []
+    return [found[one] for one in wanted] if len(numbers) <= MAX_RECEIVERS and found.keys() >= set(wanted) else []
 
 
 def _receiver_and_part(name: str) -> tuple[int, str] | None:

@@ -25,7 +25,7 @@ FORMAT_VERSION = 1
 """Of the table as this version writes it."""
 LARGEST_TEXT = 2_000_000
 """Longest table that is read, in characters."""
-_MOST_COEFFICIENTS = 16
+_MAX_COEFFICIENTS = 16
 """Of a scaling polynomial: NI's have 4 at most, and what is far longer is damage."""
 
 
@@ -121,7 +121,7 @@ def facts_of_table(table: Any) -> ExportFacts | None:
     indices = [facts.n_samples, facts.trigger_index or 0, *(marker.index for marker in facts.markers)]
     is_sound = (
         0 < known.n_channels == len(set(known.channel_names)) == len(scaling)
-        and all(1 <= len(row) <= _MOST_COEFFICIENTS for row in scaling)
+        and all(1 <= len(row) <= _MAX_COEFFICIENTS for row in scaling)
         and known.sample_rate_hz > 0.0
         and all(0 <= index < LARGEST_INDEX for index in indices)
         and are_possible(facts.gaps)

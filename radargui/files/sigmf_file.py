@@ -19,7 +19,7 @@ import numpy as np
 from radargui import __version__
 from radargui.files.access import Progress, reading, resolved
 from radargui.files.run_file import ExportFacts, RunStream, facts_of_table
-from radargui.files.signals import MOST_CHANNELS, ChannelInfo, Signal, Signals, scaled_signal
+from radargui.files.signals import MAX_CHANNELS, ChannelInfo, Signal, Signals, scaled_signal
 from radargui.model.errors import FileError
 from radargui.model.recording import Gap, iq_names, stored_starts
 
@@ -103,8 +103,8 @@ def _load(path: Path) -> _Samples:
         if min(header, trailing) < 0 or any(between):
             raise ValueError("bytes between its samples are not read")
         n_channels, info = facts.get("core:num_channels", 1), dtype_info(facts.get("core:datatype"))
-        if not isinstance(n_channels, int) or not 1 <= n_channels <= MOST_CHANNELS:
-            raise ValueError(f"core:num_channels = {n_channels}: allowed 1 to {MOST_CHANNELS}")
+        if not isinstance(n_channels, int) or not 1 <= n_channels <= MAX_CHANNELS:
+            raise ValueError(f"core:num_channels = {n_channels}: allowed 1 to {MAX_CHANNELS}")
         n_components = n_channels * (2 if info["is_complex"] else 1)
         size -= header + trailing
         count, rest = divmod(size, n_components * info["component_dtype"].itemsize)

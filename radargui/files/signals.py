@@ -15,7 +15,7 @@ from radargui.model.words import counted
 
 TIME_NAME = "time_s"
 """A column or variable of this name is the file's own time of each sample."""
-MOST_CHANNELS = 64
+MAX_CHANNELS = 64
 """As many as a large board has inputs: more is a slip of the finger or a damaged number. Chosen by hand."""
 
 

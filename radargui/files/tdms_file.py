@@ -20,7 +20,7 @@ _RAW = 0xFFFFFFFF
 """Input of a scale that takes the samples as they are stored."""
 _HIGHEST_DEGREE = 12
 """NI devices store polynomials of degree 1 to 3; linear scales chained to one do not raise it. Chosen by hand."""
-_MOST_SCALES = 64
+_MAX_SCALES = 64
 """A chain of that many is damage; each costs a step. Chosen by hand."""
 _KINDS = frozenset(
     ["Linear", "Polynomial", "RTD", "Strain", "Table", "Thermistor", "Thermocouple", "Add", "Subtract", "AdvancedAPI"]
@@ -34,7 +34,7 @@ def is_sound(properties: Mapping[str, Any]) -> bool:
     The reading library leaves out a scale of an unknown kind, which would make codes pass for volts.
     """
     count = properties.get("NI_Number_Of_Scales", 0)
-    if not isinstance(count, int | np.integer) or not 0 <= count <= _MOST_SCALES:
+    if not isinstance(count, int | np.integer) or not 0 <= count <= _MAX_SCALES:
         return False
     kinds = [properties.get(f"NI_Scale[{index}]_Scale_Type") for index in range(int(count))]
     return not kinds or (kinds[-1] is not None and all(kind is None or kind in _KINDS for kind in kinds))

@@ -42,8 +42,8 @@ def run_window(setup_path: Path | None = None, *, session: Path | None = None) -
     from radargui.gui.notices import Hooks, NoticeBoard
     from radargui.gui.settings import Settings
     from radargui.gui.theme import Theme
-    from radargui.model.resources import resources_folder
     from radargui.session.ending import on_ending
+    from radargui.system.resources import resources_folder
 
     # with shared contexts the 3D view keeps its drawing when its panel is torn off and put back
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_ShareOpenGLContexts)

@@ -28,7 +28,7 @@ TURN_S = 0.001
 and each time may wait so long: with Python's own 5 ms for tenths of a second. Windows counts whole milliseconds."""
 
 
-_MOST_AT_ONCE = 32
+_MAX_AT_ONCE = 32
 """Work that is under way together; more waits for one of them. Nobody starts so much by hand."""
 
 
@@ -77,7 +77,7 @@ class Jobs(Mailbox):
         super().__init__(parent)
         sys.setswitchinterval(TURN_S)
         self.show_error = show_error
-        self._pool = ThreadPoolExecutor(_MOST_AT_ONCE)
+        self._pool = ThreadPoolExecutor(_MAX_AT_ONCE)
         self._running: dict[object, str] = {}
 
     @property
@@ -119,7 +119,7 @@ class Jobs(Mailbox):
     def rest(self) -> None:
         """Let the threads go that wait for work; one that works goes when it has ended."""
         self._pool.shutdown(wait=False)
-        self._pool = ThreadPoolExecutor(_MOST_AT_ONCE)
+        self._pool = ThreadPoolExecutor(_MAX_AT_ONCE)
 
 
 class OneAtATime:

@@ -18,7 +18,7 @@ from radargui.gui.panels import Panels
 from radargui.gui.plots.plot import Plot
 from radargui.gui.services import Services
 from radargui.gui.theme import scaled_font
-from radargui.model.resources import resource_table
+from radargui.system.resources import resource_table
 
 _SEEN = "guide"
 _WORDS_PX = 300

@@ -10,7 +10,7 @@ from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt, QTimer, S
 from PySide6.QtGui import QFont, QPaintEvent, QResizeEvent, QWheelEvent
 
 from radargui.gui.bubble import FaultBubble
-from radargui.model.resources import resource_table
+from radargui.system.resources import resource_table
 
 Margins = tuple[int, int, int, int]
 Part = QtWidgets.QWidget | QtWidgets.QLayout | int | tuple[QtWidgets.QWidget | QtWidgets.QLayout, int]
@@ -348,22 +348,22 @@ class Turning(QtWidgets.QWidget):
 
     Parameters
     ----------
-    least_px
+    min_px
         Width from which they stand beside each other.
     parts
         Each with its share of the height, and its share of the width.
     """
 
-    def __init__(self, least_px: int, *parts: tuple[QtWidgets.QWidget, int, int]) -> None:
+    def __init__(self, min_px: int, *parts: tuple[QtWidgets.QWidget, int, int]) -> None:
         super().__init__()
-        self._least_px, self._parts = least_px, parts
+        self._min_px, self._parts = min_px, parts
         self._box = fill(QtWidgets.QBoxLayout(QtWidgets.QBoxLayout.Direction.TopToBottom, self))
         for part, share, _ in parts:
             self._box.addWidget(part, share)
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
         """Turn where there is another width."""
-        across, direction = self.width() >= self._least_px, QtWidgets.QBoxLayout.Direction
+        across, direction = self.width() >= self._min_px, QtWidgets.QBoxLayout.Direction
         self._box.setDirection(direction.LeftToRight if across else direction.TopToBottom)
         for place, (_, share_down, share_across) in enumerate(self._parts):
             self._box.setStretch(place, share_across if across else share_down)

@@ -15,11 +15,11 @@ from radargui.gui.layout import Choice, PlainLabel, button, fill, having, labell
 from radargui.gui.services import Services
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.theme import even_font
-from radargui.model.resources import LOG_FORMAT, log_path
 from radargui.model.setup import dump_setup
 from radargui.session.about import about_lines
+from radargui.system.resources import LOG_FORMAT, log_path
 
-MOST_ENTRIES = 5000
+MAX_ENTRIES = 5000
 """Kept in memory, a megabyte or two: more stands in the file."""
 COPIED_ENTRIES = 200
 """Of a bug report: some minutes of a busy program, and no more than a page of a forum takes."""
@@ -37,7 +37,7 @@ class LogKeeper(logging.Handler):
     def __init__(self) -> None:
         super().__init__()
         self.setFormatter(logging.Formatter(LOG_FORMAT))
-        self.entries: deque[tuple[int, int, str]] = deque(maxlen=MOST_ENTRIES)
+        self.entries: deque[tuple[int, int, str]] = deque(maxlen=MAX_ENTRIES)
         self._numbers = count(1)
 
     def emit(self, record: logging.LogRecord) -> None:
@@ -73,7 +73,7 @@ class LogWindow(Dialog):
         self.follows = having(QCheckBox("Follow"), checked=True, toolTip="Stay at the newest entry")
         self.said = PlainLabel()
         mode = QPlainTextEdit.LineWrapMode.NoWrap
-        self.view = QPlainTextEdit(readOnly=True, maximumBlockCount=MOST_ENTRIES, lineWrapMode=mode)
+        self.view = QPlainTextEdit(readOnly=True, maximumBlockCount=MAX_ENTRIES, lineWrapMode=mode)
         self.view.setAccessibleName("Log")
         self.view.setFont(even_font(self.font()))
         self.view.setToolTip(f"What the log file gets since the program was started; older entries: {log_path()}")

@@ -14,7 +14,7 @@ from radargui.acquisition.run_output import MINIMUM_FREE_BYTES, free_bytes
 from radargui.experiment.calibrating import Calibrate, calibrate_files
 from radargui.gui.background import Jobs, WorkStrip
 from radargui.gui.calibration.dialog import CalibrationController
-from radargui.gui.control.control_bar import MOST_RUNS, ControlBar, HealthLine, MessagePlace
+from radargui.gui.control.control_bar import MAX_RUNS, ControlBar, HealthLine, MessagePlace
 from radargui.gui.control.run_control import HEALTH_S, RunControl
 from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
 from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
@@ -47,17 +47,17 @@ from radargui.gui.setup.geometry_sketch import GeometrySketch
 from radargui.gui.setup.hardware_panel import FindDevices, HardwarePanel
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupFileController, first_setup
-from radargui.gui.setup.words import called, is_of_antenna, kind_of, words_of
+from radargui.gui.setup_words import called, is_of_antenna, kind_of, words_of
 from radargui.gui.theme import Theme
 from radargui.gui.track.track_curves import LEVEL_KEY
 from radargui.gui.track.track_panel import ResultTrack, TrackPanel
 from radargui.gui.wiring_check import WiringCheck
 from radargui.model.errors import SessionError
-from radargui.model.resources import resource_table
 from radargui.report.facts import Glances
 from radargui.session.info import default_data_folder
 from radargui.sources.factory import SourceKind, make_source
 from radargui.sources.ni.discovery import find_devices
+from radargui.system.resources import resource_table
 
 FRAME_MS = 33
 """Thirty pictures a second: as many as a falling sphere needs to be followed."""
@@ -127,7 +127,7 @@ class MainWindow(QMainWindow):
         does = self.actions_
         sounds = does.sound, does.sound_trigger, does.sound_fault
         self.bar = ControlBar(theme, self.panels.tabs, (does.start, does.record, does.stop), sounds)
-        self.bar.runs.setValue(int(settings.number("runs", 1, 1, MOST_RUNS)))
+        self.bar.runs.setValue(int(settings.number("runs", 1, 1, MAX_RUNS)))
         self.strip = NoticeStrip(board)
         self.health = HealthLine()
         self.recovery = RecoveryOffer(self.session_panel, services)

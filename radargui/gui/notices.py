@@ -17,7 +17,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from radargui.gui.background import Mailbox
 from radargui.gui.layout import Edge, Strip, button, fill, follow, take_out, ticking
-from radargui.gui.setup.words import in_words
+from radargui.gui.setup_words import in_words
 from radargui.model.errors import RadarGuiError
 
 Level = Literal["error", "warning", "info"]
@@ -32,7 +32,7 @@ _CALM_MS = 500
 """A storm is over after so long without another one (chosen by hand)."""
 _INFO_MS = 20_000
 """What is only good to know goes away by itself; errors and warnings stay."""
-_MOST_LOGGED = 1000
+_MAX_LOGGED = 1000
 """Different texts of libraries that are kept apart in the log (chosen by hand: a storm would fill it otherwise)."""
 _DRIVER = "nidaqmx"
 _LEVELS = {
@@ -166,7 +166,7 @@ class Hooks:
 
     def _is_new(self, text: str) -> bool:
         """Return whether a text was not logged yet; of very many different ones the rest is dropped."""
-        new = text not in self._logged and len(self._logged) < _MOST_LOGGED
+        new = text not in self._logged and len(self._logged) < _MAX_LOGGED
         if new:
             self._logged.add(text)
         return new

@@ -86,7 +86,7 @@ def check_command() -> list[str]:
 USABLE, SOFTWARE, UNUSABLE = 40, 41, 42
 """Exit statuses: a program without a console has no standard output to answer on."""
 _SOFTWARE_NAMES = ("llvmpipe", "softpipe", "swrast", "swiftshader", "gdi generic", "basic render")
-LEAST_VERSION = (2, 1)
+MIN_VERSION = (2, 1)
 """Of OpenGL: what pyqtgraph's view in space asks for."""
 
 
@@ -108,7 +108,7 @@ def check(arguments: list[str]) -> tuple[int, str]:
         return UNUSABLE, "the OpenGL context could not be used"
     try:
         version = context.format().version()
-        if version < LEAST_VERSION:
+        if version < MIN_VERSION:
             return UNUSABLE, f"OpenGL {version[0]}.{version[1]} is too old"
         from OpenGL.platform import PLATFORM
 

@@ -21,7 +21,7 @@ from radargui.gui.mnemonics import letter_menu
 from radargui.gui.plots.plot import Plot
 from radargui.gui.settings import LAYOUT_VERSION, Settings
 from radargui.gui.theme import CHOICES, Theme, scaled_px
-from radargui.model.resources import help_page, resource_table
+from radargui.system.resources import help_page, resource_table
 
 TITLES = {
     "hardware": "Hardware setup",
@@ -115,7 +115,7 @@ _RUNS = (12, 46)
 """Width of the list of runs in percent: as pictures, and as a table."""
 _RESULT = 28
 """Width of the result in percent: at 1366 pixels its figures stand in one line each."""
-_LEAST_ROOM = QSize(230, 116)
+_MIN_ROOM = QSize(230, 116)
 """Of a panel: three beside each other and two above each other fit 960 x 540 (1920 x 1080 at scale 2)."""
 _N_DIGITS = 10
 """Panels that have a digit for a key; those that came later stand in front of their workspace anyhow."""
@@ -167,7 +167,7 @@ class Room(Scroll):
 
     def minimumSizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         """Return the size below which nothing can be read in it."""
-        return self.content.minimumSizeHint().boundedTo(_LEAST_ROOM)
+        return self.content.minimumSizeHint().boundedTo(_MIN_ROOM)
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         """Return what the panel wants."""

@@ -13,7 +13,7 @@ from radargui.gui.layout import PlainLabel, Scroll, boxed, button, fill, having,
 from radargui.gui.services import Services
 from radargui.gui.setup.hardware_panel import HardwarePanel
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.setup.words import in_words
+from radargui.gui.setup_words import in_words
 from radargui.gui.theme import scaled_font
 from radargui.model.setup import Setup
 from radargui.processing.wiring import WiringReport

@@ -10,20 +10,20 @@ from itertools import pairwise
 
 import numpy as np
 
-from radargui.conditioning.ellipse import Ellipse, fit_ellipse
 from radargui.live.rest_statistics import QUIET_PERCENTILE
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.errors import ProcessingError
 from radargui.model.front_end import point_of, slopes_of_point
+from radargui.signals.ellipse import Ellipse, fit_ellipse
 
 START_FRINGES = 1.5
 """Before the first ellipse (decision 11): in less, offset and amplitude are not told apart. Chosen by hand."""
-LEAST_ARC_RAD = 2.0 * np.pi * START_FRINGES  # the same as an angle
-LEAST_START_SAMPLES = 12  # an ellipse has five unknowns: twice as many, and two (chosen by hand)
+MIN_ARC_RAD = 2.0 * np.pi * START_FRINGES  # the same as an angle
+MIN_START_SAMPLES = 12  # an ellipse has five unknowns: twice as many, and two (chosen by hand)
 WORST_START = 0.25
 """Standard deviation of the radius about the first ellipse, in amplitudes, beyond which it is none."""
-MOST_GAIN, MOST_ERROR_RAD = 1.7, np.radians(35.0)
-"""No mixer is worse (`conditioning.receiver_check`): an ellipse that says so goes through an arc and what disturbs."""
+MAX_GAIN, MAX_ERROR_RAD = 1.7, np.radians(35.0)
+"""No mixer is worse (`signals.receiver_check`): an ellipse that says so goes through an arc and what disturbs."""
 START_ROUNDS = 3
 """The filter goes so often over the first fringes, each time linearised anew (decision 11). Chosen by hand."""
 
@@ -31,13 +31,13 @@ BINS_PER_FRINGE = 16
 """It is learned once in each bin (decision 11): standstill teaches nothing. Chosen by hand; more cost more time."""
 STEP_RAD = 2.0 * np.pi
 """Of phase: what the map learns from at once, for it is linearised at what was known before."""
-MOST_BINS = 64
+MAX_BINS = 64
 """Of one update; more are thinned out."""
 FORGETTING = 1e-3
 """Share of the prior's variance that comes back with each fringe: drifts are followed."""
 NEW_RUN_FORGETTING = 0.05
 """The same from one run to the next."""
-LEAST_RESIDUAL = 0.005
+MIN_RESIDUAL = 0.005
 """What the map cannot follow (images, converter), in amplitudes, at the least: the signal shows how much it is."""
 MISFIT_BINS = 64.0
 """The misfit is the mean of so many bins, four fringes: through one bounce low over a floor that reflects. By hand."""
@@ -345,7 +345,7 @@ class MapFilter:
         innovation = 1.0 + 0.5 * noise - radius + slope @ (self._state - mean)
         # floors and walls mirror the sphere: to a map that believed 0.005 in a room where the circle is 0.1 off, each
         # bin was a proof, and in 11 of 24 drops of the laboratory it went where turns are lost
-        variance = noise + LEAST_RESIDUAL**2 + self._misfit_square
+        variance = noise + MIN_RESIDUAL**2 + self._misfit_square
         spread = slope @ self._covariance
         expected = np.einsum("ij,ij->i", spread, slope) + variance
         excess = np.abs(innovation) / (ROBUST * np.sqrt(expected))
@@ -371,7 +371,7 @@ class MapFilter:
             self._binned_rad = float(phase_rad[chosen[-1]])
         elif self._binned_rad is None:
             self._binned_rad = float(before)
-        return np.asarray(chosen[:: max(1, -(-chosen.size // MOST_BINS))], dtype=np.intp)
+        return np.asarray(chosen[:: max(1, -(-chosen.size // MAX_BINS))], dtype=np.intp)
 
     def _slope(self, z: FloatArray, basis: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return dr/dstate, shape (n_bins, n_state), and |z| / A."""
@@ -388,16 +388,16 @@ class MapFilter:
 
 def _first_ellipse(pair_v: FloatArray) -> Ellipse | None:
     """Return the ellipse through the first fringes; None while they are not enough."""
-    if pair_v.shape[1] < LEAST_START_SAMPLES:
+    if pair_v.shape[1] < MIN_START_SAMPLES:
         return None
     try:
         ellipse = fit_ellipse(pair_v)
     except ProcessingError:
         return None
-    if abs(np.log(ellipse.gain_ratio)) > np.log(MOST_GAIN) or abs(ellipse.quadrature_error_rad) > MOST_ERROR_RAD:
+    if abs(np.log(ellipse.gain_ratio)) > np.log(MAX_GAIN) or abs(ellipse.quadrature_error_rad) > MAX_ERROR_RAD:
         return None
     x, y = ellipse.apply(pair_v)
-    far = np.ptp(np.unwrap(np.arctan2(y, x))) >= LEAST_ARC_RAD
+    far = np.ptp(np.unwrap(np.arctan2(y, x))) >= MIN_ARC_RAD
     return ellipse if far and float(np.std(np.hypot(x, y))) <= WORST_START else None
 
 
@@ -413,12 +413,12 @@ MEMORY_S = 30.0
 """The quiet level is that of so long; chosen by hand."""
 EVERY = 16
 """Levels between two looks at all of them."""
-LEAST_NOISE = 0.01
+MIN_NOISE = 0.01
 """Of the loudest channel's variance: an input that is shorted shows one code, and another once an hour. By hand."""
-LEAST_SIGMAS = 2.0
+MIN_SIGMAS = 2.0
 """Times the noise of one sample that a motion changes the means by, at the least (root mean square): an echo of 20 dB
 has ten times that noise, and what shakes or drifts by less is no place. By hand."""
-LEAST_RATE_HZ = 4e4
+MIN_RATE_HZ = 4e4
 """One sample's noise at this rate at the most: a faster device has louder samples, and echoes as before."""
 LONGEST_S = 20.0
 """What goes on for longer is the new quiet, a lamp or a fan. By hand."""
@@ -453,7 +453,7 @@ class SlowMotion:
     def __init__(self, rate_hz: float, sample_rate_hz: float, threshold: float) -> None:
         self._size = max(1, round(BLOCK_S * rate_hz))
         block_s = self._size / rate_hz
-        self._samples = block_s * min(sample_rate_hz, LEAST_RATE_HZ)
+        self._samples = block_s * min(sample_rate_hz, MIN_RATE_HZ)
         self._white = 1.0 / (self._samples * np.array([1.0, TOGETHER]))
         self._threshold = threshold
         self._window = max(4, round(WINDOW_S / block_s))
@@ -499,10 +499,10 @@ class SlowMotion:
         total = np.cumsum(np.concatenate([np.zeros((1, means.shape[1])), means]), axis=0)
         long = (total[TOGETHER:] - total[:-TOGETHER]) / TOGETHER
         variance = np.stack([means[-self._window :].var(axis=0), long.var(axis=0)])
-        return np.asarray((variance / np.maximum(noise, LEAST_NOISE * largest)).mean(axis=1) / self._samples)
+        return np.asarray((variance / np.maximum(noise, MIN_NOISE * largest)).mean(axis=1) / self._samples)
 
     def _judge(self, level: FloatArray) -> None:
-        least = np.maximum(self._threshold**2 * self._quiet, LEAST_SIGMAS**2)
+        least = np.maximum(self._threshold**2 * self._quiet, MIN_SIGMAS**2)
         above = level > (0.25 * least if self.moving else least)
         # a hum of 60 Hz is in the short means: before any quiet nobody knows how much
         self._above = self._above + 1 if above[0 if self.has_rested else 1 :].any() else 0

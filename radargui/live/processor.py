@@ -11,13 +11,6 @@ from enum import Enum
 
 import numpy as np
 
-from radargui.conditioning.fall import vertical_motion
-from radargui.conditioning.fall_signs import FallRule
-from radargui.conditioning.hum import Hum, find_hum
-from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
-from radargui.conditioning.receiver_check import same_channels
-from radargui.geometry.path_length import LEAST_RECEIVERS, locate_exact, place_antennas
-from radargui.geometry.scattering import path_delay
 from radargui.live.map_filter import LATE_S, MapFilter, SlowMotion
 from radargui.live.rest_statistics import FALLEN_M, Release
 from radargui.live.samples import LiveSamples, Means
@@ -28,6 +21,13 @@ from radargui.model.gravity import fall_time_s
 from radargui.model.radar import Radar
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
+from radargui.physics.path_length import MIN_RECEIVERS, locate_exact, place_antennas
+from radargui.physics.scattering import path_delay
+from radargui.signals.fall import vertical_motion
+from radargui.signals.fall_signs import FallRule
+from radargui.signals.hum import Hum, find_hum
+from radargui.signals.noise import MIN_SAMPLES, white_noise_v
+from radargui.signals.receiver_check import same_channels
 
 WORST_MISFIT = 0.35
 """In amplitudes, over the last fringes: in 150 motions of the laboratory paths below were wrong by a sixth of a fringe
@@ -38,9 +38,9 @@ a third of a fringe is what noise and hum make of a dead input. By hand."""
 LOUDEST = 0.18
 """Noise of a column in amplitudes, the mean so far in a motion: of eight falls each with echoes of 4 dB at the release
 (0.16 to 0.185 at the end), 3 dB (0.18 to 0.20) and 2 dB (0.20 to 0.225) all, seven and four were counted right."""
-LEAST_COLUMNS = 200
+MIN_COLUMNS = 200
 """That tell it within a tenth. By hand."""
-MOST_COLUMNS = 4000
+MAX_COLUMNS = 4000
 """After a second it is known. By hand."""
 BLOCKS_COMPARED = 3
 """Of a motion, for one cable on two inputs: each has a fringe or more in it."""
@@ -121,10 +121,10 @@ class Doubts:
     def _faint(self, radius: FloatArray) -> str:
         """Return which receivers have too much noise for their fringes to be counted, so far in this motion."""
         count = radius.shape[1]
-        if count >= LEAST_SAMPLES and self._n_heard < MOST_COLUMNS:
+        if count >= MIN_SAMPLES and self._n_heard < MAX_COLUMNS:
             self._n_heard += count
             self._noise_square += count * white_noise_v(radius) ** 2
-        if self._n_heard < LEAST_COLUMNS:
+        if self._n_heard < MIN_COLUMNS:
             return ""
         noise = np.sqrt(self._noise_square / self._n_heard)
         worst = int(np.argmax(noise))
@@ -252,7 +252,7 @@ class LiveProcessor:
         self._digitisation = digitisation
         self._memory = LiveMemory() if memory is None else memory
         self._antennas = place_antennas(setup)
-        self._locates = setup.n_receivers >= LEAST_RECEIVERS
+        self._locates = setup.n_receivers >= MIN_RECEIVERS
         self._delay = path_delay(setup)
         self._release_m = np.array(setup.tracer.release_position_m)
         self._filters = self._memory.filters(setup)

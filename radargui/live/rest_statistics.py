@@ -10,9 +10,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from radargui.conditioning.hum import Hum, find_hum
-from radargui.conditioning.segment import sliding_variance
 from radargui.model.arrays import FloatArray
+from radargui.signals.hum import Hum, find_hum
+from radargui.signals.segment import sliding_variance
 
 FALLEN_M = 0.05
 """Farther from where it rested than this, it has left that place. By hand."""
@@ -219,16 +219,16 @@ class Quiet:
         noise_v
             White noise of one of them, shape (n_channels,).
         """
-        return self._least_levels(means, end, noise_v, lambda one: one)
+        return self._min_levels(means, end, noise_v, lambda one: one)
 
     def long_over_quiet(self, means: FloatArray, end: int, noise_v: FloatArray) -> FloatArray | None:
         """Return the activity of means of 2 ms over that at rest, in each window that is whole; None: not looked at."""
         return None if self.long_quiet is None else self._long_levels(means, end, noise_v) / self.long_quiet
 
     def _long_levels(self, means: FloatArray, end: int, noise_v: FloatArray) -> FloatArray:
-        return self._least_levels(means, end, noise_v / np.sqrt(TOGETHER), _together)
+        return self._min_levels(means, end, noise_v / np.sqrt(TOGETHER), _together)
 
-    def _least_levels(
+    def _min_levels(
         self, means: FloatArray, end: int, noise_v: FloatArray, averaged: Callable[[FloatArray], FloatArray]
     ) -> FloatArray:
         raw = whole_windows(averaged(means / noise_v[:, None]), self._window)
@@ -243,7 +243,7 @@ class Quiet:
         """Return the activity that a motion begins at, over a quiet level."""
         return max(self._start * quiet, HUM_BEGINS * self.hum_level)
 
-    def least_to_go_on(self, quiet: float) -> float:
+    def min_to_go_on(self, quiet: float) -> float:
         """Return the activity below which it is quiet again: half of the threshold, to avoid flicker."""
         return max(0.25 * self._start * quiet, HUM_ENDS * self.hum_level)
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.conditioning.averager import Averager
 from radargui.model.arrays import BoolArray, FloatArray, IntArray, RawArray, runs_of
 from radargui.model.daq import Daq
 from radargui.model.front_end import with_phase_sign
 from radargui.model.recording import Digitisation, channel_skew
+from radargui.signals.averager import Averager
 
 LIVE_RATE_HZ = 4000.0
 """Block means at this rate still follow a Doppler of several hundred Hz."""

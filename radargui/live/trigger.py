@@ -12,25 +12,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.conditioning.averager import Averager, held
-from radargui.conditioning.fall import (
-    ACCELERATION,
-    RATE_HZ,
-    least_speed_m_s,
-    longest_run,
-    radians_fallen,
-    turning_phases,
-    vertical_motion,
-    window_of,
-)
-from radargui.conditioning.noise import white_noise_v
-from radargui.conditioning.segment import block_size, window_blocks
 from radargui.live.rest_statistics import HUMS, QUIET_PERCENTILE, TOGETHER, Quiet
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.front_end import with_phase_sign
 from radargui.model.gravity import expected_gravity_m_s2, fall_time_s
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
+from radargui.signals.averager import Averager, held
+from radargui.signals.fall import (
+    ACCELERATION,
+    RATE_HZ,
+    longest_run,
+    min_speed_m_s,
+    radians_fallen,
+    turning_phases,
+    vertical_motion,
+    window_of,
+)
+from radargui.signals.noise import white_noise_v
+from radargui.signals.segment import block_size, window_blocks
 
 LEARNING_S = 0.1
 """Quiet needed before the trigger can tell motion from rest."""
@@ -133,7 +133,7 @@ class MotionTrigger:
         self.shaking = float(np.sqrt(np.fmax.reduce(over))) if self.state.ready else math.nan
         if self.state.moving or self.state.since_index != before:
             shaken = level[-count:]
-            self._rest.moves(shaken[shaken > self._rest.least_to_go_on(self._quiet)])
+            self._rest.moves(shaken[shaken > self._rest.min_to_go_on(self._quiet)])
         elif self._rest.push(new) and self._above == 0:
             self._look_at_rest(noise_v)
         return self.state
@@ -208,7 +208,7 @@ class MotionTrigger:
                     self.state = TriggerState(ready, moving=True, since_index=begin, quiet_since_index=None)
                 elif ready != state.ready:
                     self.state = replace(state, ready=ready)
-            elif level < self._rest.least_to_go_on(quiet) and long < self._rest.long_to_go_on:
+            elif level < self._rest.min_to_go_on(quiet) and long < self._rest.long_to_go_on:
                 self._above = 0
                 begin = (block + 1) * self._size
                 self.state = TriggerState(ready, moving=False, since_index=state.since_index, quiet_since_index=begin)
@@ -230,7 +230,7 @@ class MotionTrigger:
         return max(1.0, self._ordered[low] + share * (self._ordered[high] - self._ordered[low]))
 
 
-LEAST_M = 9.93e-3
+MIN_M = 9.93e-3
 """A fall of 2.5 cm is faster than the least speed for as long as a fall from rest takes for this, 45 ms on Earth."""
 
 
@@ -275,8 +275,8 @@ class FallTest:
         one = vertical_motion(phase, self._rate_hz, window, self._rad_per_m, self._gravity_m_s2)
         # the sign tells a fall from a throw, the size from a hand
         falling = one.fits & (one.times_g > ACCELERATION[0]) & (one.times_g < ACCELERATION[1])
-        falling &= np.abs(one.speed_m_s) > least_speed_m_s(self._gravity_m_s2)
+        falling &= np.abs(one.speed_m_s) > min_speed_m_s(self._gravity_m_s2)
         wanted = len(falling) if len(falling) < 3 else len(falling) - 1
         # all receivers fall at one time; a cable that is moved does not
         longest = longest_run(falling.sum(axis=0) >= wanted)
-        return longest + window >= fall_time_s(LEAST_M, self._gravity_m_s2) * self._rate_hz
+        return longest + window >= fall_time_s(MIN_M, self._gravity_m_s2) * self._rate_hz

@@ -1,15 +1,12 @@
 """Names for the array types of arguments and results, and small helpers for long arrays.
 
-Compute weighed sums of neighbouring samples, which interpolation and smoothing of even samples are. A circular buffer
-that one thread writes and others read, without waiting for each other.
+A circular buffer that one thread writes and others read, without waiting for each other.
 """
 
 from collections.abc import Iterator
-from functools import lru_cache
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import DTypeLike, NDArray
 
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -33,30 +30,9 @@ def pieces(count: int, size: int = _PIECE) -> Iterator[slice]:
         yield slice(first, min(first + size, count))
 
 
-def pairs_of(volts: FloatArray) -> list[slice]:
-    """Return the channels of each receiver, of rows I1, Q1, I2, ..."""
-    return [slice(first, first + 2) for first in range(0, volts.shape[0], 2)]
-
-
 def runs_of(flags: BoolArray) -> IntArray:
     """Return where runs of True begin and end, one past the last, shape (n_runs, 2)."""
     return np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))).reshape(-1, 2)
-
-
-def held_beyond(inner: FloatArray, first: int, n: int) -> FloatArray:
-    """Return values that begin at sample `first` of n, the first and the last of them held before and after."""
-    out = np.empty(n)
-    out[:first], out[first : first + inner.size], out[first + inner.size :] = inner[0], inner, inner[-1]
-    return out
-
-
-def order_statistics(values: FloatArray, *shares: float) -> FloatArray:
-    """Return those of the last axis (..., n) that shares of the others lie below, shape (..., n_shares).
-
-    numpy's quantiles interpolate between two values, which takes most of their time for some thousand values.
-    """
-    place = [round(share * (values.shape[-1] - 1)) for share in shares]
-    return np.asarray(np.partition(values, place, axis=-1)[..., place])
 
 
 def median(values: FloatArray | IntArray, axis: int | None = None) -> FloatArray:
@@ -80,20 +56,6 @@ def robust_sd(values: FloatArray) -> float:
     0.6745 is the median of |x| of normal noise of deviation one. Outliers do not move the median.
     """
     return _MEDIAN_TO_SD * float(median(np.abs(values)))
-
-
-@lru_cache(maxsize=64)
-def even_transform_size(wanted: float) -> int:
-    """Return the even number nearest to the one wanted whose Fourier transform is fast: factors 2, 3 and 5 alone."""
-    near = range(2 * int(0.45 * wanted), 2 * int(0.55 * wanted) + 4, 2)
-    return min((size for size in near if size and _is_smooth(size)), key=lambda size: abs(size - wanted))
-
-
-def _is_smooth(size: int) -> bool:
-    for factor in (2, 3, 5):
-        while size % factor == 0:
-            size //= factor
-    return size == 1
 
 
 Samples = TypeVar("Samples", bound=NDArray[Any])
@@ -159,88 +121,6 @@ def extremes(values: FloatArray, size: int) -> IntArray:
         at = np.flatnonzero(values == end[bins])
         kept[at[np.diff(bins[at], prepend=-1) > 0]] = True
     return np.flatnonzero(kept)
-
-
-_SHORT, _FEW, _MANY = 11, 48, 256
-"""Weights up to which numpy's `correlate` is several times as fast a weight, up to which it pays to cut them, and from
-which Fourier transforms are faster."""
-_PARTS = 8  # so many times as long as the weights are pieces that are transformed, at the least; chosen by hand
-
-
-def weighed_sums(values: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the weighed sums of as many samples in turn, out_n = sum over k of w_k values_(n + k).
-
-    Parameters
-    ----------
-    values
-        Shape (n_samples,).
-    weights
-        Shape (n_weights,), at most n_samples of them.
-
-    Returns
-    -------
-    FloatArray
-        Shape (n_samples - n_weights + 1,).
-    """
-    count = values.size - weights.size + 1
-    if weights.size >= _MANY:
-        return _by_transform(values, weights)[:count]
-    total = np.zeros(count)
-    length = _SHORT if weights.size <= _FEW else weights.size
-    for first in range(0, weights.size, length):
-        some = weights[first : first + length]
-        total += np.correlate(values[first : first + count + some.size - 1], some, "valid")
-    return total
-
-
-def _by_transform(values: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the sums, and some more behind them, from overlapping pieces (overlap-save, Oppenheim & Schafer 8.7).
-
-    scipy's `oaconvolve` does the same, but loading `scipy.signal` takes half a second.
-    """
-    length = 1 << int(np.ceil(np.log2(_PARTS * weights.size)))
-    step = length - weights.size + 1
-    padded = np.zeros((-(-values.size // step) - 1) * step + length)
-    padded[: values.size] = values
-    pieces = np.lib.stride_tricks.sliding_window_view(padded, length)[::step]
-    # sums, not a convolution: the weights are not turned round
-    filtered = np.fft.rfft(pieces, axis=1) * np.fft.rfft(weights, length).conj()
-    return np.asarray(np.fft.irfft(filtered, length, axis=1)[:, :step].ravel())
-
-
-def savitzky_golay(x: FloatArray, window: int, *, derivative: int = 0, spacing: float = 1.0) -> FloatArray:
-    """Return a least-squares parabola around each sample along the last axis (Savitzky & Golay 1964).
-
-    At the ends that of the first or the last window.
-
-    Parameters
-    ----------
-    x
-        Shape (..., n_samples).
-    window
-        Odd number of samples, at most n_samples.
-    derivative, spacing
-        Which derivative to give, and the distance of the samples for it.
-    """
-    half, unit = window // 2, spacing**derivative
-    fit, values = _parabolas(window, derivative)
-    weights = np.asarray(values[half] @ fit) / unit
-    rows = [weighed_sums(row, weights) for row in x.reshape(-1, x.shape[-1])]
-    middle = np.stack(rows).reshape(*x.shape[:-1], -1)
-    begin, end = x[..., :window] @ fit.T @ values[:half].T, x[..., -window:] @ fit.T @ values[half + 1 :].T
-    return np.asarray(np.concatenate([begin / unit, middle, end / unit], axis=-1), dtype=np.float64)
-
-
-@lru_cache(maxsize=8)
-def _parabolas(window: int, derivative: int) -> tuple[FloatArray, FloatArray]:
-    """Return what fits a parabola to a window's samples, (3, window), and its derivative at each of them."""
-    half = max(window // 2, 1)
-    place = np.arange(-half, half + 1) / half
-    # Legendre's: powers of the place would be nearly alike
-    columns = legendre.legvander(place, 2)
-    slopes = [legendre.legder(unit, derivative) for unit in np.eye(3)]
-    values = np.stack([legendre.legval(place, slope) for slope in slopes], axis=1) / half**derivative
-    return np.asarray(np.linalg.pinv(columns), dtype=np.float64), np.asarray(values, dtype=np.float64)
 
 
 class CircularBuffer:

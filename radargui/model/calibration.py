@@ -116,7 +116,7 @@ SCHEMA = 1
 """Of the file as this version writes it; what a newer one wrote is refused."""
 MAXIMUM_BYTES = 10_000_000
 """More is no calibration and is not read into memory. Chosen by hand: correlations of hundreds of unknowns fit."""
-LEAST_EIGENVALUE = -1e-6
+MIN_EIGENVALUE = -1e-6
 """Of a matrix of correlations: below it no uncertainties can have it; rounding alone makes -1e-15."""
 
 
@@ -157,7 +157,7 @@ class CalibrationContent(Section):
         whole = matrix / np.outer(u, u).clip(np.finfo(float).tiny)
         if (np.diag(matrix) < 0.0).any() or not np.allclose(whole, whole.T, atol=1e-6, rtol=0.0):
             raise ValueError("covariance, allowed: a symmetric matrix with squares of uncertainties on its diagonal")
-        if np.linalg.eigvalsh(0.5 * (whole + whole.T))[0] < LEAST_EIGENVALUE:
+        if np.linalg.eigvalsh(0.5 * (whole + whole.T))[0] < MIN_EIGENVALUE:
             raise ValueError("covariance, allowed: no combination may have a variance below 0")
         return self
 

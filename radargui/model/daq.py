@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from radargui.model.radar import MOST_RECEIVERS
+from radargui.model.radar import MAX_RECEIVERS
 from radargui.model.section import Flag, Real, Section, Text
 
 Terminal = Literal["differential", "rse", "nrse", "pseudodifferential", "default"]
@@ -62,7 +62,7 @@ class Daq(Section):
         | None
     ) = None
     remote_certificate: Annotated[Text, Field(min_length=1)] | None = None
-    channels: Annotated[tuple[Text, ...], Field(min_length=2, max_length=2 * MOST_RECEIVERS)] | None = None
+    channels: Annotated[tuple[Text, ...], Field(min_length=2, max_length=2 * MAX_RECEIVERS)] | None = None
     terminal: Terminal = "differential"
     range_v: Annotated[Real, Field(gt=0.0, le=60.0)] = 5.0
     rate_hz: Annotated[Real, Field(ge=10.0, le=10.0e6)] = 33333.0

@@ -108,7 +108,7 @@ def in_words(kind: type[_Error], words: Mapping[str, Any], facts: Mapping[str, o
 def worded(kind: type[_Error], name: str, /, **facts: object) -> _Error:
     """Return the error of a name in `resources/errors.toml`."""
     # read when something fails: no command waits for it
-    from radargui.model.resources import resource_table
+    from radargui.system.resources import resource_table
 
     try:
         words = resource_table("errors")[name]

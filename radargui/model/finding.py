@@ -127,7 +127,7 @@ def why_of(error: ProcessingError) -> Finding:
 
 def _words(code: str) -> Mapping[str, Any]:
     # read when there is something to say: no command waits for it
-    from radargui.model.resources import resource_table
+    from radargui.system.resources import resource_table
 
     try:
         table = resource_table("findings")

@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, PrivateAttr, WithJsonSchema, field_
 from radargui.model.section import Coordinate, ExactWhole, Real, Section, Vector
 
 SPEED_OF_LIGHT_M_S = 299_792_458.0  # exact: it defines the metre (SI)
-MOST_RECEIVERS = 4
+MAX_RECEIVERS = 4
 """Three tell a place; a fourth tells whether they agree."""
 
 

@@ -265,7 +265,7 @@ def strongest_polarization_deg(field: ComplexArray, horizontal: FloatArray, vert
     return float(np.degrees(double) / 2.0 % 180.0)
 
 
-LEAST_SHARE = 0.05
+MIN_SHARE = 0.05
 """Of the strongest signal from the centre: a receiver that gets less is turned across the field."""
 
 

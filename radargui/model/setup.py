@@ -19,12 +19,12 @@ from tomlkit.exceptions import TOMLKitError
 
 from radargui.model.calibration import CalibrationContent, CalibrationReference, content_of, read_calibration
 from radargui.model.daq import Daq, RecordingLimits
-from radargui.model.errors import FileError, SetupError
+from radargui.model.errors import FileError, ProcessingError, SetupError, worded
 from radargui.model.gravity import Air
 from radargui.model.plugins import plugins
-from radargui.model.radar import MOST_RECEIVERS, Container, Floor, Radar, Receiver, Site, Tracer, Transmitter
-from radargui.model.recording import iq_names
-from radargui.model.scattering import LEAST_SHARE, ReceivedField, received_fields
+from radargui.model.radar import MAX_RECEIVERS, Container, Floor, Radar, Receiver, Site, Tracer, Transmitter
+from radargui.model.recording import Recording, iq_names
+from radargui.model.scattering import MIN_SHARE, ReceivedField, received_fields
 from radargui.model.section import ExactWhole, Flag, Section, Whole
 from radargui.model.setup_error import describe
 from radargui.model.simulation import Simulation
@@ -75,7 +75,7 @@ class Setup(Section):
     schema_version: Annotated[Literal[1], ExactWhole, Field(alias="schema", description="1 in this version")]
     radar: Radar
     transmitter: Transmitter
-    receiver: Annotated[tuple[Receiver, ...], Field(min_length=1, max_length=MOST_RECEIVERS)]
+    receiver: Annotated[tuple[Receiver, ...], Field(min_length=1, max_length=MAX_RECEIVERS)]
     tracer: Tracer = Tracer()
     floor: Floor = Floor()
     container: Container = Container()
@@ -129,10 +129,10 @@ class Setup(Section):
             )
         for n, field in enumerate(self.received_fields() if turned else (), 1):
             # nearly crossed: a degree of error in an angle changes such a signal by a third
-            if field.share < LEAST_SHARE:
+            if field.share < MIN_SHARE:
                 raise ValueError(
                     f"receiver[{n}].polarization_deg = {field.angle_deg:g} gets {100.0 * field.share:.1f} % of the "
-                    f"strongest signal from the centre, allowed: {100.0 * LEAST_SHARE:g} % and more; "
+                    f"strongest signal from the centre, allowed: {100.0 * MIN_SHARE:g} % and more; "
                     f"{field.strongest_deg:.1f} gives the strongest"
                 )
         return self
@@ -159,11 +159,28 @@ class Setup(Section):
             return self.daq.channels
         return tuple(f"ai{number}" for number in range(2 * self.n_receivers))
 
+    def demand_pairs(self, recording: Recording) -> None:
+        """Refuse a recording that has not an IQ pair for each receiver, or no samples.
 
-MOST_KEY_PARTS = 32
+        Raises
+        ------
+        ProcessingError
+            It has more channels or fewer, or holds no samples.
+        """
+        # a pair too many or too few would give every receiver another one's geometry
+        if recording.n_receivers != self.n_receivers or len(recording.digitisation.channel_names) % 2:
+            names = ", ".join(recording.digitisation.channel_names)
+            n, n_channels = self.n_receivers, recording.digitisation.n_channels
+            facts = {"n_channels": n_channels, "names": names, "receivers": n, "needed": 2 * n}
+            raise worded(ProcessingError, "pairs_to_process", name=recording.name, **facts)
+        if recording.n_samples == 0:
+            raise ProcessingError(f"{recording.name} holds no samples", reasons=["the recording ended before it began"])
+
+
+MAX_KEY_PARTS = 32
 """Joined by points; keys of a setup have two or three. Chosen by hand: the parser's memory grows with their square."""
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
-_ENDLESS_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MOST_KEY_PARTS}}}")
+_ENDLESS_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MAX_KEY_PARTS}}}")
 
 
 def load_toml(text: str) -> dict[str, Any]:

@@ -148,12 +148,12 @@ def bumped(alone: SetupLikelihood, prior: SetupPrior, setup: Setup) -> Finding |
         free = np.flatnonzero(places == place)
         normal = 0.5 * (cost + cost.T)[np.ix_(free, free)]
         gain = float(slope[free] @ np.linalg.pinv(normal, rcond=1e-9, hermitian=True) @ slope[free])
-        found.append((gain / most_by_chance(free.size), gain, place))
+        found.append((gain / max_by_chance(free.size), gain, place))
     share, gain, place = max(found)
     return warn("antenna_moved", place=place, chi_square=gain) if share > 1.0 else None
 
 
-def most_by_chance(degrees: int) -> float:
+def max_by_chance(degrees: int) -> float:
     """Return the chi-square that is exceeded once in ten thousand (Wilson & Hilferty, PNAS 17, 684, 1931)."""
     # by hand: loading `scipy.special` costs 0.1 s (decision 26)
     variance = 2.0 / (9.0 * degrees)

@@ -13,7 +13,7 @@ from radargui.model.setup import Setup, value_of
 
 EXACT = 1e-3
 """Prior deviation of what the setup calls exact, in units of what a laboratory knows it to."""
-_LEAST_LEARNT = 1e-3
+_MIN_LEARNT = 1e-3
 """Share of a variance that a recording takes away at the least, for a pull: rounding."""
 
 
@@ -157,7 +157,7 @@ class SetupPosterior:
         ):
             exact, learnt = deviation < 1.0, deviation**2 - variance
             stated = 0.0 if one.together else value_of(setup, one.key)
-            pull = None if exact or learnt < _LEAST_LEARNT else by / math.sqrt(learnt)
+            pull = None if exact or learnt < _MIN_LEARNT else by / math.sqrt(learnt)
             u_stated, u_found = (0.0, 0.0) if exact else (one.u, math.sqrt(variance) * one.u)
             out.append(SetupValue(one.key, stated, u_stated, stated + by * one.u, u_found, pull))
         return tuple(out)

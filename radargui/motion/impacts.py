@@ -18,7 +18,7 @@ class ImpactLimits:
 
     Attributes
     ----------
-    least_jump_m_s
+    min_jump_m_s
         Least jump of the velocity: in 10 ms gravity itself changes it by 0.1 m/s, so that a turn-round without a jump
         stays below.
     sigmas
@@ -27,7 +27,7 @@ class ImpactLimits:
     waves
         Least jump in standard deviations of the jumps that waves of a mismatch make all along the track. Chosen by
         hand.
-    least_speed_m_s
+    min_speed_m_s
         Least speed of falling before and of rising after: after a stop in grains nothing rises. Chosen by hand.
     side_s
         Length of the one-sided parabolas whose slopes are compared: shorter ones are noisy, longer ones reach into the
@@ -45,22 +45,22 @@ class ImpactLimits:
         Least time between two impacts as a share of what gravity allows: a half, because the speeds are rough.
     track_step_s
         Length of the means that a track is reduced to first.
-    least_points
+    min_points
         Points of a one-sided parabola, which has three coefficients.
     turn_s, smooth_s
         A sharp minimum rises within `turn_s` on both sides, smoothed over `smooth_s`.
-    least_dip_m, dip_sigmas
+    min_dip_m, dip_sigmas
         Least depth of a sharp minimum, and its least depth in u: 0.15 mm in 8 ms is a curvature of half of gravity.
-    least_stop_m_s, stopped_share, apart_from_impact_s
-        A fall ends without a rebound where its speed, `least_stop_m_s` or more, drops to `stopped_share` of itself at
+    min_stop_m_s, stopped_share, apart_from_impact_s
+        A fall ends without a rebound where its speed, `min_stop_m_s` or more, drops to `stopped_share` of itself at
         once, farther than `apart_from_impact_s` from every impact. Chosen by hand: a fall of 5 mm, and what noise
         leaves of a slope over 10 ms.
     """
 
-    least_jump_m_s: float = 0.12
+    min_jump_m_s: float = 0.12
     sigmas: float = 7.0
     waves: float = 3.0
-    least_speed_m_s: float = 0.04
+    min_speed_m_s: float = 0.04
     side_s: float = 0.010
     meeting_side_s: float = 0.030
     clear_s: float = 0.0003
@@ -68,19 +68,19 @@ class ImpactLimits:
     apart_s: float = 0.013
     margin: float = 0.5
     track_step_s: float = 0.0005
-    least_points: int = 4
+    min_points: int = 4
     turn_s: float = 0.008
     smooth_s: float = 0.002
-    least_dip_m: float = 1.5e-4
+    min_dip_m: float = 1.5e-4
     dip_sigmas: float = 6.0
-    least_stop_m_s: float = 0.3
+    min_stop_m_s: float = 0.3
     stopped_share: float = 0.2
     apart_from_impact_s: float = 0.030
 
     def are_impacts(self, before_m_s: FloatArray, after_m_s: FloatArray, u_jump_m_s: FloatArray) -> BoolArray:
         """Return where a velocity falls before, rises after and jumps by enough, all shapes (n,); NaN is none."""
-        turns = (before_m_s < -self.least_speed_m_s) & (after_m_s > self.least_speed_m_s)
-        return np.asarray(turns & (after_m_s - before_m_s > np.maximum(self.least_jump_m_s, self.sigmas * u_jump_m_s)))
+        turns = (before_m_s < -self.min_speed_m_s) & (after_m_s > self.min_speed_m_s)
+        return np.asarray(turns & (after_m_s - before_m_s > np.maximum(self.min_jump_m_s, self.sigmas * u_jump_m_s)))
 
 
 IMPACT_LIMITS = ImpactLimits()
@@ -105,7 +105,7 @@ def find_impacts(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArra
         g of the place: how long flights last.
     """
     limits, height = IMPACT_LIMITS, _Height(time_s, height_m, u_height_m, gravity_m_s2)
-    if time_s.size < 2 * limits.least_points:
+    if time_s.size < 2 * limits.min_points:
         return np.zeros(0)
     at = (height.minima_s()[:, None] + np.array(limits.shift_s)).ravel()
     before, after, u_jump = height.speeds(at)
@@ -127,13 +127,13 @@ def find_stops(
     The height has no minimum there, only a kink. Parameters as in `find_impacts`; `impact_s` are those found.
     """
     limits, height = IMPACT_LIMITS, _Height(time_s, height_m, u_height_m, gravity_m_s2)
-    if time_s.size < 2 * limits.least_points:
+    if time_s.size < 2 * limits.min_points:
         return np.zeros(0)
     at = np.arange(time_s[0] + limits.side_s, time_s[-1] - limits.side_s, 0.1 * limits.side_s)
     at = at[height.may_stop(at)]
     before, after, u_jump = height.speeds(at)
     jump = after - before
-    stops = (before < -limits.least_stop_m_s) & (np.abs(after) < limits.stopped_share * np.abs(before))
+    stops = (before < -limits.min_stop_m_s) & (np.abs(after) < limits.stopped_share * np.abs(before))
     stops &= jump > limits.sigmas * u_jump
     if not stops.any():
         return np.zeros(0)
@@ -190,7 +190,7 @@ def find_turns(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray)
     width = max(1, round(limits.smooth_s / step))
     height = uniform_filter1d(np.interp(grid, time_s[known], height_m[known]), width, mode="nearest")
     reach, near = round(limits.turn_s / step), round(0.6 * limits.turn_s / step)
-    least = max(limits.least_dip_m, limits.dip_sigmas * float(median(u_height_m)))
+    least = max(limits.min_dip_m, limits.dip_sigmas * float(median(u_height_m)))
     lowest = np.flatnonzero(height <= minimum_filter1d(height, 2 * near + 1, mode="nearest"))
     lowest = lowest[(lowest >= near) & (lowest < grid.size - near)]
     # highest within the reach before and after each sample
@@ -260,7 +260,7 @@ class _Height:
         # gravity changes a mean speed, and noise of the two heights makes one
         slack = self.gravity_m_s2 * limits.side_s + limits.sigmas * self.u_m.max() / limits.side_s
         return np.asarray(
-            (before < slack - limits.least_stop_m_s) & (np.abs(after) < limits.stopped_share * np.abs(before) + slack)
+            (before < slack - limits.min_stop_m_s) & (np.abs(after) < limits.stopped_share * np.abs(before) + slack)
         )
 
     def waves_m_s(self) -> float:
@@ -307,7 +307,7 @@ class _Height:
         inside = index < end[:, None]
         index = np.minimum(index, self.time_s.size - 1)
         height = self.height_m[index]
-        known = (end - begin >= IMPACT_LIMITS.least_points) & (np.isfinite(height) | ~inside).all(axis=1)
+        known = (end - begin >= IMPACT_LIMITS.min_points) & (np.isfinite(height) | ~inside).all(axis=1)
         inside &= known[:, None]
         unit = IMPACT_LIMITS.side_s  # in which the columns are of one size
         t = (self.time_s[index] - at_s[:, None]) / unit

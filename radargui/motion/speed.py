@@ -5,7 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray, median, savitzky_golay
+from radargui.model.arrays import FloatArray, median
+from radargui.motion.smoothing import savitzky_golay
 
 WINDOW_S = 0.02
 """Of a parabola: in free flight it is exact for any length, and noise of 0.1 mm at 2 kS/s leaves 2 cm/s (by hand)."""

@@ -14,20 +14,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.quality import LIMITS
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import AdaptiveRounds, adaptive_rounds
+from radargui.estimation.doubts import doubt, is_fringe_sure, is_unknown
 from radargui.estimation.hardware import disagreement, knows_more
 from radargui.estimation.joint import JointEstimate, estimate_joint, with_setup_known
 from radargui.estimation.motion_estimate import MotionEstimate
-from radargui.estimation.readout.kinematics import kinematics
-from radargui.estimation.readout.unexplained import Residuals, UnexplainedError, unexplained_stretches
+from radargui.estimation.posterior.kinematics import kinematics
+from radargui.estimation.posterior.unexplained import Residuals, UnexplainedError, unexplained_stretches
 from radargui.estimation.select.budget import LooseMapsError, NoSingleBodyError
 from radargui.estimation.select.fall import FoundFall
 from radargui.estimation.solve.minimise import log_evidence
-from radargui.geometry.path_length import LEAST_RECEIVERS
-from radargui.geometry.scattering import is_delayed
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
 from radargui.model.assumed import DIAMETER
 from radargui.model.errors import ProcessingError, SolveError
@@ -39,8 +37,10 @@ from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior, bumped
 from radargui.model.setup_posterior import SetupPosterior
 from radargui.model.uncertainty_budget import InputChange
-from radargui.processing.by_flights import MOST_PULL, MeasuredDrop
-from radargui.processing.checks.estimate import doubt, is_blamed, is_fringe_sure, is_unknown
+from radargui.physics.path_length import MIN_RECEIVERS
+from radargui.physics.scattering import is_delayed
+from radargui.processing.by_flights import MAX_PULL, MeasuredDrop
+from radargui.processing.checks.estimate import is_blamed
 from radargui.processing.continuity import checked, measure_in_band
 from radargui.processing.measured_motion import (
     MeasuredMotion,
@@ -57,6 +57,7 @@ from radargui.restitution.input_changes import SetupResponses, joint_changes, se
 from radargui.restitution.joint_bounces import joint_bounces
 from radargui.restitution.settings import TRACKS
 from radargui.restitution.setup_outlier import wrong_value
+from radargui.signals.conditioned import Conditioned
 
 _FALL_MARGIN = 0.1  # of the fall left out at both ends
 NO_SINGLE_BODY = refuse("no_single_body")
@@ -75,7 +76,7 @@ class _Joint:
 
 def _is_pulled(found: SetupPosterior | None) -> bool:
     """Return whether a value of the setup was found so far from what is stated that an entry is wrong."""
-    return found is not None and bool((np.abs(found.mean) > MOST_PULL * found.deviation).any())
+    return found is not None and bool((np.abs(found.mean) > MAX_PULL * found.deviation).any())
 
 
 def measure_drop(
@@ -110,12 +111,10 @@ def measure_drop(
     if isinstance(joint.found, ProcessingError):
         return drop.motion.said(warn("flights_stand", cause=why_of(joint.found)))
     # flights that explain the signals within what the setup states need no entry that is wrong
-    stands = drop.is_explained and drop.estimate.most_pull < MOST_PULL
+    stands = drop.is_explained and drop.estimate.max_pull < MAX_PULL
     # an entry that is wrong pulls the others along: the road by circles names it
     if _is_pulled(joint.found.chosen.setup):
-        return (
-            drop.motion.said(warn("flights_stand", cause=warn("entry_pulled", times_u=MOST_PULL))) if stands else None
-        )
+        return drop.motion.said(warn("flights_stand", cause=warn("entry_pulled", times_u=MAX_PULL))) if stands else None
     found, measured = _pooled(joint.found, fall, conditioned, setup, others)
     motion = _judged(measured, found, drop.motion, setup)
     if motion.estimate is None or motion.rejected.any():
@@ -141,11 +140,11 @@ def wrong_diameter(stated: MeasuredMotion, other: MeasuredMotion, by_m: float, s
     """
     if other.estimate is None or other.flights.bent is not None or other.flights.cause is not None:
         return None
-    if stated.estimate is not None:
-        gain = 2.0 * (log_evidence(other.estimate.chosen.solution) - log_evidence(stated.estimate.chosen.solution))
-    else:
+    if stated.estimate is None:
         # nothing to compare it with: it has to leave no doubt
         gain = 0.0 if is_blamed(other, setup) else np.inf
+    else:
+        gain = 2.0 * (log_evidence(other.estimate.chosen.solution) - log_evidence(stated.estimate.chosen.solution))
     return wrong_value(DIAMETER, by_m, gain, 0.0, setup, None)
 
 
@@ -187,7 +186,7 @@ def measure_by_estimate(
     ProcessingError
         Neither estimate can be made.
     """
-    if conditioned.n_receivers < LEAST_RECEIVERS:
+    if conditioned.n_receivers < MIN_RECEIVERS:
         alone = measure_in_band(conditioned, setup.radar.wavelength_m, lambda own: _by_circles(own, setup))
         asked = setup.processing.correction == "joint" and "correction" in setup.processing.model_fields_set
         return alone.said(warn("joint_not_used", cause=refuse("needs_three_receivers")) if asked else None)
@@ -247,9 +246,9 @@ def _refused_with(
 
 def _misfits(misfit: FloatArray, estimate: MotionEstimate, setup: Setup) -> BoolArray:
     """Return which receivers neither the motion of one body nor, where it tells, their own circle describes."""
-    wrong = misfit > LIMITS.most_misfit
+    wrong = misfit > LIMITS.max_misfit
     # a round circle is believed where the places fall: elsewhere mirrors bend it as they like, its u is of noise
-    return np.asarray(wrong & (estimate.chi_square > LIMITS.most_misfit) if _falls(estimate, setup) else wrong)
+    return np.asarray(wrong & (estimate.chi_square > LIMITS.max_misfit) if _falls(estimate, setup) else wrong)
 
 
 def _judged(motion: MeasuredMotion, joint: JointEstimate, adaptive: MeasuredMotion, setup: Setup) -> MeasuredMotion:
@@ -300,7 +299,7 @@ def _falls(estimate: MotionEstimate, setup: Setup) -> bool:
     # the release is no clean cut, and the impact's instant is known to a bin
     time_s, margin_s = estimate.time_s, _FALL_MARGIN * (impact_s - onset_s)
     falling = (time_s > onset_s + margin_s) & (time_s < impact_s - margin_s)
-    if falling.sum() < TRACKS.least_samples or np.ptp(time_s[falling]) < TRACKS.least_fall_s:
+    if falling.sum() < TRACKS.min_samples or np.ptp(time_s[falling]) < TRACKS.min_fall_s:
         return False
     bend = np.polyfit(time_s[falling] - onset_s, estimate.position_m[2, falling], 2)[0]
     return bool(abs(-2.0 * bend / expected_gravity_m_s2(setup.site) - 1.0) < TRACKS.largest_g_error)
@@ -392,7 +391,7 @@ def _with_prior(motion: MeasuredMotion, joint: _Joint) -> MeasuredMotion:
     return motion.said(warn("front_ends_differ", runs=run_names(prior.runs), cause=joint.unused))
 
 
-_LEAST_M_S = 5e-5
+_MIN_M_S = 5e-5
 """Of a path: half of it is a speed, a part in 50 000 of a fall's."""
 _SIGMAS = 6.0
 """Of white noise: 1/f noise makes more of a drift, but not in all receivers alike."""
@@ -427,7 +426,7 @@ def drifting_rest(
     speed, radial, u = found.T * wavelength_m / (2.0 * np.pi)
     size = np.abs(speed)
     alike = bool(size.min() > _ALIKE * size.max()) and abs(float(np.sign(speed).sum())) == speed.size
-    if not (alike and (size > np.maximum(_SIGMAS * u, _LEAST_M_S)).all() and (np.abs(radial) < _ALIKE * size).all()):
+    if not (alike and (size > np.maximum(_SIGMAS * u, _MIN_M_S)).all() and (np.abs(radial) < _ALIKE * size).all()):
         return None
     mean = float(speed.mean())
     return warn("rest_drifts", speed_m_s=mean, share_per_s=abs(mean) / _PATH_M)

@@ -7,31 +7,31 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.conditioning.conditioned import Conditioned
 from radargui.estimation.flights.estimate import DropEstimate, estimate_drop
 from radargui.estimation.flights.other_diameter import OtherDiameter, other_diameter
 from radargui.estimation.flights.readout import drop_kinematics, drop_motion, place_changes
 from radargui.estimation.flights.start import START, DropStart
 from radargui.estimation.hardware import as_prior
-from radargui.estimation.readout.unexplained import Residuals, unexplained_stretches
+from radargui.estimation.posterior.unexplained import Residuals, unexplained_stretches
 from radargui.estimation.signals import ScaledSignals, remaining, scaled_signals
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.assumed import DIAMETER
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.finding import Finding, error_of, refuse, warn
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.result import whole_milliseconds
 from radargui.model.setup import Setup
+from radargui.physics.path_length import MIN_RECEIVERS
 from radargui.processing.checks.estimate import gained_by_polarization, is_blamed
 from radargui.processing.measured_motion import MeasuredMotion, corrected_of, paths_of, track_of
 from radargui.restitution.drop_bounces import drop_bounces, drop_changes
 from radargui.restitution.setup_outlier import wrong_value
+from radargui.signals.conditioned import Conditioned
 
-MOST_CHI_SQUARE = 2.0
+MAX_CHI_SQUARE = 2.0
 """Of residuals averaged over 5 ms: above it more than noise is left, and uncertainties that are widened by it are a
 guess (method 6, Quality)."""
 
-MOST_PULL = 4.0
+MAX_PULL = 4.0
 """Of a value of the setup from what is stated, in its u: one of 16 000 is farther off by chance."""
 
 UNCHANGED = 0.8
@@ -67,7 +67,7 @@ class MeasuredDrop:
         """Return that the sphere's diameter is likely wrong, where the flights tell it."""
         gain = other.gain / max(1.0, float(other.block_chi_square.mean()))
         unexplained, beyond = (
-            max(float(each.max()) - MOST_CHI_SQUARE, 0.0)
+            max(float(each.max()) - MAX_CHI_SQUARE, 0.0)
             for each in (self.estimate.block_chi_square, other.block_chi_square)
         )
         left = beyond / unexplained if unexplained else 0.0
@@ -93,7 +93,7 @@ class MeasuredDrop:
             return None
         speed_m_s = -float(flights.velocity_at(np.array([landed_s]))[2, 0])
         return warn(
-            "landed_dead", at_s=landed_s, least_m_s=START.least_rebound_m_s, most_e=START.least_rebound_m_s / speed_m_s
+            "landed_dead", at_s=landed_s, least_m_s=START.min_rebound_m_s, most_e=START.min_rebound_m_s / speed_m_s
         )
 
     @property
@@ -134,7 +134,7 @@ def measure_by_flights(
     ProcessingError
         Nothing falls from a rest at the release, or it cannot be followed to its first flight.
     """
-    if conditioned.n_receivers < LEAST_RECEIVERS:
+    if conditioned.n_receivers < MIN_RECEIVERS:
         raise error_of(ProcessingError, "flights_need_three_receivers")
     taken_off = scaled_signals(conditioned)
     # a strong floor makes a mixer look far off, which flights can tell; with it taken off no crosstalk can be found
@@ -199,7 +199,7 @@ def _reflection(estimate: DropEstimate) -> float:
 def _findings(estimate: DropEstimate) -> tuple[Finding, ...]:
     found = []
     # what explains the signals so may be something else than the setup: a plate that nobody stated
-    if (pull := estimate.most_pull) > MOST_PULL:
+    if (pull := estimate.max_pull) > MAX_PULL:
         found.append(warn("flights_pulled", times_u=pull, is_unstated=estimate.model.plane.surface is None))
     if _is_misfit(estimate):
         misfit = float(estimate.block_chi_square.max())
@@ -210,4 +210,4 @@ def _findings(estimate: DropEstimate) -> tuple[Finding, ...]:
 
 
 def _is_misfit(estimate: DropEstimate) -> bool:
-    return float(estimate.block_chi_square.max()) > MOST_CHI_SQUARE
+    return float(estimate.block_chi_square.max()) > MAX_CHI_SQUARE

@@ -9,7 +9,7 @@ from radargui.model.result import RunResult
 from radargui.model.rounding import COVERAGE, concise
 from radargui.restitution.site_gravity import site_check
 
-MOST_PULL = 4.0
+MAX_PULL = 4.0
 """Beyond it what is stated and what the drop says differ by more than chance: one of ten values once in 1,600 drops."""
 
 
@@ -41,7 +41,7 @@ def check_calibration(result: RunResult) -> CalibrationCheck | None:
     expected, u_expected = (site.expected_m_s2, site.u_expected_m_s2) if site else g_and_u_of_site(result.setup.site)
     # independent: the site's g knows nothing of the antennas
     g_holds = abs(fall.g_m_s2 - expected) <= COVERAGE * math.hypot(u_g, u_expected)
-    holds = g_holds and max(pulls) <= MOST_PULL
+    holds = g_holds and max(pulls) <= MAX_PULL
     figures = f"g {concise(fall.g_m_s2, u_g, 'm/s²')}, largest pull {max(pulls):.1f}"
     content = result.setup.calibration.content
     said = "the setup" if content is None else f"the calibration of {day_of(content)}"

@@ -12,41 +12,41 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radargui.conditioning.conditioned import Conditioned
-from radargui.conditioning.doppler import Doppler
-from radargui.conditioning.follows import ALONE, TOGETHER, follows, missed_frames
-from radargui.conditioning.segment import without_blips
-from radargui.conditioning.whole_turn import is_whole_circle
 from radargui.correction.agreement import lasting, strays
 from radargui.correction.phase import join_pieces
 from radargui.correction.quality import PHASE_OVER_ROUNDNESS, assess
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray, FloatArray, IntArray, median
 from radargui.model.channel_quality import ChannelQuality
 from radargui.model.errors import ProcessingError
 from radargui.model.finding import refuse, warn
 from radargui.model.front_end import FrontEnd
 from radargui.model.result import CorrectedIQ, PathLengths, Track
+from radargui.physics.path_length import MIN_RECEIVERS
 from radargui.processing.measured_motion import MeasuredMotion
+from radargui.signals.conditioned import Conditioned
+from radargui.signals.doppler import Doppler
+from radargui.signals.follows import ALONE, TOGETHER, follows, missed_frames
+from radargui.signals.segment import without_blips
+from radargui.signals.whole_turn import is_whole_circle
 
 if TYPE_CHECKING:
     # loads what only one or two receivers need
-    from radargui.conditioning.echo import Echo
+    from radargui.signals.echo import Echo
 
 JUMP_S = 0.005
 """Around a jump of a path in which nothing is known: half the block in which the phase's roughness is measured."""
-LEAST_RUN_S = 0.005
+MIN_RUN_S = 0.005
 """A path known for less is a moment between two doubts."""
-MOST_SCATTER_RAD = 0.8
+MAX_SCATTER_RAD = 0.8
 """Of a phase about its line of 10 ms: with more, samples are nearer to another turn than to their own."""
-LEAST_CLEAR = 0.4
+MIN_CLEAR = 0.4
 """Share of clear frames below which three receivers are not judged by them: single ones are slow noise or the floor.
 
 Only after a rest: without one no joint estimate tests what adaptive finds in signals that are no echo.
 """
-LEAST_KNOWN = 0.12
+MIN_KNOWN = 0.12
 """Share of the motion that a path of one receiver must be known in: less is more likely noise than an echo."""
-MOST_LOST = 0.02
+MAX_LOST = 0.02
 """Share of the moments with an echo in which a path may lose it that is believed beside them, after a rest: a single
 slip is found and left out; a centre that is wrong goes astray everywhere.
 """
@@ -58,13 +58,13 @@ another target, is no nearer to the radius than by its own strength.
 """
 PRESENT_S = 0.01
 """Over which the radius is averaged: longer than noise, shorter than a fade that matters."""
-MOST_GAP_S = 0.5
+MAX_GAP_S = 0.5
 """Where no echo leads for so long between moments that one does, it has faded, and what is left keeps still on any
 circle: a flight of 30 cm turns round within it.
 """
-MOST_STRAYED = 0.3
+MAX_STRAYED = 0.3
 """Share of the moments with an echo in which a path may turn otherwise, and is invalid: more is no single slip."""
-MOST_IMAGE, SURE_U = 10.0 ** (-30.0 / 20.0), 4.0
+MAX_IMAGE, SURE_U = 10.0 ** (-30.0 / 20.0), 4.0
 """Image that wrong constants may leave, over the line, and standard uncertainties beyond which they are wrong.
 
 A toy car whose second reflection grows as it comes nearer drew an ellipse that leaves 26 dB; its lines have 60.
@@ -107,13 +107,13 @@ def checked(
         elif echo is not None:
             present = _present(motion.corrected, k, echo, moving, rate_hz) if has_rest else None
             channels[k] = _judged_by_echo(channel, phase, good, echo, moving, rate_hz, present)
-        elif not (rested and doppler.clear.mean() < LEAST_CLEAR):
+        elif not (rested and doppler.clear.mean() < MIN_CLEAR):
             whole = is_held and not alone and _is_whole(motion.corrected, k, good, moving)
             channels[k] = _judged(channel, phase, good, doppler, alone=alone, is_whole=whole)
         if alone:
-            good &= without_blips(good, max(2, round(LEAST_RUN_S * rate_hz)))
+            good &= without_blips(good, max(2, round(MIN_RUN_S * rate_hz)))
             known = float(good[moving].mean())
-            if channels[k].verdict != "rejected" and known < LEAST_KNOWN:
+            if channels[k].verdict != "rejected" and known < MIN_KNOWN:
                 channels[k] = replace(channel, finding=refuse("echo_rarely_followed", share=known))
             good &= channels[k].verdict != "rejected"
     corrected = replace(motion.corrected, channels=tuple(channels), valid=valid)
@@ -123,7 +123,7 @@ def checked(
 
 def is_alone(conditioned: Conditioned) -> bool:
     """Whether each receiver has to be believed by itself: fewer than three make no position."""
-    return conditioned.n_receivers < LEAST_RECEIVERS
+    return conditioned.n_receivers < MIN_RECEIVERS
 
 
 def lay_down(phase_rad: FloatArray, valid: BoolArray, piece: IntArray, rest: slice) -> FloatArray:
@@ -167,7 +167,7 @@ def _drop_jumps(phase_rad: FloatArray, valid: BoolArray, rate_hz: float) -> None
     blocks = blocks - blocks.mean(axis=1, keepdims=True)
     # less its line: steady motion is no scatter
     residual = blocks - (blocks @ along)[:, None] / (along @ along) * along
-    valid[: count * size] &= ~np.repeat(np.sqrt((residual**2).mean(axis=1)) > MOST_SCATTER_RAD, size)
+    valid[: count * size] &= ~np.repeat(np.sqrt((residual**2).mean(axis=1)) > MAX_SCATTER_RAD, size)
 
 
 def _judged(
@@ -209,14 +209,14 @@ def _judged_by_echo(
     away = strays(phase_rad, valid, echo, rate_hz)
     lost = lasting(away, phase_rad, valid, echo)
     before = int((valid & echo.leads)[moving].sum())
-    if present is not None and lost.sum() <= MOST_LOST * max(int(echo.leads.sum()), 1):
+    if present is not None and lost.sum() <= MAX_LOST * max(int(echo.leads.sum()), 1):
         valid &= (echo.leads | present) & ~lost
     else:
         valid &= echo.leads
         valid &= ~strays(phase_rad, valid, echo, rate_hz)
     # of what both knew: where no echo leads nothing can stray from it
     share = 1.0 - int((valid & echo.leads)[moving].sum()) / max(before, 1)
-    if share > MOST_STRAYED:
+    if share > MAX_STRAYED:
         return _strayed(channel, share)
     return replace(channel, finding=refuse("echo_of_another")) if _is_another(channel, echo.front_end) else channel
 
@@ -229,7 +229,7 @@ def _is_another(channel: ChannelQuality, front_end: FrontEnd) -> bool:
     angle = abs(float(np.radians(channel.quadrature_error_deg - front_end.quadrature_error_deg)))
     u_gain, u_angle = front_end.u_gain_ratio / front_end.gain_ratio, np.radians(front_end.u_quadrature_error_deg)
     # an image is half of what leaves it
-    return bool(np.hypot(gain, angle) > 2.0 * MOST_IMAGE and (gain > SURE_U * u_gain or angle > SURE_U * u_angle))
+    return bool(np.hypot(gain, angle) > 2.0 * MAX_IMAGE and (gain > SURE_U * u_gain or angle > SURE_U * u_angle))
 
 
 def _present(corrected: CorrectedIQ, number: int, echo: Echo, moving: slice, rate_hz: float) -> BoolArray:
@@ -242,7 +242,7 @@ def _present(corrected: CorrectedIQ, number: int, echo: Echo, moving: slice, rat
     out = np.asarray((radius > PRESENT[0]) & (radius < PRESENT[1]))
     led = np.flatnonzero(echo.leads[moving]) + moving.start
     for before, after in itertools.pairwise([moving.start - 1, *led.tolist(), moving.stop]):
-        if after - before > MOST_GAP_S * rate_hz:
+        if after - before > MAX_GAP_S * rate_hz:
             out[before + 1 : after] = False
     return out
 
@@ -277,7 +277,7 @@ ABOVE_NOISE = 1.5
 WHOLE = 0.97
 """Share of the motion known in the band above which circles are not tried."""
 
-MOST_FRINGES = 60
+MAX_FRINGES = 60
 """After a rest above which circles are not tried: a drop has fewer, and what circles cost grows with their square."""
 
 
@@ -307,7 +307,7 @@ def measure_in_band(
     moving = slice(conditioned.segment.first, conditioned.segment.last)
     # a Doppler band knows no offset where the target is slower than the band is wide: the slow beginning after a rest
     partly = conditioned.segment.has_rest and in_band.paths.valid[:, moving].mean() < WHOLE
-    partly &= all(echo is None or np.ptp(echo.phase_rad) < 2.0 * np.pi * MOST_FRINGES for echo in conditioned.echoes)
+    partly &= all(echo is None or np.ptp(echo.phase_rad) < 2.0 * np.pi * MAX_FRINGES for echo in conditioned.echoes)
     # below the noise a circle is fitted to noise, and finds one
     spread = np.sqrt(conditioned.volts.var(axis=1).reshape(-1, 2).max(axis=1))
     noise = conditioned.noise_v.reshape(-1, 2).max(axis=1)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from radargui.geometry.path_length import LEAST_RECEIVERS, path_lengths, place_antennas, range_factor
 from radargui.model.arrays import FloatArray
 from radargui.model.result import Bounces, PathLengths, Segment
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
+from radargui.physics.path_length import MIN_RECEIVERS, path_lengths, place_antennas, range_factor
 from radargui.processing.measured_motion import locate
 from radargui.processing.uncertainty_budget import changes_of_track, with_budget
 from radargui.restitution.bounces import FlownTrack
@@ -38,7 +38,7 @@ def expected_uncertainty(
         u of x, y, z in metres, shape (3, n), NaN where no place is determined; None with fewer than three receivers.
     """
     antennas, release = place_antennas(setup), np.array(setup.tracer.release_position_m)
-    if antennas.n_receivers < LEAST_RECEIVERS:
+    if antennas.n_receivers < MIN_RECEIVERS:
         return None
     change_m = path_lengths(position_m, antennas) - path_lengths(release[:, None], antennas)
     u_rad = 10.0 ** (-snr_db / 20.0) / np.sqrt(2.0) / range_factor(position_m, antennas, release)

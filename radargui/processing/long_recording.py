@@ -4,17 +4,17 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from radargui.conditioning.long_motion import find_long_motion
 from radargui.files.reading import read_recording
 from radargui.files.run_file import RunStream, read_run, run_stream
 from radargui.files.run_layout import PIECE, SUFFIX
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import FileError
 from radargui.model.recording import Excerpt, Recording, as_excerpt
+from radargui.signals.long_motion import find_long_motion
 
 LONG_SAMPLES = 1 << 22
 """A recording with more samples a channel (126 s at 33.3 kS/s) is long."""
-MOST_SAMPLES = 1 << 19
+MAX_SAMPLES = 1 << 19
 """The longest stretch of a long one that is processed (16 s at 33.3 kS/s): moving throughout it takes about 1 GB."""
 
 
@@ -33,7 +33,7 @@ class LengthLimits:
     """
 
     long: int = LONG_SAMPLES
-    most: int = MOST_SAMPLES
+    most: int = MAX_SAMPLES
     piece: int = PIECE
 
 

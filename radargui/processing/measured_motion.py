@@ -8,16 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.quality import WEAK
-from radargui.geometry.path_length import (
-    LEAST_RECEIVERS,
-    locate_exact,
-    locate_plane,
-    place_antennas,
-    position_uncertainty,
-)
-from radargui.geometry.scattering import path_delay
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.channel_quality import UnexplainedStretch
 from radargui.model.finding import Finding
@@ -27,7 +18,16 @@ from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior
 from radargui.model.setup_posterior import SetupLikelihood, SetupValue
 from radargui.model.uncertainty_budget import InputChange
+from radargui.physics.path_length import (
+    MIN_RECEIVERS,
+    locate_exact,
+    locate_plane,
+    place_antennas,
+    position_uncertainty,
+)
+from radargui.physics.scattering import path_delay
 from radargui.restitution.flight_test import FlightTest
+from radargui.signals.conditioned import Conditioned
 
 if TYPE_CHECKING:
     # only who asks for it pays for loading it
@@ -67,7 +67,7 @@ def locate(paths: PathLengths, setup: Setup) -> Track | None:
     Track or None
         None with fewer than three receivers.
     """
-    if setup.n_receivers < LEAST_RECEIVERS:
+    if setup.n_receivers < MIN_RECEIVERS:
         return None
     # an invalid path would pull the place without a sign of it
     position = place_at(np.where(paths.valid, paths.change_m, np.nan), setup)

@@ -9,19 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radargui.conditioning.condition import condition
-from radargui.conditioning.conditioned import Conditioned
-from radargui.conditioning.stretch import NoMotion
 from radargui.correction.correct import correct
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import FloatArray
 from radargui.model.channel_quality import unexplained_of
-from radargui.model.cores import one_blas_thread
 from radargui.model.errors import ProcessingError, worded
 from radargui.model.finding import Finding, warn, why_of
 from radargui.model.front_end import FrontEndPrior
@@ -31,8 +25,8 @@ from radargui.model.result import CorrectedIQ, PathLengths, Quality, RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_pool import SetupPrior
 from radargui.model.uncertainty_budget import BudgetLine
+from radargui.physics.path_length import MIN_RECEIVERS
 from radargui.processing.checks.evidence import Evidence, Part
-from radargui.processing.checks.receivers import wired_wrongly
 from radargui.processing.checks.run import findings_before, findings_of
 from radargui.processing.continuity import checked, is_alone, known_where, lay_down
 from radargui.processing.impacts_of_track import impacts_of_track
@@ -41,6 +35,10 @@ from radargui.processing.measured_motion import MeasuredMotion, Progress, Report
 from radargui.processing.whole import Whole
 from radargui.restitution.cross_check import found_tilt, walls_met
 from radargui.restitution.impact_plane import judged_by_floor
+from radargui.signals.conditioned import Conditioned
+from radargui.signals.motions import motions_of
+from radargui.signals.stretch import NoMotion
+from radargui.system.cores import one_blas_thread
 
 if TYPE_CHECKING:
     # only who asks for flights pays for loading them
@@ -77,7 +75,7 @@ OnPreliminary = Callable[[RunResult], None]
 LANDED_DEAD = "landed_dead"
 """Code of the finding that a fall has no rebound: no correction tells an e of it then."""
 STOPPED = warn("joint_stopped")
-_MOST_ESTIMATES = 3
+_MAX_ESTIMATES = 3
 """Each without what the one before could not explain: a contact that opens again and again does so for the rest of the
 record, too."""
 _OF_FLIGHTS = 0.1
@@ -124,18 +122,18 @@ def process(
         The recording does not fit the setup, or holds no samples, or fewer drops than the setup asks for.
     """
     with one_blas_thread():
-        _check(recording, setup)
         done = Progress(progress)
         # an hour of rest says nothing that its last seconds do not
         recording = shortened(recording)
-        conditioned = condition(recording, setup)
+        setup.demand_pairs(recording)
+        motions = motions_of(recording, setup)
         # an answer, not a failure: a plate that hangs still is measured too
-        if isinstance(conditioned, NoMotion):
-            findings = (conditioned.finding, *findings_before(recording, setup))
+        if isinstance(motions, NoMotion):
+            findings = (motions.finding, *findings_before(recording, setup))
             return RunResult(recording, setup, "no_motion", findings=findings)
         done.reach(0.1)
         # a dead, doubled or exchanged channel is no receiver: its neighbours must not be corrected together with it
-        part = Part(setup, conditioned, *wired_wrongly(conditioned, setup))
+        part = Part(setup, motions.together, motions.together.faults)
 
         def fly(part: Part, former: MeasuredDrop | Finding | None) -> _Flown:
             # flights that explain all receivers tell more of them than circles, which a strong floor bends
@@ -146,7 +144,7 @@ def process(
             return part, _measure(recording, part, done, on_preliminary, front_ends, others)
 
         drop: MeasuredDrop | Finding | None = None
-        part, flown = _asked_drop(part, separate_motions(recording, conditioned, setup), fly)
+        part, flown = _asked_drop(part, (Part(setup, one, one.faults) for one in motions.apart), fly)
 
         def another_size(part: Part, drop: MeasuredDrop, motion: MeasuredMotion) -> Finding | None:
             """Return that the sphere's diameter is likely wrong, where something else would be blamed."""
@@ -199,7 +197,7 @@ def _explained(part: Part, measure: Callable[[Part], tuple[Part, MeasuredMotion]
     Where there is no end of such stretches, or nothing stands without them but circles, their receivers are rejected: a
     phase that was led astray for milliseconds may have lost a fringe, and a round circle says nothing of that.
     """
-    for _ in range(_MOST_ESTIMATES):
+    for _ in range(_MAX_ESTIMATES):
         used, motion = measure(part)
         if not motion.unexplained:
             break
@@ -347,7 +345,7 @@ def _left_out(part: Part, motion: MeasuredMotion) -> dict[int, Finding]:
         return {}
     rows = zip(part.receivers, channels, strict=True)
     failed = {number: own.finding for number, own in rows if own.finding and own.verdict == "rejected"}
-    return failed if len(part.receivers) - len(failed) >= LEAST_RECEIVERS else {}
+    return failed if len(part.receivers) - len(failed) >= MIN_RECEIVERS else {}
 
 
 def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResult:
@@ -406,26 +404,15 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion) -> RunResu
     )
 
 
-def _check(recording: Recording, setup: Setup) -> None:
-    # a pair too many or too few would give every receiver another one's geometry
-    if recording.n_receivers != setup.n_receivers or len(recording.digitisation.channel_names) % 2:
-        names = ", ".join(recording.digitisation.channel_names)
-        n, n_channels = setup.n_receivers, recording.digitisation.n_channels
-        facts = {"n_channels": n_channels, "names": names, "receivers": n, "needed": 2 * n}
-        raise worded(ProcessingError, "pairs_to_process", name=recording.name, **facts)
-    if recording.n_samples == 0:
-        raise ProcessingError(f"{recording.name} holds no samples", reasons=["the recording ended before it began"])
-
-
 def steps_of(result: RunResult) -> tuple[object, ...]:
     """Return what the correction of a result found on its way (`CorrectedIQ.steps`), found again in its samples."""
     corrected = result.corrected
     if corrected is None or corrected.method in ESTIMATES:
         return ()
-    conditioned = condition(result.recording, result.setup)
-    if isinstance(conditioned, NoMotion):
+    motions = motions_of(result.recording, result.setup)
+    if isinstance(motions, NoMotion):
         return ()
-    part = Part(result.setup, conditioned, *wired_wrongly(conditioned, result.setup))
+    part = Part(result.setup, motions.together, motions.together.faults)
     whole = Whole(result.recording, part.conditioned, part.receivers)
     again, _ = correct(part.conditioned, corrected.method)
     return whole.steps(again.steps)
@@ -434,38 +421,6 @@ def steps_of(result: RunResult) -> tuple[object, ...]:
 def cut_short(result: RunResult) -> RunResult:
     """Return a preliminary result as it is kept where the joint correction was stopped."""
     return replace(result, findings=(STOPPED, *result.findings))
-
-
-def separate_motions(recording: Recording, conditioned: Conditioned, setup: Setup) -> Iterator[Part]:
-    """Yield each of several motions by itself, in order, with the rest before it; nothing where there is one motion.
-
-    A rest between two motions is cut in its middle. Each part is conditioned anew: what comes after a drop has no share
-    in its noise, hum and onset.
-
-    Parameters
-    ----------
-    recording, setup
-        As `condition` takes them.
-    conditioned
-        All motions together.
-    """
-    times = _times(conditioned)
-    begin, size = int(conditioned.samples.start), conditioned.size
-    cuts = [begin + size * ((first + last) // 2) for first, last in conditioned.pauses]
-    edges = pairwise([begin, *cuts, int(conditioned.samples.stop)])
-    for number, (first, last) in enumerate(edges if cuts else ()):
-        alone = condition(recording, setup, slice(first, last))
-        if isinstance(alone, Conditioned):
-            others = times[:number] + times[number + 1 :]
-            yield Part(setup, alone, *wired_wrongly(alone, setup), further=others)
-
-
-def _times(conditioned: Conditioned) -> tuple[tuple[float, float], ...]:
-    """Return when each motion begins and ends."""
-    inner = [edge for pause in conditioned.pauses for edge in pause]
-    edges = [conditioned.segment.first, *inner, conditioned.segment.last - 1]
-    times = conditioned.time_s[edges].tolist()
-    return tuple(zip(times[0::2], times[1::2], strict=True))
 
 
 def measure_by_receiver(conditioned: Conditioned, setup: Setup, method: str, progress: Report) -> MeasuredMotion:

@@ -8,16 +8,6 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
-from radargui.conditioning.averager import block_means
-from radargui.geometry.path_length import (
-    LEAST_RECEIVERS,
-    distance,
-    path_gradient,
-    place_antennas,
-    solve_gradient,
-    t_matrix,
-)
-from radargui.geometry.scattering import scattering_delay_m, supposed_delays_m
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import (
     OF_SPHERE,
@@ -31,16 +21,26 @@ from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.setup_posterior import unknown_inputs
 from radargui.model.uncertainty_budget import BudgetLine, InputChange, UncertaintyBudget
+from radargui.physics.path_length import (
+    MIN_RECEIVERS,
+    distance,
+    path_gradient,
+    place_antennas,
+    solve_gradient,
+    t_matrix,
+)
+from radargui.physics.scattering import scattering_delay_m, supposed_delays_m
 from radargui.processing.measured_motion import place_at
 from radargui.restitution.bounces import FlownTrack
 from radargui.restitution.track_response import tilt_and_clock
+from radargui.signals.averager import block_means
 
 POINTS, LONGEST_S = 500, 0.002
 """Means of the motion at which its shifts are given, at the least, and how long one may be: a flight of 12 ms, and the
 30 ms beside an impact, must hold some."""
-FIELD_POINTS, LEAST_OF_FIELD = 200, 1e-6
+FIELD_POINTS, MIN_OF_FIELD = 200, 1e-6
 """Places at which a smooth field of place is computed; share of the strongest below which no direction is visited."""
-LEAST_M = 1e-12
+MIN_M = 1e-12
 """In place of the reach of a coordinate that stays the same, so that nothing is divided by zero."""
 SUPPOSED = len(SUPPOSED_POLARIZATIONS_DEG) * len(SUPPOSED_TURNS_DEG)
 
@@ -119,14 +119,14 @@ def changes_by_horns(
     """
     antennas = place_antennas(setup)
     horns = [bool(setup.transmitter.phase_centre_m), *(bool(one.phase_centre_m) for one in setup.receiver)]
-    if not any(horns) or setup.n_receivers < LEAST_RECEIVERS or not track.valid.any():
+    if not any(horns) or setup.n_receivers < MIN_RECEIVERS or not track.valid.any():
         return ()
     time_s = changes[0].time_s if changes else track.time_s[:: max(1, track.time_s.size // POINTS)]
     known = track.valid & np.isfinite(track.position_m).all(axis=0)
     place = np.array([np.interp(time_s, track.time_s[known], row[known]) for row in track.position_m])
     gradient, none = path_gradient(place, antennas), np.zeros(len(bounces.impacts))
     units = np.vstack([np.ones(antennas.n_receivers), np.eye(antennas.n_receivers)])
-    g_m_s2, fallen_m = expected_gravity_m_s2(setup.site), max(float(np.ptp(place[2])), LEAST_M)
+    g_m_s2, fallen_m = expected_gravity_m_s2(setup.site), max(float(np.ptp(place[2])), MIN_M)
     found = []
     for number in np.flatnonzero(horns):
         moved_m = U_HORN_M * solve_gradient(gradient, units[number][:, None])
@@ -175,7 +175,7 @@ def changes_of_track(paths: PathLengths, flown: FlownTrack, setup: Setup, segmen
     size = max(1, min((segment.last - segment.first) // POINTS, round(LONGEST_S / spacing_s)))
     # before and after the motion all shifts stand
     part = slice(segment.first, segment.last)
-    if setup.n_receivers < LEAST_RECEIVERS:
+    if setup.n_receivers < MIN_RECEIVERS:
         return ()
     # with a sample that is not known the mean is not
     change_m = block_means(np.where(paths.valid, paths.change_m, np.nan)[:, part], size)
@@ -296,10 +296,10 @@ def smooth_in_place(position_m: FloatArray, field: Callable[[FloatArray], FloatA
         return field(position_m)
     few = position_m[:, known[:: known.size // FIELD_POINTS]]
     centre = few.mean(axis=1, keepdims=True)
-    unit = np.maximum(np.ptp(few, axis=1, keepdims=True), LEAST_M)
+    unit = np.maximum(np.ptp(few, axis=1, keepdims=True), MIN_M)
     there = field(few)
     columns, *_ = np.linalg.lstsq(
-        _cubic((few - centre) / unit).T, there.reshape(-1, few.shape[1]).T, rcond=LEAST_OF_FIELD
+        _cubic((few - centre) / unit).T, there.reshape(-1, few.shape[1]).T, rcond=MIN_OF_FIELD
     )
     out = columns.T @ _cubic((position_m - centre) / unit)
     return np.asarray(out.reshape(*there.shape[:-1], -1))

@@ -7,14 +7,14 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from radargui.conditioning.conditioned import Conditioned
-from radargui.conditioning.ellipse import Ellipse
 from radargui.correction.published import ChannelSteps, PublishedSteps
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.channel_quality import ChannelQuality
 from radargui.model.finding import Finding
 from radargui.model.recording import Recording
 from radargui.model.result import CorrectedIQ, PathLengths, Segment, Track
+from radargui.signals.conditioned import Conditioned
+from radargui.signals.ellipse import Ellipse
 
 _Values = TypeVar("_Values", FloatArray, BoolArray, IntArray)
 

@@ -10,12 +10,12 @@ from typing import Literal
 
 import numpy as np
 
-from radargui.conditioning.ellipse import fit_ellipse
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.errors import ProcessingError
 from radargui.model.front_end import with_phase_sign
 from radargui.model.setup import Setup
 from radargui.model.words import percent
+from radargui.signals.ellipse import fit_ellipse
 
 DEAD = 0.1
 """A channel that answers less than this share of the others, everywhere, is dead."""

@@ -82,7 +82,7 @@ def every(count: int, points: int) -> IntArray:
 
 _MARGIN = 0.15
 """Share of the motion that is drawn before and after it."""
-_LEAST_MARGIN_S = 0.05
+_MIN_MARGIN_S = 0.05
 """Chosen by hand: of a short motion the share alone would be too little to see the rest beside it."""
 _FALL_COLUMNS = 40
 """Of the way fallen, two points each (chosen by hand): a parabola has no more to show, and a series draws one a run."""
@@ -505,6 +505,6 @@ def _span(result: RunResult) -> tuple[int, int]:
     count, segment = result.recording.n_samples, result.segment
     if segment is None or segment.last - segment.first < 2:
         return 0, count
-    least = round(_LEAST_MARGIN_S * result.recording.digitisation.sample_rate_hz)
+    least = round(_MIN_MARGIN_S * result.recording.digitisation.sample_rate_hz)
     margin = max(least, round(_MARGIN * (segment.last - segment.first)))
     return max(0, segment.first - margin), min(count, segment.last + margin)

@@ -200,7 +200,7 @@ def _processing(one: StoredResult, setup: Setup) -> ProcessingPass:
 
 
 _COLOURS, _MARKS = 4, 5
-MOST_LOOKS = _COLOURS * _MARKS
+MAX_LOOKS = _COLOURS * _MARKS
 """Sessions that look different where a series is drawn."""
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from radargui.geometry.path_length import LEAST_RECEIVERS, condition_number, place_antennas, t_matrix
 from radargui.model.calibrated_setup import (
     CORRELATED,
     calibration_words,
@@ -26,6 +25,7 @@ from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import SHARES, BudgetLine, variance_shares
 from radargui.model.words import percent, sentence
+from radargui.physics.path_length import MIN_RECEIVERS, condition_number, place_antennas, t_matrix
 from radargui.report.content import Chapter, Content, Facts, Grid, MainResult, Note, Picture, Plots
 from radargui.report.facts import ReportFacts, RunProvenance, SessionFacts, dependences_on, fit_cells, session_cells
 from radargui.report.numbers import bibtex, methods
@@ -37,7 +37,7 @@ from radargui.restitution.speed_models import preferred, title_of
 from radargui.restitution.statistics import OUTLIER_RULE, Statistics, probability
 from radargui.session.info import JournalEntry
 
-_MOST_NAMED = 8
+_MAX_NAMED = 8
 """Pairs in a sentence (chosen by hand); the others are counted."""
 _WORST_CONDITION = 100.0
 """From here an error of L may reach the position a hundredfold."""
@@ -149,7 +149,7 @@ def _calibration(setup: Setup) -> Iterator[Content]:
         f"{setup_key(a)} with {setup_key(b)}: {r:+.2f}"
         for a, b, r in correlations(covariance, content.names, CORRELATED)
     ]
-    named = "; ".join(pairs[:_MOST_NAMED]) + (f" and {len(pairs) - _MOST_NAMED} more" * (len(pairs) > _MOST_NAMED))
+    named = "; ".join(pairs[:_MAX_NAMED]) + (f" and {len(pairs) - _MAX_NAMED} more" * (len(pairs) > _MAX_NAMED))
     if pairs:
         yield Note(f"Correlated by more than {CORRELATED:g}: {named}.")
     if edited := edited_since(setup):
@@ -157,7 +157,7 @@ def _calibration(setup: Setup) -> Iterator[Content]:
 
 
 def _matrix(setup: Setup) -> Iterator[Content]:
-    if setup.n_receivers < LEAST_RECEIVERS:
+    if setup.n_receivers < MIN_RECEIVERS:
         return
     antennas = place_antennas(setup)
     rows = tuple((str(number), *(f"{value:.5f}" for value in row)) for number, row in enumerate(t_matrix(antennas), 1))

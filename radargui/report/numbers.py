@@ -11,10 +11,10 @@ from pathlib import Path
 
 from radargui import __version__
 from radargui.files.access import write_whole
-from radargui.geometry.path_length import LEAST_RECEIVERS, condition_number, place_antennas, t_matrix
 from radargui.model.recording import Gap
 from radargui.model.result import Bounce
 from radargui.model.rounding import alone, concise, plain
+from radargui.physics.path_length import MIN_RECEIVERS, condition_number, place_antennas, t_matrix
 from radargui.report.content import templates
 from radargui.report.facts import Provenance, ReportFacts, SessionFacts, fit_cells, session_cells
 from radargui.report.run_facts import RunFacts
@@ -274,7 +274,7 @@ def _session_document(found: SessionFindings, one: SessionFacts) -> dict[str, ob
         "session": info.model_dump(mode="json", exclude={"setup"}),
         "setup": info.setup,
         "t_matrix": t_matrix(antennas),
-        "condition_number": condition_number(antennas) if info.setup.n_receivers >= LEAST_RECEIVERS else None,
+        "condition_number": condition_number(antennas) if info.setup.n_receivers >= MIN_RECEIVERS else None,
         "series": _statistics(series),
         "distribution": found.distribution,
         "series_kind": series.kind,

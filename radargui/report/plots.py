@@ -141,7 +141,7 @@ def without_numbers(axes: Axes) -> None:
     axes.xaxis.set_label_coords(0.5, 0.0)
 
 
-_MOST_TICKS, _LOW_MM = 4, 30.0
+_MAX_TICKS, _LOW_MM = 4, 30.0
 """Steps of an axis, of y half as many where a row is lower than this (chosen by hand)."""
 _LEFT_MM, _RIGHT_MM, _TOP_MM, _BOTTOM_MM, _ACROSS_MM = 9.5, 2.0, 4.0, 7.5, 11.0
 """About the frames of a page: numbers of y, half of the last one of x, a title, numbers and name of x; between two."""
@@ -187,6 +187,6 @@ def frames(
         # half of the time of drawing goes with their number, and some with looking for a place for names of y
         if fixed_mm is not None:
             axes.yaxis.set_label_coords(0.0, 0.5)
-        axes.locator_params("x", nbins=_MOST_TICKS + 1)
-        axes.locator_params("y", nbins=_MOST_TICKS if size_mm[1] > rows * _LOW_MM else _MOST_TICKS // 2)
+        axes.locator_params("x", nbins=_MAX_TICKS + 1)
+        axes.locator_params("y", nbins=_MAX_TICKS if size_mm[1] > rows * _LOW_MM else _MAX_TICKS // 2)
     return figure, made

@@ -13,7 +13,6 @@ from tempfile import TemporaryDirectory
 
 from radargui.files.access import Progress, fresh_files, silent
 from radargui.files.run_card import read_run_card
-from radargui.model.cores import begin_worker
 from radargui.model.drop import RunOrigin
 from radargui.model.errors import FileError, RadarGuiError
 from radargui.model.setup import Setup
@@ -29,6 +28,7 @@ from radargui.restitution.series import drop_labels
 from radargui.restitution.speed_models import ModelName
 from radargui.session.info import REPORT_FOLDER, own_subfolder
 from radargui.session.session import BY_OPERATOR, Session, was_drop
+from radargui.system.cores import begin_worker
 
 _RUNS_SHARE = 0.95
 """Of the progress reported (chosen by hand): the pages before the runs, which are written last, have the rest."""

@@ -351,7 +351,7 @@ def several(
 
 
 _OF_AXES = dict(zip("xyz", (RECEIVER_COLOURS[1], RECEIVER_COLOURS[2], RECEIVER_COLOURS[0]), strict=True))
-_LEAST_HALF_SPAN_M = 0.005
+_MIN_HALF_SPAN_M = 0.005
 """A sphere at rest shall not fill the plane with its noise."""
 _VIEW = {"azim": -60.0, "elev": 25.0}
 """Degrees, chosen by hand: x to the right, y away from the reader, a little from above."""
@@ -439,4 +439,4 @@ def _places(figure: Figure, places_m: FloatArray) -> None:
 
 def _half_span(places_m: FloatArray) -> float:
     """Return half of the side of a cube, in m, that holds all places."""
-    return max(_LEAST_HALF_SPAN_M, 0.55 * float(np.nanmax(np.nanmax(places_m, axis=1) - np.nanmin(places_m, axis=1))))
+    return max(_MIN_HALF_SPAN_M, 0.55 * float(np.nanmax(np.nanmax(places_m, axis=1) - np.nanmin(places_m, axis=1))))

@@ -21,7 +21,7 @@ def run_section(run: RunFacts, setup: Setup) -> Chapter:
     return Chapter(_title(run), _words(run), _pictures(run, setup))
 
 
-_MOST_IMPACTS, _MOST_LETTERS = 6, 300
+_MAX_IMPACTS, _MAX_LETTERS = 6, 300
 """On the page of a run; more stands in the tables."""
 
 
@@ -34,8 +34,8 @@ def run_page(run: RunFacts) -> Chapter:
 
     recorded = filter(None, (_when(run), run.origin or run.device or run.source.file, _samples(run)))
     rows = dict(_result_rows(run)) | {"Recorded": "; ".join(recorded)}
-    shown = replace(run, bounces=replace(run.bounces, impacts=run.bounces.impacts[:_MOST_IMPACTS]))
-    more, lost = len(run.bounces.impacts) - _MOST_IMPACTS, sum(gap.count for gap in run.gaps)
+    shown = replace(run, bounces=replace(run.bounces, impacts=run.bounces.impacts[:_MAX_IMPACTS]))
+    more, lost = len(run.bounces.impacts) - _MAX_IMPACTS, sum(gap.count for gap in run.gaps)
     warnings = [*run.warnings, *([f"{lost} samples were lost."] if lost else [])]
     further = [Note(f"{more} more impact{'s are' if more > 1 else ' is'} in report.csv.")] if more > 0 else []
     blocks: list[Content] = [
@@ -55,7 +55,7 @@ def run_page(run: RunFacts) -> Chapter:
 
 def _cut(text: str) -> str:
     line = " ".join(text.split())
-    return line if len(line) <= _MOST_LETTERS else f"{line[: _MOST_LETTERS - 1]}…"
+    return line if len(line) <= _MAX_LETTERS else f"{line[: _MAX_LETTERS - 1]}…"
 
 
 def _title(run: RunFacts) -> str:

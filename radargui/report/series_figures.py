@@ -20,7 +20,7 @@ from radargui.model.errors import UsageError
 from radargui.model.rounding import COVERAGE, plain
 from radargui.report.curves import Curve
 from radargui.report.facts import (
-    MOST_LOOKS,
+    MAX_LOOKS,
     WORST_SHARE,
     ReportFacts,
     SessionFacts,
@@ -82,9 +82,9 @@ def speeds_figure(facts: ReportFacts, size_mm: tuple[float, float]) -> Figure:
     for fit in shown_fits(facts):
         _draw_fit(axes, fit)
     for number, group in enumerate(groups):
-        _draw_points(axes, group, number, names[number] if 1 < len(groups) <= MOST_LOOKS else "")
+        _draw_points(axes, group, number, names[number] if 1 < len(groups) <= MAX_LOOKS else "")
     axes.set(xlim=(0.0, 1.08 * float(every[0].max())), ylim=(low, high), xlabel="speed before the impact / (m/s)")
-    unnamed = f"; {len(groups)} sessions" if len(groups) > MOST_LOOKS else ""
+    unnamed = f"; {len(groups)} sessions" if len(groups) > MAX_LOOKS else ""
     outside = f"; {n_outside} outside" if n_outside else ""
     n_vague = n_valid - every.shape[1]
     vague = f"; {n_vague} with u > {100.0 * WORST_SHARE:g} % of e left out" if n_vague else ""

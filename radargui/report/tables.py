@@ -15,12 +15,12 @@ from pydantic_core import to_jsonable_python
 from radargui import __version__
 from radargui.files.access import write_whole
 from radargui.files.fixed_point import Column, lines
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.arrays import BoolArray
 from radargui.model.recording import channel_skew
 from radargui.model.result import FreeFall, RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_posterior import SetupValue
+from radargui.physics.path_length import MIN_RECEIVERS
 from radargui.restitution.site_gravity import SiteCheck, site_check
 
 _PIECE = 1 << 18
@@ -63,10 +63,10 @@ def write_tables(result: RunResult, folder: Path) -> None:
         The folder cannot be written.
     """
     write_whole(folder / "track.csv", _track(result))
-    has_track = result.status != "no_motion" and result.recording.n_receivers >= LEAST_RECEIVERS
+    has_track = result.status != "no_motion" and result.recording.n_receivers >= MIN_RECEIVERS
     impacts = map(asdict, result.bounces.impacts if has_track else ())
     write_whole(folder / "bounces.csv", [csv_bytes(BOUNCE_HEADER, impacts)])
-    if result.recording.n_receivers >= LEAST_RECEIVERS:
+    if result.recording.n_receivers >= MIN_RECEIVERS:
         write_whole(folder / "motion.csv", _motion(result))
     write_whole(folder / "result.json", [json_bytes(result_document(result))])
 
@@ -74,7 +74,7 @@ def write_tables(result: RunResult, folder: Path) -> None:
 def track_header(n_receivers: int) -> tuple[str, ...]:
     """Return the columns of track.csv; position needs three receivers."""
     lengths = _length_names(n_receivers)
-    position, combined = ((*_POSITION, *_U_POSITION), _U_COMBINED) if n_receivers >= LEAST_RECEIVERS else ((), ())
+    position, combined = ((*_POSITION, *_U_POSITION), _U_COMBINED) if n_receivers >= MIN_RECEIVERS else ((), ())
     return ("time_s", *lengths, *position, "valid", "piece", *(f"u_{name}" for name in lengths), *combined)
 
 
@@ -214,7 +214,7 @@ def _valid(result: RunResult) -> BoolArray:
     if result.status != "rejected":
         if result.track is not None:
             return result.track.valid
-        if result.paths is not None and result.recording.n_receivers < LEAST_RECEIVERS:
+        if result.paths is not None and result.recording.n_receivers < MIN_RECEIVERS:
             return np.asarray(result.paths.valid.all(axis=0))
     return np.zeros(result.recording.n_samples, dtype=np.bool_)
 

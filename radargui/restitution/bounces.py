@@ -10,8 +10,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.conditioning.averager import block_means
-from radargui.geometry.setup_unknowns import SetupUnknowns
 from radargui.model.arrays import BoolArray, FloatArray, median, robust_sd
 from radargui.model.finding import Finding
 from radargui.model.gravity import expected_gravity_m_s2
@@ -20,6 +18,7 @@ from radargui.model.setup import Setup
 from radargui.model.setup_posterior import SetupPosterior
 from radargui.motion.flights import Flights
 from radargui.motion.impacts import THIRD_DIFFERENCE_GAIN
+from radargui.physics.setup_unknowns import SetupUnknowns
 from radargui.restitution.cross_check import OF_PATHS, cross_check, without_checks_by_walls
 from radargui.restitution.drop_bounces import bounce_at, fall_of, normal_of_velocities
 from radargui.restitution.floor_normal import FloorNormal
@@ -29,6 +28,7 @@ from radargui.restitution.setup_chi_square import SetupChiSquare
 from radargui.restitution.setup_outlier import setup_outlier
 from radargui.restitution.track_flights import TrackFlights, find_track_flights
 from radargui.restitution.walls_of_track import walls_of_flights
+from radargui.signals.averager import block_means
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,7 +204,7 @@ def _fitted(flights: TrackFlights, known: BoolArray, samples: PathSamples, setup
         begin_s, end_s = flights.begin_s[first:last], flights.end_s[first:last]
         inside = (samples.time_s[:, None] >= begin_s + half_s) & (samples.time_s[:, None] <= end_s - half_s)
         used = seen & inside.any(axis=1)
-        if (inside[seen].sum(axis=0) < PATHS.least_means).any():
+        if (inside[seen].sum(axis=0) < PATHS.min_means).any():
             continue
         start = Flights(
             float(begin_s[0]) if first == 0 else float(flights.first_s[first]),
@@ -230,11 +230,11 @@ def _fitted(flights: TrackFlights, known: BoolArray, samples: PathSamples, setup
 
 
 def _runs(known: BoolArray) -> Iterator[tuple[int, int]]:
-    """Yield begin and end of runs of flights, two to `most_flights` of them; neighbours share a flight."""
+    """Yield begin and end of runs of flights, two to `max_flights` of them; neighbours share a flight."""
     begin = 0
     for number in range(1, known.size + 1):
         ends = number == known.size or not known[number]
-        if ends or number - begin == PATHS.most_flights:
+        if ends or number - begin == PATHS.max_flights:
             if known[begin] and (number - begin > 1 or begin == 0):
                 yield begin, number
             begin = number if ends else number - 1

@@ -42,9 +42,9 @@ def contact_of_places_s(height_m: FloatArray, covariance: FloatArray, per_s: Flo
     flat = height_m - np.linalg.solve(normal[:1, :1], pull[:1])
     left = height_m - design @ np.linalg.solve(normal, pull)
     misfit, before = (float(off @ np.linalg.solve(covariance, off)) for off in (left, flat))
-    if misfit > CONTACTS.most_left * before:
+    if misfit > CONTACTS.max_left * before:
         return None
-    least = max(CONTACTS.least_s, CONTACTS.coverage * u_s)
+    least = max(CONTACTS.min_s, CONTACTS.coverage * u_s)
     return float(contact_s) if least < contact_s < CONTACTS.longest_s else None
 
 
@@ -65,7 +65,7 @@ def contact_of_track_s(bounces: Bounces, track: Track, gravity_m_s2: float, *, b
     # errors of a track are those of the place: more impacts do not make them smaller
     rounded_s, u_s = float(found @ weight / weight.sum()), float(u_found_s.min())
     coverage = CONTACTS.coverage_of_conic if by_conic else CONTACTS.coverage_of_track
-    if rounded_s < max(CONTACTS.least_rounded_s, coverage * u_s):
+    if rounded_s < max(CONTACTS.min_rounded_s, coverage * u_s):
         return None
     return CONTACTS.hidden_s + rounded_s
 
@@ -97,7 +97,7 @@ def _rounded_s(
     sides, here = (away & (since_s < 0.0), away & (since_s > 0.0)), known & (np.abs(since_s) < near_s)
     seen = here.any(axis=1)
     for side in sides:
-        seen &= side.sum(axis=1) >= CONTACTS.least_samples
+        seen &= side.sum(axis=1) >= CONTACTS.min_samples
 
     def mean(values: FloatArray, where: BoolArray) -> FloatArray:
         return np.asarray(np.where(where, values, 0.0)[seen].sum(axis=1) / where[seen].sum(axis=1))

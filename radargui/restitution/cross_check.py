@@ -143,7 +143,7 @@ def _rises_m(impact_s: FloatArray, time_s: FloatArray, height_m: FloatArray) -> 
     # the smoothed corners at the impacts would pull the parabola down
     margin = CHECKS.edge_share * span
     begin, end = np.searchsorted(time_s, [impact_s[:-1] + margin, impact_s[1:] - margin])
-    known = np.flatnonzero(are_known(time_s, begin, end, CHECKS.least_known_s))
+    known = np.flatnonzero(are_known(time_s, begin, end, CHECKS.min_known_s))
     out = np.full(span.size, np.nan)
     if known.size:
         flights = Stretches.between(time_s, begin[known], end[known])
@@ -165,7 +165,7 @@ def found_tilt(bounces: Bounces) -> tuple[str, ...]:
     x, y, z = bounces.normal
     # the angle of the mean normal; its u holds what kicks aside could have done
     tilt = np.degrees(np.arctan2(np.hypot(x, y), z))
-    if tilt <= CHECKS.least_tilt_deg + CHECKS.coverage * bounces.u_tilt_deg:
+    if tilt <= CHECKS.min_tilt_deg + CHECKS.coverage * bounces.u_tilt_deg:
         return ()
     sentence = (
         f"The floor is tilted by {tilt:.2f} ± {bounces.u_tilt_deg:.2f} degrees, as the impacts say (the setup gives no "
@@ -204,7 +204,7 @@ def disagreements(bounces: Bounces) -> list[Finding]:
         # what is not valid is warned of already; below this speed an impact can hide in the noise; and where several
         # stand for the next one, it is not the instant at which this flight ends
         known = all(one.valid for one in bounces.impacts[number - 1 : number + 1])
-        if not known or impact.speed_after_m_s < CHECKS.least_speed_m_s:
+        if not known or impact.speed_after_m_s < CHECKS.min_speed_m_s:
             continue
         # longer than two impacts that are missing would make it: it lay there until somebody dropped it again
         if impact.e_flight_time > CHECKS.longest_flight:

@@ -13,7 +13,7 @@ LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Shares of the drops below the quantiles that are told."""
 _FEWEST = 4
 """A skewness and its standard error want three values; a shape wants more than it has parameters."""
-_MOST_BINS = 40  # one value far away would want thousands of the width that suits the others
+_MAX_BINS = 40  # one value far away would want thousands of the width that suits the others
 _POINTS, _REACH = 121, 3.0
 """Of the density: places, and how many widths of a kernel beyond the outermost values."""
 
@@ -93,7 +93,7 @@ def distribution_of(values: Iterable[float | None], u: Iterable[float | None] = 
     g1 = float((centred**3).mean() / (centred**2).mean() ** 1.5)
     quantiles = np.quantile(x, LEVELS, method="median_unbiased")
     edges = np.histogram_bin_edges(x, "auto")
-    counts, edges = np.histogram(x, min(edges.size - 1, _MOST_BINS))
+    counts, edges = np.histogram(x, min(edges.size - 1, _MAX_BINS))
     quarters = float(np.subtract(*np.quantile(x, (0.75, 0.25)))) / 1.34
     width = 0.9 * (min(deviation, quarters) or deviation) * n**-0.2
     at = np.linspace(x.min() - _REACH * width, x.max() + _REACH * width, _POINTS)

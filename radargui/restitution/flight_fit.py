@@ -11,9 +11,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotrs
 
-from radargui.estimation.readout.flight_information import MotionInformation
-from radargui.estimation.readout.input_response import InputResponse
-from radargui.estimation.readout.motion_posterior import MotionPosterior
+from radargui.estimation.posterior.flight_information import MotionInformation
+from radargui.estimation.posterior.input_response import InputResponse
+from radargui.estimation.posterior.motion_posterior import MotionPosterior
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
 from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns, UnknownLayout, impact_rows
@@ -21,7 +21,7 @@ from radargui.restitution.settings import FLIGHTS
 
 Prior = tuple[FloatArray, FloatArray]
 """Means and weights of the unknowns, each (n,); a weight of zero: nothing is known."""
-_LEAST_PIVOT = 1e-6
+_MIN_PIVOT = 1e-6
 """Of the Cholesky factor of a system of unit diagonal: below it rounding may decide what a direction gets."""
 
 
@@ -317,7 +317,7 @@ def _cost(unknowns: FlightUnknowns, q: FloatArray, prior: Prior) -> float:
 
 def _sensible(unknowns: FlightUnknowns, q: FloatArray) -> bool:
     layout, (least, most) = unknowns.layout, FLIGHTS.least_and_most_g
-    rising = (np.diff(unknowns.edges(q)) > FLIGHTS.least_flight_s).all()
+    rising = (np.diff(unknowns.edges(q)) > FLIGHTS.min_flight_s).all()
     times_g = q[layout.gravity] / unknowns.information.free.gravity_m_s2
     return bool(rising and least < times_g < most and abs(q[layout.drag]) < FLIGHTS.drag_1_m)
 
@@ -344,7 +344,7 @@ def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
     scaled = matrix * scale[:, None] * scale[None]
     tail = (slice(None),) + (None,) * (right.ndim - 1)
     factor, bad = dpotrf(scaled, lower=1)
-    if not bad and float(np.diag(factor).min()) > _LEAST_PIVOT:
+    if not bad and float(np.diag(factor).min()) > _MIN_PIVOT:
         return np.asarray(scale[tail] * dpotrs(factor, scale[tail] * right, lower=1)[0])
     try:
         # what was lifted may leave a direction that no sample determines

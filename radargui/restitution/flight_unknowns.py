@@ -5,8 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from radargui.estimation.readout.flight_information import MotionInformation
-from radargui.estimation.readout.motion_posterior import MotionPosterior
+from radargui.estimation.posterior.flight_information import MotionInformation
+from radargui.estimation.posterior.motion_posterior import MotionPosterior
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.motion.free_flight import drift_time, fall_below_apex, speed_below_apex
 from radargui.restitution.settings import FLIGHTS

@@ -19,7 +19,7 @@ class NormalSettings:
         Range and number of standard deviations of the floor's slope, log uniform: from a plate laid with a spirit level
         to one that nobody looked at. A level floor weighed 9 : 1 left e outside 2u in 63 % of draws at 0.6 degrees with
         kicks of 0.03 m/s; so 95 to 98 % are inside, level floors too.
-    least_tilt_sd
+    min_tilt_sd
         Of a slope that the setup calls exact.
     kick_m_s, kicks
         Range and number of kicks' standard deviations, log uniform: the last is a rough floor's. With a first of 3e-4
@@ -39,7 +39,7 @@ class NormalSettings:
 
     tilt_sd_deg: tuple[float, float] = (0.05, 5.0)
     tilts: int = 16
-    least_tilt_sd: float = 1e-6
+    min_tilt_sd: float = 1e-6
     kick_m_s: tuple[float, float] = (1e-2, 0.5)
     kicks: int = 32
     same: float = 0.5
@@ -141,7 +141,7 @@ def _tilts_sd(u_tilt_deg: float | None) -> FloatArray:
     """Return the standard deviations of the slope that are summed over, shape (n_tilts,)."""
     tilt_sd = _TILTS_SD if u_tilt_deg is None else np.tan(np.radians([u_tilt_deg]))
     # an exact normal is a narrow prior, not a division by zero
-    return np.asarray(np.maximum(tilt_sd, NORMALS.least_tilt_sd))
+    return np.asarray(np.maximum(tilt_sd, NORMALS.min_tilt_sd))
 
 
 def _sums_of_impacts(

@@ -44,7 +44,7 @@ def judged_by_floor(
     faster = [
         number
         for number, impact in enumerate(bounces.impacts, 1)
-        if _gain(impact) - CHECKS.coverage * impact.u_stated > 1.0 and impact.speed_before_m_s > CHECKS.least_speed_m_s
+        if _gain(impact) - CHECKS.coverage * impact.u_stated > 1.0 and impact.speed_before_m_s > CHECKS.min_speed_m_s
     ]
     off = _off_one_plane(bounces, track, gravity_m_s2, alike_m, faster)
     contact_s = None if off is None or faster else off[2]
@@ -90,7 +90,7 @@ def _off_one_plane(
         return None
     normal = np.asarray(bounces.normal)
     position, variance, per_s = _places(bounces, track, normal, gravity_m_s2, faster)
-    if len(position) < CHECKS.least_in_plane:
+    if len(position) < CHECKS.min_in_plane:
         return None
     if alike_m is not None:
         apart = np.linalg.norm(position - median(position, axis=0), axis=1)
@@ -138,7 +138,7 @@ def _places(
     sample = begin[:, None] + np.arange(_SAMPLES) * np.maximum(end - begin - 1, 0)[:, None] // (_SAMPLES - 1)
     sample = np.minimum(sample, track.time_s.size - 1)
     # what hardly arrives or hardly leaves may lie, or hang in a hand
-    bounce = (np.minimum(before_m_s, after_m_s) > CHECKS.least_bounce_m_s) & (end > begin)
+    bounce = (np.minimum(before_m_s, after_m_s) > CHECKS.min_bounce_m_s) & (end > begin)
     # the last one found may be several that are not told apart: it gives no e, and lies above the floor; those before
     # it that are faster than they came were thrown by one
     thrown = set(faster) - {at_s.size}

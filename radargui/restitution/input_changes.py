@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.estimation.joint import JointEstimate
-from radargui.estimation.readout.input_response import InputResponse, moved_inputs, possible_spheres
+from radargui.estimation.posterior.input_response import InputResponse, moved_inputs, possible_spheres
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import CLOCK, OF_SPHERE, TILT, uncertain_inputs, usual_u
 from radargui.model.finding import Finding, warn
@@ -221,18 +221,18 @@ def judged_flights(fit: FlightFit, estimate: JointEstimate, unexplained: float) 
     # two motions from the same samples: what parts them belongs to the uncertainty of both
     bend = fit.bend_over_u(estimate.time_s, estimate.u_position_m)
     apart = float(np.hypot(1.0, bend))
-    if fit.excess(np.zeros(0)) < FLIGHTS.least_excess:
+    if fit.excess(np.zeros(0)) < FLIGHTS.min_excess:
         return FlightTest(widening=apart)
     # a misfit that noise does not make belongs to u (Birge), whether it bends the flights or not
     value, expected = fit.misfit
     widening = max(apart, float(np.sqrt(value / expected)))
     # what bends by less than u is known to: alternatives have said so
-    if bend < FLIGHTS.least_bend:
-        if not unexplained > FLIGHTS.most_unexplained:
+    if bend < FLIGHTS.min_bend:
+        if not unexplained > FLIGHTS.max_unexplained:
             return FlightTest(widening=widening)
         return FlightTest(_bent("flights_unsteady", "change", value, expected, widening), widening=widening)
-    widening = max(widening, FLIGHTS.least_widening)
-    guess = "setup" if unexplained < FLIGHTS.least_excess else "reflector"
+    widening = max(widening, FLIGHTS.min_widening)
+    guess = "setup" if unexplained < FLIGHTS.min_excess else "reflector"
     return FlightTest(_bent("flights_bend", guess, value, expected, widening), widening=widening)
 
 

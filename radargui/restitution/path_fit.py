@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.geometry.path_length import locate_exact, path_gradient, path_lengths, place_antennas
-from radargui.geometry.setup_unknowns import SetupUnknowns
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.setup import Setup
 from radargui.model.setup_posterior import SetupLikelihood, SetupPosterior
 from radargui.motion.flights import FlightLayout, Flights
+from radargui.physics.path_length import locate_exact, path_gradient, path_lengths, place_antennas
+from radargui.physics.setup_unknowns import SetupUnknowns
 from radargui.restitution.settings import PATHS
 from radargui.restitution.stretches import Stretches
 
@@ -50,9 +50,9 @@ class SharedPrior:
         """Return what the setup states."""
         drag = unknowns.drag
         mean = np.array([*np.zeros(unknowns.size), unknowns.gravity_m_s2, drag.k_1_m, drag.slow_m_s])
-        u_g = max(unknowns.u_gravity_m_s2, PATHS.least_u_g_m_s2)
-        u_slow = max(drag.u_slow_m_s, PATHS.least_u_slow_m_s)
-        deviation = np.array([*unknowns.deviation, u_g, max(drag.u_k_1_m, PATHS.least_u_k_1_m), u_slow])
+        u_g = max(unknowns.u_gravity_m_s2, PATHS.min_u_g_m_s2)
+        u_slow = max(drag.u_slow_m_s, PATHS.min_u_slow_m_s)
+        deviation = np.array([*unknowns.deviation, u_g, max(drag.u_k_1_m, PATHS.min_u_k_1_m), u_slow])
         return SharedPrior(mean, np.diag(deviation**-2.0))
 
 
@@ -225,7 +225,7 @@ class FittedPaths:
         n, precision = self.n_setup, self.prior.precision.copy()
         precision[n], precision[:, n] = 0.0, 0.0
         # next to nothing: what the samples do not tell either stays invertible
-        precision[n, n] = PATHS.most_u_g_m_s2**-2.0
+        precision[n, n] = PATHS.max_u_g_m_s2**-2.0
         return SharedPrior(self.prior.mean, precision)
 
     def response(self, longer_m: FloatArray) -> tuple[FloatArray, float]:
@@ -363,10 +363,10 @@ def fit_paths(samples: PathSamples, start: Flights, model: PathModel, prior: Sha
             spread = np.diagonal(inverse, axis1=1, axis2=2) + ((follow @ covariance) * follow).sum(axis=2)
             share = 1.0 - spread / variance
             residual = left - step @ slopes - (columns @ size[..., None])[..., 0]
-            freedom = np.maximum(n - share.sum(axis=1) - free.size / n_receivers, PATHS.least_freedom * n)
-            noise = np.maximum((residual**2).sum(axis=1) / freedom, PATHS.least_noise_m**2)
+            freedom = np.maximum(n - share.sum(axis=1) - free.size / n_receivers, PATHS.min_freedom * n)
+            noise = np.maximum((residual**2).sum(axis=1) / freedom, PATHS.min_noise_m**2)
             counts, sums = (np.bincount(kind.ravel(), one.ravel(), wave.size) for one in (share, size**2))
-            wave = np.maximum(sums / np.maximum(counts, PATHS.least_count), PATHS.least_noise_m**2)
+            wave = np.maximum(sums / np.maximum(counts, PATHS.min_count), PATHS.min_noise_m**2)
         values[free] += step
     weighed = slopes / noise[:, None, None] - (follow.swapaxes(1, 2) @ rows) / noise[:, None, None]
     return FittedPaths(unknowns, samples, values, information, prior, weighed)

@@ -16,7 +16,7 @@ from radargui.restitution.path_fit import FittedPaths, SharedPrior
 
 if TYPE_CHECKING:
     # the window, which starts with this, asks for no estimate yet
-    from radargui.estimation.readout.input_response import InputResponse
+    from radargui.estimation.posterior.input_response import InputResponse
     from radargui.restitution.flight_fit import FlightFit
 
 _FREE = 1e-6

@@ -13,7 +13,7 @@ from radargui.restitution.setup_chi_square import SetupChiSquare
 
 _SIGMAS = 3.72
 """A place gains so much by chance once in ten thousand: as many deviations of a normal number."""
-_LEAST_OFF, _LEAST_OFF_EXACT = 5.0, 20.0
+_MIN_OFF, _MIN_OFF_EXACT = 5.0, 20.0
 """Deviation of an input, in its u, or of one that is called exact in what a laboratory knows it to: less is no mistake.
 Where all are exact, what no model has (the walls of a box: 14) has nothing else to show in."""
 _WORTH_NAMING = 3.0
@@ -26,7 +26,7 @@ _FAR_DEG, _FAR_M = 45.0, 0.15
 _OUTSIDE_M = 1.0
 """A release that would have to be farther off is in no field of view of some 0.3 m: nothing but the form has it there
 (a sample rate of twice the true one: 46 m)."""
-_MOST_LEFT = 0.1
+_MAX_LEFT = 0.1
 """Share of the flights' excess of chi-square that a wrong place leaves: what the linear answer misses of an angle off
 by 0.4 rad is 0.2 of it, 0.04 in chi-square. Wrong places left 0.0 to 0.03, walls of a box 0.24 to 0.63
 (two rooms)."""
@@ -78,11 +78,11 @@ def setup_outlier(chi_square: SetupChiSquare, keys: Sequence[str], setup: Setup)
         by_m = [abs(by) * inputs[key].u for key, by in zip(keys, off, strict=True) if key.startswith(_RELEASE)]
         if place == _RELEASE and max(by_m) > _OUTSIDE_M:
             continue
-        gained.append((gain - bound, _most_by_chance(int(freed.sum())), freed, off))
+        gained.append((gain - bound, _max_by_chance(int(freed.sum())), freed, off))
     if not gained:
         return None
     gain, least, freed, off = max(gained, key=lambda one: one[0])
-    bounds = np.array([_LEAST_OFF_EXACT if key in stated and stated[key].u == 0.0 else _LEAST_OFF for key in keys])
+    bounds = np.array([_MIN_OFF_EXACT if key in stated and stated[key].u == 0.0 else _MIN_OFF for key in keys])
     if gain < least or not (np.abs(off) > bounds)[freed].any():
         return None
     found = {key: float(by) for key, by, one in zip(keys, off, freed, strict=True) if one}
@@ -108,8 +108,8 @@ def wrong_value(key: str, by: float, gain: float, left: float, setup: Setup, bes
     """
     one = next(one for one in uncertain_inputs(setup) if one.key == key)
     stated = one if one.u > 0.0 else replace(one, u=usual_u(one))
-    off, least_off = by / stated.u, _LEAST_OFF if one.u > 0.0 else _LEAST_OFF_EXACT
-    if gain < _most_by_chance(1) or abs(off) < least_off or not left < _MOST_LEFT:
+    off, min_off = by / stated.u, _MIN_OFF if one.u > 0.0 else _MIN_OFF_EXACT
+    if gain < _max_by_chance(1) or abs(off) < min_off or not left < _MAX_LEFT:
         return None
     others = [str(beside.facts["place"])] if beside is not None and beside.facts["explains"] else []
     found = _finding(key, {key: off}, {key: stated}, others, left)
@@ -124,7 +124,7 @@ def _place(key: str) -> str:
     return key.split("[")[0] if key.startswith(("tracer.", "calibration")) else key.split(".")[0]
 
 
-def _most_by_chance(degrees: int) -> float:
+def _max_by_chance(degrees: int) -> float:
     """Return the chi-square that is exceeded once in ten thousand (Wilson & Hilferty, PNAS 17, 684, 1931)."""
     # by hand: loading `scipy.special` costs 0.1 s (decision 26)
     variance = 2.0 / (9.0 * degrees)
@@ -138,7 +138,7 @@ def _finding(
     kind = "calibration" if place == "calibration" else "place"
     return warn(
         "setup_contradicted",
-        explains=bool(left < _MOST_LEFT),
+        explains=bool(left < _MAX_LEFT),
         is_counted=True,
         what=kind,
         what_in_part=kind,

@@ -263,9 +263,9 @@ def preferred(fits: Sequence[SpeedFit]) -> tuple[SpeedFit, ...]:
 
 _TOO_SMALL = f"e is too small for the series (a v^1/5 above {_LARGEST:g}, e below 0.53)"
 FEWEST_RUNS = 3  # u is the scatter between runs, which two would tell by one difference only
-_MOST_BIAS = 0.25
+_MAX_BIAS = 0.25
 """Of the slope from errors of the speed, in its standard uncertainties."""
-_STEP, _CLOSE, _MOST_STEPS, _LARGEST_PARAMETER = 1e-6, 1e-10, 50, 30.0
+_STEP, _CLOSE, _MAX_STEPS, _LARGEST_PARAMETER = 1e-6, 1e-10, 50, 30.0
 """Of central differences (rounding: 1e-10); converged; by hand, steps and parameters that tell that it diverges."""
 
 
@@ -314,7 +314,7 @@ def _fitted(points: Sequence[ImpactPoint], name: ModelName, model: SpeedModel) -
         at = _least_squares(model, v, e, variance, model.start(float(e.mean())))
         slopes = _slopes(model, v, at)
         inverse = np.linalg.inv((slopes.T / variance) @ slopes)
-        if p > 1 and float(np.sum(u**2 / variance)) > _MOST_BIAS * _spread(v, e, variance) ** 0.5:
+        if p > 1 and float(np.sum(u**2 / variance)) > _MAX_BIAS * _spread(v, e, variance) ** 0.5:
             return replace(fit, problem="the speeds differ too little for a slope: drop from other heights too")
         if len(runs) >= FEWEST_RUNS:
             of = np.array([point.run for point in points])
@@ -396,7 +396,7 @@ def _least_squares(
 ) -> FloatArray:
     """Return the parameters, shape (p,), by Gauss and Newton: the models are nearly linear in them."""
     at, weights = np.array(start, dtype=np.float64), variance**-0.5
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         residual = (e - model.e(v, *at)) * weights
         step = np.linalg.lstsq(_slopes(model, v, at) * weights[:, None], residual, rcond=None)[0]
         at += step

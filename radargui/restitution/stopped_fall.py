@@ -36,9 +36,9 @@ def braked_without_impact(bounces: Bounces, track: Track) -> Finding | None:
     free = _last_free(fall, track.time_s[after], height, u_m)
     lowest = free + int(np.argmin(height[free:]))
     way_m, back_m = float(height[free] - height[lowest]), float(height[lowest:].max() - height[lowest])
-    if way_m < CHECKS.least_braked_m:
+    if way_m < CHECKS.min_braked_m:
         return None
-    if back_m > CHECKS.least_braked_m:
+    if back_m > CHECKS.min_braked_m:
         return warn("fall_ends_softly", way_m=way_m, back_m=back_m)
     return warn("fall_without_rebound", way_m=way_m)
 
@@ -48,5 +48,5 @@ def _last_free(fall: FreeFall, time_s: FloatArray, height_m: FloatArray, u_m: Fl
     since_s = time_s - fall.first_time_s
     a, b, c = fall.parabola
     above = height_m - (a + b * since_s + c * since_s**2)
-    is_braked = above > CHECKS.least_above_m + CHECKS.coverage * u_m
+    is_braked = above > CHECKS.min_above_m + CHECKS.coverage * u_m
     return max(int(np.argmax(is_braked)) - 1, 0)

@@ -8,7 +8,7 @@ import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 
-LEAST_RESIDUALS = 8
+MIN_RESIDUALS = 8
 """Of fewer samples neither a correlation nor a third difference tells anything."""
 
 
@@ -93,7 +93,7 @@ class Stretches:
         out = np.ones((*residual.shape[:-1], self.size))
         # stretches of about one length go together: padded to a common one they are one Fourier transform
         magnitude = np.ceil(np.log2(self.count))
-        for power in set(magnitude[self.count >= LEAST_RESIDUALS].tolist()):
+        for power in set(magnitude[self.count >= MIN_RESIDUALS].tolist()):
             own = np.flatnonzero(magnitude == power)
             longest = int(self.count[own].max())
             inside = np.arange(longest) < self.count[own, None]

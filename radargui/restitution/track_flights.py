@@ -76,7 +76,7 @@ def find_track_flights(
         time, position = time[known], position[:, known]
     rising_m_s = _rising_speed(time, position[2], float(impact_s[-1]), gravity_m_s2)
     flights_s = find_flights(begin_s, end_s, impact_s, rising_m_s, gravity_m_s2)
-    number, samples = samples_of_flights(time, flights_s, TRACKS.least_samples, TRACKS.least_known_s)
+    number, samples = samples_of_flights(time, flights_s, TRACKS.min_samples, TRACKS.min_known_s)
     if not number.size:
         return None
     height = samples.of(position[2])
@@ -84,7 +84,7 @@ def find_track_flights(
         # two flights have no median that tells which of them is wrong
         alone = misfits_m(samples, height)
         # by the run's own median: noise differs from run to run
-        fits = alone <= max(TRACKS.largest_residual * float(median(alone)), TRACKS.least_residual_m)
+        fits = alone <= max(TRACKS.largest_residual * float(median(alone)), TRACKS.min_residual_m)
         number, samples = number[fits], samples.chosen(fits)
         height = samples.of(position[2])
     # a hand, a string or a lost fringe makes kinks as well: only what falls under gravity bounces
@@ -112,7 +112,7 @@ def _rising_speed(time_s: FloatArray, height_m: FloatArray, impact_s: float, gra
     inside = slice(*np.searchsorted(time_s, [begin, begin + TRACKS.rising_s]))
     d, height = time_s[inside] - impact_s, height_m[inside]
     # the line has one unknown, and a second says whether it is one
-    if d.size < 2 or d[-1] - d[0] < TRACKS.least_rising_s:
+    if d.size < 2 or d[-1] - d[0] < TRACKS.min_rising_s:
         return 0.0
     # gravity taken off, a line has one unknown less: so few samples bear no parabola
     straight, away = height + 0.5 * gravity_m_s2 * d * d, d - d.mean()
@@ -142,11 +142,11 @@ def find_flights(
     # the flight after the last impact ends on the floor although no impact was seen there
     landing = float(impact_s[-1]) + 2.0 * rising_m_s / gravity_m_s2 if impact_s.size else end_s
     ends = np.concatenate([impact_s, [min(end_s, landing)]]) - TRACKS.clearance_s
-    return np.where((ends - begins >= TRACKS.least_flight_s)[:, None], np.stack([begins, ends], axis=1), np.nan)
+    return np.where((ends - begins >= TRACKS.min_flight_s)[:, None], np.stack([begins, ends], axis=1), np.nan)
 
 
 def are_known(
-    time_s: FloatArray, begin: IntArray, end: IntArray, least_s: float, least: int = TRACKS.least_samples
+    time_s: FloatArray, begin: IntArray, end: IntArray, min_s: float, least: int = TRACKS.min_samples
 ) -> BoolArray:
     """Return which stretches of samples, from `begin` to before `end`, last so long and can bear a parabola.
 
@@ -155,16 +155,16 @@ def are_known(
     if time_s.size == 0:
         return np.zeros(begin.shape, dtype=np.bool_)
     lasts_s = time_s[np.maximum(end - 1, 0)] - time_s[np.minimum(begin, time_s.size - 1)]
-    return np.asarray((end - begin >= least) & (lasts_s >= least_s))
+    return np.asarray((end - begin >= least) & (lasts_s >= min_s))
 
 
 def samples_of_flights(
-    time_s: FloatArray, flights_s: FloatArray, least: int, least_s: float = 0.0
+    time_s: FloatArray, flights_s: FloatArray, least: int, min_s: float = 0.0
 ) -> tuple[IntArray, Stretches]:
     """Return the numbers of the flights that hold enough of the samples at times (n,), and these."""
     # an unknown begin and end are both after all samples: such a flight holds none
     begin, end = np.searchsorted(time_s, flights_s.T)
-    enough = are_known(time_s, begin, end, least_s, least)
+    enough = are_known(time_s, begin, end, min_s, least)
     return np.flatnonzero(enough), Stretches.between(time_s, begin[enough], end[enough])
 
 
@@ -176,5 +176,5 @@ def impact_sides(time_s: FloatArray, impact_s: FloatArray) -> tuple[IntArray, In
     near, far = TRACKS.clearance_s, TRACKS.side_s
     begin = np.searchsorted(time_s, np.stack([impact_s - far, impact_s + near]))
     end = np.searchsorted(time_s, np.stack([impact_s - near, impact_s + far]))
-    side, impact = np.nonzero(are_known(time_s, begin, end, TRACKS.least_side_s))
+    side, impact = np.nonzero(are_known(time_s, begin, end, TRACKS.min_side_s))
     return side, impact, Stretches.between(time_s, begin[side, impact], end[side, impact])

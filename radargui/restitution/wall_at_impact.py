@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.estimation.readout.motion_posterior import MotionPosterior
+from radargui.estimation.posterior.motion_posterior import MotionPosterior
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.restitution.flight_fit import FlightFit, FlightInputs
 
@@ -20,10 +20,10 @@ class ImpactWallSettings:
     missed
         Flights that do not meet at their impact by chi-square above this, of two degrees of freedom: one impact in
         3e5. Of 240 impacts of laboratory drops it was at most 11; with a wall 1.5 ms before the floor 45.
-    latest_s, least_along
+    latest_s, min_along
         They would meet within this (farther off a wall has a break of its own), and miss each other along the
         velocity's jump: the cosine between them is above this, for the floor may kick, too.
-    least_kick_m_s
+    min_kick_m_s
         Of a jump of the velocity along the floor: what a wall rubs is less than its kick, and a mirror that is not in
         the model displaces flights, too: by 19 um at a jump of 3 mm/s in one drop.
     same_way, same_place_m
@@ -33,8 +33,8 @@ class ImpactWallSettings:
 
     missed: float = 25.0
     latest_s: float = 0.022
-    least_along: float = 0.5
-    least_kick_m_s: float = 0.02
+    min_along: float = 0.5
+    min_kick_m_s: float = 0.02
     same_way: float = 0.7
     same_place_m: float = 0.003
 
@@ -105,7 +105,7 @@ def _missed(fit: FlightFit, normal: FloatArray, inputs: FlightInputs | None) -> 
         gained /= max(1.0, (misfit - gained) / freedom)
         jump = along @ kick[number]
         strength, late = float(np.linalg.norm(jump)), abs(float(away @ jump))
-        least = IMPACT_WALLS.least_along * float(np.linalg.norm(away)) * strength
+        least = IMPACT_WALLS.min_along * float(np.linalg.norm(away)) * strength
         beside = least < late < IMPACT_WALLS.latest_s * strength**2
-        out[number] = gained > IMPACT_WALLS.missed and strength > IMPACT_WALLS.least_kick_m_s and beside
+        out[number] = gained > IMPACT_WALLS.missed and strength > IMPACT_WALLS.min_kick_m_s and beside
     return out

@@ -70,7 +70,7 @@ class Aside:
         place = np.searchsorted(track.time_s, edges)
         when, before = np.full(begin.size, np.nan), np.full((begin.size, 2), np.nan)
         after, turned, u = before.copy(), np.zeros(begin.size, dtype=np.bool_), when.copy()
-        long = np.flatnonzero((np.diff(place, axis=1) > 0).all(axis=1) & (length > WALLS.least_flight_s))
+        long = np.flatnonzero((np.diff(place, axis=1) > 0).all(axis=1) & (length > WALLS.min_flight_s))
         if long.size:
             mean_m, u_m, known = _means(track, place[long])
             # over a gap nobody knows whether it turned
@@ -93,7 +93,7 @@ class Aside:
         before, after = (one - np.outer(one @ normal, normal) for one in (before, after))
         slower = np.minimum(np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1))
         back = (before * after).sum(axis=1) < 0.0
-        least = np.maximum(WALLS.least_back_m_s, WALLS.sigmas_back * np.hypot(self.u_m_s[:-1], self.u_m_s[1:]))
+        least = np.maximum(WALLS.min_back_m_s, WALLS.sigmas_back * np.hypot(self.u_m_s[:-1], self.u_m_s[1:]))
         return np.asarray(back & (slower > least))
 
 
@@ -131,9 +131,9 @@ def _hinges(
     before = (mean_m @ across[1] - turn * (hinge @ across[1])[:, None]) / per_part
     shown_m = np.sqrt(most)
     is_hinge = (
-        (np.linalg.norm(turn, axis=1) / part_s > WALLS.least_jump_m_s)
+        (np.linalg.norm(turn, axis=1) / part_s > WALLS.min_jump_m_s)
         & (shown_m > WALLS.sigmas * sigma_m)
-        & (shown_m > WALLS.least_of_u * u_m * np.sqrt(WALLS.parts))
+        & (shown_m > WALLS.min_of_u * u_m * np.sqrt(WALLS.parts))
     )
     straight = (mean_m @ across[1]) / per_part
     before, after = (np.where(is_hinge[:, None], one, straight) for one in (before, before + turn))

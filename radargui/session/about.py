@@ -15,9 +15,9 @@ import platformdirs
 from radargui import __version__
 from radargui.model.calibrated_setup import calibration_words, edited_since, too_old
 from radargui.model.errors import RadarGuiError
-from radargui.model.resources import default_setup_path, log_path
 from radargui.model.setup import Setup
 from radargui.session.info import default_data_folder, version_of
+from radargui.system.resources import default_setup_path, log_path
 
 PACKAGES = ("numpy", "scipy", "h5py", "matplotlib", "nidaqmx", "PySide6-Essentials", "pyqtgraph", "PyOpenGL")
 _GL_NAMES = {"win32": ("opengl32",), "darwin": ("OpenGL",)}

@@ -20,7 +20,7 @@ from radargui.session.info import read_info
 from radargui.session.session import run_paths
 
 _HARDWARE = ("radar", "transmitter", "receiver", "daq")
-_MOST_RUNS = 10
+_MAX_RUNS = 10
 """The latest; the mean of ten has a third of one run's uncertainty."""
 
 
@@ -45,7 +45,7 @@ def known_front_ends(run: Path, setup: Setup) -> FrontEndPrior | None:
         return None
     stored = map(read_front_ends, reversed(others[0]))
     sound = (one for one in stored if one is not None and _same_hardware(one, setup))
-    found = [*islice(sound, _MOST_RUNS)][::-1]
+    found = [*islice(sound, _MAX_RUNS)][::-1]
     if not found:
         return None
     return FrontEndPrior(tuple(stored.run for stored in found), pool_constants([stored.front_ends for stored in found]))

@@ -20,8 +20,8 @@ from radargui.model.arrays import RawArray
 from radargui.model.daq import RecordingLimits
 from radargui.model.errors import FileError
 from radargui.model.recording import Block, Digitisation, Gap, Truth
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
+from radargui.system.resources import default_setup_path
 
 LIMITS = RecordingLimits(pretrigger_s=0.2, quiet_s=0.15, maximum_s=2.0, wait_s=5.0)
 START = datetime(2026, 11, 20, 12, 0, 0, tzinfo=UTC)

@@ -33,17 +33,17 @@ from radargui.experiment.series import Experiment
 from radargui.files.run_card import read_health
 from radargui.files.run_file import read_run, run_is_complete
 from radargui.model.recording import Block
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.session.session import Session
 from radargui.sources.ni.source import NiSource
+from radargui.system.resources import default_setup_path
 
 SETTLED_S = 15.0
 """Ring and caches are full by then: from here on memory must be flat."""
 LONGEST_LAG_S = 0.1
 LARGEST_GROWTH_MB = 20.0
 LATENCY_S = 0.1
-LEAST_FRAMES_PER_S = 25.0
+MIN_FRAMES_PER_S = 25.0
 
 
 class Metered(NiSource):
@@ -264,7 +264,7 @@ def draw(figures: Figures, folder: Path, setup: Setup, seconds: float, *, with_l
     common(figures, stream, source, acquisition, acquisition.recorder.path)
     times = np.array([when for when, _ in frames])
     rate = (times.size - 1) / (times[-1] - times[0])
-    figures.tell("frames per second", f"{rate:.1f}", f"{LEAST_FRAMES_PER_S:.0f}", good=rate >= LEAST_FRAMES_PER_S)
+    figures.tell("frames per second", f"{rate:.1f}", f"{MIN_FRAMES_PER_S:.0f}", good=rate >= MIN_FRAMES_PER_S)
     gaps = 1e3 * np.diff(times)
     figures.tell("between frames, ms (median / 99 %)", f"{np.median(gaps):.0f} / {np.percentile(gaps, 99):.0f}")
     figures.tell("drawing, ms a frame (median)", f"{1e3 * np.median(spent):.1f}")

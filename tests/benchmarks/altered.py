@@ -21,13 +21,13 @@ from benchmarks.real import CORRECTIONS, scene_of
 from benchmarks.scoring.budget import timed
 from benchmarks.scoring.one_receiver import judge
 from benchmarks.scoring.real_truth import SOURCES, Known, Source, known_of, read
-from benchmarks.world.one_receiver.scene import LEAST_FRINGES, LEAST_S as LEAST_KNOWN_S, runs
+from benchmarks.world.one_receiver.scene import MIN_FRINGES, MIN_S as MIN_KNOWN_S, runs
 from scipy import signal
 
 from radargui.model.arrays import FloatArray
 from radargui.model.recording import Digitisation, Recording, iq_names
 
-LEAST_S = 0.4
+MIN_S = 0.4
 """A part that is cut out is at least this long: some hundred fringes of the cars, one stroke of the plate."""
 
 
@@ -58,7 +58,7 @@ class Altered:
 def cut(one: Altered, rng: np.random.Generator) -> Altered:
     """A part from anywhere."""
     n = one.volts.shape[1]
-    size = min(n, max(round(LEAST_S * one.rate_hz), round(n * rng.uniform(0.05, 0.6))))
+    size = min(n, max(round(MIN_S * one.rate_hz), round(n * rng.uniform(0.05, 0.6))))
     first = int(rng.integers(0, n - size + 1))
     return one.sliced(slice(first, first + size))
 
@@ -161,10 +161,9 @@ def altered(folder: Path, seed: int, number: int) -> tuple[str, str, Altered]:
 
 def seen_moving(one: Altered, source: Source) -> bool:
     """Whether one stretch in which the path is known is long enough and goes far enough to be found by anybody."""
-    far_m = LEAST_FRINGES * 299_792_458.0 / source.frequency_hz
+    far_m = MIN_FRINGES * 299_792_458.0 / source.frequency_hz
     return any(
-        b - a >= LEAST_KNOWN_S * one.rate_hz and np.ptp(one.known.path_m[a:b]) >= far_m
-        for a, b in runs(one.known.judged)
+        b - a >= MIN_KNOWN_S * one.rate_hz and np.ptp(one.known.path_m[a:b]) >= far_m for a, b in runs(one.known.judged)
     )
 
 

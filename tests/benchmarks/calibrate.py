@@ -17,10 +17,10 @@ from benchmarks.scoring.calibration_scenes import PLACES, Laboratory, circled, d
 from radargui.calibration.calibrate import Calibrated, calibrate
 from radargui.calibration.rough_fit import KnownRecording, Rough, rough_fit
 from radargui.calibration.unknowns import USUAL
-from radargui.geometry.path_length import locate_exact, path_lengths, place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.setup import Setup, moved
+from radargui.physics.path_length import locate_exact, path_lengths, place_antennas
 
 CENTRE_M = np.array([0.05, 0.03, 0.02])
 SLIP_S, NEAR_S = 0.01, 0.03

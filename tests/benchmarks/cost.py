@@ -48,7 +48,7 @@ SCENES: dict[str, tuple[str, int, dict[str, float]]] = {
     "floor, 1/f, drag": ("physical", 6, {"floor": 0.2, "wall": 0.0, "flicker": 0.006, "drag": 0.03}),
 }
 BACK_S, HANG_S = 0.5, 0.1
-MOST_GROWTH = 2.0
+MAX_GROWTH = 2.0
 """A second of the longest record may cost so many times a second of the shortest, 1 MS/s so many times 33 kS/s."""
 
 
@@ -204,7 +204,7 @@ def main() -> int:
         growth.append(by_length(options.seconds, options.repeats, options.method))
     if "rates" in parts:
         growth.append(by_rate(options.rates, options.repeats, options.method))
-    return int(max(growth) > MOST_GROWTH)
+    return int(max(growth) > MAX_GROWTH)
 
 
 if __name__ == "__main__":

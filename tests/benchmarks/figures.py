@@ -37,10 +37,10 @@ from radargui.estimation.select import wall_grid, walls
 from radargui.estimation.select.choose import search_wall
 from radargui.estimation.signals import scaled_signals
 from radargui.estimation.solve.changed_problem import positions_at_bins
-from radargui.geometry.path_length import path_gradient, path_lengths, place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 from radargui.motion.free_flight import fall_below_apex
+from radargui.physics.path_length import path_gradient, path_lengths, place_antennas
 from radargui.processing.process import process
 from radargui.report.plots import I_COLOUR, Q_COLOUR, RAW_COLOUR, RECEIVER_COLOURS, page_style
 from radargui.restitution.joint_bounces import joint_bounces

@@ -15,10 +15,10 @@ import numpy as np
 from benchmarks.world.exchange import Exchange, incident, radiated, sum_of
 from numpy.typing import NDArray
 
-from radargui.geometry.path_length import place_antennas
-from radargui.geometry.plate import Plate, exchanged_signals
 from radargui.model.scattering import mie_sphere, received_direction, scattered_signals, transmitted_direction
 from radargui.model.setup import Setup, validate_setup
+from radargui.physics.path_length import place_antennas
+from radargui.physics.plate import Plate, exchanged_signals
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -39,14 +39,14 @@ from radargui.experiment.series import Experiment
 from radargui.files.access import silent
 from radargui.live.processor import LiveMemory, LiveProcessor
 from radargui.live.track import LiveTrack
-from radargui.model.cores import one_blas_thread
 from radargui.model.errors import RadarGuiError
 from radargui.model.recording import Recording
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Correction, Setup, read_setup
 from radargui.processing.process import process
 from radargui.session.session import Session
 from radargui.sources.simulated.model import SimulatedSource
+from radargui.system.cores import one_blas_thread
+from radargui.system.resources import default_setup_path
 
 LIMIT_M = 0.3e-3
 CASES: dict[str, dict[str, object]] = {
@@ -87,10 +87,10 @@ def followed(setup: Setup, run: int, memory: LiveMemory) -> tuple[str, float, Li
     return f"{1e3 * rms:8.3f} {1e3 * after.max():8.2f} {share:7.1%}", rms, track, recording
 
 
-LEAST_INSIDE = 0.92
+MIN_INSIDE = 0.92
 """Share of e within their 2u, at least, within what the number of drops tells."""
 FAR_M = 5e-3
-MOST_FAR = 0.02
+MAX_FAR = 0.02
 """Share of all motions that may be shown wrong by more without a word: moments before a motion or a fault is found."""
 
 
@@ -129,7 +129,7 @@ def laboratory(count: int) -> bool:
             if said:
                 print(f"{'':4}{motion}-{seed}: {said}")
     print(f"{'of all':36} {'':8} {'':8} {np.mean(all_far):8.2%}")
-    return bool(np.mean(all_far) > MOST_FAR)
+    return bool(np.mean(all_far) > MAX_FAR)
 
 
 class TimedSource(SimulatedSource):
@@ -228,7 +228,7 @@ def e_of_scenes(count: int, seed: int) -> bool:
         took = np.array([spent[part] for found, spent in scenes if len(found) > part])
         inside = int((np.abs(rows[:, 0]) < 2.0 * rows[:, 1]).sum())
         held = share_of(inside, len(rows))
-        is_missed |= held.high < LEAST_INSIDE
+        is_missed |= held.high < MIN_INSIDE
         share = f"{held.value:.1%} ({held.low:.1%} to {held.high:.1%})"
         error = 100.0 * float(np.median(np.abs(rows[:, 0])))
         print(f"{name:36} {len(rows):8} {share:>22} {error:8.4f} {np.median(took):6.2f}, {took.max():6.2f}")
@@ -285,7 +285,7 @@ def places(options: argparse.Namespace) -> bool:
             limited = name in CASES
             failed |= limited and not good
             print(line + ("" if good or not limited else "  MISSED"), flush=True)
-    print(f"limits: 0.3 mm rms for the first eight, {MOST_FAR:.0%} far off")
+    print(f"limits: 0.3 mm rms for the first eight, {MAX_FAR:.0%} far off")
     return failed | laboratory(options.laboratory)
 
 

@@ -40,15 +40,15 @@ from radargui.gui.opengl_probe import OpenGLProbe
 from radargui.gui.settings import Settings
 from radargui.gui.theme import Theme
 from radargui.model.recording import Block, Digitisation
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, dump_setup, read_setup
 from radargui.sources.contract import SYSTEM_CLOCK, Clock, PacedSource, Source
 from radargui.sources.factory import make_source
 from radargui.sources.simulated.model import SimulatedRadar
 from radargui.sources.simulated.scene import RETURN_S
+from radargui.system.resources import default_setup_path
 
 SIZE = (1920, 1080)
-LEAST_DRAWN = 0.99
+MIN_DRAWN = 0.99
 LONGEST_STALL_S = 0.1
 LONGEST_S = 300.0
 
@@ -160,7 +160,7 @@ class Watch:
             f" {queued.sum() / steps.sum():8.0%} {1e3 * (steps - queued).max():8.0f}",
             flush=True,
         )
-        return bool(drawn >= LEAST_DRAWN and steps.max() < LONGEST_STALL_S)
+        return bool(drawn >= MIN_DRAWN and steps.max() < LONGEST_STALL_S)
 
     def seconds(self, phase: str) -> float:
         steps = np.diff(self.paints.get(phase, [0.0]))
@@ -239,7 +239,7 @@ def main() -> int:
         print(
             "limits kept"
             if good
-            else f"MISSED: at least {LEAST_DRAWN:.0%} drawn, no stall of {1e3 * LONGEST_STALL_S:.0f} ms"
+            else f"MISSED: at least {MIN_DRAWN:.0%} drawn, no stall of {1e3 * LONGEST_STALL_S:.0f} ms"
         )
         window.may_leave = lambda: True
         window.leave()

@@ -22,7 +22,7 @@ CORRECTIONS = ("adaptive", "ellipse", "published", "none")
 U_GAIN_RATIO, U_QUADRATURE_DEG = 0.004, 0.4
 """Of the README's own values."""
 SPEED_LAG_S = 0.1
-LEAST_STRETCH_S = 0.2
+MIN_STRETCH_S = 0.2
 """Ways and speeds are compared over stretches of this length at least."""
 
 
@@ -93,7 +93,7 @@ def path_in_words(source: Source, known: Known, result: RunResult) -> tuple[str,
     told, strokes = valid & known.judged[here], []
     speeds = []
     for begin, end in runs(told):
-        if time_s[end - 1] - time_s[begin] < LEAST_STRETCH_S:
+        if time_s[end - 1] - time_s[begin] < MIN_STRETCH_S:
             continue
         strokes.append(np.ptp(change_m[begin:end]) / np.ptp(known.path_m[here][begin:end]) - 1.0)
         lag = min(int(np.searchsorted(time_s, time_s[begin] + SPEED_LAG_S)) - begin, (end - begin) // 2)

@@ -20,7 +20,6 @@ from support.changed import changed
 
 from radargui.experiment.reprocess import process_run
 from radargui.model.recording import Block
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.processing.result_of_run import result_of_run
 from radargui.report.facts import SessionFacts, provenance_of, report_facts
@@ -31,6 +30,7 @@ from radargui.restitution.statistics import CONFIDENCE
 from radargui.session.session import Session
 from radargui.sources.simulated.model import SimulatedRadar
 from radargui.sources.simulated.scene import Fall, contact_plane
+from radargui.system.resources import default_setup_path
 
 E1, EXPONENT, SCATTER = 0.6, 0.1, 0.004
 LEAST, MOST = 0.90, 0.99

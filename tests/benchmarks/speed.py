@@ -44,9 +44,9 @@ MOST = {
     ("adaptive", "fast"): 1.0,
 }
 """Times the script that a correction may take."""
-MOST_MEMORY = 100.0
+MAX_MEMORY = 100.0
 """Bytes a frame of the record, beyond input and output."""
-MOST_START, MOST_FILE = 0.15, 8.0
+MAX_START, MAX_FILE = 0.15, 8.0
 """`radargui --version` in times of importing what the window is made of; a run file of 10 s in times of reading it."""
 WINDOW = "import PySide6.QtWidgets, pyqtgraph, scipy.signal"
 READER = "import numpy, h5py; h5py.File({path!r})['raw'][...]"
@@ -111,7 +111,7 @@ def measure(rate: str, corrections: list[str], repeats: int) -> list[str]:
         line(correction, took, f"{result.status}, {len(result.bounces.impacts)} impacts")
         memory = extra_bytes(lambda chosen=chosen: process(recording, chosen)) / n
         print(f"{'  memory':24}{memory:12.1f} bytes a frame")
-        if memory > MOST_MEMORY:
+        if memory > MAX_MEMORY:
             missed.append(f"{rate}: {correction} takes {memory:.0f} bytes a frame")
         whole = median_s(lambda chosen=chosen: process(recording, chosen).track, repeats)
         line("  with the track", whole)
@@ -158,8 +158,8 @@ def measure_start(repeats: int) -> list[str]:
     print(
         f"{'process a run of 10 s':24}{1e3 * whole:9.0f} ms {whole / read:9.2f} times reading it ({1e3 * read:.0f} ms)"
     )
-    missed = [] if version <= MOST_START * window else [f"--version takes {version / window:.2f} of the libraries"]
-    return missed + ([] if whole <= MOST_FILE * read else [f"a run file takes {whole / read:.1f} times reading it"])
+    missed = [] if version <= MAX_START * window else [f"--version takes {version / window:.2f} of the libraries"]
+    return missed + ([] if whole <= MAX_FILE * read else [f"a run file takes {whole / read:.1f} times reading it"])
 
 
 def main() -> int:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from radargui.calibration.calibrate import CONTRADICTION, most_birge
-from radargui.calibration.fit import LEAST, LEAST_BESIDE_WALLS, Fit
+from radargui.calibration.calibrate import CONTRADICTION, max_birge
+from radargui.calibration.fit import LEAST, MIN_BESIDE_WALLS, Fit
 from radargui.calibration.likelihood import World
 from radargui.calibration.verdict import are_far
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
+from radargui.system.resources import default_setup_path
 
 
 class _Differing(Fit):
@@ -28,16 +28,16 @@ class _OftenDiffering(_Differing):
 def most(kind: type[Fit], least: float) -> float:
     """Return the largest Birge ratio."""
     world = World(read_setup(default_setup_path()), ())
-    return most_birge(kind(world, np.empty(0), (), (), np.zeros(0, dtype=bool), least))
+    return max_birge(kind(world, np.empty(0), (), (), np.zeros(0, dtype=bool), least))
 
 
 def test_beside_a_wall_few_differences_may_be_as_large_as_chance_makes_them() -> None:
-    assert 4.2 < most(_Differing, LEAST_BESIDE_WALLS) < 4.4
+    assert 4.2 < most(_Differing, MIN_BESIDE_WALLS) < 4.4
 
 
 def test_where_there_is_no_wall_or_many_differences_the_limit_is_the_same_as_ever() -> None:
     assert most(_Differing, LEAST) == CONTRADICTION
-    assert most(_OftenDiffering, LEAST_BESIDE_WALLS) == CONTRADICTION
+    assert most(_OftenDiffering, MIN_BESIDE_WALLS) == CONTRADICTION
 
 
 def test_a_release_that_the_recordings_hardly_tell_is_not_far_where_their_own_u_explains_it() -> None:

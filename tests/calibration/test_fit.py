@@ -24,9 +24,9 @@ from radargui.calibration.verdict import (
     undecidable,
     untold,
 )
-from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.setup import Setup, read_setup
+from radargui.physics.path_length import path_lengths, place_antennas
 
 RESOURCES = Path(__file__).parents[2] / "resources"
 PLACES = ((0.0, 0.0, 0.12), (0.08, 0.02, 0.10), (-0.03, 0.09, 0.14))

@@ -16,8 +16,8 @@ from radargui.calibration.preparing import Prepared, prepare_fall, prepare_known
 from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.calibration.unknowns import Unknown, antenna_unknowns, fall_unknowns, place_unknowns, with_polarisations
 from radargui.model.errors import UsageError
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
+from radargui.system.resources import default_setup_path
 
 RELEASE = "tracer.release_position_m"
 

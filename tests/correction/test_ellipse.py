@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from radargui.conditioning.ellipse import fit_ellipse
 from radargui.correction.correct import arc_over_roundness, correct_ellipse
 from radargui.model.errors import ProcessingError
 from radargui.model.result import Segment
+from radargui.signals.ellipse import fit_ellipse
 
 
 @settings(max_examples=60, deadline=None)

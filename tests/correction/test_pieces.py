@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conditioning.test_condition import conditioned, recording_of, setup_of
+from signals.test_condition import conditioned, recording_of, setup_of
 
-from radargui.conditioning.doppler import measure_doppler
-from radargui.conditioning.echo import follow_echo
-from radargui.conditioning.follows import follows, missed_frames
-from radargui.conditioning.spectral_front_end import front_end_of
 from radargui.correction.agreement import strays
 from radargui.correction.phase import join_pieces
 from radargui.model.front_end import channels_of
+from radargui.signals.doppler import measure_doppler
+from radargui.signals.echo import follow_echo
+from radargui.signals.follows import follows, missed_frames
+from radargui.signals.spectral_front_end import front_end_of
 
 RATE = 20000.0
 TIME = np.arange(40000) / RATE

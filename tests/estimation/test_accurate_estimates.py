@@ -10,13 +10,13 @@ from benchmarks.world.generic.draw import draw_scene
 from benchmarks.world.generic.scene import SceneRecord, make_record
 from support.estimates import exactly_known, joint_of, rounds_of
 
-from radargui.conditioning.condition import condition
-from radargui.conditioning.stretch import NoMotion
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import AdaptiveRounds
 from radargui.estimation.joint import JointEstimate, estimate_joint
 from radargui.model.errors import CancelledError, ProcessingError
 from radargui.restitution.joint_bounces import joint_bounces
+from radargui.signals.condition import condition
+from radargui.signals.stretch import NoMotion
 
 
 def noise_bound_m(record: SceneRecord) -> float:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from support.small_problem import ANTENNAS, CONSTANTS, RELEASE_M, positions, small_problem
 
-from radargui.conditioning.ellipse import Ellipse, circle_through
 from radargui.estimation.adaptive.circle_fit import (
     CircleData,
     CircleFit,
@@ -17,12 +16,12 @@ from radargui.estimation.adaptive.circle_fit import (
     CircleSettings,
     fit_circle,
 )
-from radargui.estimation.adaptive.foretold import foretold_round, unwound_round
-from radargui.estimation.adaptive.found import AdaptiveRounds
+from radargui.estimation.adaptive.found import AdaptiveRounds, foretold_round, unwound_round
 from radargui.estimation.adaptive.rough import RoughPhases
 from radargui.estimation.adaptive.rounds import best_round, first_round, next_round, still_round, timed_round
 from radargui.estimation.forward.bins import BinnedData
-from radargui.geometry.path_length import path_lengths
+from radargui.physics.path_length import path_lengths
+from radargui.signals.ellipse import Ellipse, circle_through
 
 TRUE = Ellipse(0.2, -0.1, 0.9, 1.15, 0.12)
 

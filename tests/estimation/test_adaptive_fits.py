@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radargui.conditioning.ellipse import Ellipse
 from radargui.estimation.adaptive.circle_fit import CircleData, CircleFit, fit_circle
 from radargui.estimation.adaptive.circle_layout import CircleLayout, CircleSettings
+from radargui.signals.ellipse import Ellipse
 
 TRUE = Ellipse(0.2, -0.1, 0.9, 1.15, 0.12)
 TIGHT = CircleSettings(close=1e-9, worth=1e-3, steps=100)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from support.small_problem import ANTENNAS, BOUNCE_S, RELEASE_M, START_S, WAVELENGTH_M, positions, small_problem
 
-from radargui.conditioning.ellipse import Ellipse
 from radargui.estimation.adaptive.circle_data import averaging_loss
 from radargui.estimation.adaptive.circle_fit import CircleFit
 from radargui.estimation.adaptive.estimate import estimate_adaptive
@@ -17,7 +16,8 @@ from radargui.estimation.adaptive.rough import RoughPhases
 from radargui.estimation.adaptive.rounds import Round
 from radargui.estimation.adaptive.samples import circles_at_samples
 from radargui.estimation.signals import ScaledSignals
-from radargui.geometry.path_length import path_lengths
+from radargui.physics.path_length import path_lengths
+from radargui.signals.ellipse import Ellipse
 
 SIGMA, AT_REST = np.array([0.01, 0.02, 0.01, 0.01, 0.03, 0.01]), np.array([0.4, -2.0, 1.1])
 ROUND = tuple(Ellipse(0.2 - 0.1 * n, 0.1 * n, 0.8 + 0.1 * n, 1.0, 0.0) for n in range(3))

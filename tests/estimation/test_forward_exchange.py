@@ -12,12 +12,12 @@ from benchmarks.world.mirror import Conductor
 from benchmarks.world.room import Room
 from benchmarks.world.sphere import Sphere
 
-from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
 from radargui.estimation.forward.parameters import Sizes, make_layout
 from radargui.estimation.forward.signal_model import ModelInputs, shown, waves_at
 from radargui.estimation.forward.sphere import PolarisedSphere
-from radargui.geometry.path_length import Antennas, range_factor
 from radargui.model.scattering import mie_sphere, transmitted_direction, transverse_axes
+from radargui.physics.mirrors import FLOOR, MirrorPlane
+from radargui.physics.path_length import Antennas, range_factor
 
 WAVENUMBER_RAD_M = 2.0 * np.pi * 10e9 / 299_792_458.0
 RADIUS_M, REFLECTION, ANGLES_RAD = 0.006, 0.8 * np.exp(0.3j), (0.3, 0.8)
@@ -91,7 +91,9 @@ def test_all_waves_between_antennas_sphere_and_floor_are_those_of_the_generator(
     assert np.abs(room.received(0, place) / once.received(0, place) - 1.0).max() > 0.1
 
 
-@pytest.mark.parametrize("of", ["height", "shift", "real part of T", "imaginary part of T", "real part of R", "imaginary part of R"])
+@pytest.mark.parametrize(
+    "of", ["height", "shift", "real part of T", "imaginary part of T", "real part of R", "imaginary part of R"]
+)
 def test_the_exchange_follows_the_sphere_and_the_floor_between_rounds(of: str) -> None:
     place, mirrors = places(), np.array([*UNKNOWN, T.real, T.imag, 0.8, 0.1])
     moved_m, moved = place.copy(), mirrors.copy()

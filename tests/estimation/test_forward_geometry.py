@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from support.small_problem import ANTENNAS, FLOOR_PLANE, RELEASE_M, WALL_PLANE
 
-from radargui.estimation.forward.mirrors import MirrorPlane, turned
 from radargui.estimation.forward.position_map import MapSettings, make_basis
-from radargui.geometry.path_length import range_factor
+from radargui.physics.mirrors import MirrorPlane, turned
+from radargui.physics.path_length import range_factor
 
 UNKNOWN = np.array([0.02, -0.015, 0.006])
 
@@ -63,7 +63,7 @@ def test_the_strongest_functions_carry_the_kernel_of_the_process() -> None:
     functions = make_basis(place, 0.09)(place)
     square = ((place[:, :, None] - place[:, None]) ** 2).sum(axis=0)
     assert functions @ functions.T == pytest.approx(np.exp(-square / (2.0 * 0.09**2)), abs=5e-3)
-    assert make_basis(place, 0.09, MapSettings(most_functions=4)).size == 4
+    assert make_basis(place, 0.09, MapSettings(max_functions=4)).size == 4
     # as many as are not weaker than the weakest, a share of the strongest
     chosen = make_basis(place, 0.09).centre
     apart = ((chosen[:, :, None] - chosen[:, None]) ** 2).sum(axis=0)

@@ -10,13 +10,13 @@ from support.receiver_signal import receiver_signal
 from support.small_problem import ANTENNAS, LARGE_SPHERE
 
 from radargui.estimation.forward.banded_rows import BandedRows
-from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.motion_spline import make_spline
 from radargui.estimation.forward.parameters import Sizes, make_layout
 from radargui.estimation.forward.signal_model import EVERY, ModelInputs, signal_of, waves_at
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.solve.break_velocities import one_sided_slopes
+from radargui.physics.mirrors import MirrorPlane
 
 
 def test_the_motion_is_continuous_at_breaks_and_its_velocity_is_not() -> None:

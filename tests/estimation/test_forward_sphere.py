@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from radargui.estimation.forward.mirrors import FLOOR, WALL, MirrorPlane
 from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere
-from radargui.geometry.path_length import place_antennas
 from radargui.model.setup import Setup
+from radargui.physics.mirrors import FLOOR, WALL, MirrorPlane
+from radargui.physics.path_length import place_antennas
 
 PLACE_M, RELEASE_M = np.array([[0.01], [-0.005], [0.05]]), np.array([0.0, 0.0, 0.125])
 PLANE = MirrorPlane(np.array([0.0, 0.0, -0.145]), np.array([0.0, 0.0, 1.0]), FLOOR)

@@ -12,8 +12,8 @@ from support.estimates import conditioned_of, joint_of, rounds_of
 from radargui.estimation.adaptive.rough import rough_phases
 from radargui.estimation.adaptive.rounds import best_round, next_round
 from radargui.estimation.signals import scaled_signals
-from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.front_end import FrontEnd
+from radargui.physics.path_length import path_lengths, place_antennas
 
 
 def made(seed: int, kind: str) -> SceneRecord:

@@ -9,13 +9,13 @@ import pytest
 from support.small_problem import START_S, small_problem
 
 from radargui.estimation.joint import JointEstimate, estimate_of_model
-from radargui.estimation.readout.samples import AtSamples
+from radargui.estimation.posterior.samples import AtSamples
 from radargui.estimation.select.chosen_model import Alternative, ChosenModel
 from radargui.estimation.signals import ScaledSignals
 from radargui.estimation.solve.minimise import Solution, minimise
 from radargui.estimation.solve.problem import State
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
+from radargui.system.resources import default_setup_path
 
 TIME_S = np.linspace(0.0, 0.449, 400)
 

@@ -20,17 +20,17 @@ from support.small_problem import (
     small_problem,
 )
 
-from radargui.conditioning.ellipse import Ellipse
 from radargui.estimation.adaptive.rounds import first_round, next_round, still_round
-from radargui.estimation.forward.mirrors import has_floor
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select.budget import NoSingleBodyError
 from radargui.estimation.select.choose import ChoiceSettings, choose_model
 from radargui.estimation.select.chosen_model import ChosenModel
 from radargui.estimation.solve.minimise import log_evidence
-from radargui.geometry.path_length import path_lengths
 from radargui.model.errors import SolveError
+from radargui.physics.mirrors import has_floor
+from radargui.physics.path_length import path_lengths
+from radargui.signals.ellipse import Ellipse
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -96,7 +96,7 @@ def test_a_search_without_any_model_within_its_budget_is_refused() -> None:
 def test_where_no_body_describes_the_signals_the_search_ends_and_says_how_far_off_each_receiver_is() -> None:
     made = small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005)
     with pytest.raises(NoSingleBodyError, match="chi-square") as caught:
-        chosen(made, hopeless_misfit=0.1, most_left=0.001)
+        chosen(made, hopeless_misfit=0.1, max_left=0.001)
     assert caught.value.misfit.shape == (made.data.antennas.n_receivers,)
     assert (caught.value.misfit < 2.0).all()
 
@@ -104,7 +104,7 @@ def test_where_no_body_describes_the_signals_the_search_ends_and_says_how_far_of
 def test_a_misfit_that_is_next_to_nothing_of_the_wave_is_what_reflectors_leave_in_loud_signals() -> None:
     # laboratory 7304306: a misfit of 120 is 0.01 of the wave, and the wall that explains it is found
     made = small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005, n_bins=60)
-    assert chosen(made, hopeless_misfit=0.1, most_left=0.03).solution.settled
+    assert chosen(made, hopeless_misfit=0.1, max_left=0.03).solution.settled
 
 
 def test_a_floor_and_a_wall_that_reflect_are_kept_and_the_wall_is_where_it_stands(whole: ChosenModel) -> None:
@@ -127,7 +127,7 @@ def test_a_floor_that_does_not_reflect_is_left_out_and_no_wall_is_asked_for() ->
 def test_the_model_without_a_floor_that_hardly_gains_stays_possible() -> None:
     made = small_problem(reflection=0.02, shown=(FLOOR_PLANE,), sigma=0.005)
     # as if its gain were as good as none
-    model = chosen(made, most_walls=0, temper=1e9, most_behind=(1e9, 1e9))
+    model = chosen(made, max_walls=0, temper=1e9, max_behind=(1e9, 1e9))
     bare = [one for one in model.alternatives if not has_floor(one.solution.problem.inputs.planes)]
     assert has_floor(model.solution.problem.inputs.planes)
     assert bare[0].weight == pytest.approx(1.0, abs=1e-3)
@@ -138,7 +138,7 @@ def test_a_floor_that_the_motion_does_not_touch_is_sought_at_several_depths() ->
     made = small_problem(reflection=0.1, shown=(deep,), sigma=0.005)
     height, evidence = {}, {}
     for lands in (False, True):
-        settings = ChoiceSettings(most_walls=0, last_rounds=1)
+        settings = ChoiceSettings(max_walls=0, last_rounds=1)
         solution = choose_model(rounds(made, lands=lands), no_drift(), UP, nothing, None, settings).solution
         (plane,) = solution.problem.inputs.planes
         unknown = solution.problem.layout.plane_unknowns(solution.state.theta)[0]
@@ -152,14 +152,14 @@ def test_a_floor_that_the_motion_does_not_touch_is_sought_at_several_depths() ->
 def test_drift_and_flicker_noise_are_told() -> None:
     made = small_problem()
     slow = Drift(0.0, 0.45, 4, np.full((6, 4), 0.01), np.zeros(6))
-    assert "The offsets drift" in " ".join(chosen(made, slow, most_walls=0).choices)
+    assert "The offsets drift" in " ".join(chosen(made, slow, max_walls=0).choices)
     flicker = Drift(0.0, 0.45, 4, np.full((6, 4), 0.01), np.full(6, 1e-6))
-    assert "1/f noise found" in " ".join(chosen(made, flicker, most_walls=0).choices)
+    assert "1/f noise found" in " ".join(chosen(made, flicker, max_walls=0).choices)
 
 
 def test_a_known_front_end_is_believed_where_the_run_says_little() -> None:
     made = small_problem(sigma=0.2)
     known = [LogFrontEnd(c.log_gain, 1e-4, c.quadrature_error_rad, 1e-4) for c in CONSTANTS]
-    model = choose_model(rounds(made), no_drift(), UP, nothing, known, ChoiceSettings(most_walls=0))
+    model = choose_model(rounds(made), no_drift(), UP, nothing, known, ChoiceSettings(max_walls=0))
     for own, constants in zip(model.solution.problem.layout.receivers, CONSTANTS, strict=True):
         assert model.solution.state.theta[own.log_gain] == pytest.approx(constants.log_gain, abs=5e-4)

@@ -11,11 +11,11 @@ from benchmarks.world.kinds import PopulationRecord, draw
 from support.estimates import conditioned_of
 
 from radargui.estimation.flights.estimate import DropEstimate, estimate_drop
-from radargui.estimation.forward.mirrors import has_floor
 from radargui.estimation.select.fall import FoundFall
 from radargui.estimation.signals import scaled_signals
 from radargui.estimation.solve.minimise import solved_at
 from radargui.model.setup import Setup
+from radargui.physics.mirrors import has_floor
 
 
 def _found(**held: Any) -> tuple[PopulationRecord, Setup, FoundFall]:

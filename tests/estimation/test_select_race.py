@@ -12,8 +12,8 @@ from radargui.estimation.select.wall_grid import upright_planes
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import Solution, log_evidence
 from radargui.estimation.solve.problem import Start
-from radargui.model.cores import on_cores
 from radargui.model.errors import CancelledError
+from radargui.system.cores import on_cores
 
 UP = np.array([0.0, 0.0, 1.0])
 

@@ -28,7 +28,7 @@ def foretold_of(likely: dict[int, float]) -> np.ndarray:
 def test_all_places_together_weigh_what_each_does_and_three_states_stand_for_them(solution: Solution) -> None:
     # three maxima of the grid are each as likely beforehand as no wall, what lies beside one as one place of 320
     foretold = foretold_of({7: 0.2, 100: 0.5, 101: 0.32, 300: 0.3})
-    states, weight = unseen_mirrors(solution, UP, TEMPER, foretold, UnseenSettings(least_weight=1e-9))
+    states, weight = unseen_mirrors(solution, UP, TEMPER, foretold, UnseenSettings(min_weight=1e-9))
     assert len(states) == 3
     assert 3.0 * weight == pytest.approx(1.0 + 0.32 / 320.0)
 

@@ -10,7 +10,6 @@ from scipy.sparse import eye_array, kron
 from support.normal_matrices import dense_normal
 from support.small_problem import FLOOR_PLANE, small_problem
 
-from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.signal_model import waves_at
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.forward.slow_noise import Drift
@@ -27,6 +26,7 @@ from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.changed_problem import positions_at_bins, stiff_equation_sd
 from radargui.estimation.solve.lobe_prior import main_lobes
 from radargui.estimation.solve.minimise import Solution, minimise
+from radargui.physics.mirrors import MirrorPlane
 
 UP = np.array([0.0, 0.0, 1.0])
 

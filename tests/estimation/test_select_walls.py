@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_problem
 
-from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.select.converge import converge
 from radargui.estimation.select.unseen_mirrors import unseen_mirrors
 from radargui.estimation.select.wall_grid import WALLS, linearised_gains, upright_planes, wall_grid
@@ -21,6 +20,7 @@ from radargui.estimation.select.walls import (
 )
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import Solution, log_evidence, solved_at
+from radargui.physics.mirrors import MirrorPlane
 
 UP = np.array([0.0, 0.0, 1.0])
 

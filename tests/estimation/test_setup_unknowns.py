@@ -15,11 +15,11 @@ from radargui.estimation.solve.changed_problem import problem_with_flights
 from radargui.estimation.solve.held_setup import setup_posterior, with_setup_held
 from radargui.estimation.solve.minimise import Solution, minimise, solved_at
 from radargui.estimation.solve.problem import JointProblem, Start, State, linearise
-from radargui.geometry.setup_unknowns import SetupUnknowns
 from radargui.model.assumed import UncertainInput
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2, U_ANYWHERE_M_S2, UNKNOWN_DRAG
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
+from radargui.physics.setup_unknowns import SetupUnknowns
+from radargui.system.resources import default_setup_path
 
 N = 7
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from support.small_problem import FLOOR_PLANE, RELEASE_M, WAVELENGTH_M, small_problem
 
-from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.parameters import lobe_places
 from radargui.estimation.forward.stated_floor import StatedTerm, stated_term
 from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.problem import Start, linearise
-from radargui.geometry.plate import Plate, StatedSurface
+from radargui.physics.mirrors import MirrorPlane
+from radargui.physics.plate import Plate, StatedSurface
 
 STEEL = StatedSurface(1.0, 0.05, Plate(None))
 

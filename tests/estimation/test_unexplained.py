@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.small_problem import small_problem
 
-from radargui.estimation.readout.unexplained import Residuals, StretchSettings, unexplained_stretches
+from radargui.estimation.posterior.unexplained import Residuals, StretchSettings, unexplained_stretches
 from radargui.estimation.solve.minimise import Solution, chi_square, minimise
 from radargui.estimation.solve.problem import Start
 from radargui.model.channel_quality import unexplained_of
@@ -57,7 +57,7 @@ def test_what_is_next_to_nothing_of_the_wave_is_what_a_model_may_lack() -> None:
     solution = solved(off=0.06)
     assert unexplained_stretches(Residuals.of_solution(solution)) == ()
     # though noise alone never makes it
-    assert unexplained_stretches(Residuals.of_solution(solution), StretchSettings(least_share=0.01))
+    assert unexplained_stretches(Residuals.of_solution(solution), StretchSettings(min_share=0.01))
 
 
 def test_nothing_is_told_where_all_fits_or_where_it_lasts() -> None:
@@ -72,5 +72,5 @@ def test_what_holds_little_of_what_is_wrong_with_a_receiver_is_no_stretch() -> N
     assert unexplained_stretches(left)
     # a model that lacks a wall leaves as much in every bin together
     everywhere = replace(left, misfit=left.misfit + np.array([0.0, 60.0, 0.0])[:, None])
-    assert unexplained_stretches(everywhere, StretchSettings(least_part=0.0))
+    assert unexplained_stretches(everywhere, StretchSettings(min_part=0.0))
     assert unexplained_stretches(everywhere) == ()

@@ -45,7 +45,7 @@ def test_each_bin_holds_the_lowest_and_highest_of_its_samples(tmp_path: Path, co
 
 def test_bins_grow_with_the_run_so_that_memory_does_not() -> None:
     samples = codes(2, 64 * 16 * 5 + 100)
-    maker = OverviewMaker(2, np.int16, most_bins=16)
+    maker = OverviewMaker(2, np.int16, max_bins=16)
     for first in range(0, samples.shape[1], 333):
         maker.add(samples[:, first : first + 333])
     (lowest, highest), size = maker.level()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from benchmarks.gate.causes import CAUSES_OF_CODE, causes_of_finding, causes_of_sentence, named
 
-from radargui.model.resources import resource_table
+from radargui.system.resources import resource_table
 
 WIDENED = "the uncertainties of track, e and g were widened 3.1 times"
 GUESS = "likely a reflector that is not in the model, or a setup that is wrong by more than it says;"

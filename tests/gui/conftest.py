@@ -27,9 +27,9 @@ from radargui.gui.notices import NoticeBoard
 from radargui.gui.opengl_probe import OpenGLProbe
 from radargui.gui.settings import Settings
 from radargui.gui.theme import Theme
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import dump_setup, read_setup
 from radargui.sources.factory import make_source
+from radargui.system.resources import default_setup_path
 
 LONGEST_MS = 60_000
 IN_SPACE = bool(os.environ.get("RADARGUI_TEST_OPENGL"))

@@ -13,11 +13,11 @@ from support.ni_server import ByHand, serve
 from support.simulated_recording import simulate_recording
 from support.small_setups import quick_setup
 
-from radargui.conditioning.noise import white_noise_v
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.setup.channels import MOMENT_S
 from radargui.model.setup import write_setup
+from radargui.signals.noise import white_noise_v
 from radargui.sources.factory import make_source
 from radargui.sources.ni.discovery import NiDevice
 

@@ -15,7 +15,6 @@ from support.gui_sessions import make_session
 from support.simulated_recording import simulate_recording
 from support.small_setups import quick_setup
 
-from radargui.conditioning.ellipse import Ellipse
 from radargui.experiment.compare import OverlaidMethod, compute_methods, overlaid
 from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.correction_view import CorrectionView
@@ -26,6 +25,7 @@ from radargui.model.result import RunResult
 from radargui.model.setup import CORRECTIONS
 from radargui.processing.process import process
 from radargui.report.curves import take_curves
+from radargui.signals.ellipse import Ellipse
 
 SETUP = changed(quick_setup(), daq={"rate_hz": 3000.0, "channel_skew_s": 0.0, "channels": None})
 

@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from radargui.gui.main_window import MainWindow
 from radargui.gui.panels import TITLES, HelpBrowser, show_help
-from radargui.model.resources import help_page, resource_table
+from radargui.system.resources import help_page, resource_table
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from PySide6.QtGui import QGuiApplication
 
-from radargui.gui.log_window import COPIED_ENTRIES, MOST_ENTRIES, LogWindow, without_folders
+from radargui.gui.log_window import COPIED_ENTRIES, MAX_ENTRIES, LogWindow, without_folders
 from radargui.gui.main_window import MainWindow
 
 LOG = logging.getLogger("radargui.test")
@@ -68,12 +68,12 @@ def test_words_are_found_from_the_top_after_the_last(log: LogWindow, wait_for: A
 
 
 def test_memory_is_bounded(log: LogWindow) -> None:
-    for number in range(MOST_ENTRIES + 50):
+    for number in range(MAX_ENTRIES + 50):
         LOG.warning("n%d", number)
     log.refresh()
-    assert len(log.keeper.entries) == MOST_ENTRIES
-    assert log.view.blockCount() <= MOST_ENTRIES
-    assert log.view.toPlainText().splitlines()[-1].endswith(f"n{MOST_ENTRIES + 49}")
+    assert len(log.keeper.entries) == MAX_ENTRIES
+    assert log.view.blockCount() <= MAX_ENTRIES
+    assert log.view.toPlainText().splitlines()[-1].endswith(f"n{MAX_ENTRIES + 49}")
 
 
 def test_a_closed_window_takes_no_entries(own_window: MainWindow, wait_for: Any) -> None:

@@ -36,7 +36,7 @@ from radargui.gui.mnemonics import lettered, named_parts, without
 from radargui.gui.panels import About, HelpBrowser
 from radargui.gui.plots.plot import Plot
 from radargui.gui.scopes.scope import GainDialog
-from radargui.model.resources import help_page
+from radargui.system.resources import help_page
 
 FIELDS = (QLineEdit, QAbstractSpinBox, QComboBox, QPlainTextEdit)
 

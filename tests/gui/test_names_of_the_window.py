@@ -17,9 +17,9 @@ from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.runs.situation import Situation
 from radargui.gui.setup.fields import LineField
-from radargui.gui.setup.words import in_words, words_of
+from radargui.gui.setup_words import in_words, words_of
 from radargui.model.finding import as_stored
-from radargui.model.resources import resource_table
+from radargui.system.resources import resource_table
 
 TURNED = "the sphere scatters as if receiver[2].polarization_deg were +44 degrees off: measure receiver[2].azimuth_deg"
 

@@ -16,7 +16,7 @@ from radargui.files.run_card import read_run_card
 from radargui.files.stored_results import read_stored_results
 from radargui.gui.main_window import MainWindow
 from radargui.gui.sessions.transfer_controller import ReprocessDialog
-from radargui.gui.setup.words import words_of
+from radargui.gui.setup_words import words_of
 from radargui.model.errors import CancelledError
 
 

@@ -23,11 +23,10 @@ from support.run_contents import read_markers
 from radargui.files.run_writer import RunWriter
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
-from radargui.gui.runs import run_controller
+from radargui.gui.runs import run_controller, thumbnails
 from radargui.gui.runs.run_model import RunEntry, RunModel
-from radargui.gui.sessions import session_model
-from radargui.gui.sessions.browser import day_of
-from radargui.gui.sessions.session_model import COLUMNS, ThumbnailView, curves
+from radargui.gui.runs.thumbnails import ThumbnailView, curves
+from radargui.gui.sessions.browser import COLUMNS, day_of
 from radargui.gui.theme import Theme
 from radargui.session.info import JournalEntry, read_info
 from radargui.session.lock import owner_of
@@ -288,13 +287,13 @@ def test_a_long_reason_stays_within_its_picture(theme: Theme, qtbot: QtBot, monk
     problem = "it cannot be read as a run file, however long one looks. " * 4
     runs.replace_all([RunEntry(Path("run-0001.h5"), problem=problem)])
     written: list[tuple[QRectF, str]] = []
-    draw = session_model.write
+    draw = thumbnails.write
 
     def write(painter: QPainter, box: QRectF, words: str, *how: Any) -> None:
         written.append((box, words))
         draw(painter, box, words, *how)
 
-    monkeypatch.setattr(session_model, "write", write)
+    monkeypatch.setattr(thumbnails, "write", write)
     view.grab()
     box, words = written[-1]
     assert words.startswith("it cannot")

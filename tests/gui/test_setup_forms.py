@@ -13,16 +13,16 @@ from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QWidget
 from support.simulated_recording import simulate_recording
 
 from radargui.files.run_writer import RunWriter
-from radargui.geometry.path_length import place_antennas, t_matrix
 from radargui.gui.bubble import FaultBubble
 from radargui.gui.control.state import AppState
 from radargui.gui.layout import FaultText, FormScroll
 from radargui.gui.main_window import MainWindow
 from radargui.gui.panels import TITLES
-from radargui.gui.setup.words import parse_number, show_number
+from radargui.gui.setup_words import parse_number, show_number
 from radargui.model.errors import DeviceError
 from radargui.model.recording import Block
 from radargui.model.setup import dump_setup, read_setup
+from radargui.physics.path_length import place_antennas, t_matrix
 from radargui.session.info import default_data_folder
 from radargui.sources.ni.discovery import NiDevice
 

@@ -26,7 +26,7 @@ from radargui.gui.main_window import MainWindow
 from radargui.gui.mnemonics import without
 from radargui.gui.panels import WORKSPACES
 
-MOST_ACTIONS = 6
+MAX_ACTIONS = 6
 WAYS = ("keys", "mouse")
 LEFT = Qt.MouseButton.LeftButton
 
@@ -44,7 +44,7 @@ class Hands:
 
     def _acts(self) -> None:
         self.n_actions += 1
-        assert self.n_actions <= MOST_ACTIONS
+        assert self.n_actions <= MAX_ACTIONS
 
     def key(self, keys: str) -> None:
         self._acts()

@@ -113,7 +113,7 @@ def test_every_input_button_column_and_plot_says_what_it_is(window: MainWindow, 
 def test_the_window_has_its_icon_in_bar_and_desktop(qapp: QApplication) -> None:
     from PySide6.QtGui import QIcon
 
-    from radargui.model.resources import resources_folder
+    from radargui.system.resources import resources_folder
 
     icon = QIcon(str(resources_folder() / "window" / "radargui.svg"))
     for size in (16, 32, 256):

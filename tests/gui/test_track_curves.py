@@ -55,7 +55,7 @@ def live_of(**facts: Any) -> SimpleNamespace:
 
 def test_the_trail_has_the_colour_of_its_speed_and_the_bar_says_which(panel: TrackPanel, result: RunResult) -> None:
     panel.show_result(result, "run-0001")
-    scale_m_s = panel._colours.most_m_s
+    scale_m_s = panel._colours.max_m_s
     assert panel.speed_bar.high.text() == f"{scale_m_s:g} m/s"
     fastest = max(bounce.speed_before_m_s for bounce in result.bounces.impacts)
     assert scale_m_s >= fastest

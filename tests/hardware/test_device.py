@@ -23,11 +23,11 @@ from support.changed import changed
 
 from radargui.acquisition.acquisition import Acquisition
 from radargui.model.errors import DeviceError
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.sources.factory import make_source
 from radargui.sources.ni.discovery import find_devices
 from radargui.sources.ni.source import NiSource, check_setup
+from radargui.system.resources import default_setup_path
 
 pytestmark = [pytest.mark.hardware, pytest.mark.timeout(300)]
 

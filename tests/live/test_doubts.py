@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radargui.geometry.path_length import path_gradient, place_antennas
 from radargui.live.processor import FallWatch
 from radargui.model.arrays import FloatArray
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
+from radargui.physics.path_length import path_gradient, place_antennas
+from radargui.system.resources import default_setup_path
 
 
 def told_live(rises: tuple[float, ...], n_s: float = 0.2) -> set[int]:

@@ -9,11 +9,11 @@ from support.changed import changed
 from support.simulated_recording import simulate_recording
 from support.simulated_setup import simulated_setup
 
-from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.live.trigger import FallTest
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.recording import Digitisation, iq_names
 from radargui.model.setup import Setup
+from radargui.physics.path_length import path_lengths, place_antennas
 from radargui.sources.simulated.model import SimulatedRadar
 
 SETUP = simulated_setup(rest_s=0.3, settle_s=0.2)

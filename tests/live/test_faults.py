@@ -18,8 +18,8 @@ from radargui.live.processor import LiveMemory, LiveProcessor
 from radargui.live.track import LiveEstimate
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.recording import Digitisation, Truth
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
+from radargui.system.resources import default_setup_path
 
 BLOCK_S = 0.04
 FAR_M = 5e-3

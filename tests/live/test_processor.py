@@ -10,9 +10,9 @@ from support.simulated_once import simulate_once
 from radargui.live.processor import LiveMemory, LiveProcessor
 from radargui.live.track import LiveEstimate
 from radargui.model.arrays import FloatArray
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.sources.simulated.model import SimulatedRadar, SimulatedSource
+from radargui.system.resources import default_setup_path
 
 
 @pytest.fixture(scope="module")

@@ -16,8 +16,8 @@ from radargui.live.processor import LiveProcessor
 from radargui.live.track import LiveEstimate, LiveTrack
 from radargui.model.arrays import RawArray
 from radargui.model.recording import Block, Gap
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
+from radargui.system.resources import default_setup_path
 
 
 def estimate(first: int, count: int, step: int = 1) -> LiveEstimate:

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as hnp
 
-from radargui.model.arrays import extremes, lowest_and_highest, order_statistics
+from radargui.model.arrays import extremes, lowest_and_highest
+from radargui.signals.rows import order_statistics
 
 
 @given(st.integers(0, 300), st.integers(1, 40), st.integers(0, 500))

@@ -10,7 +10,7 @@ import pytest
 
 import radargui
 from radargui.model.errors import FileError, fault_of, worded
-from radargui.model.resources import resource_table
+from radargui.system.resources import resource_table
 
 SOURCES = [path.read_text(encoding="utf-8") for path in Path(radargui.__file__).parent.rglob("*.py")]
 WORDS: dict[str, Any] = resource_table("errors")

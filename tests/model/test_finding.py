@@ -8,7 +8,7 @@ import pytest
 
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.finding import Finding, as_stored, error_of, finding_in, refuse, texts, warn, why_of
-from radargui.model.resources import resource_table
+from radargui.system.resources import resource_table
 
 ROOT = Path(__file__).resolve().parents[2]
 WEAK, CLIPPED = (("signal_low", {}), ("some_samples_clipped", {"share": 0.002}))

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from support.changed import changed
 
-from radargui.geometry.path_length import place_antennas
 from radargui.model.assumed import assumed_uncertainties, release_parts_m, u_release_m, uncertain_inputs
 from radargui.model.errors import SetupError
 from radargui.model.gravity import normal_gravity_m_s2, share_in_air
 from radargui.model.radar import SPEED_OF_LIGHT_M_S
 from radargui.model.scattering import received_direction
 from radargui.model.setup import Setup, dump_setup, moved, parse_setup, value_of
+from radargui.physics.path_length import place_antennas
 
 GOOD = """\
 schema = 1

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from radargui.geometry.path_length import mirror
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.scattering import (
     mie_sphere,
@@ -17,6 +16,7 @@ from radargui.model.scattering import (
     transmitted_direction,
     transverse_axes,
 )
+from radargui.physics.path_length import mirror
 
 WAVELENGTH_M = 0.0299792458
 TRANSMITTER_M = np.array([0.0, 0.0, 0.7])

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from radargui.model.errors import SetupError
-from radargui.model.resources import default_setup_path, shipped_setups
 from radargui.model.setup import MAXIMUM_BYTES, Setup, dump_setup, parse_setup, read_setup, write_setup
+from radargui.system.resources import default_setup_path, shipped_setups
 
 TEXT = default_setup_path().read_text(encoding="utf-8")
 

@@ -19,17 +19,7 @@ from support.simulated_recording import simulate_recording
 from support.small_problem import FLOOR_PLANE, START_S, SmallProblem, small_problem
 from support.words import words
 
-from radargui.estimation.joint import JointEstimate, estimate_joint
-from radargui.estimation.select.budget import LooseMapsError, NoSingleBodyError
-from radargui.estimation.solve.problem import State, linearise
-from radargui.model.errors import SolveError
-from radargui.model.recording import Recording, Truth
-from radargui.model.resources import default_setup_path
-from radargui.model.result import RunResult, Track
-from radargui.model.setup import Setup, read_setup
-from radargui.model.uncertainty_budget import InputChange
-from radargui.processing.by_estimate import measure_by_estimate, motion_of_joint
-from radargui.processing.checks.estimate import (
+from radargui.estimation.doubts import (
     hardly_known,
     is_fringe_sure,
     is_unknown,
@@ -37,9 +27,19 @@ from radargui.processing.checks.estimate import (
     turned_polarisation,
     unlikely_mirrors,
 )
+from radargui.estimation.joint import JointEstimate, estimate_joint
+from radargui.estimation.select.budget import LooseMapsError, NoSingleBodyError
+from radargui.estimation.solve.problem import State, linearise
+from radargui.model.errors import SolveError
+from radargui.model.recording import Recording, Truth
+from radargui.model.result import RunResult, Track
+from radargui.model.setup import Setup, read_setup
+from radargui.model.uncertainty_budget import InputChange
+from radargui.processing.by_estimate import measure_by_estimate, motion_of_joint
 from radargui.processing.measured_motion import MeasuredMotion, Progress
 from radargui.processing.process import process
 from radargui.report.tables import result_document
+from radargui.system.resources import default_setup_path
 
 E = 0.6
 

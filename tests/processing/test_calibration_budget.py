@@ -11,12 +11,12 @@ from support.calibrations import antenna_names, calibration_of, u_of
 from support.changed import changed
 from support.small_setups import quick_setup
 
-from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import uncertain_inputs
 from radargui.model.calibrated_setup import calibrated
 from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup, moved
+from radargui.physics.path_length import path_lengths, place_antennas
 from radargui.processing.measured_motion import locate
 from radargui.processing.uncertainty_budget import changes_of_track, with_budget
 from radargui.restitution.bounces import FlownTrack

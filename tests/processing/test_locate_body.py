@@ -8,9 +8,9 @@ from support.changed import changed
 from support.estimates import exactly_known
 from support.simulated_recording import simulate_recording
 
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.processing.process import process
+from radargui.system.resources import default_setup_path
 
 CLEAN = {"mismatch": 0.0, "snr_db": 50.0, "sphere": "metal", "lateral_speed_m_s": 0.05, "drag_per_m": 0.0}
 

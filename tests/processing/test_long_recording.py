@@ -11,7 +11,6 @@ from support.same_result import assert_same_result
 from support.simulated_recording import simulate_recording
 from support.simulated_setup import simulated_setup
 
-from radargui.conditioning.long_motion import find_long_motion
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.files.run_writer import RunWriter
@@ -20,6 +19,7 @@ from radargui.model.recording import Block, Gap, Recording
 from radargui.processing.long_recording import LengthLimits, read_excerpt, read_for_processing, shortened
 from radargui.processing.process import process
 from radargui.processing.result_of_run import result_of_run
+from radargui.signals.long_motion import find_long_motion
 
 RATE_HZ = 5000.0
 SETUP = simulated_setup(daq={"rate_hz": RATE_HZ}, mismatch=0.0, snr_db=50.0, restitution=0.5, settle_s=0.4, rest_s=0.6)

@@ -8,10 +8,10 @@ from support.changed import changed
 from support.simulated_recording import simulate_recording
 from support.small_setups import quick_setup
 
-from radargui.conditioning.band import band_signals
 from radargui.model.result import CorrectedIQ, RunResult
 from radargui.processing.process import process
 from radargui.processing.whole import interpolate
+from radargui.signals.band import band_signals
 
 
 @pytest.mark.parametrize("size", [2, 3, 8])

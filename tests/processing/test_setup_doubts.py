@@ -19,7 +19,6 @@ from support.words import words
 
 from radargui.model.channel_quality import UnexplainedStretch
 from radargui.model.finding import Finding, warn
-from radargui.model.resources import default_setup_path
 from radargui.model.result import Bounce, Bounces, FreeFall, Track
 from radargui.model.setup import Setup, changed, read_setup
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
@@ -27,6 +26,7 @@ from radargui.processing.checks.motion import flights_bend, g_impossible, setup_
 from radargui.processing.checks.setup import OF_SETUP, floor_elsewhere, release_assumed
 from radargui.processing.process import process
 from radargui.restitution.flight_test import FlightTest
+from radargui.system.resources import default_setup_path
 
 SHIPPED = sorted((Path(__file__).resolve().parents[2] / "resources" / "setups").glob("*.toml"))
 QUICK = {"rate_hz": 2000.0, "skew_s": 0.0, "walls": 0}

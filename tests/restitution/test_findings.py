@@ -10,11 +10,11 @@ import pytest
 from support.changed import changed
 
 from radargui.model.drop import Drop, RunOrigin
-from radargui.model.resources import default_setup_path
 from radargui.model.result import Bounce
 from radargui.model.setup import read_setup
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
 from radargui.restitution.findings import SeriesRun, SeriesSession, findings_of
+from radargui.system.resources import default_setup_path
 
 SETUP = changed(read_setup(default_setup_path()), site={"g_m_s2": 9.81})
 BUDGET = UncertaintyBudget(

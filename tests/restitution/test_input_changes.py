@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 from support.words import words
 
-from radargui.estimation.readout.input_response import possible_spheres
+from radargui.estimation.posterior.input_response import possible_spheres
 from radargui.model.assumed import CLOCK, DIAMETER, TILT, uncertain_inputs
 from radargui.model.finding import warn
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
 from radargui.model.setup_posterior import EXACT
 from radargui.restitution.flight_fit import FlightFit
@@ -24,6 +23,7 @@ from radargui.restitution.input_changes import (
     judged_flights,
     setup_responses,
 )
+from radargui.system.resources import default_setup_path
 
 
 def judged(misfit: tuple[float, int], bend: float, unexplained: float = 5.0) -> Any:

@@ -18,17 +18,17 @@ from support.simulated_recording import simulate_recording
 from threadpoolctl import threadpool_limits
 
 from radargui.estimation.joint import JointEstimate
-from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
+from radargui.estimation.posterior.motion_posterior import AlternativeMotion, MotionPosterior
 from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.minimise import MinimiseSettings, minimise, solved_at
 from radargui.estimation.solve.problem import Start, State
 from radargui.model.radar import Floor
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.restitution.cross_check import disagreements, found_tilt
 from radargui.restitution.flight_fit import fit_flights
 from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns
 from radargui.restitution.joint_bounces import fit_free_flights, fit_with_alternatives, joint_bounces
+from radargui.system.resources import default_setup_path
 
 TILT_DEG, E = 5.0, 0.4
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from radargui.model.radar import Floor
-from radargui.model.resources import default_setup_path
 from radargui.model.result import Bounce, Bounces, Track, VelocitiesAtImpacts
 from radargui.model.setup import Setup, read_setup
 from radargui.model.uncertainty_budget import InputChange
 from radargui.restitution.oblique import with_oblique
+from radargui.system.resources import default_setup_path
 
 AT_S = 0.5
 BEFORE, AFTER = np.array([0.6, -0.3, -2.0]), np.array([0.4, -0.25, 1.5])

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from radargui.model.gravity import expected_gravity
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
 from radargui.restitution.setup_chi_square import SetupChiSquare
+from radargui.system.resources import default_setup_path
 
 OWN = np.array([1.0, 2.0, 2.0, 1.0])
 SETUP = read_setup(default_setup_path())

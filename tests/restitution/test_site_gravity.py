@@ -8,9 +8,9 @@ import pytest
 from support.changed import changed
 
 from radargui.model.gravity import normal_gravity_m_s2, share_in_air
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.restitution.site_gravity import check_against_site
+from radargui.system.resources import default_setup_path
 
 STEEL = 7800.0
 

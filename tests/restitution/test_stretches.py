@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radargui.restitution.stretches import LEAST_RESIDUALS, Stretches
+from radargui.restitution.stretches import MIN_RESIDUALS, Stretches
 
 TIME_S = np.cumsum(np.random.default_rng(1).uniform(0.5, 1.5, 300)) * 1e-3
 BEGIN, END = np.array([5, 20, 100, 150]), np.array([30, 60, 107, 290])
@@ -48,7 +48,7 @@ def test_a_correlation_length_is_one_and_twice_the_correlations_up_to_their_firs
     for k, (begin, end) in enumerate(zip(BEGIN, END, strict=True)):
         own = curve[begin:end] - curve[begin:end].mean()
         n = own.size
-        if n < LEAST_RESIDUALS:
+        if n < MIN_RESIDUALS:
             assert found[k] == 1.0
             continue
         correlation = np.array([(own[: n - lag] * own[lag:]).sum() for lag in range(n // 2)])

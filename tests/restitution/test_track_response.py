@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from radargui.model.assumed import CONTACT_S
-from radargui.model.resources import default_setup_path
 from radargui.model.result import Bounce, Bounces
 from radargui.model.setup import read_setup
 from radargui.restitution.track_response import tilt_and_clock
+from radargui.system.resources import default_setup_path
 
 
 def test_an_impact_that_lasts_as_long_as_hard_floors_do_is_within_the_uncertainty_of_e() -> None:

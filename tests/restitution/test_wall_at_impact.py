@@ -10,7 +10,7 @@ import pytest
 from support.normal_matrices import even_information
 
 from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
-from radargui.estimation.readout.free_motion import FreeMotion
+from radargui.estimation.posterior.free_motion import FreeMotion
 from radargui.estimation.solve.break_velocities import BreakVelocities
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2 as G_M_S2
 from radargui.restitution.flight_fit import FlightFit, fit_flights

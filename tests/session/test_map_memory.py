@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from radargui.experiment.importing import MOST_PATTERNS, MapMemory
+from radargui.experiment.importing import MAX_PATTERNS, MapMemory
 from radargui.files.reading import parse_channel_map
 from radargui.files.signals import ChannelInfo
 
@@ -35,7 +35,7 @@ def test_a_choice_is_remembered_for_the_pattern_of_names_only(path: Path) -> Non
 
 def test_the_latest_choice_counts_and_the_oldest_is_forgotten(path: Path) -> None:
     memory = MapMemory(path)
-    for number in range(MOST_PATTERNS + 3):
+    for number in range(MAX_PATTERNS + 3):
         memory.remember(infos(f"a{number}", "b"), parse_channel_map(f"I1=b,Q1=a{number}"))
     memory.remember(infos("a9", "b"), parse_channel_map("I1=a9,Q1=b"))
     assert variables(memory, "a9", "b") == ("remembered", ["a9", "b"])

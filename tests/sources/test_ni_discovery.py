@@ -63,7 +63,7 @@ def test_the_version_of_a_remote_driver_is_told() -> None:
 def test_nidaqmx_and_grpc_are_not_loaded_before_a_device_is_asked_for(module: str) -> None:
     code = (
         f"import sys; import {module}; import radargui.sources.ni.source\n"
-        "from radargui.model.resources import shipped_setups\n"
+        "from radargui.system.resources import shipped_setups\n"
         "from radargui.model.setup import read_setup\n"
         "radargui.sources.ni.source.NiSource(read_setup(shipped_setups()[0]))\n"
         "sys.exit(bool({'nidaqmx', 'grpc'} & set(sys.modules)))"

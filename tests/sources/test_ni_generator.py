@@ -6,10 +6,10 @@ import numpy as np
 from support.changed import changed
 from support.ni_generator import generator
 
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
 from radargui.sources.ni.source import NiSource
 from radargui.sources.simulated.model import SimulatedRadar
+from radargui.system.resources import default_setup_path
 
 
 def test_the_generator_streams_the_repeated_scene_bit_for_bit_and_reports_its_own_time() -> None:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from support.simulated_recording import simulate_recording
 
-from radargui.model.resources import shipped_setups
 from radargui.model.setup import Processing, read_setup
 from radargui.sources.simulated.model import SimulatedRadar
+from radargui.system.resources import shipped_setups
 
 SETUPS = shipped_setups()
 

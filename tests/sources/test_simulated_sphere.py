@@ -7,9 +7,9 @@ import pytest
 from support.changed import changed
 from support.simulated_setup import perfect_setup
 
-from radargui.geometry.path_length import mirror, path_lengths, place_antennas
 from radargui.model.scattering import mie_sphere, received_direction, scattered_field
 from radargui.model.setup import Setup
+from radargui.physics.path_length import mirror, path_lengths, place_antennas
 from radargui.sources.simulated.model import SimulatedRadar
 from radargui.sources.simulated.scene import Scene, contact_plane
 from radargui.sources.simulated.waves import Lobe, make_waves, reflectors_of

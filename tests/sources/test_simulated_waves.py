@@ -7,9 +7,9 @@ import pytest
 from support.simulated_recording import simulate_recording
 from support.simulated_setup import perfect_setup
 
-from radargui.geometry.path_length import Antennas, place_antennas
 from radargui.model.errors import SetupError
 from radargui.model.setup import Setup
+from radargui.physics.path_length import Antennas, place_antennas
 from radargui.sources.simulated.model import SimulatedRadar
 from radargui.sources.simulated.waves import SIDE_LOBE, Lobe, make_waves, reflectors_of
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from radargui.conditioning.condition import condition
-from radargui.conditioning.conditioned import Conditioned
 from radargui.estimation.adaptive.found import AdaptiveRounds, adaptive_rounds
 from radargui.estimation.joint import JointEstimate, estimate_joint
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
+from radargui.signals.condition import condition
+from radargui.signals.conditioned import Conditioned
 
 
 def conditioned_of(recording: Recording, setup: Setup) -> Conditioned:

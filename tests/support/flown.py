@@ -6,12 +6,12 @@ import numpy as np
 from support.changed import changed
 from support.drops import Drop
 
-from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import FloatArray
-from radargui.model.resources import default_setup_path
 from radargui.model.result import PathLengths, Segment, Track
 from radargui.model.setup import Setup, read_setup
+from radargui.physics.path_length import path_lengths, place_antennas
 from radargui.restitution.bounces import FlownTrack, find_bounces
+from radargui.system.resources import default_setup_path
 
 AIRLESS_KG_M3 = 25000.0
 """The densest sphere there may be: air does next to nothing to it."""

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.sparse import eye_array, kron
 
 from radargui.estimation.forward.motion_spline import MotionSpline
-from radargui.estimation.readout.flight_information import Eliminated, MotionInformation, QuadraticForm
-from radargui.estimation.readout.free_motion import FreeMotion
+from radargui.estimation.posterior.flight_information import Eliminated, MotionInformation, QuadraticForm
+from radargui.estimation.posterior.free_motion import FreeMotion
 from radargui.estimation.solve.normal import WIDTH, NormalMatrix
 
 

@@ -9,7 +9,6 @@ import numpy as np
 from support.small_setups import quick_setup
 
 from radargui.correction.published import ChannelSteps, PublishedSteps
-from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.channel_quality import ChannelQuality
 from radargui.model.finding import as_stored
@@ -26,6 +25,7 @@ from radargui.model.result import (
 )
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
+from radargui.physics.path_length import path_lengths, place_antennas
 
 G = 9.81
 REST_S = 0.3

@@ -11,10 +11,10 @@ from support.simulated_recording import simulate_recording
 from radargui.calibration.likelihood import World
 from radargui.calibration.preparing import Prepared, prepare_fall
 from radargui.calibration.unknowns import Unknown, antenna_unknowns, fall_unknowns, place_unknowns
-from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.select.wall_grid import upright_planes
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
+from radargui.physics.mirrors import MirrorPlane
+from radargui.system.resources import default_setup_path
 
 RELEASE = "tracer.release_position_m"
 UP = np.array([0.0, 0.0, 1.0])

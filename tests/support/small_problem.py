@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.estimation.forward.bins import BinnedData, Bins, Multiplexer
-from radargui.estimation.forward.mirrors import FLOOR, WALL, MirrorPlane
 from radargui.estimation.forward.parameters import ReceiverConstants, lobe_places
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.problem import Start, State, linearise
-from radargui.geometry.path_length import Antennas
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.scattering import mie_sphere, transmitted_direction, transverse_axes
+from radargui.physics.mirrors import FLOOR, WALL, MirrorPlane
+from radargui.physics.path_length import Antennas
 
 ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.2, 0.4, 0.55], [-0.25, -0.4, 0.5]]))
 LARGE_SPHERE = PolarisedSphere(

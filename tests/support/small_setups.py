@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, changed, read_setup
+from radargui.system.resources import default_setup_path
 
 PLATE = """\
 # 9 GHz homodyne radar: one antenna sends and receives, the plate moves on its axis

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from radargui.conditioning.ellipse import Ellipse
 from radargui.estimation.adaptive.circle_fit import CircleData
 from radargui.estimation.forward.bins import BinnedData, Bins
 from radargui.estimation.forward.position_map import PositionBasis
-from radargui.geometry.path_length import LEAST_RECEIVERS, Antennas, locate_exact, range_factor
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
 from radargui.model.front_end import channels_of
+from radargui.physics.path_length import MIN_RECEIVERS, Antennas, locate_exact, range_factor
+from radargui.signals.ellipse import Ellipse
 
-_MOST_TURN_RAD = 0.3  # of half a bin: 1/24 fringe turns 0.13; more is a phase that slipped
+_MAX_TURN_RAD = 0.3  # of half a bin: 1/24 fringe turns 0.13; more is a phase that slipped
 
 
 def map_places(change_m: FloatArray, antennas: Antennas, release_m: FloatArray, rest: BoolArray) -> FloatArray:
@@ -29,7 +29,7 @@ def map_places(change_m: FloatArray, antennas: Antennas, release_m: FloatArray, 
     rest
         Bins in which the tracer still rests at the release position.
     """
-    if antennas.n_receivers < LEAST_RECEIVERS:
+    if antennas.n_receivers < MIN_RECEIVERS:
         place = change_m / 2.0
         place[:, rest] = 0.0
         return place
@@ -46,7 +46,7 @@ def map_places(change_m: FloatArray, antennas: Antennas, release_m: FloatArray, 
 def averaging_loss(phase_rad: FloatArray, bins: Bins) -> FloatArray:
     """Return cos(s dphi/dt), which averaging over a bin leaves of a turning wave, shape (..., n_bins)."""
     rate = np.gradient(phase_rad, bins.time_s, axis=-1)
-    return np.asarray(np.cos(np.clip(rate * bins.node_s, -_MOST_TURN_RAD, _MOST_TURN_RAD)))
+    return np.asarray(np.cos(np.clip(rate * bins.node_s, -_MAX_TURN_RAD, _MAX_TURN_RAD)))
 
 
 def circle_data(
@@ -78,7 +78,7 @@ def circle_data(
     # of all bins: the turn within one is seen between its neighbours
     n_receivers = binned.antennas.n_receivers
     shape, place = averaging_loss(phase_rad, bins)[:, few], place[:, few]
-    if n_receivers >= LEAST_RECEIVERS:  # else the position is unknown
+    if n_receivers >= MIN_RECEIVERS:  # else the position is unknown
         shape = range_factor(place, binned.antennas, binned.release_m) * shape
     at_bias = none if bias is None else np.asfortranarray(bias(place))
     at_amplitude = none if amplitude_map is None else np.asfortranarray(amplitude_map(place))

@@ -8,11 +8,11 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg.lapack import dposv, dpotrf, dpotri
 
-from radargui.conditioning.ellipse import Ellipse
 from radargui.estimation.adaptive.circle_layout import CIRCLE, CircleLayout, CircleSettings
 from radargui.model.arrays import FloatArray, robust_sd
 from radargui.model.errors import SolveError
 from radargui.model.front_end import point_of, slopes_of_point
+from radargui.signals.ellipse import Ellipse
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +91,7 @@ class CircleFit:
         theta[layout.offset_i], theta[layout.offset_q] = ellipse.i0_v, ellipse.q0_v
         theta[layout.log_gain] = np.log(ellipse.gain_ratio)
         theta[layout.quadrature_error] = ellipse.quadrature_error_rad
-        theta[layout.log_amplitude] = np.log(max(ellipse.amplitude_v, CIRCLE.least_amplitude))
+        theta[layout.log_amplitude] = np.log(max(ellipse.amplitude_v, CIRCLE.min_amplitude))
         return cls(layout, theta, np.zeros((theta.size, theta.size)), -np.inf, np.inf, np.zeros(theta.size))
 
     def deviation_of(self, layout: CircleLayout) -> FloatArray:
@@ -213,7 +213,7 @@ def _updated_deviation(sd: float, fit: CircleFit, group: slice, settings: Circle
     determined = w.size - np.trace(fit.covariance[group, group]) / sd**2
     # MacKay 1992: s^2 is the mean square of as many coefficients as the data determine
     wanted = np.sqrt((w @ w + 1e-4) / max(determined, 0.5))  # neither may vanish by rounding
-    return float(np.clip(wanted, settings.least_deviation, settings.most_deviation))
+    return float(np.clip(wanted, settings.min_deviation, settings.max_deviation))
 
 
 def _minimise(
@@ -242,7 +242,7 @@ def _minimise(
         if gained > 0.0:
             at, cost = trial_at, trial_cost
         # after a last step so small the normal matrix is still that before it
-        if abs(gained) < settings.close or damping > settings.most_damping:
+        if abs(gained) < settings.close or damping > settings.max_damping:
             break
         if gained > 0.0:
             normal, slope = at.with_priors(mean, precision)

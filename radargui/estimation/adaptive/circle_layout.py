@@ -16,7 +16,7 @@ class CircleSettings:
         Deviations of the constants around their prior means, wide enough for any front end of the field.
     bias, log_amplitude_map
         Deviations of the maps' coefficients before they are re-estimated.
-    least_deviation, most_deviation
+    min_deviation, max_deviation
         Limits of the re-estimated deviations; at the lower one a map is switched off.
     updates
         How often the deviations are re-estimated.
@@ -25,13 +25,13 @@ class CircleSettings:
         bound is refused.
     huber_sigmas
         Beyond so many standard deviations a residual counts linearly, not by its square (Huber).
-    first_damping, most_damping, damping_factor
+    first_damping, max_damping, damping_factor
         Damping of Gauss-Newton as shares of the diagonal (Marquardt 1963): in the first step, at most, and the factor
         after a step that fails.
     steps, close, worth
         Largest number of steps. The fit ends after a step that changes ln likelihood by less than `close`, and before
         one that can gain only the share `worth` of that.
-    least_amplitude
+    min_amplitude
         Least amplitude of a constant ellipse as a start.
     """
 
@@ -41,18 +41,18 @@ class CircleSettings:
     log_amplitude: float = 0.5
     bias: float = 0.2
     log_amplitude_map: float = 0.2
-    least_deviation: float = 2e-3
-    most_deviation: float = 0.5
+    min_deviation: float = 2e-3
+    max_deviation: float = 0.5
     updates: int = 2
     furthest: float = 0.8
     huber_sigmas: float = 3.0
     first_damping: float = 1e-3
-    most_damping: float = 1e4
+    max_damping: float = 1e4
     damping_factor: float = 10.0
     steps: int = 25
     close: float = 0.02
     worth: float = 0.1
-    least_amplitude: float = 0.05
+    min_amplitude: float = 0.05
 
 
 CIRCLE = CircleSettings()

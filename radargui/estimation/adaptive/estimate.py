@@ -8,8 +8,8 @@ from radargui.estimation.adaptive.found import AdaptiveRounds
 from radargui.estimation.adaptive.samples import circles_at_samples
 from radargui.estimation.motion_estimate import MotionEstimate, channel_qualities
 from radargui.estimation.signals import composed
-from radargui.geometry.path_length import LEAST_RECEIVERS, locate_exact, position_uncertainty
 from radargui.model.front_end import FrontEnd
+from radargui.physics.path_length import MIN_RECEIVERS, locate_exact, position_uncertainty
 
 
 def estimate_adaptive(found: AdaptiveRounds) -> MotionEstimate:
@@ -29,7 +29,7 @@ def estimate_adaptive(found: AdaptiveRounds) -> MotionEstimate:
     # the rest is where paths count from: its noise is no motion
     change[:, rest] = 0.0
     position = u_position = None
-    if data.antennas.n_receivers >= LEAST_RECEIVERS:
+    if data.antennas.n_receivers >= MIN_RECEIVERS:
         # three paths meet in two places: the bins know in which of them the tracer is
         start = np.array([np.interp(signals.time_s, data.bins.time_s, row) for row in last.place])
         position = locate_exact(change, data.antennas, data.release_m, start)
@@ -83,5 +83,5 @@ def _constants(found: AdaptiveRounds, receiver: int) -> FrontEnd:
 def _choices(found: AdaptiveRounds) -> tuple[str, ...]:
     if found.last.bias is None:
         return ()
-    where = "position" if found.data.antennas.n_receivers >= LEAST_RECEIVERS else "path length"
+    where = "position" if found.data.antennas.n_receivers >= MIN_RECEIVERS else "path length"
     return (f"Maps of {where} with a correlation length of {found.last.bias.length_m:.2f} m.",)

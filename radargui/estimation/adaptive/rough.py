@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from radargui.conditioning.ellipse import Ellipse, circle_through
 from radargui.correction.phase import unwrapped
 from radargui.estimation.forward.bins import pool
 from radargui.estimation.signals import ScaledSignals
-from radargui.model.arrays import BoolArray, FloatArray, pairs_of
+from radargui.model.arrays import BoolArray, FloatArray
+from radargui.signals.ellipse import Ellipse, circle_through
+from radargui.signals.rows import pairs_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.conditioning.ellipse import Ellipse
 from radargui.correction.phase import unwrapped
 from radargui.estimation.adaptive.circle_data import at_one_time, circle_data, map_places
 from radargui.estimation.adaptive.circle_fit import CircleData, CircleFit, fit_circle
@@ -14,7 +13,9 @@ from radargui.estimation.adaptive.circle_layout import CircleLayout
 from radargui.estimation.forward.bins import BinnedData, Bins
 from radargui.estimation.forward.parameters import ReceiverConstants
 from radargui.estimation.forward.position_map import PositionBasis, make_basis
-from radargui.model.arrays import BoolArray, FloatArray, pairs_of
+from radargui.model.arrays import BoolArray, FloatArray
+from radargui.signals.ellipse import Ellipse
+from radargui.signals.rows import pairs_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +33,7 @@ class MapRoundSettings:
         wide.
     time_functions
         Number of functions of time for the amplitude, where it is a function of time.
-    least_normal
+    min_normal
         Added to the normal matrix where an earlier map is projected on new functions, which may hardly differ.
     quick_length_m
         The only length of a round that merely finds the impacts.
@@ -45,7 +46,7 @@ class MapRoundSettings:
     shortest_extents_a_fringe: float = 1.5
     amplitude_longer: float = 1.5
     time_functions: int = 16
-    least_normal: float = 1e-3
+    min_normal: float = 1e-3
     quick_length_m: float = 0.13
     few_bins: int = 600
     strides: tuple[int, ...] = (1, 5, 7, 11, 13, 17, 19, 23, 25, 29)
@@ -330,7 +331,7 @@ def _carried(before: Round, data: list[CircleData], place: FloatArray) -> list[F
         (layout.amplitude_map, old.amplitude_map, data[0].amplitude_map, old_amplitude),
     ):
         # values go over, not coefficients: functions of another length are other functions
-        normal = functions.T @ functions + MAP_ROUNDS.least_normal * np.eye(functions.shape[1])
+        normal = functions.T @ functions + MAP_ROUNDS.min_normal * np.eye(functions.shape[1])
         projected = np.linalg.solve(normal, functions.T @ (values @ thetas[:, was].T))
         for out, own in zip(starts, projected.T, strict=True):
             out[new] = own

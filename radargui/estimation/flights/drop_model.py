@@ -17,7 +17,6 @@ from radargui.estimation.flights.linear_part import LinearPart
 from radargui.estimation.flights.setup_unknowns import StatedSetup
 from radargui.estimation.flights.stated_plate import stated_floor
 from radargui.estimation.forward.bins import Bins, Multiplexer
-from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.parameters import Layout
 from radargui.estimation.forward.signal_model import (
     EVERY,
@@ -33,6 +32,7 @@ from radargui.estimation.forward.signal_slopes import receiver_slopes, setup_slo
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
 from radargui.motion.flights import Flights
+from radargui.physics.mirrors import MirrorPlane
 
 REBOUND_M_S, IMPACT_S = 3.0, 0.05
 """Prior deviations of each component after an impact, and of its time, against where a start found them."""
@@ -83,7 +83,7 @@ class DropModel:
         Highest and lowest place of the bins that these functions were made for: between them they go from -1 to 1.
     noise
         By which the noise of each receiver's bins is larger, shape (n_receivers,).
-    least_sigma
+    min_sigma
         No bin counts as better known, in amplitudes.
     scattered
         Deviations of what else reflects and of an uneven floor, in each receiver, shape (n_receivers, 2).
@@ -107,7 +107,7 @@ class DropModel:
     aside: FloatArray
     heights_m: tuple[float, float]
     noise: FloatArray
-    least_sigma: float
+    min_sigma: float
     turn: FloatArray
     scattered: FloatArray
 
@@ -288,7 +288,7 @@ def robust_cost(model: DropModel, unknowns: FloatArray, at: Evaluation) -> float
 def sigma_of(model: DropModel) -> FloatArray:
     """Return the noise of the bins, shape (n_receivers, 2, n_bins)."""
     sigma = model.bins.sigma.reshape(model.n_receivers, 2, -1)
-    return np.asarray(np.maximum(sigma, model.least_sigma))
+    return np.asarray(np.maximum(sigma, model.min_sigma))
 
 
 def evaluate(
@@ -547,7 +547,7 @@ def minimise(
     *,
     rounds: int = 3,
     steps: int = 8,
-    least_gain: float = 0.05,
+    min_gain: float = 0.05,
     watch: Callable[[], None] | None = None,
 ) -> tuple[DropModel, FloatArray, Evaluation]:
     """Return model, unknowns and evaluation at the nearest minimum of the robust cost.
@@ -560,7 +560,7 @@ def minimise(
         Where to begin.
     rounds, steps
         How often what is held is renewed, and steps a round, at most.
-    least_gain
+    min_gain
         A round that gains less in cost is the last.
     watch
         Called before each step: what it raises ends the work.
@@ -582,7 +582,7 @@ def minimise(
                 if now < before:
                     tried = step
                     break
-                if -equations.slope @ step < least_gain:
+                if -equations.slope @ step < min_gain:
                     break
                 damping = max(10.0 * damping, 1e-3)
             if tried is None:
@@ -590,9 +590,9 @@ def minimise(
             unknowns, gained = unknowns + tried, before - now
             at = reweighted(model, trial)
             before, damping = robust_cost(model, unknowns, at), damping / 10.0 if damping > 1e-4 else 0.0
-            if gained < least_gain:
+            if gained < min_gain:
                 break
         damping = min(damping, 1.0)
-        if number and begin - before < least_gain:
+        if number and begin - before < min_gain:
             break
     return model, unknowns, at

@@ -26,12 +26,12 @@ from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere
 from radargui.estimation.forward.stated_floor import begun_as_stated
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.signals import ScaledSignals, is_far
-from radargui.geometry.path_length import path_gradient
-from radargui.geometry.plate import Plate, changes_faster
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.finding import Finding, refuse
 from radargui.model.setup import Setup
 from radargui.motion.flights import Flights
+from radargui.physics.path_length import path_gradient
+from radargui.physics.plate import Plate, changes_faster
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,7 @@ class DropSettings:
         How far below the surface that is touched the plane that reflects is expected.
     plate_share
         Of |R| K a (a / (a + gap))^2, what one R for all directions leaves of glass, acrylic and granite, in amplitudes.
-    most_off
+    max_off
         Of ln g and of the quadrature error (rad) that a start may find.
     block_s
         Residuals are averaged over so long a time to tell how far they are from white.
@@ -69,7 +69,7 @@ class DropSettings:
     apart_s: float = 0.00015
     plate_m: float = 0.005
     plate_share: float = 0.1
-    most_off: float = 0.5
+    max_off: float = 0.5
     block_s: float = 0.005
 
 
@@ -129,7 +129,7 @@ class DropEstimate:
         return any(is_far(theta[own.log_gain], theta[own.quadrature_error]) for own in self.model.layout.receivers)
 
     @property
-    def most_pull(self) -> float:
+    def max_pull(self) -> float:
         """By how much a direction of the setup was found off what is stated, at most, in its u."""
         return float(np.abs(self.unknowns[: len(self.model.setup.directions)]).max(initial=0.0))
 
@@ -224,12 +224,12 @@ def estimate_drop(
     for one in spheres:
         model, values = _begun(start, signals, setup, (stated, one), front_ends)
         model, values = _with_bins(model, values, signals, setup, start.end_s, DROP.first_apart_s)
-        model = replace(model, least_sigma=DROP.first_sigma)
-        first.append(minimise(model, model.unknowns(values), rounds=2, steps=6, least_gain=1.0, watch=watch))
+        model = replace(model, min_sigma=DROP.first_sigma)
+        first.append(minimise(model, model.unknowns(values), rounds=2, steps=6, min_gain=1.0, watch=watch))
     # of polarisations that are not told those that explain it best; a point where they gain less than an unknown does
     model, unknowns, at = min(first, key=lambda fit: robust_cost(*fit) + fit[0].n_unknowns)
     model, values = _with_bins(model, at.values, signals, setup, start.end_s, DROP.apart_s)
-    model = replace(model, least_sigma=0.0)
+    model = replace(model, min_sigma=0.0)
     for _ in range(2):
         unknowns = model.unknowns(values)
         at = evaluate(model, unknowns)
@@ -299,8 +299,8 @@ def _begun(
         theta[now.receiver_lobe] = begun[was.receiver_lobe]
         theta[now.receiver_reflection] = got[number].real, got[number].imag
         # no mixer is farther off than this: what a start of few fringes finds beyond is its own error
-        theta[now.log_gain] = np.clip(np.log(np.abs(front_end[number])), -DROP.most_off, DROP.most_off)
-        theta[now.quadrature_error] = np.clip(np.angle(front_end[number]), -DROP.most_off, DROP.most_off)
+        theta[now.log_gain] = np.clip(np.log(np.abs(front_end[number])), -DROP.max_off, DROP.max_off)
+        theta[now.quadrature_error] = np.clip(np.angle(front_end[number]), -DROP.max_off, DROP.max_off)
     return model, start.at.values._replace(theta=begun_as_stated(theta, layout, model.inputs))
 
 

@@ -11,18 +11,18 @@ from radargui.estimation.flights.drop_model import DropModel, Parts
 from radargui.estimation.flights.linear_part import LinearPart
 from radargui.estimation.flights.setup_unknowns import StatedSetup
 from radargui.estimation.forward.bins import Bins, Multiplexer
-from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
 from radargui.estimation.forward.parameters import Sizes, make_layout
 from radargui.estimation.forward.signal_model import ModelInputs
 from radargui.estimation.forward.sphere import EXCHANGE, U_EXCHANGE, PolarisedSphere
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.signals import ScaledSignals
-from radargui.geometry.plate import StatedSurface
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import CLOCK, uncertain_inputs
 from radargui.model.gravity import drag_of_sphere, expected_gravity
 from radargui.model.setup import Setup
 from radargui.motion.flights import FlightLayout
+from radargui.physics.mirrors import FLOOR, MirrorPlane
+from radargui.physics.plate import StatedSurface
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class DropPrior:
         Against the onset that was seen: a magnet that holds on, a hand.
     first_velocity_m_s
         Of each component with which the body is let go.
-    least_gravity_m_s2
+    min_gravity_m_s2
         Of one that is called exact: what the samples say of it can then still be told.
     floor_tilt_rad, floor_shift_m
         Of the plane that reflects: below the surface that is touched lie plates of millimetres to centimetres.
@@ -55,7 +55,7 @@ class DropPrior:
 
     onset_s: float = 0.05
     first_velocity_m_s: float = 0.05
-    least_gravity_m_s2: float = 1e-4
+    min_gravity_m_s2: float = 1e-4
     floor_tilt_rad: float = 0.03
     floor_shift_m: float = 0.008
     unknown_floor_m: float = 0.08
@@ -77,7 +77,7 @@ def gravity_prior(setup: Setup) -> tuple[float, float]:
     g, u = expected_gravity(setup.site, setup.tracer.density_kg_m3, setup.air.gas)
     # of a clock that is off by a share c accelerations are off by 2 c
     u_clock = next((one.u for one in uncertain_inputs(setup) if one.key == CLOCK), 0.0)
-    return g, max(float(np.hypot(u, 2e-6 * u_clock * g)), PRIOR.least_gravity_m_s2)
+    return g, max(float(np.hypot(u, 2e-6 * u_clock * g)), PRIOR.min_gravity_m_s2)
 
 
 def flights_prior(setup: Setup, onset_s: float) -> tuple[FloatArray, FloatArray]:

@@ -11,15 +11,15 @@ from radargui.estimation.flights.estimate import DropEstimate
 from radargui.estimation.forward.signal_model import shown, turn_of
 from radargui.estimation.motion_estimate import MotionEstimate, channel_qualities
 from radargui.estimation.signals import ScaledSignals, composed
-from radargui.geometry.path_length import path_gradient, path_lengths
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.front_end import FrontEnd, point_of
 from radargui.model.result import Kinematics
 from radargui.motion.flights import Flights
+from radargui.physics.path_length import path_gradient, path_lengths
 
 INSTANTS = 400
 """At which uncertainties are computed: between them they lie on straight lines."""
-LEAST_U_M = 1e-7
+MIN_U_M = 1e-7
 """No place is known better: what the equations of the scattering leave out."""
 
 
@@ -127,7 +127,7 @@ def drop_kinematics(estimate: DropEstimate, time_s: FloatArray) -> Kinematics:
     acceleration = np.where(flies, flights.acceleration(velocity), 0.0)
     by_acceleration = np.where(flies, flights.acceleration_slopes(velocity, by_velocity), 0.0)
     u_m, u_m_s, u_m_s2 = (_u(estimate, slopes) for slopes in (by_place, by_velocity, by_acceleration))
-    return Kinematics(time_s, position, velocity, acceleration, np.hypot(u_m, LEAST_U_M), u_m_s, u_m_s2, number)
+    return Kinematics(time_s, position, velocity, acceleration, np.hypot(u_m, MIN_U_M), u_m_s, u_m_s2, number)
 
 
 def _u(estimate: DropEstimate, by_flights: FloatArray) -> FloatArray:
@@ -139,7 +139,7 @@ def _u(estimate: DropEstimate, by_flights: FloatArray) -> FloatArray:
 
 def _spread(variance: FloatArray, known_s: FloatArray, time_s: FloatArray) -> FloatArray:
     """Return standard uncertainties at times from variances (k, n_known) at others."""
-    u = np.sqrt(np.maximum(variance, 0.0) + LEAST_U_M**2)
+    u = np.sqrt(np.maximum(variance, 0.0) + MIN_U_M**2)
     return np.array([np.interp(time_s, known_s, row) for row in u])
 
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.geometry.path_length import Antennas, antennas_at, receiver_values
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import uncertain_inputs
 from radargui.model.setup import Setup
+from radargui.physics.path_length import Antennas, antennas_at, receiver_values
 
 
 @dataclass(frozen=True, slots=True)

@@ -60,7 +60,7 @@ class DropStartSettings:
         Of the speed after it over that before.
     seen_s
         How long after an impact a rebound is looked at.
-    least_rebound_m_s
+    min_rebound_m_s
         A slower one is not followed: its flight is 20 ms long and 0.5 mm high.
     longest_share
         Of its length that a flight is fitted to: until just before it lands.
@@ -71,9 +71,9 @@ class DropStartSettings:
         and a bin reaches as far.
     fully_fitted
         With so many flights all unknowns are fitted anew after each; further flights by themselves, then all.
-    stray_s, most_strays
+    stray_s, max_strays
         Where no bounce explains that the sphere is lost, this much more is fitted, so often at most.
-    least_gap_m, below_m
+    min_gap_m, below_m
         The floor is at least so far below the centre of the sphere; one that is not is begun again so far below.
     longest_s
         No drop takes longer.
@@ -97,14 +97,14 @@ class DropStartSettings:
     impact_step_s: float = 0.0005
     rebound_step: float = 0.04
     seen_s: float = 0.015
-    least_rebound_m_s: float = 0.1
+    min_rebound_m_s: float = 0.1
     longest_share: float = 0.96
     beside_s: float = 0.004
     landed_early_s: float = 0.001
     fully_fitted: int = 3
     stray_s: float = 0.005
-    most_strays: int = 6
-    least_gap_m: float = 0.0025
+    max_strays: int = 6
+    min_gap_m: float = 0.0025
     below_m: float = 0.03
     longest_s: float = 3.0
 
@@ -159,7 +159,7 @@ def start_drop(model: DropModel, bins: Bins) -> DropStart:
     bins
         Means of `bin_s` of the record.
     """
-    drop = _Followed(replace(model, least_sigma=START.sigma), bins)
+    drop = _Followed(replace(model, min_sigma=START.sigma), bins)
     impact = drop.fall()
     while impact is not None and drop.rebound(impact):
         impact = drop.next_impact()
@@ -188,7 +188,7 @@ class _Followed:
         if _power(self.at).mean() > START.lost:
             self.why = refuse("flights_not_begun")
             return None
-        for _ in range(START.most_strays):
+        for _ in range(START.max_strays):
             lost = None
             while lost is None and self.end_s < self.last_s:
                 further = min(onset + (self.end_s - onset) * (1.0 + START.growth), self.last_s)
@@ -215,7 +215,7 @@ class _Followed:
         if impact.power > START.lost:
             self.why = refuse("rebound_unexplained")
             return False
-        if impact.rebound_m_s < START.least_rebound_m_s:
+        if impact.rebound_m_s < START.min_rebound_m_s:
             if len(self.at.values.flights) == _ONE_FLIGHT:
                 self._land(impact)
             return False
@@ -242,7 +242,7 @@ class _Followed:
             self.at = evaluate(self.model, self.unknowns, coefficients=self.at.coefficients)
         begin, length = _last_flight(self.at.values)
         since = self.model.bins.time_s > begin
-        if 0.5 * length * self.at.values.flights[4] < START.least_rebound_m_s or not since.any():
+        if 0.5 * length * self.at.values.flights[4] < START.min_rebound_m_s or not since.any():
             self.model, self.unknowns, self.at, self.end_s = kept
             return False
         if _power(self.at)[since].mean() > START.lost:
@@ -285,7 +285,7 @@ class _Followed:
             self.end_s, values = end_s, self.at.values
             # no floor is above the sphere: another way over it had run away
             shift = self.model.layout.planes.start + 2
-            lowest = float(Flights.of(values.flights).position_m(np.array([end_s]))[2, 0]) - START.least_gap_m
+            lowest = float(Flights.of(values.flights).position_m(np.array([end_s]))[2, 0]) - START.min_gap_m
             if self.model.plane.foot_m[2] + values.theta[shift] < lowest or len(values.flights) > _ONE_FLIGHT:
                 return
             theta = values.theta.copy()

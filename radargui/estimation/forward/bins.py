@@ -8,13 +8,13 @@ import numpy as np
 
 from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere
 from radargui.estimation.signals import ScaledSignals
-from radargui.geometry.path_length import Antennas, place_antennas
-from radargui.geometry.plate import StatedSurface
-from radargui.geometry.setup_unknowns import SetupUnknowns
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.radar import Walls
 from radargui.model.setup import Setup
+from radargui.physics.path_length import Antennas, place_antennas
+from radargui.physics.plate import StatedSurface
+from radargui.physics.setup_unknowns import SetupUnknowns
 
 
 @dataclass(frozen=True, slots=True)

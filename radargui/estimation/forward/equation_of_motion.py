@@ -22,12 +22,12 @@ class FreeFlightSettings:
         A segment whose mean acceleration is within this share of gravity flies: a wall that is missing in the model
         bends a fall by less (it makes waves along the way, the faster the sphere the more), and a body that lies or is
         held is off by all of it.
-    least_spans
+    min_spans
         A flight lasts at least so many spans of 10 ms: over less, nothing is gained.
     """
 
     off_gravity: float = 0.102
-    least_spans: int = 3
+    min_spans: int = 3
 
 
 FREE_FLIGHT = FreeFlightSettings()
@@ -164,7 +164,7 @@ def spans_in_flight(motion: SplineMotion, released_s: float, gravity_m_s2: float
     segment = spline.polynomials.segment
     for number in range(len(spline.spans)):
         here = rows.segment[rows.n_jerk :] == number
-        if here.sum() > FREE_FLIGHT.least_spans:
+        if here.sum() > FREE_FLIGHT.min_spans:
             # the mean: at single knots the spline rings by more
             off = acceleration[here].mean(axis=0) + np.array([0.0, 0.0, gravity_m_s2])
             out[after & (segment == number)] = np.linalg.norm(off) < FREE_FLIGHT.off_gravity * gravity_m_s2

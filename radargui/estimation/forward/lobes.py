@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.estimation.forward.mirrors import MirrorPlane, has_floor
 from radargui.estimation.forward.parameters import N_LOBE
 from radargui.model.arrays import FloatArray
+from radargui.physics.mirrors import MirrorPlane, has_floor
 
 LOBE_UNITS = np.array([0.3, 0.1, 0.1])  # m, 1, 1: in which functions of a lobe count, so that their factors are alike
-_MOST_LOBE = 10.0  # a reflection that changes e^10-fold is none, and a mirror that hardly reflects does not tell it
+_MAX_LOBE = 10.0  # a reflection that changes e^10-fold is none, and a mirror that hardly reflects does not tell it
 _SIDE_LOBE = 0.1  # of horns and small arrays, field over that on the axis (Balanis, Antenna Theory, 13.3)
 
 
@@ -49,7 +49,7 @@ class Lobes:
         """Return the log of what they do to each mirror's reflection, (2, n_mirrors, n)."""
         exponents = (self._of_mirrors[..., None, :] @ self.functions)[..., 0, :]
         exponents[..., self.n_floors :, :] -= self.factors[..., :1, 1:] @ self.direct
-        return np.clip(exponents, -_MOST_LOBE, _MOST_LOBE)
+        return np.clip(exponents, -_MAX_LOBE, _MAX_LOBE)
 
     @property
     def n_floors(self) -> int:
@@ -64,7 +64,7 @@ class Lobes:
     def of_direct(self) -> FloatArray:
         """Return what they multiply the direct wave with, (n,)."""
         exponent = (self.factors[..., :1, 1:] @ self.direct).sum(axis=(-3, -2))
-        return np.asarray(np.exp(np.clip(exponent, -_MOST_LOBE, _MOST_LOBE)))
+        return np.asarray(np.exp(np.clip(exponent, -_MAX_LOBE, _MAX_LOBE)))
 
     def by_angle(self) -> tuple[FloatArray, FloatArray]:
         """Return the slopes of the exponents by each mirror's q and by minus q at release, (2, n_mirrors, n)."""

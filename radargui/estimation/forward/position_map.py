@@ -15,25 +15,25 @@ class MapSettings:
 
     Attributes
     ----------
-    most_functions
+    max_functions
         Columns of the normal matrix that a map costs at most. Chosen by hand.
     weakest
         Functions below this share of the strongest eigenvalue are left out: rounding.
     spacing
         Distance of the subset's places in units of l: farther apart the remainder is a few parts in a hundred, and
         mirrors are bent to explain it (accuracy benchmark).
-    most_places
+    max_places
         Of the subset: its kernel matrix is diagonalised, cost cubic. Chosen by hand.
     """
 
-    most_functions: int = 35
+    max_functions: int = 35
     weakest: float = 1e-8
     spacing: float = 0.15
-    most_places: int = 90
+    max_places: int = 90
 
 
 MAPS = MapSettings()
-FINE = MapSettings(weakest=3e-7, spacing=0.05, most_places=150)
+FINE = MapSettings(weakest=3e-7, spacing=0.05, max_places=150)
 """For the chosen model: the subset's remainder, one or two per cent of a map's deviation, is a tenth of that with as
 many functions, so that the result does not hang on the motion from which the subset was taken (decision 42)."""
 
@@ -81,10 +81,10 @@ def make_basis(visited: FloatArray, length_m: float, settings: MapSettings = MAP
         How many functions.
     """
     # a kernel on all places is singular: a subset that leaves no hole carries the same functions
-    centre = farthest_points(visited, settings.spacing * length_m, settings.most_places)
+    centre = farthest_points(visited, settings.spacing * length_m, settings.max_places)
     w, u = np.linalg.eigh(_kernel(centre, centre, length_m))
     # eigenvalues fall fast for a smooth kernel: what is left out no data could determine
-    strong = np.flatnonzero(w > settings.weakest * w[-1])[-settings.most_functions :]
+    strong = np.flatnonzero(w > settings.weakest * w[-1])[-settings.max_functions :]
     return PositionBasis(centre, u[:, strong] / np.sqrt(w[strong]), length_m)
 
 

@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.estimation.forward.lobes import Lobes, lobes_at
-from radargui.estimation.forward.mirrors import MirrorPlane, distances, turned
 from radargui.estimation.forward.parameters import N_LOBE, Layout, ReceiverLayout
 from radargui.estimation.forward.sphere import SphereFactors, SphereFields, point_factors
-from radargui.geometry.path_length import Antennas, range_factor
-from radargui.geometry.scattering import through_walls
-from radargui.geometry.setup_unknowns import SetupUnknowns
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.front_end import channel_factors, channels_of
 from radargui.model.radar import Walls
+from radargui.physics.mirrors import MirrorPlane, distances, turned
+from radargui.physics.path_length import Antennas, range_factor
+from radargui.physics.scattering import through_walls
+from radargui.physics.setup_unknowns import SetupUnknowns
 
 
 @dataclass(frozen=True, slots=True)

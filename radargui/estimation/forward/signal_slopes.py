@@ -20,8 +20,8 @@ from radargui.estimation.forward.signal_model import (
     waves_at,
 )
 from radargui.estimation.forward.sphere import SphereFields
-from radargui.geometry.setup_unknowns import SetupUnknowns
 from radargui.model.arrays import ComplexArray, FloatArray
+from radargui.physics.setup_unknowns import SetupUnknowns
 
 
 @dataclass(frozen=True, slots=True)

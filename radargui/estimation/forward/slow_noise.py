@@ -38,9 +38,9 @@ class SlowNoiseSettings:
     variance_a_bin
         1/f noise of density a/f at the Doppler frequency f, one-sided, in bins of 1/24 fringe: the white variance
         a/f x rate/2 = 12 a (derivation).
-    least_samples
+    min_samples
         Of the pooled rest: fewer make no spectrum.
-    least_variance
+    min_variance
         What a function must carry, summed over the bins in units of their variance, to be an unknown: the others say
         5e-5 each in ln E, and 80 functions of half cycles over one record are 50 that differ.
     compared_variance
@@ -55,8 +55,8 @@ class SlowNoiseSettings:
     gain_a_channel: float = 4.0
     white_share: float = 0.5
     variance_a_bin: float = 12.0
-    least_samples: int = 32
-    least_variance: float = 1e-4
+    min_samples: int = 32
+    min_variance: float = 1e-4
     compared_variance: float = 5.0
 
 
@@ -105,7 +105,7 @@ class Drift:
             # in variances of the bins: what a coefficient of one deviation makes of all of them together
             felt, turned = np.linalg.eigh((prior / sigma[:, None] ** 2).T @ prior)
             out.append(prior @ turned[:, ::-1])
-            n = max(n, int((felt > SLOW_NOISE.least_variance).sum()))
+            n = max(n, int((felt > SLOW_NOISE.min_variance).sum()))
         return np.array(out)[:, :, :n]
 
     def widen(self, bins: Bins) -> Bins:
@@ -163,7 +163,7 @@ def measure_drift(signals: ScaledSignals, onset_s: float, settings: SlowNoiseSet
     # one-sided: all of the variance lies below half the rate
     white = 2.0 * signals.sigma**2 / signals.rate_hz
     # no spectrum, no drift that anybody could tell
-    if count < settings.least_samples:
+    if count < settings.min_samples:
         return Drift(float(signals.time_s[0]), length, 0, np.zeros((n_channels, 0)), level)
     slow = _slow_deviation(signals, rest, length, settings)
     rate = signals.rate_hz / pooled

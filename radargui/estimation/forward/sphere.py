@@ -7,9 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.estimation.forward.mirrors import MirrorPlane, has_floor
-from radargui.geometry.path_length import Antennas
-from radargui.geometry.plate import exchanged_signals
 from radargui.model.arrays import ComplexArray, FloatArray, IntArray
 from radargui.model.assumed import SUPPOSED_POLARIZATIONS_DEG, uncertain_inputs
 from radargui.model.scattering import (
@@ -21,6 +18,9 @@ from radargui.model.scattering import (
     unit_vectors,
 )
 from radargui.model.setup import Setup
+from radargui.physics.mirrors import MirrorPlane, has_floor
+from radargui.physics.path_length import Antennas
+from radargui.physics.plate import exchanged_signals
 
 _STEP = 1e-4  # rad and m, of a mirror: differences are off by as much of what M is curved by
 _SHIFT = 2  # place of a plane's shift among its unknowns
@@ -28,7 +28,7 @@ EXCHANGE, U_EXCHANGE = np.array([1.0, 0.0]), np.array([0.3, 0.3])
 """R under the sphere over R where the antennas see the floor, and by how much another spot and angle differ in it."""
 _U_SUPPOSED_DEG, _U_TURNED_DEG = 20.0, 40.0
 """Of the transmitter's angle about the nearest of those supposed, and of receivers about the strongest signal."""
-LEAST_U_ANGLE_RAD = 1e-6  # of a polarisation that is known exactly: the unknown stays, its prior holds it
+MIN_U_ANGLE_RAD = 1e-6  # of a polarisation that is known exactly: the unknown stays, its prior holds it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,7 +122,7 @@ class PolarisedSphere:
         unknown: FloatArray,
         reflection: complex,
     ) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
-        """Return what the exchange with the floor adds to `basis` without walls, and its slopes by height, shift, ln R."""
+        """Return what the exchange adds to `basis` without walls, and its slopes by height, shift, ln R."""
         floor, own = planes[0], unknown[0]
         wavenumber = 2.0 * np.pi / self.sphere.wavelength_m
         image_m = floor.image(antennas.transmitter_m, own)
@@ -434,7 +434,7 @@ def polarised_sphere(setup: Setup) -> PolarisedSphere | None:
         np.stack([transmitted_direction(0.0), transmitted_direction(90.0)]),
         np.array([[own.horizontal, own.vertical] for own in fields]),
         np.radians(angles),
-        np.maximum(np.radians(u_deg), LEAST_U_ANGLE_RAD),
+        np.maximum(np.radians(u_deg), MIN_U_ANGLE_RAD),
     )
 
 

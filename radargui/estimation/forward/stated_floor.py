@@ -12,15 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.estimation.forward.lobes import LOBE_UNITS, axis_of
-from radargui.estimation.forward.mirrors import MirrorPlane, has_floor
 from radargui.estimation.forward.parameters import Layout
 from radargui.estimation.forward.signal_model import ModelInputs
-from radargui.geometry.plate import StatedSurface
 from radargui.model.arrays import ComplexArray, FloatArray
+from radargui.physics.mirrors import MirrorPlane, has_floor
 
-U_WAY = 0.1
-"""Of what comes over a floor, as a share: an antenna that points some degrees beside the centre changes its size, a
-plate 0.2 mm thicker than it is called its phase."""
 _LEAST = 1e-6  # of |q|, whose logarithm changes with T
 
 
@@ -58,7 +54,7 @@ def stated_term(theta: FloatArray, layout: Layout, inputs: ModelInputs) -> State
         return None
     plane, surface = inputs.planes[0], inputs.planes[0].surface
     q, by_theta, cosine = _of_surface(theta, layout, inputs, plane)
-    expected, u = _expected(surface, cosine, inputs)
+    expected, u = surface.expected(cosine, inputs.wavenumber, is_point=inputs.sphere is None)
     share = -q / expected
     by_share = -by_theta / expected[:, None]
     if surface.plate is None:
@@ -81,7 +77,8 @@ def begun_as_stated(theta: FloatArray, layout: Layout, inputs: ModelInputs) -> F
         return theta
     out = theta.copy()
     _, by_theta, cosine = _of_surface(theta, layout, inputs, inputs.planes[0])
-    expected, _ = _expected(inputs.planes[0].surface, cosine, inputs)
+    surface = inputs.planes[0].surface
+    expected, _ = surface.expected(cosine, inputs.wavenumber, is_point=inputs.sphere is None)
     for own, row, reflected in zip(_reflections(layout), by_theta, expected, strict=True):
         # what T is multiplied with is q
         t = -reflected / row[own.start]
@@ -91,20 +88,6 @@ def begun_as_stated(theta: FloatArray, layout: Layout, inputs: ModelInputs) -> F
 
 def _reflections(layout: Layout) -> list[slice]:
     return [layout.transmitter_reflection, *(own.receiver_reflection for own in layout.receivers)]
-
-
-def _expected(surface: StatedSurface, cosine: FloatArray, inputs: ModelInputs) -> tuple[ComplexArray, FloatArray]:
-    """Return R as each antenna, at a cosine of the angle, counts it, and its uncertainty as a share; (1 + n,) both."""
-    u = np.full(cosine.size, surface.u_reflection / surface.reflection)
-    if surface.plate is None:
-        return np.full(cosine.size, surface.reflection, complex), np.hypot(u, U_WAY)
-    expected = np.full(cosine.size, surface.plate.straight_down(inputs.wavenumber))
-    if inputs.sphere is None:
-        electric, magnetic = surface.plate.coefficients(cosine, inputs.wavenumber)
-        middle, half = 0.5 * (electric + magnetic), 0.5 * np.abs(electric - magnetic)
-        u = np.hypot(u, half / np.abs(expected))
-        expected = np.where(np.abs(middle) > surface.u_reflection, middle, expected)
-    return expected, np.hypot(u, U_WAY)
 
 
 def _of_surface(

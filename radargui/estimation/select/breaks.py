@@ -23,8 +23,8 @@ class BreakSettings:
     sharp_jerk_m_s3
         The motion turns sharply where the deviation of the jerk exceeds this: a fall has less than 1, a pendulum less
         than 10.
-    apart_s, least_dip_m
-        A sharp turn is at least `apart_s` from every break, and within that time at least `least_dip_m` deep, as of a
+    apart_s, min_dip_m
+        A sharp turn is at least `apart_s` from every break, and within that time at least `min_dip_m` deep, as of a
         body thrown up at 0.05 m/s.
     kick_m_s, kick_side_s
         A wall beside the fall throws the body back: within `kick_side_s` its velocity along the floor changes by
@@ -32,7 +32,7 @@ class BreakSettings:
     beside_s, line_s, clear_s
         A wall met within `beside_s` of an impact is sought by straight lines along the floor of length `line_s` on both
         sides of it: one begins at `beside_s`, the other at `clear_s`.
-    least_beside_s
+    min_beside_s
         Least time to an impact: nearer to it lines do not determine the instant.
     grid_s
         Step of the grid on which turns are sought.
@@ -45,13 +45,13 @@ class BreakSettings:
 
     sharp_jerk_m_s3: float = 30.0
     apart_s: float = 0.008
-    least_dip_m: float = 1e-4
+    min_dip_m: float = 1e-4
     kick_m_s: float = 0.15
     kick_side_s: float = 0.008
     beside_s: float = 0.022
     line_s: float = 0.016
     clear_s: float = 0.002
-    least_beside_s: float = 0.002
+    min_beside_s: float = 0.002
     grid_s: float = 0.001
     window_s: float = 0.010
     misfit_share: float = 1.5
@@ -83,7 +83,7 @@ def sharp_turns(solution: Solution, normal: FloatArray, settings: BreakSettings 
     reach = round(settings.apart_s / settings.grid_s)
     # a ripple of the mismatch is a minimum too, but none of 0.1 mm on both sides
     left, right = height[np.maximum(turn - reach, 0)], height[np.minimum(turn + reach, height.size - 1)]
-    turn = turn[np.minimum(left, right) - height[turn] > settings.least_dip_m]
+    turn = turn[np.minimum(left, right) - height[turn] > settings.min_dip_m]
     middle = spline.span_middles()
     jerk = span_jerk_sd(solution.problem, spline)[np.searchsorted(middle, grid[turn]).clip(0, middle.size - 1)]
     near = np.abs(grid[turn][:, None] - spline.edge_s[None]).min(axis=1) < settings.apart_s
@@ -148,7 +148,7 @@ def kicks_beside(
             if np.linalg.norm(kick) < settings.kick_m_s:
                 continue
             late = -float((x2 - x1) @ kick / (kick @ kick))
-            if settings.least_beside_s < sign * late < settings.beside_s:
+            if settings.min_beside_s < sign * late < settings.beside_s:
                 found.append((float(at) + late, number))
     return np.array([time for time, _ in found]), np.array([number for _, number in found], dtype=np.intp)
 

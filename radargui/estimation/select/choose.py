@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.estimation.adaptive.found import AdaptiveRounds
-from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane, has_floor, walls_of
 from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.forward.slow_noise import Drift, strongest
 from radargui.estimation.hardware import LogFrontEnd
@@ -36,6 +35,7 @@ from radargui.estimation.solve.initial_problem import first_motion, initial_prob
 from radargui.estimation.solve.minimise import Solution, chi_square, log_evidence, solved_at
 from radargui.estimation.solve.problem import Start
 from radargui.model.arrays import FloatArray
+from radargui.physics.mirrors import FLOOR, MirrorPlane, has_floor, walls_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,16 +53,16 @@ class ChoiceSettings:
         Gain in ln E of a floor above which it is not compared again when the breaks are settled.
     good_misfit
         Median local chi-square above which something is missing in the model.
-    most_behind
+    max_behind
         A model so far behind in ln E for each number in the data, after the first minimum and each round, is given up.
     bad_misfit
         The same above which models cannot be compared: they are compared again when it has gone.
-    hopeless_misfit, most_left
+    hopeless_misfit, max_left
         The same above which no wall can explain it, and the search ends, where it is more than this share of the wave:
         in 45 dB, antennas off by their u beside a wall of 0.04 leave 0.01, a misfit of 120.
     grown_bias
         Deviation of the bias maps, in amplitudes, above which they explain something beside a floor.
-    most_walls
+    max_walls
         Largest number of walls, which are searched one after the other.
     shortest_length_m
         Least correlation length of the bias maps: shorter ones describe what mirrors do.
@@ -71,7 +71,7 @@ class ChoiceSettings:
     temper
         ln E counts divided by this when alternatives are weighed: evidence is approximate. Six drops had 62 to 100 % of
         the track inside 2u with 2.5, and 95 to 100 % with 5.
-    least_weight
+    min_weight
         Alternatives below this weight against the best are forgotten.
     first_rounds, last_rounds
         Rounds of convergence while models are compared, and for the chosen model.
@@ -83,17 +83,17 @@ class ChoiceSettings:
     deep_floors: int = 2
     beyond_doubt: float = 100.0
     good_misfit: float = 1.15
-    most_behind: tuple[float, float] = (0.5, 0.05)
+    max_behind: tuple[float, float] = (0.5, 0.05)
     bad_misfit: float = 2.0
     hopeless_misfit: float = 100.0
-    most_left: float = 0.03
+    max_left: float = 0.03
     grown_bias: float = 0.002
-    most_walls: int = 2
+    max_walls: int = 2
     shortest_length_m: float = 0.09
     other_lengths_m: tuple[float, ...] = (0.14, 0.22)
     few_fringes: float = 6.0
     temper: float = 5.0
-    least_weight: float = 0.01
+    min_weight: float = 0.01
     first_rounds: int = 4
     last_rounds: int = 10
     bin_rounds: float = BIN_ROUNDS
@@ -143,7 +143,7 @@ def choose_model(
     solution, alternatives = selection.with_flights(solution, alternatives)
     typical = selection.misfit(solution)
     hopeless = typical > settings.hopeless_misfit
-    if hopeless.any() and selection.share_left(solution)[hopeless].max() > settings.most_left:
+    if hopeless.any() and selection.share_left(solution)[hopeless].max() > settings.max_left:
         # walls would only be fitted to what no echo of one body is
         raise NoSingleBodyError(typical)
     choices = [_decided("A floor that reflects", gain)]
@@ -228,7 +228,7 @@ class _Selection:
 
     def gain_of(self, bare: Solution | None, floored: Solution | None) -> float:
         """Return what a floor gains in ln E, the least it does where one of the two was given up."""
-        least = self.settings.most_behind[-1] * self.whole.bins.value.size
+        least = self.settings.max_behind[-1] * self.whole.bins.value.size
         if bare is None or floored is None:
             return least if bare is None else -least
         return log_evidence(floored) - log_evidence(bare)
@@ -240,7 +240,7 @@ class _Selection:
 
     def raced(self, starts: Sequence[Start]) -> list[Solution | None]:
         """Return the solutions of models with and without a floor, None for one that cannot be right."""
-        first, later = (share * self.whole.bins.value.size for share in self.settings.most_behind)
+        first, later = (share * self.whole.bins.value.size for share in self.settings.max_behind)
         return race(starts, self.settings.first_rounds, self.round_done, (first, later))
 
     def from_rounds(self, found: AdaptiveRounds, length_m: float, planes: tuple[MirrorPlane, ...]) -> Start:
@@ -393,7 +393,7 @@ class _Selection:
         """
         undecided: list[Alternative] = []
         sentences: list[str] = []
-        for number in range(self.settings.most_walls):
+        for number in range(self.settings.max_walls):
             # what the first has not put right no second one has
             if number and is_lost(solution, self.found.data.onset_s):
                 break
@@ -437,7 +437,7 @@ class _Selection:
     def _weighed(self, trials: Sequence[WallTrial]) -> list[Alternative]:
         """Return the trials that have weight, their gains counted from the best; what is no minimum has none."""
         weighed = [Alternative(one.solution, self._weight(one.gain)) for one in trials if one.solution.settled]
-        return [one for one in weighed if one.weight > self.settings.least_weight]
+        return [one for one in weighed if one.weight > self.settings.min_weight]
 
     def _asks_for_walls(self, solution: Solution) -> bool:
         """Return whether residuals, or bias maps that grow although a floor is there, ask for another reflector."""
@@ -458,6 +458,6 @@ class _Selection:
 
 def _decided(what: str, gain: float, least: float = 0.0) -> str:
     """Return a sentence on what is kept above a gain; a gain beyond doubt is not computed completely."""
-    most = WALLS.most_behind[-1]
+    most = WALLS.max_behind[-1]
     value = f"{gain:+.0f}" if abs(gain) < most else f"beyond {np.copysign(most, gain):+.0f}"
     return f"{what} is {'kept' if gain > least else 'left out'}: log evidence {value}."

@@ -38,8 +38,8 @@ class RoundSettings:
         Gauss-Newton steps in a round, and when a round ends earlier.
     noise_from_round
         The noise scale follows the misfit from this round on: before it the maps have not grown.
-    settled_ln_evidence, least_rounds
-        A round that changes ln E by less than `settled_ln_evidence` is the last, but not before `least_rounds`: the
+    settled_ln_evidence, min_rounds
+        A round that changes ln E by less than `settled_ln_evidence` is the last, but not before `min_rounds`: the
         first may stand still while deviations shrink by their largest step.
     after_breaks
         Rounds of convergence whenever breaks have changed.
@@ -60,7 +60,7 @@ class RoundSettings:
     minimise: MinimiseSettings = MINIMISE
     noise_from_round: int = 2
     settled_ln_evidence: float = 0.2
-    least_rounds: int = 4
+    min_rounds: int = 4
     after_breaks: int = 4
     break_rounds: int = 6
     same_s: float = 0.0015
@@ -75,7 +75,7 @@ LAST = RoundSettings(
     minimise=MinimiseSettings(close=0.02, nothing=0.002),
     noise_from_round=0,
     settled_ln_evidence=0.04,
-    least_rounds=2,
+    min_rounds=2,
 )
 """For the chosen model, which has been converged on fewer bins: its maps have grown. Ended at 0.5, the flights of
 one drop were one fewer than two rounds later; ended at 0.1, g of another hung by 1.6 of its u on the way there, 0.007
@@ -143,7 +143,7 @@ def convergence(start: Start, rounds: int, settings: RoundSettings = COARSE) -> 
         now = log_evidence(solution)
         yield solution, now
         stands = solution.settled and abs(now - evidence) < settings.settled_ln_evidence
-        if number >= settings.least_rounds and stands:
+        if number >= settings.min_rounds and stands:
             break
         evidence = now
 
@@ -203,7 +203,7 @@ def settle_breaks(
             best = _best(seen, normal)
             motion = SplineMotion(best.at.spline, best.state.coefficients)
             kicks = kicks_beside(motion, normal, data.gravity_m_s2)[0]
-            new = beside = _away(kicks, refused, BREAKS.least_beside_s)
+            new = beside = _away(kicks, refused, BREAKS.min_beside_s)
             if new.size:
                 solution, speeds, good = best, break_speeds(best, normal), np.ones(best.at.spline.break_s.size, bool)
         stiff = misfit_times(solution) if new.size == 0 else np.zeros(0)

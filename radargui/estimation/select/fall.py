@@ -10,7 +10,6 @@ import numpy as np
 from radargui.estimation.flights.drop_model import wave_gain
 from radargui.estimation.flights.estimate import DROP, DropEstimate, echo_turns_hz
 from radargui.estimation.forward.bins import BINS, BinnedData, bin_by_fringe
-from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.parameters import Layout, ReceiverConstants, of_mirror
 from radargui.estimation.forward.signal_model import ModelInputs
 from radargui.estimation.hardware import LogFrontEnd
@@ -19,12 +18,13 @@ from radargui.estimation.solve.changed_problem import problem_with_flights
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.minimise import solved_at
 from radargui.estimation.solve.problem import Start, State
-from radargui.geometry.path_length import path_lengths
 from radargui.model.arrays import FloatArray
 from radargui.model.setup import Setup
 from radargui.motion.flights import Flights
+from radargui.physics.mirrors import MirrorPlane
+from radargui.physics.path_length import path_lengths
 
-_LEAST_FLIGHT_S = 0.010
+_MIN_FLIGHT_S = 0.010
 """A shorter flight is none that a spline could follow: the body lies."""
 
 
@@ -59,7 +59,7 @@ class FoundFall:
         time_s = signals.time_s
         flights, lies_s = _bounced_on(estimate.flights, estimate.end_s, float(time_s[-1]))
         breaks = flights.impact_s
-        if lies_s < time_s[-1] - _LEAST_FLIGHT_S:
+        if lies_s < time_s[-1] - _MIN_FLIGHT_S:
             breaks = np.append(breaks, lies_s)
         values = estimate.at.values._replace(flights=flights.unknowns)
         # as fine as a joint estimate's bins are elsewhere, finer where the floor asks for it
@@ -203,8 +203,8 @@ def _bounced_on(flights: Flights, lost_s: float, end_s: float) -> tuple[Flights,
     while True:
         lands_s = float(impacts[-1] + 2.0 * velocity[-1][2] / flights.g_m_s2)
         slower = velocity[-1] * np.array([1.0, 1.0, share])
-        is_last = 2.0 * slower[2] / flights.g_m_s2 < _LEAST_FLIGHT_S
-        if is_last or lands_s > end_s - _LEAST_FLIGHT_S:
+        is_last = 2.0 * slower[2] / flights.g_m_s2 < _MIN_FLIGHT_S
+        if is_last or lands_s > end_s - _MIN_FLIGHT_S:
             return replace(flights, velocity_m_s=np.array(velocity), impact_s=np.array(impacts)), lands_s
         impacts.append(lands_s)
         velocity.append(slower)

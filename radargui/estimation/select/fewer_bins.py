@@ -13,15 +13,15 @@ from radargui.estimation.solve.minimise import Solution, local_chi_square
 from radargui.estimation.solve.problem import Start, linearise
 from radargui.model.arrays import FloatArray, IntArray
 
-MOST_BINS = 3
+MAX_BINS = 3
 """Neighbours that count as one while models are compared: 1/8 fringe, which two nodes tell to 1e-4; half the time."""
-MOST_OFF = 0.2
+MAX_OFF = 0.2
 """What two nodes may be off from the mean of a wave, in deviations of the noise."""
 NEAR_BREAK_S = 0.008
 """So near a break bins stay as they are: it moves while it is settled, and a longer mean over it would hold it back."""
 
 
-def fewer_bins(data: BinnedData, break_s: FloatArray, most: int = MOST_BINS) -> BinnedData:
+def fewer_bins(data: BinnedData, break_s: FloatArray, most: int = MAX_BINS) -> BinnedData:
     """Return the data with up to `most` neighbours a bin, none near breaks (n_breaks,) or over the end of the rest."""
     return data.together(_begins(data, break_s, most))
 
@@ -64,4 +64,4 @@ def _allowed(bins: Bins, most: int) -> int:
     """Return how many bins two nodes may stand for: a wave of one is off by (pi / bins a fringe)^4 / 270."""
     # white noise of a longer bin is smaller, and shows sooner what two nodes are off by
     sigma = float(np.median(bins.sigma)) / np.sqrt(most)
-    return int(np.clip(BINS.per_fringe / np.pi * (270.0 * MOST_OFF * sigma) ** 0.25, 1.0, most))
+    return int(np.clip(BINS.per_fringe / np.pi * (270.0 * MAX_OFF * sigma) ** 0.25, 1.0, most))

@@ -12,7 +12,7 @@ from radargui.estimation.select.wall_grid import WALLS
 from radargui.estimation.solve.minimise import MinimiseSettings, Solution, log_evidence, minimise
 from radargui.estimation.solve.problem import Start
 from radargui.model.arrays import FloatArray
-from radargui.model.cores import Lane, cores
+from radargui.system.cores import Lane, cores
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ def race(
     starts: Sequence[Start],
     rounds: int,
     round_done: Callable[[], None],
-    most_behind: tuple[float, ...],
+    max_behind: tuple[float, ...],
     met: Callable[[Score, Score], bool] = lambda one, other: False,
 ) -> list[Solution | None]:
     """Return the solutions of some starts as `converge` would, None for those that fell hopelessly behind, or met.
@@ -46,7 +46,7 @@ def race(
     Alternatives that have not reached a minimum are given up, too, unless none has, because their evidence cannot be
     compared.
 
-    Within `radargui.model.cores.on_cores` they run side by side, with the same result.
+    Within `radargui.system.cores.on_cores` they run side by side, with the same result.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def race(
         Starts whose evidences are comparable.
     rounds, round_done
         As of `converge`.
-    most_behind
+    max_behind
         How far in ln E an alternative may be behind the best, after the first minimum and after each round; the last
         one stays.
     met
@@ -72,7 +72,7 @@ def race(
             # then only those go on that have not come to their minimum
             if number < rounds:
                 best = max(now[k].ln_evidence for k in alive)
-                near = [k for k in alive if now[k].ln_evidence >= best - most_behind[min(number, len(most_behind) - 1)]]
+                near = [k for k in alive if now[k].ln_evidence >= best - max_behind[min(number, len(max_behind) - 1)]]
                 alive = [k for k in near if not any(met(now[j], now[k]) for j in near if j < k)]
             for k, one in field.step(alive):
                 now[k] = one

@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane, has_floor
 from radargui.estimation.select.wall_grid import TOGETHER, WALLS, LinearisedSearch, upright_planes, wall_grid
 from radargui.estimation.select.walls import peaks
 from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.problem import State
 from radargui.model.arrays import FloatArray, pieces
+from radargui.physics.mirrors import FLOOR, MirrorPlane, has_floor
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +23,7 @@ class UnseenSettings:
     ----------
     floor_below_m
         Distances of a possible floor below the lowest place; farther ones are those of walls.
-    least_weight
+    min_weight
         Least weight of all places together, the same as of an alternative.
     floor_reflection
         Deviation of real and imaginary part of T and R of a floor: tables and plates reflect 0.1 to 0.3.
@@ -34,7 +34,7 @@ class UnseenSettings:
     """
 
     floor_below_m: tuple[float, ...] = (0.01, 0.02, 0.04)
-    least_weight: float = 0.01
+    min_weight: float = 0.01
     floor_reflection: float = 0.15
     places: int = 48
     stand_for: float = 0.98
@@ -96,7 +96,7 @@ def unseen_mirrors(
         )
         weigh(LinearisedSearch(solution, as_they_are), below)
     weight = np.concatenate(weights)
-    if weight.sum() < settings.least_weight:
+    if weight.sum() < settings.min_weight:
         return [], 0.0
     # what is far less likely moves the second moments by nothing
     likeliest = np.argsort(-weight)[: settings.places]

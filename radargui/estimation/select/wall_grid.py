@@ -9,7 +9,6 @@ import numpy as np
 from scipy.sparse import bsr_matrix, csr_matrix, hstack, vstack
 
 from radargui.estimation.forward.lobes import axis_of, off_axis, strength_change
-from radargui.estimation.forward.mirrors import WALL, MirrorPlane, distances, turned
 from radargui.estimation.forward.parameters import polarisation_places
 from radargui.estimation.forward.signal_model import ModelInputs, Waves, waves_at
 from radargui.estimation.forward.signal_slopes import receiver_slopes
@@ -20,8 +19,9 @@ from radargui.estimation.solve.lobe_prior import main_lobes
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.priors import Prior
 from radargui.estimation.solve.problem import JointProblem
-from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import ComplexArray, FloatArray, pieces
+from radargui.physics.mirrors import WALL, MirrorPlane, distances, turned
+from radargui.physics.path_length import Antennas
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class WallSettings:
         geometric steps to 1 m. A wall beyond the grid would be replaced by a false one.
     fine_deg, nearest_m
         Grid of a calibration around a wall that was found; least distance of a wall.
-    u_shift_share, least_u_shift_m
+    u_shift_share, min_u_shift_m
         Deviation of a wall's shift: a share of its distance (half a step of the grid), at least a wavelength.
     tried, first_steps
         Number of local maxima that are begun, and of steps taken from each: the true wall may be the ninth (decision
@@ -52,7 +52,7 @@ class WallSettings:
         Rounds of each trial; largest number of searches; least growth of ln E for another search.
     promising
         A coarse search continues if it gains this in ln E, a thorough one if it loses less than `convincing`.
-    most_behind
+    max_behind
         A trial is given up if it is so far behind the best in ln E, after its first minimum and after each round: no
         trial of twelve scenes caught up more than 30 from the first round on, but the right wall of another was 156
         behind.
@@ -70,7 +70,7 @@ class WallSettings:
     distances_m: tuple[float, ...] = (0.08, 0.115, 0.165, 0.235, 0.34, 0.485, 0.695, 1.0)
     fine_deg: tuple[float, ...] = (-16.0, -12.0, -8.0, -4.0, 0.0, 4.0, 8.0, 12.0, 16.0)
     u_shift_share: float = 0.2
-    least_u_shift_m: float = 0.03
+    min_u_shift_m: float = 0.03
     nearest_m: float = 0.05
     tried: int = 12
     first_steps: int = 3
@@ -85,7 +85,7 @@ class WallSettings:
     searches: int = 2
     worthwhile: float = 2.0
     promising: float = 3.0
-    most_behind: tuple[float, float, float] = (1000.0, 200.0, 60.0)
+    max_behind: tuple[float, float, float] = (1000.0, 200.0, 60.0)
     level: float = 15.0
     last_rounds: int = 4
     beyond_doubt: float = 50.0
@@ -131,7 +131,7 @@ def upright_planes(
         outward = np.cos(angle) * first + np.sin(angle) * second
         for away in distance_m:
             # half a step of the grid: convergence may go on to the neighbour, not beyond
-            u_shift = max(settings.u_shift_share * float(away), settings.least_u_shift_m)
+            u_shift = max(settings.u_shift_share * float(away), settings.min_u_shift_m)
             foot = middle_m + away * outward
             out.append(MirrorPlane(foot, -outward, WALL, settings.u_azimuth_rad, u_shift_m=u_shift))
     return out

@@ -42,12 +42,12 @@ class WalkSettings:
         wall none of two that ran along was the best in the end; with four 29 laboratory drops came out the same.
     steps
         Largest number of moves, as long as ln E grows by `WallSettings.worthwhile`.
-    least_move
+    min_move
         A wall that moves by less than this share of its distance (7 degrees) has only converged.
-    most_deviations
+    max_deviations
         A wall more deviations than this from where it was sought is held back by the prior of its place. One more move
         is made, which renews that prior (one wall stood 2.7 off, and 115 in ln E below the true one 4 degrees away).
-    most_behind
+    max_behind
         As in `WallSettings`. In eight steps of four drops the best in the end was 229 behind after the first minimum at
         the most, and led after the first round.
     rounds_again
@@ -59,9 +59,9 @@ class WalkSettings:
     own_reach: float = 0.5
     tried_elsewhere: int = 2
     steps: int = 4
-    least_move: float = 0.12
-    most_deviations: float = 2.0
-    most_behind: tuple[float, float] = (500.0, 30.0)
+    min_move: float = 0.12
+    max_deviations: float = 2.0
+    max_behind: tuple[float, float] = (500.0, 30.0)
     rounds_again: int = 10
 
 
@@ -103,14 +103,14 @@ def walked(
         starts = [problem_with_mirrors(best, (*here[:-1], one)) for one in planes]
         if step == 0:
             starts += _elsewhere(best, normal, round_done, settings)
-        more = filter(None, race(starts, WALLS.rounds, round_done, settings.most_behind, same_place))
+        more = filter(None, race(starts, WALLS.rounds, round_done, settings.max_behind, same_place))
         found = sorted([*found, *more], key=log_evidence, reverse=True)
         # where it stays it only converges, which needs no turns
         moved = last_image(found[0], middle) - last_image(best, middle)
-        stays = float(np.linalg.norm(moved)) < 2.0 * distance * settings.least_move
+        stays = float(np.linalg.norm(moved)) < 2.0 * distance * settings.min_move
         settled = stays or log_evidence(found[0]) < log_evidence(best) + WALLS.worthwhile
         # from the same wall all would begin and end the same
-        if found[0] is best or (settled and not _is_held(found[0], settings.most_deviations)):
+        if found[0] is best or (settled and not _is_held(found[0], settings.max_deviations)):
             break
     if bent_by_maps(found[0]):
         # the wall stands, the maps that stood for it have not gone

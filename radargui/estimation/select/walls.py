@@ -132,7 +132,7 @@ def _search_from(
         # maxima, not the best places: neighbours of one maximum converge to the same wall
         numbers = peaks(gains.reshape(azimuth.size, -1), around=True)[: settings.tried]
         starts = best_started([problem_with_mirrors(base, (*mirrors, planes[k])) for k in numbers], most, round_done)
-        trials = race(starts, settings.rounds, round_done, settings.most_behind, same_place)
+        trials = race(starts, settings.rounds, round_done, settings.max_behind, same_place)
         if number == 0:
             # evidence moves while priors are re-estimated: the model without the wall goes through the same rounds, and
             # not in the race, in which its bias maps would lead at first
@@ -158,7 +158,7 @@ def _run_off(search: WallSearch, round_done: Callable[[], None], settings: WallS
         return search
     without = log_evidence(level[0].solution) - level[0].gain
     starts = [Start(one.solution.problem, one.solution.state) for one in level]
-    trials = race(starts, settings.last_rounds, round_done, settings.most_behind, same_place)
+    trials = race(starts, settings.last_rounds, round_done, settings.max_behind, same_place)
     return replace(search, tried=search.tried[len(level) :]).with_more(trials, without)
 
 

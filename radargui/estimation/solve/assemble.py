@@ -22,7 +22,7 @@ BENT_ALONE = (0.0, 1e-3, 0.03, 0.9)
 """Shares of the diagonal of M by which breaks and mirrors alone are damped; with the last they are as good as held."""
 OF_ALL = tuple(10.0**power for power in range(-4, 4))
 """Shares of the whole diagonal, from which damping goes on where these do not do."""
-MOST_DAMPING = len(BENT_ALONE) + len(OF_ALL) - 1
+MAX_DAMPING = len(BENT_ALONE) + len(OF_ALL) - 1
 """The last of these shares, counted through both; beyond it there is no step."""
 _JITTERS = (0.0, 1e-13, 1e-11, 1e-9, 1e-7)  # of the diagonal: rounding of coefficients that hardly any bin sees
 

@@ -19,42 +19,42 @@ class BreakLimits:
 
     Attributes
     ----------
-    most_thrown, doubt_m_s
-        Largest speed after an impact: `most_thrown` times the arrival plus `doubt_m_s`. A floor at rest returns at most
+    max_thrown, doubt_m_s
+        Largest speed after an impact: `max_thrown` times the arrival plus `doubt_m_s`. A floor at rest returns at most
         the arrival. Chosen by hand.
     other_acceleration_m_s2
         Largest acceleration besides gravity between two breaks: three times g. Chosen by hand.
-    least_flight_s
+    min_flight_s
         Shortest flight that is followed while the body bounces on: a knot spacing.
     unfollowed_s
         Longest flight whose following bounce may be missed: three knot spacings. Chosen by hand.
     unseen_s
         Longest flight whose landing may have been missed if no break stands there. Chosen by hand.
-    most_bounces
+    max_bounces
         Largest number of bounces: at e = 0.83 a tenth of the speed is left.
     same_share
         The share of the speed that the last impact leaves counts up to so many times the median, because a missing
         bounce may have shifted that impact. Chosen by hand.
-    least_kick_m_s, kick_sigmas, sigmas_rubbed
+    min_kick_m_s, kick_sigmas, sigmas_rubbed
         Least jump of the velocity along the floor at a wall, in m/s (half of `BreakSettings.kick_m_s`, which makes a
         break be tried there) and in its uncertainty; and by how many uncertainties the speed along the normal may be
         off. Chosen by hand.
-    least_lost
+    min_lost
         Least share of the speed that an impact takes: the hardest floors return 0.95.
     """
 
-    most_thrown: float = 2.0
+    max_thrown: float = 2.0
     doubt_m_s: float = 0.5
     other_acceleration_m_s2: float = 30.0
-    least_flight_s: float = 0.010
+    min_flight_s: float = 0.010
     unfollowed_s: float = 0.030
     unseen_s: float = 0.060
-    most_bounces: int = 12
+    max_bounces: int = 12
     same_share: float = 1.15
-    least_kick_m_s: float = 0.075
+    min_kick_m_s: float = 0.075
     kick_sigmas: float = 7.0
     sigmas_rubbed: float = 3.0
-    least_lost: float = 0.05
+    min_lost: float = 0.05
 
 
 LIMITS = BreakLimits()
@@ -94,7 +94,7 @@ class BreakSpeeds:
 
         A wall may be met while rising. It rubs, so that it changes the speed along the normal by no more than its kick.
         """
-        least = np.maximum(LIMITS.least_kick_m_s, LIMITS.kick_sigmas * self.u_kick_m_s)
+        least = np.maximum(LIMITS.min_kick_m_s, LIMITS.kick_sigmas * self.u_kick_m_s)
         rubbed = np.abs(self.after_m_s - self.before_m_s) < self.kick_m_s + LIMITS.sigmas_rubbed * self.u_jump_m_s
         return np.asarray((self.kick_m_s > least) & (rubbed & self._are_held() | self.are_possible()))
 
@@ -113,7 +113,7 @@ class BreakSpeeds:
         Between two breaks that are closer than the bins nothing determines the spline.
         """
         # a break between bins can swing its two sides against each other by metres a second
-        thrown = self.after_m_s > LIMITS.most_thrown * np.maximum(-self.before_m_s, 0.0) + LIMITS.doubt_m_s
+        thrown = self.after_m_s > LIMITS.max_thrown * np.maximum(-self.before_m_s, 0.0) + LIMITS.doubt_m_s
         return np.asarray(~thrown & self._are_held())
 
     def _are_held(self) -> BoolArray:
@@ -130,10 +130,10 @@ class BreakSpeeds:
         """
         moment, speed, share = self._last_bounce()
         out: list[float] = []
-        while len(out) < LIMITS.most_bounces:
+        while len(out) < LIMITS.max_bounces:
             flight_s = 2.0 * speed / self.gravity_m_s2
             moment += flight_s
-            if flight_s < LIMITS.least_flight_s or moment > end_s - LIMITS.least_flight_s:
+            if flight_s < LIMITS.min_flight_s or moment > end_s - LIMITS.min_flight_s:
                 break
             out.append(moment)
             speed *= min(share, 1.0)
@@ -162,7 +162,7 @@ class BreakSpeeds:
         elif not 0.0 < flight_s < LIMITS.unfollowed_s:
             return np.zeros(time_s.size)
         since = (time_s - moment) / flight_s
-        left = 1.0 - np.maximum(since - 2.0, 0.0) * max(1.0 - share, LIMITS.least_lost)
+        left = 1.0 - np.maximum(since - 2.0, 0.0) * max(1.0 - share, LIMITS.min_lost)
         return np.where(since > -1.0, height_m / np.sqrt(12.0) * np.maximum(left, 0.0) ** 2, 0.0)
 
     def _lands_unseen(self, moment_s: float, flight_s: float) -> bool:

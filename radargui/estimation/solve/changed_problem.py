@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from radargui.estimation.forward.equation_of_motion import EquationDeviation, EquationRows, spans_in_flight
-from radargui.estimation.forward.mirrors import MirrorPlane, walls_of
 from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion
 from radargui.estimation.forward.parameters import (
     Layout,
@@ -24,11 +23,12 @@ from radargui.estimation.solve.priors import PRIORS, Prior, flight_prior, make_p
 from radargui.estimation.solve.problem import JointProblem, Start, State
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.gravity import UNKNOWN_DRAG
+from radargui.physics.mirrors import MirrorPlane, walls_of
 
 # Limits of the jerk's deviation where knots change, m/s^3: new spans start loose enough to follow what the old ones
 # could not, and stiff enough to stay in place. Chosen by hand.
 _JERK_M_S3 = (3.0, 3.0 * INITIAL.jerk_m_s3)
-_LEAST_SEEN = 1e-4
+_MIN_SEEN = 1e-4
 """Share of a map's strongest function below which one is not asked for what the map has said: rounding."""
 _OFF_GRAVITY_M_S2 = 0.1
 """First deviation from the equation of flight: what a wall that is not in the model bends a fall by. Chosen by hand."""
@@ -174,7 +174,7 @@ def problem_with_fine_maps(start: Start, place: FloatArray, visited: BoolArray) 
     bias, amplitude = after = [make_basis(there, one.length_m, FINE) for one in before]
     # the smallest coefficients that say the same: the data have not seen the weakest functions
     by_bias, by_amplitude = (
-        np.linalg.lstsq(new(there), was(there), rcond=_LEAST_SEEN)[0] for was, new in zip(before, after, strict=True)
+        np.linalg.lstsq(new(there), was(there), rcond=_MIN_SEEN)[0] for was, new in zip(before, after, strict=True)
     )
     layout = make_layout(replace(old.sizes, bias=bias.size, amplitude_map=amplitude.size))
     carried = np.zeros((layout.size, old.size))

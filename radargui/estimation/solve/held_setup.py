@@ -11,9 +11,9 @@ from radargui.estimation.solve.changed_problem import carried_places
 from radargui.estimation.solve.minimise import Solution, solved_at
 from radargui.estimation.solve.priors import Prior
 from radargui.estimation.solve.problem import JointProblem, Start, State
-from radargui.geometry.setup_unknowns import SetupUnknowns
 from radargui.model.arrays import FloatArray
 from radargui.model.setup_posterior import SetupLikelihood, SetupPosterior
+from radargui.physics.setup_unknowns import SetupUnknowns
 
 
 def setup_posterior(solution: Solution) -> SetupPosterior | None:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.estimation.forward.bins import BinnedData, Bins
-from radargui.estimation.forward.mirrors import MirrorPlane, walls_of
 from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
 from radargui.estimation.forward.parameters import (
     ReceiverConstants,
@@ -24,6 +23,7 @@ from radargui.estimation.solve.normal import solve_band
 from radargui.estimation.solve.priors import make_prior, with_known_front_ends, with_polarisation
 from radargui.estimation.solve.problem import JointProblem, Start, State
 from radargui.model.arrays import BoolArray, FloatArray
+from radargui.physics.mirrors import MirrorPlane, walls_of
 
 
 @dataclass(frozen=True, slots=True)

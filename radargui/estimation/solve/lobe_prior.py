@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.estimation.forward.lobes import LOBE_UNITS, axis_of, main_lobe
-from radargui.estimation.forward.mirrors import MirrorPlane, walls_of
 from radargui.estimation.forward.parameters import N_LOBE, Layout
 from radargui.estimation.solve.priors import Prior
-from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import FloatArray
+from radargui.physics.mirrors import MirrorPlane, walls_of
+from radargui.physics.path_length import Antennas
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from scipy.ndimage import uniform_filter1d
 
 from radargui.estimation.forward.parameters import with_nearest_angles
 from radargui.estimation.forward.stated_floor import stated_term
-from radargui.estimation.solve.assemble import MOST_DAMPING, Assembled, DataSums, assemble, sum_data
+from radargui.estimation.solve.assemble import MAX_DAMPING, Assembled, DataSums, assemble, sum_data
 from radargui.estimation.solve.normal import FactoredNormal
 from radargui.estimation.solve.priors import PRIORS
 from radargui.estimation.solve.problem import JointProblem, Linearised, Start, State, linearise, reweighed
@@ -27,9 +27,9 @@ class MinimiseSettings:
         A step that gains less in cost (ln likelihood) is the last: an unknown 0.3 of its deviation off costs as much.
     nothing
         Foretold to gain less than this, no step is taken.
-    least_flight_s
+    min_flight_s
         Two breaks never come closer: no bin would lie between them.
-    most_farther
+    max_farther
         Farther from the release than the nearest antenna, a step leads less than so many times as far as the motion
         that it begins from: where it is known at all, it does not double.
     small, left
@@ -41,8 +41,8 @@ class MinimiseSettings:
 
     close: float = 0.05
     nothing: float = 0.005
-    least_flight_s: float = 1e-3
-    most_farther: float = 1.5
+    min_flight_s: float = 1e-3
+    max_farther: float = 1.5
     small: float = 200.0
     left: float = 0.02
     renews_last: bool = True
@@ -113,7 +113,7 @@ def minimise_on(
     for number in range(steps):
         step, damping = _improve(problem, state, at, assembled, damping, settings)
         if step is None:
-            settled = damping <= MOST_DAMPING
+            settled = damping <= MAX_DAMPING
             break
         before, state, at = state, step.state, step.at
         if step.is_linear(settings):
@@ -162,7 +162,7 @@ def _improve(
 ) -> tuple[_Step | None, int]:
     """Return the first of ever more damped steps that lowers the cost, None where none does, and the next damping."""
     first = damping
-    while damping <= MOST_DAMPING:
+    while damping <= MAX_DAMPING:
         trial, foretold = _step(problem, state, assembled, damping, settings)
         if trial is not None:
             if foretold < settings.nothing:
@@ -213,7 +213,7 @@ def _is_possible(
     inputs = problem.inputs
     # breaks that pass each other would exchange their impacts
     edge = np.concatenate([problem.spline.edge_s[:1], theta[problem.layout.breaks], problem.spline.edge_s[-1:]])
-    if (np.diff(edge) <= settings.least_flight_s).any():
+    if (np.diff(edge) <= settings.min_flight_s).any():
         return False
     away_m = np.vstack([inputs.antennas.transmitter_m, inputs.antennas.receivers_m]) - inputs.release_m
     distance_m = np.linalg.norm(away_m, axis=1)
@@ -221,7 +221,7 @@ def _is_possible(
     # within this ball it is on the right side of every plane
     if farthest_m < nearest_m:
         return True
-    limit_m = settings.most_farther * np.linalg.norm(before.coefficients, axis=1).max()
+    limit_m = settings.max_farther * np.linalg.norm(before.coefficients, axis=1).max()
     return bool(farthest_m < limit_m and (coefficients @ away_m.T < distance_m**2).all())
 
 
@@ -231,13 +231,13 @@ def log_evidence(solution: Solution) -> float:
     ln E = -cost - ln det H / 2 - sum ln sd_prior - 3 sum ln sd_equation - sum over the channels' bins of ln noise scale
     and what the deviations' own priors say.
     """
-    problem = solution.problem
+    problem, log_determinant = solution.problem, solution.normal.log_determinant()
     stated = stated_term(solution.state.theta, problem.layout, problem.placed(solution.state.theta).inputs)
     # without the terms of the deviations a model could widen its priors until anything fits
     n_used = int(problem.use.sum())
     return (
         -solution.at.cost
-        - 0.5 * solution.normal.log_determinant()
+        - 0.5 * log_determinant
         - float(np.log(problem.prior.sd).sum())
         - (0.0 if stated is None else stated.log_deviations)
         - 3.0 * float(np.log(problem.equation_sd).sum())

@@ -33,10 +33,10 @@ class DeviationSettings:
     window_spans
         Deviation of the Gaussian window over the spans. Chosen by hand: 30 ms distinguish a fall from the push of a
         bed.
-    least_square
+    min_square
         Added to the sum of squares, in units of the lowest deviation's square, so that a motion that obeys its equation
         keeps a deviation above zero.
-    least_determined
+    min_determined
         Least number of well determined coefficients, which rounding can make zero. Chosen by hand.
     largest_noise_step
         Largest growth of the noise scale in one round, as a factor: a misfit that the next round removes shall not
@@ -49,8 +49,8 @@ class DeviationSettings:
     highest_off_m_s2: float = 10.0
     largest_change: float = 10.0
     window_spans: float = 3.0
-    least_square: float = 0.01
-    least_determined: float = 1e-2
+    min_square: float = 0.01
+    min_determined: float = 1e-2
     largest_noise_step: float = 1.3
 
 
@@ -74,7 +74,7 @@ def reestimated(old: Prior, theta: FloatArray, variance: FloatArray, settings: D
         index = group.index
         w = theta[index] - old.mean[index]
         # coefficients that the data leave alone count for nothing: they would make every deviation small
-        determined = max(index.size - float((variance[index] / sd[index] ** 2).sum()), settings.least_determined)
+        determined = max(index.size - float((variance[index] / sd[index] ** 2).sum()), settings.min_determined)
         before = float(sd[index[0]])
         # the minimum of w^2 / 2 s^2 + gamma ln s + s / scale
         wanted = float(np.sqrt((w @ w) / (determined + before / group.scale)))
@@ -104,8 +104,8 @@ def _equation_deviation(solution: Solution, settings: DeviationSettings) -> Floa
     for part in rows_together(equation.rows, solution.at.spline, problem.released_s):
         both = np.stack([square[part], determined[part]])
         top, low = gaussian_filter1d(both, settings.window_spans, mode="nearest", truncate=2.0)
-        least = settings.least_square * lowest[part] ** 2
-        out[part] = np.sqrt((top + least) / np.maximum(low, settings.least_determined))
+        least = settings.min_square * lowest[part] ** 2
+        out[part] = np.sqrt((top + least) / np.maximum(low, settings.min_determined))
     limited = np.clip(out, old / settings.largest_change, old * settings.largest_change)
     return np.asarray(np.clip(limited, lowest, highest))
 

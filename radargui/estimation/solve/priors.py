@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane, has_floor, walls_of
 from radargui.estimation.forward.parameters import (
     Layout,
     ReceiverConstants,
@@ -17,9 +16,10 @@ from radargui.estimation.forward.parameters import (
 )
 from radargui.estimation.forward.sphere import EXCHANGE, U_EXCHANGE, PolarisedSphere
 from radargui.estimation.hardware import LogFrontEnd
-from radargui.geometry.setup_unknowns import SetupUnknowns
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.gravity import TIDES_M_S2, U_ANYWHERE_M_S2, UNKNOWN_DRAG
+from radargui.physics.mirrors import FLOOR, MirrorPlane, has_floor, walls_of
+from radargui.physics.setup_unknowns import SetupUnknowns
 
 
 @dataclass(frozen=True, slots=True)

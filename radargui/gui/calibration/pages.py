@@ -16,18 +16,18 @@ from radargui.files.formats import SUFFIXES
 from radargui.gui.layout import TIPS, Group, Paragraph, PlainLabel, boxed, button, fill, follow, having, holding
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import Plot
-from radargui.gui.setup.words import UNKNOWNS, called, words_of
+from radargui.gui.setup_words import UNKNOWNS, called, words_of
 from radargui.gui.table import RowModel, RowTable, WordTable
 from radargui.gui.theme import Theme, scaled_font
 from radargui.model.assumed import uncertain_inputs
 from radargui.model.calibrated_setup import KNOWN_TOGETHER, Change, change, changes_since, correlations, setup_key
 from radargui.model.calibration import Calibration, Residual
-from radargui.model.radar import MOST_RECEIVERS
-from radargui.model.resources import resources_folder
+from radargui.model.radar import MAX_RECEIVERS
 from radargui.model.rounding import UNKNOWN, plain, with_sign
 from radargui.model.setup import Setup
 from radargui.model.words import sentence
 from radargui.report.content import with_powers
+from radargui.system.resources import resources_folder
 
 _RECORDINGS = f"Recordings ({' '.join('*' + suffix for suffix in SUFFIXES)});;All files (*)"
 _PATHS = "Known motions (*.toml *.csv);;All files (*)"
@@ -151,7 +151,7 @@ _PARAMETERS = ("Parameter", "Before", "After", "Change", "in u")
 _RESIDUALS = ("Recording", "Receiver", "Before [mm]", "After [mm]", "Left out [mm]")
 _TITLE = 1.5
 """Times the font of the window (chosen by hand): the verdict is what is looked for."""
-_MOST_NAMED = 2
+_MAX_NAMED = 2
 """Pairs of unknowns in one sentence (chosen by hand); the others are counted."""
 _KEY = re.compile(r"\b(?:receiver|transmitter|tracer)(?:\.\w+)+")
 
@@ -175,7 +175,7 @@ class ResultView(QWidget):
         self.plot.getPlotItem().getAxis("left").setTickSpacing(major=1, minor=1)
         self.plot.getPlotItem().getAxis("left").setStyle(maxTextLevel=0)
         self._after, self._before = (
-            [self.plot.marker(f"receivers.{n}", symbol, size, f"Rx {n + 1} {when}") for n in range(MOST_RECEIVERS)]
+            [self.plot.marker(f"receivers.{n}", symbol, size, f"Rx {n + 1} {when}") for n in range(MAX_RECEIVERS)]
             for when, symbol, size in (("after", "o", 8), ("before", "x", 9))
         )
         self.key = Key(theme)
@@ -224,7 +224,7 @@ class ResultView(QWidget):
         if known:
             low, high = math.floor(math.log10(min(known))), math.ceil(math.log10(max(known)))
             self.plot.setYRange(low, max(high, low + 2), padding=0.0)
-        for receiver in range(1, MOST_RECEIVERS + 1):
+        for receiver in range(1, MAX_RECEIVERS + 1):
             own = [one for one in residuals if one.receiver == receiver]
             at = [files.index(one.file) + 1 for one in own]
             self._after[receiver - 1].setData(at, [1e3 * one.rms_m for one in own])
@@ -248,8 +248,8 @@ def found_words(found: Calibration) -> list[str]:
     if untold := [words for words in found.undetermined if words not in found.reason]:
         lines.append(f"the data cannot tell: {'; '.join(untold)}")
     if pairs := correlations(found.covariance, found.names, KNOWN_TOGETHER):
-        named = (f"{a} with {b} ({r:+.2f})" for a, b, r in pairs[:_MOST_NAMED])
-        more = len(pairs) - _MOST_NAMED
+        named = (f"{a} with {b} ({r:+.2f})" for a, b, r in pairs[:_MAX_NAMED])
+        more = len(pairs) - _MAX_NAMED
         lines.append(f"known only together: {'; '.join(named)}{f'; {more} more pairs' if more > 0 else ''}")
     lines = [_KEY.sub(lambda key: called(setup_key(key[0])), line) for line in (*lines, *found.notes)]
     return [sentence(with_powers(line)) for line in lines]

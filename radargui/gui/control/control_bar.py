@@ -116,7 +116,7 @@ def wrapped(text: str, metrics: QFontMetrics, width: int, height: int) -> str:
     return "\n".join(metrics.elidedText(line, Qt.TextElideMode.ElideRight, width) for line in lines)
 
 
-MOST_RUNS = 999
+MAX_RUNS = 999
 """What is counted without a hand: more than a day of drops, one a minute and a half."""
 _LOW_SCREEN = 560
 """Height below which every line is taken from the plots: 1920 x 1080 at scale 2 has 540."""
@@ -137,7 +137,7 @@ class ControlBar(QtWidgets.QWidget):
         self, theme: Theme, tabs: QtWidgets.QTabBar, actions: Sequence[QAction], sounds: Sequence[QAction]
     ) -> None:
         super().__init__()
-        count = Count(minimum=1, maximum=MOST_RUNS)
+        count = Count(minimum=1, maximum=MAX_RUNS)
         self.runs = having(count, objectName="runs", accessibleName="Number of runs to record")
         self.runs.setToolTip("How many runs Record takes, one after the other without a hand")
         column = fill(QtWidgets.QVBoxLayout(), 1, labelled("Runs", self.runs), self.runs, 1, spacing=1)

@@ -6,18 +6,18 @@ from collections.abc import Callable, Sequence
 from PySide6 import QtWidgets
 from PySide6.QtCore import Qt
 
-from radargui.conditioning.ellipse import Ellipse
 from radargui.experiment.compare import OverlaidMethod
 from radargui.gui.layout import Choice, OneLine, button, fill, having, labelled
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import Plot
-from radargui.gui.setup.words import words_of
+from radargui.gui.setup_words import words_of
 from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme
 from radargui.model.drop import gravity_words, restitution_words
 from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN, plain
 from radargui.report.curves import EMPTY, CircleCurves, Curve, ReceiverCurves, RunCurves, StepCurves, every
+from radargui.signals.ellipse import Ellipse
 
 _PUBLISHED = (
     ("▲", "text", "peaks"),

@@ -14,7 +14,7 @@ from radargui.gui.background import OneAtATime
 from radargui.gui.dialog import Dialog
 from radargui.gui.layout import button, fill, having
 from radargui.gui.services import Services
-from radargui.gui.setup.words import LINK, called, called_u, in_words, words_of, words_of_u
+from radargui.gui.setup_words import LINK, called, called_u, in_words, words_of, words_of_u
 from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
 from radargui.model.rounding import plain
@@ -36,11 +36,11 @@ _SIX = (
     "Correction, geometry",
 )
 """What the report says of a run that stands first here: of the two flights a run has one."""
-_LEAST_LETTERS = 34
+_MIN_LETTERS = 34
 """Of a table: in fewer it has no columns to part."""
-_MOST_DIFFERENT = 12
+_MAX_DIFFERENT = 12
 """Values of the setup that are named; more are counted."""
-LEAST_SHOWN = 0.005
+MIN_SHOWN = 0.005
 """Share of a variance below which a part of the budget is no stripe that anybody would see."""
 
 
@@ -88,7 +88,7 @@ class FiguresView(QTextBrowser):
     def _write(self) -> None:
         if self._result is not None and self.isVisible():
             notes = "<br>".join(map(escape, self.notes))
-            letters = max(_LEAST_LETTERS, self.viewport().width() // self.fontMetrics().horizontalAdvance("0") - 2)
+            letters = max(_MIN_LETTERS, self.viewport().width() // self.fontMetrics().horizontalAdvance("0") - 2)
             self.setHtml(f"{page_of(self._result, self._theme, letters, self._setup_words())}<p>{notes}</p>")
 
     def _setup_words(self) -> str:
@@ -98,8 +98,8 @@ class FiguresView(QTextBrowser):
             f" (panels: {escape(words_of(key).with_unit(now))})"
             for key, was, now in (self.differences(self._result.setup) if self._result else ())
         ]
-        more = [f"and {len(lines) - _MOST_DIFFERENT} more"] if len(lines) > _MOST_DIFFERENT else []
-        return "<br>".join((*lines[:_MOST_DIFFERENT], *more)) or "as in the panels"
+        more = [f"and {len(lines) - _MAX_DIFFERENT} more"] if len(lines) > _MAX_DIFFERENT else []
+        return "<br>".join((*lines[:_MAX_DIFFERENT], *more)) or "as in the panels"
 
 
 SHEET = """<style>
@@ -143,7 +143,7 @@ def _written(*blocks: Content) -> str:
 def _stripes(budget: UncertaintyBudget, theme: Theme) -> Iterator[str]:
     colours = dict(zip(SHARES, (theme.colours.i, theme.colours.q, theme.colours.fit), strict=True))
     for name, line in (("e", budget.e), ("g", budget.g_m_s2), ("position", budget.position_m)):
-        shares = {share: round(100.0 * part) for share, part in variance_shares(line).items() if part >= LEAST_SHOWN}
+        shares = {share: round(100.0 * part) for share, part in variance_shares(line).items() if part >= MIN_SHOWN}
         if shares:
             bar = (f"<td width='{part}%' bgcolor='{colours[share]}'>&nbsp;</td>" for share, part in shares.items())
             said = ", ".join(f"{share} {part}\u00a0%" for share, part in shares.items())

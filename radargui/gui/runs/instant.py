@@ -25,7 +25,7 @@ _STEP = 0.01
 _SCRUB = (
     "The whole run: click, drag, or use the arrow keys (F4, then arrows; Shift: finer) to move the moment looked at"
 )
-_MOST_BINS = 700
+_MAX_BINS = 700
 """Of the whole run, two points each: about the pixels of its plot."""
 
 
@@ -146,7 +146,7 @@ class ScrubPlot(Plot):
             self._curve.clear()
             self._instant.put(math.nan)
             return
-        kept = extremes(whole.value, -(-whole.value.size // _MOST_BINS))
+        kept = extremes(whole.value, -(-whole.value.size // _MAX_BINS))
         self._curve.setData(whole.time_s[kept], whole.value[kept])
         self.setXRange(float(whole.time_s[0]), float(whole.time_s[-1]), padding=0.01)
         self._instant.follow([self], whole.zero_s)

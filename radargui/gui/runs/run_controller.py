@@ -26,8 +26,8 @@ from radargui.gui.runs.figures_view import ReportPreview
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry, entry_of_recorded, with_record
 from radargui.gui.runs.run_panel import SCREEN_COLUMNS, RunPanel
+from radargui.gui.runs.thumbnails import entry_of, thumbnail_of
 from radargui.gui.services import Services
-from radargui.gui.sessions.session_model import entry_of, thumbnail_of
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.model.errors import CancelledError, FileError
 from radargui.model.result import RunResult

@@ -21,7 +21,7 @@ from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.runs.situation import SituationModel
 from radargui.gui.services import Services
-from radargui.gui.setup.words import in_words
+from radargui.gui.setup_words import in_words
 from radargui.session.session import BY_OPERATOR, reason_of
 
 REASONS = ("touched something on its way", "released badly", "not the first bounce", "wrong sample")

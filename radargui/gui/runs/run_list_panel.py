@@ -15,7 +15,7 @@ from radargui.gui.layout import TIPS, OneLine, PlainLabel, button, fill, having,
 from radargui.gui.panels import Actions
 from radargui.gui.plots.plot import Plot
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
-from radargui.gui.sessions.session_model import ThumbnailView
+from radargui.gui.runs.thumbnails import ThumbnailView
 from radargui.gui.table import RowTable
 from radargui.gui.theme import Theme, scaled_px
 from radargui.model.drop import figure_in
@@ -115,14 +115,14 @@ def _u(one: RunEntry) -> float:
     return next((u for u in found if u is not None), np.nan)
 
 
-_MOST_FITTED = 50
+_MAX_FITTED = 50
 """Runs that columns and lines are fitted to when a session is opened; all of ten thousand would take a second."""
 
 _WIDEST_NOTE = 150
 """Pixels of the column (chosen by hand): a wider one takes from the verdict, a narrower one makes lines high."""
 
 
-_MOST_LINES = 3
+_MAX_LINES = 3
 """Of a verdict (chosen by hand): a long reason would push the other runs out of the list; its tip has all of it."""
 
 
@@ -145,7 +145,7 @@ class RunListPanel(QWidget):
         # a verdict takes further lines on a narrow screen
         self.table = having(RowTable(self.model, "runs", many=True), minimumHeight=50, wordWrap=True)
         lines = self.table.verticalHeader()
-        lines.setMaximumSectionSize(lines.defaultSectionSize() + (_MOST_LINES - 1) * self.fontMetrics().lineSpacing())
+        lines.setMaximumSectionSize(lines.defaultSectionSize() + (_MAX_LINES - 1) * self.fontMetrics().lineSpacing())
         # once the widths have settled: lines change them where a scroll bar comes or goes. One line a turn of the event
         # loop: a line takes milliseconds, and what is drawn live has to be drawn in between
         self._unfit: list[int] = []
@@ -199,7 +199,7 @@ class RunListPanel(QWidget):
         self._report_file: Path | None = None
         self.model.replace_all(entries)
         self._hide_rows()
-        self._fit_columns(self.model.entries[-_MOST_FITTED:])
+        self._fit_columns(self.model.entries[-_MAX_FITTED:])
         self._fit_rows()
         self._refresh_buttons()
 

@@ -17,7 +17,7 @@ from radargui.acquisition.run_plan import Ending
 from radargui.experiment.event import RecordedRun
 from radargui.files.run_card import RunCard, Thumbnail, read_health, summarise
 from radargui.gui.control.state import RunWord
-from radargui.gui.setup.words import in_words
+from radargui.gui.setup_words import in_words
 from radargui.gui.table import RowModel
 from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in, gravity_words, restitution_words
 from radargui.model.errors import RadarGuiError

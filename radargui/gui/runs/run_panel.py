@@ -31,7 +31,7 @@ from radargui.model.recording import Block
 from radargui.model.result import RunResult
 from radargui.report.curves import RunCurves, every, take_curves
 
-_MOST_S = 8.0
+_MAX_S = 8.0
 """Of a motion, its beginning: the first bounces of a drop; the spectra of more would take their time."""
 _FRAME_MS = 20
 _POINTS = 3000
@@ -45,7 +45,7 @@ def motion_of(result: RunResult) -> Shown | None:
         return None
     rate_hz = recording.digitisation.sample_rate_hz
     first, last = (segment.first, segment.last) if segment is not None else (0, recording.n_samples)
-    last = min(last, first + round(_MOST_S * rate_hz))
+    last = min(last, first + round(_MAX_S * rate_hz))
     volts = recording.digitisation.volts(recording.raw[:, first:last])
     ring = Ring(len(volts), last - first, np.float64)
     ring.append(Block(volts, 0))

@@ -16,20 +16,20 @@ from radargui.gui.plots.plot import LAST, PerReceiver, Plot
 from radargui.gui.scopes.shown import Follower, Shown
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
-from radargui.model.radar import MOST_RECEIVERS
+from radargui.model.radar import MAX_RECEIVERS
 from radargui.model.rounding import plain, with_sign
 
 BANDS_HZ = (100.0, 300.0, 1000.0, 3000.0, 10000.0, 100_000.0)
 """Half bands that may be chosen: from hum and slow swings to the converter's own noise."""
-_LEAST_V = 1e-6
+_MIN_V = 1e-6
 """Below any converter's noise: what is nothing at all, such as a simulation without noise, is drawn here."""
-_MOST_POINTS = 4000
+_MAX_POINTS = 4000
 """Of a curve: more than the pixels of any screen; where there are more, the highest of neighbours."""
 
 
 def decibels(amplitude_v: FloatArray | float) -> FloatArray:
     """Return 20 log10(amplitude / 1 V)."""
-    return np.asarray(20.0 * np.log10(np.maximum(amplitude_v, _LEAST_V)))
+    return np.asarray(20.0 * np.log10(np.maximum(amplitude_v, _MIN_V)))
 
 
 class _FrequencyPlot(Plot):
@@ -62,7 +62,7 @@ class SpectrumPlot(_FrequencyPlot):
         # no figures before the wavelength is known
         axis.setStyle(tickLength=-4, showValues=False)
         self.setXRange(-BANDS_HZ[1], BANDS_HZ[1], padding=0)
-        self.curves_ = [self.fast_line(f"receivers.{n}", f"Rx {n + 1}") for n in range(MOST_RECEIVERS)]
+        self.curves_ = [self.fast_line(f"receivers.{n}", f"Rx {n + 1}") for n in range(MAX_RECEIVERS)]
         self._mains = self.marker("text", "t", 9, "mains")
         self.setYRange(-100.0, 0.0, padding=0)
 
@@ -74,7 +74,7 @@ class SpectrumPlot(_FrequencyPlot):
 
     def draw(self, spectrum: Spectrum, mains: list[SpectralLine]) -> None:
         """Draw spectra, and a mark at each line of the mains."""
-        size = -(-spectrum.frequency_hz.size // _MOST_POINTS)
+        size = -(-spectrum.frequency_hz.size // _MAX_POINTS)
         edges = np.arange(0, spectrum.frequency_hz.size, size)
         level = decibels(np.maximum.reduceat(spectrum.amplitude_v, edges, axis=1))
         for curve, values in zip(self.curves_, level, strict=False):
@@ -178,7 +178,7 @@ def _level(line: SpectralLine) -> str:
 
 _SIZE = 256
 """Samples of a spectrum, at four a second for each hertz of half the band: 1/64 of it is told apart."""
-_MOST_FRAMES = 400
+_MAX_FRAMES = 400
 """Spectra side by side, about (chosen by hand): fewer make steps in time, each more costs a transform."""
 _STEP_DB = 5.0
 """The ends of the colours are whole numbers of it: a colour does not change its meaning with each picture."""
@@ -252,7 +252,7 @@ class WaterfallView(_OfFrequencies):
     def draw_band(self, shown: Shown, band: Baseband) -> None:
         """Draw the spectra of all moments."""
         count = band.samples_v.shape[1]
-        hop = max(_SIZE // 8, count // _MOST_FRAMES)
+        hop = max(_SIZE // 8, count // _MAX_FRAMES)
         amplitude = band.waterfall(_SIZE, hop)
         if amplitude.shape[1] < 2:
             return

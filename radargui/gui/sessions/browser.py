@@ -3,8 +3,10 @@
 from calendar import monthrange
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from datetime import date
 from functools import partial
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +18,51 @@ from radargui.gui.background import OneAtATime, Task
 from radargui.gui.bubble import FaultBubble
 from radargui.gui.layout import FRAMED, TIPS, PlainLabel, button, fill, having, labelled, ticking
 from radargui.gui.runs.run_model import COLUMNS as RUN_COLUMNS, RunEntry
+from radargui.gui.runs.thumbnails import ThumbnailView, entry_of
 from radargui.gui.services import Services
-from radargui.gui.sessions.session_model import COLUMNS, ThumbnailView, look_at
 from radargui.gui.table import RowModel, RowTable
-from radargui.model.words import counted, percent
+from radargui.model.calibrated_setup import calibration_words
+from radargui.model.words import counted, percent, written_time
+from radargui.restitution.series import drop_labels, series_of
 from radargui.session.catalogue import Catalogue, Query, SessionSummary
+from radargui.session.info import read_info
+from radargui.session.lock import owner_of
+from radargui.session.session import run_paths
+
+
+def _runs(found: SessionSummary) -> str:
+    counts = {"set aside": found.n_rejected, "unfinished": found.n_unfinished, "unreadable": found.n_unreadable}
+    more = ", ".join(f"{count} {words}" for words, count in counts.items() if count)
+    return f"{found.n_runs} ({more})" if more else str(found.n_runs)
+
+
+def _restitution(found: SessionSummary) -> str:
+    series = series_of(found.drops)
+    many = f" (n = {series.e.n})" if series.e.n > 1 else ""
+    return ", ".join(filter(None, (f"{series.e.words()}{many}", series.mark)))
+
+
+COLUMNS: dict[str, Callable[[SessionSummary], str]] = {
+    "Date": lambda found: written_time(found.created_at, "%Y-%m-%d %H:%M", found.name),
+    "Operator": attrgetter("operator"),
+    "Sample": attrgetter("sample"),
+    "Target": attrgetter("target"),
+    "Runs": _runs,
+    "e": _restitution,
+    "Setup": attrgetter("setup_name"),
+    "Notes": lambda found: found.problem or " ".join(found.notes.split()),
+}
+
+
+def look_at(session: Path) -> tuple[tuple[RunEntry, ...], str, str]:
+    """Return the runs of a session, some milliseconds each, its calibration, and who writes to it now; else empty."""
+    owner, info = owner_of(session), read_info(session)
+    busy = f"{owner} writes to it" if owner is not None and not owner.is_me else ""
+    entries = [replace(entry_of(path), rejected=info.rejected.get(path.name)) for path in run_paths(session)]
+    labels = drop_labels((entry.name, entry.origin, entry.is_drop) for entry in entries)
+    labelled = tuple(replace(entry, label=labels[entry.name]) for entry in entries)
+    return labelled, calibration_words(info.setup), busy
+
 
 _WAIT_MS = 250
 """Between two keys of somebody who types: nothing is searched for half a word."""

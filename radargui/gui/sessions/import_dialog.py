@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QLineEdit, QSpinBox
 from radargui.experiment.importing import FilesLook, ImportOrder, inputs_of, look_into
 from radargui.files.formats import SUFFIXES
 from radargui.files.raw_file import LARGEST_BYTES, TYPES, RawLayout, first_seconds, parse_raw_layout
-from radargui.files.signals import MOST_CHANNELS, ChannelInfo
+from radargui.files.signals import MAX_CHANNELS, ChannelInfo
 from radargui.gui.background import Then, Work
 from radargui.gui.dialog import Dialog, fit_screen
 from radargui.gui.layout import Choice, FaultText, FormScroll, Group, PlainLabel, button, fill, having, side_by_side
@@ -25,7 +25,7 @@ from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import RadarGuiError, UsageError
-from radargui.model.radar import MOST_RECEIVERS
+from radargui.model.radar import MAX_RECEIVERS
 from radargui.model.recording import iq_names
 from radargui.model.setup import Setup, read_setup
 
@@ -50,7 +50,7 @@ class RawForm(Group):
         kinds = ((name, f"{8 * int(name[1])} bit, {_SIGNS[name[0]]} ({name})") for name in TYPES)
         self.kind = Choice(kinds, "i2")
         self.order = Choice((("le", "lowest byte first (le)"), ("be", "highest byte first (be)")))
-        self.columns = QSpinBox(minimum=1, maximum=MOST_CHANNELS, value=2)
+        self.columns = QSpinBox(minimum=1, maximum=MAX_CHANNELS, value=2)
         self.header, self.skip = (QSpinBox(maximum=_LARGEST_FIELD) for _ in range(2))
         self.scale = QLineEdit(placeholderText="not known: codes are taken as they are")
         self.offset = QLineEdit("0")
@@ -139,7 +139,7 @@ class MappingForm(Group):
         self._infos: tuple[ChannelInfo, ...] = ()
         self.boxes: list[QtWidgets.QComboBox] = []
         self.words, self.fault = PlainLabel("Choose files first."), FaultText()
-        self.count = QtWidgets.QSpinBox(minimum=1, maximum=MOST_RECEIVERS)
+        self.count = QtWidgets.QSpinBox(minimum=1, maximum=MAX_RECEIVERS)
         having(self.count, maximumWidth=70, accessibleName="Receivers")
         self.count.valueChanged.connect(lambda _count: self._fill(self.names))
         self.put(("Receivers", side_by_side(self.count, self.words)), self.fault)

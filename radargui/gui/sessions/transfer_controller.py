@@ -23,7 +23,7 @@ from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
 from radargui.gui.sessions.import_dialog import ImportDialog
 from radargui.gui.sessions.session_controller import SessionController
-from radargui.gui.setup.words import called, words_of
+from radargui.gui.setup_words import called, words_of
 from radargui.gui.table import WordTable
 from radargui.model.errors import FileError
 from radargui.model.rounding import alone, quantity

@@ -7,21 +7,21 @@ from itertools import zip_longest
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QLabel, QToolButton, QWidget
 
-from radargui.geometry.path_length import LARGE_CONDITION, LEAST_RECEIVERS, condition_number, place_antennas, t_matrix
 from radargui.gui.background import Jobs
 from radargui.gui.layout import ALARM, Answer, FaultText, Group, PlainLabel, button, having
 from radargui.gui.panels import Actions
 from radargui.gui.setup.fields import AntennaGrid, FormPanel, ModelGroup, SetupForm
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.uncertainty_map import UncertaintyMapView
-from radargui.gui.setup.words import in_words
+from radargui.gui.setup_words import in_words
 from radargui.gui.theme import Theme, even_font
 from radargui.model.calibrated_setup import calibration_words, edited_since, too_old
 from radargui.model.calibration import Calibration
-from radargui.model.radar import MOST_RECEIVERS
+from radargui.model.radar import MAX_RECEIVERS
 from radargui.model.rounding import with_sign
-from radargui.model.scattering import LEAST_SHARE, received_fields
+from radargui.model.scattering import MIN_SHARE, received_fields
 from radargui.model.words import percent
+from radargui.physics.path_length import LARGE_CONDITION, MIN_RECEIVERS, condition_number, place_antennas, t_matrix
 
 
 class PolarizationTable(AntennaGrid):
@@ -48,7 +48,7 @@ class PolarizationTable(AntennaGrid):
             angle.setPlaceholderText("not given" if one is None else f"strongest, {one.strongest_deg:.1f}")
             gets = self.rows[number][-1]
             having(gets, text="" if one is None else percent(one.share))
-            gets.setStyleSheet(ALARM if one is not None and one.share < LEAST_SHARE else "")
+            gets.setStyleSheet(ALARM if one is not None and one.share < MIN_SHARE else "")
 
     def _number(self, antenna: str) -> float | None:
         value = self._model.value(f"{antenna}.polarization_deg")
@@ -118,7 +118,7 @@ class ReceiverTable(AntennaGrid):
         count = self._model.n_receivers
         for row in self.rows.values():
             row[-1].setEnabled(count > 1)
-        self.add.setEnabled(count < MOST_RECEIVERS)
+        self.add.setEnabled(count < MAX_RECEIVERS)
 
 
 class TMatrixView(ModelGroup):
@@ -139,7 +139,7 @@ class TMatrixView(ModelGroup):
         antennas = place_antennas(self._model.setup)
         matrix = t_matrix(antennas)
         self.matrix.setText("\n".join("  ".join(f"{with_sign(value, 4):>8}" for value in row) for row in matrix))
-        if antennas.n_receivers < LEAST_RECEIVERS:
+        if antennas.n_receivers < MIN_RECEIVERS:
             self.condition.setText("No 3D track: it needs three receivers. Path lengths are measured all the same.")
             return
         number = condition_number(antennas)

@@ -54,8 +54,8 @@ class ChannelBar(LevelBar):
         self.show_level(facts.level if facts else None)
         level, rest = "–", ""
         if facts is not None:
-            peak_v, most_v = facts.level.peak_v, facts.level.full_scale_v
-            share = f" ({percent(peak_v / most_v)})" if most_v else ""
+            peak_v, max_v = facts.level.peak_v, facts.level.full_scale_v
+            share = f" ({percent(peak_v / max_v)})" if max_v else ""
             level = f"{peak_v:.2f} V{share}, offset {with_sign(facts.offset_v, 3)} V"
             noise = "" if math.isnan(facts.noise_v) else f"noise {1e3 * facts.noise_v:.2f} mV"
             ratio = "" if math.isnan(ratio_db) else f"SNR {ratio_db:.0f} dB"
@@ -121,8 +121,8 @@ class ChannelPanel(QWidget):
         if [(one.name, one.wired_to) for one in self.bars] == [*zip(setup.channel_names, wires, strict=True)]:
             return
         take_out(self._grid, *self.bars)
-        theme, most_v = self._services.theme, setup.daq.range_v
-        self.bars = [ChannelBar(theme, *of, most_v) for of in zip(setup.channel_names, wires, strict=True)]
+        theme, max_v = self._services.theme, setup.daq.range_v
+        self.bars = [ChannelBar(theme, *of, max_v) for of in zip(setup.channel_names, wires, strict=True)]
         for number, bar in enumerate(self.bars):
             # a receiver a column, I above Q
             self._grid.addWidget(bar, number % 2, number // 2)

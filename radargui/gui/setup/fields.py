@@ -25,9 +25,9 @@ from radargui.gui.layout import (
     side_by_side,
 )
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.setup.words import FORMS, READERS, called, entries_of, kind_of, show_number, words_of
+from radargui.gui.setup_words import FORMS, READERS, called, entries_of, kind_of, show_number, words_of
 from radargui.model.assumed import ASSUMED
-from radargui.model.radar import MOST_RECEIVERS
+from radargui.model.radar import MAX_RECEIVERS
 
 _ARROW = 22
 """Width of the arrow of a list in the style Fusion, in pixels."""
@@ -36,7 +36,7 @@ _EDGE = 3
 _TAKEN_BACK = "background: palette(link-visited); color: palette(base); border: none; font-weight: bold;"
 UNDO_KEY = QKeySequence("Ctrl+U")
 """In a field: takes its value back to what the file says."""
-_MOST_NAMED = 3
+_MAX_NAMED = 3
 """Changes named in the line beneath a form; more would take the room of the form. All stand in its tool tip."""
 
 
@@ -244,7 +244,7 @@ class AntennaGrid(QtWidgets.QWidget):
             self._grid.setColumnStretch(column, 1)
         self.rows: dict[int, list[QtWidgets.QWidget]] = {}
         self.fields: dict[int, list[LineField]] = {}
-        for number in range(first, MOST_RECEIVERS + 1):
+        for number in range(first, MAX_RECEIVERS + 1):
             antenna, table = (f"Rx {number}", f"receiver[{number}]") if number else ("Tx", "transmitter")
             self.fields[number] = fields = [LineField(model, f"{table}.{name}") for name in names]
             self.rows[number] = row = [QtWidgets.QLabel(antenna), *fields, *self.beside(number)]
@@ -332,8 +332,8 @@ class FormPanel(QtWidgets.QWidget):
         changes = [
             f"{called(key)} (was {words_of(key).with_unit(was)})" for key, was in self._model.since_last_run.items()
         ]
-        more = f" and {len(changes) - _MOST_NAMED} more" if len(changes) > _MOST_NAMED else ""
-        self.changes.setText(f"Changed since the last run: {', '.join(changes[:_MOST_NAMED])}{more}")
+        more = f" and {len(changes) - _MAX_NAMED} more" if len(changes) > _MAX_NAMED else ""
+        self.changes.setText(f"Changed since the last run: {', '.join(changes[:_MAX_NAMED])}{more}")
         self.changes.setToolTip("\n".join(changes))
         self.changes.setVisible(bool(changes))
         wrong = [mark for mark in self.findChildren(Changed) if mark.fault]

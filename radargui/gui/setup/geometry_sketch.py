@@ -10,10 +10,9 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFontMetrics, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from radargui.geometry.path_length import place_antennas
 from radargui.gui.layout import follow, having
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.setup.words import words_of
+from radargui.gui.setup_words import words_of
 from radargui.gui.theme import Theme, draw_line, scaled_px, write
 from radargui.model.arrays import FloatArray
 from radargui.model.calibrated_setup import unit_of
@@ -21,6 +20,7 @@ from radargui.model.calibration import Calibration
 from radargui.model.rounding import UNKNOWN, concise, with_sign
 from radargui.model.scattering import received_direction, transmitted_direction
 from radargui.model.setup import Setup
+from radargui.physics.path_length import place_antennas
 
 HALF_FIELD_M = 0.15
 """The field of view, 30 x 30 x 30 cm round the origin (DESIGN: the physics in one page)."""

@@ -25,8 +25,8 @@ from radargui.gui.layout import (
 from radargui.gui.panels import Actions
 from radargui.gui.services import Services
 from radargui.gui.setup.fields import FormPanel, ModelGroup, SetupForm
-from radargui.gui.setup.setup_model import MOST_NAMED, SetupModel
-from radargui.gui.setup.words import FORMS, called, in_words
+from radargui.gui.setup.setup_model import MAX_NAMED, SetupModel
+from radargui.gui.setup_words import FORMS, called, in_words
 from radargui.model.errors import DeviceError
 from radargui.model.plugins import plugins
 from radargui.model.setup import MEASURING, Setup
@@ -125,7 +125,7 @@ class ReplayForm(Group):
     def _compare(self) -> None:
         keys = [] if self._own is None else self._model.unlike(self._own)
         keys = [key for key in keys if re.split(r"[.\[]", key)[0] in MEASURING]
-        named = ", ".join(map(called, keys[:MOST_NAMED])) + (" …" if len(keys) > MOST_NAMED else ".")
+        named = ", ".join(map(called, keys[:MAX_NAMED])) + (" …" if len(keys) > MAX_NAMED else ".")
         self.other.setText(f"This recording was made with another setup, and is computed with the one here: {named}")
         for part in (self.other, self.take_own):
             part.setVisible(bool(keys))

@@ -12,13 +12,13 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox
 from radargui.gui.notices import Notice, NoticeBoard
 from radargui.gui.services import Services
 from radargui.gui.settings import Settings
-from radargui.gui.setup.words import called, entries_of, faults_of, parts_of
+from radargui.gui.setup_words import called, entries_of, faults_of, parts_of
 from radargui.model.errors import RadarGuiError, SetupError
-from radargui.model.radar import MOST_RECEIVERS, Radar
-from radargui.model.resources import default_setup_path, shipped_setups
+from radargui.model.radar import MAX_RECEIVERS, Radar
 from radargui.model.setup import Setup, dump_setup, parse_setup, plain, read_setup, write_setup
 from radargui.model.setup_error import flattened
 from radargui.model.words import counted
+from radargui.system.resources import default_setup_path, shipped_setups
 
 _TABLES = {name: info.default for name, info in Setup.model_fields.items()} | {"radar": Radar()}
 _DEFAULTS = {name: table.model_dump() for name, table in _TABLES.items() if isinstance(table, BaseModel)}
@@ -244,7 +244,7 @@ class SetupModel(QObject):
     def add_receiver(self) -> None:
         """Add a receiver that continues the ring of those there."""
         before, receivers = self._state, self._draft["receiver"]
-        if len(receivers) < MOST_RECEIVERS:
+        if len(receivers) < MAX_RECEIVERS:
             azimuth = receivers[-1].get("azimuth_deg", 0.0)
             turned = (azimuth + 90.0) % 360.0 if isinstance(azimuth, (int, float)) else 0.0
             receivers.append({**receivers[-1], "azimuth_deg": turned})
@@ -312,7 +312,7 @@ def _changes(tables: Any, others: Any) -> dict[str, Any]:
 
 FILTER = "Setup files (*.toml);;All files (*)"
 _FILE, _DRAFT = "setup_file", "setup_draft"
-MOST_NAMED = 4
+MAX_NAMED = 4
 """Keys in a sentence (chosen by hand): more are not read, and an ellipsis says that there are some."""
 
 
@@ -346,7 +346,7 @@ def _notify_while_unsaved(model: SetupModel, notice: Notice, board: NoticeBoard)
 
 def named(keys: Sequence[str]) -> str:
     """Return what values are called, the first ones of many."""
-    return ", ".join(map(called, keys[:MOST_NAMED])) + (" …" if len(keys) > MOST_NAMED else "")
+    return ", ".join(map(called, keys[:MAX_NAMED])) + (" …" if len(keys) > MAX_NAMED else "")
 
 
 def tried(step: Callable[[], None], say: Callable[[RadarGuiError], object]) -> bool:

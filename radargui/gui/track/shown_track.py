@@ -4,7 +4,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from radargui.geometry.path_length import place_antennas
 from radargui.gui.control.state import Feed
 from radargui.gui.setup.geometry_sketch import HALF_FIELD_M
 from radargui.live.track import LiveTrack
@@ -14,6 +13,7 @@ from radargui.model.result import Kinematics, RunResult
 from radargui.model.setup import Setup
 from radargui.motion.impacts import IMPACT_LIMITS, find_impacts
 from radargui.motion.speed import speed_along
+from radargui.physics.path_length import place_antennas
 from radargui.report.curves import take_track
 
 MM = 1000.0  # in a metre
@@ -65,7 +65,7 @@ def space_of(setup: Setup) -> Space:
     return Space(low - margin, high + margin, floor, antennas, expected_gravity_m_s2(setup.site))
 
 
-_MOST_POINTS = 6000
+_MAX_POINTS = 6000
 """Of a track: four for each bin of the height's plot, which draws the lowest and the highest of them."""
 _BREAK_POINTS = 8
 """Unknown points where a path was lost: the height's plot draws two of four points, and fewer could vanish in it."""
@@ -194,7 +194,7 @@ def result_track(result: RunResult) -> ShownTrack | None:
     known = np.flatnonzero(track.valid & np.isfinite(track.position_m).all(axis=0))
     if known.size == 0:
         return None
-    step = max(1, -(-(known[-1] - known[0]) // _MOST_POINTS))
+    step = max(1, -(-(known[-1] - known[0]) // _MAX_POINTS))
     chosen = np.arange(known[0], known[-1] + 1, step)
     position = np.where(track.valid[chosen], track.position_m[:, chosen], np.nan)
     restarts = np.empty(0, dtype=np.intp) if result.paths is None else result.paths.restarts()
@@ -222,7 +222,7 @@ def result_track(result: RunResult) -> ShownTrack | None:
         zero=zero_words,
         sphere_mm=track.position_m[:, known[-1:]] * MM,
     )
-    drawn = take_track(result, _MOST_POINTS // 2)
+    drawn = take_track(result, _MAX_POINTS // 2)
     if drawn is None or drawn.parabola is None or drawn.residual is None:
         return shown
     normal = np.array(result.bounces.normal or result.setup.floor.normal)

@@ -32,10 +32,10 @@ def segments(points: NDArray[Any]) -> IntArray:
 
 
 class SpeedColours:
-    """Colours of speeds from 0 to `most_m_s`, which the fall in a field of view reaches."""
+    """Colours of speeds from 0 to `max_m_s`, which the fall in a field of view reaches."""
 
     def __init__(self, theme: Theme) -> None:
-        self.most_m_s = 1.0
+        self.max_m_s = 1.0
         self._theme = theme
         self._pens: tuple[str, list[QPen]] = "", []
         # of matplotlib: equal steps of speed look equally large, also to colour-blind eyes
@@ -45,11 +45,11 @@ class SpeedColours:
         """Reach as far as a fall through the space does, or a track where that is faster."""
         fall_m = max(0.0, float(space.high_mm[2]) - space.floor_mm) / 1000.0
         known = track.speed_m_s[np.isfinite(track.speed_m_s)] if track else np.empty(0)
-        self.most_m_s = round_up(max(float(np.sqrt(2.0 * space.gravity_m_s2 * fall_m)), known.max(initial=0.1)))
+        self.max_m_s = round_up(max(float(np.sqrt(2.0 * space.gravity_m_s2 * fall_m)), known.max(initial=0.1)))
 
     def steps(self, speed_m_s: FloatArray) -> IntArray:
         """Return the number of each speed's colour, shape (n,); an unknown speed counts as rest."""
-        share = np.nan_to_num(speed_m_s / self.most_m_s, nan=0.0)
+        share = np.nan_to_num(speed_m_s / self.max_m_s, nan=0.0)
         return np.clip((share * N_COLOURS).astype(np.intp), 0, N_COLOURS - 1)
 
     def pieces(self, track: ShownTrack) -> dict[int, IntArray]:

@@ -11,13 +11,13 @@ from PySide6.QtWidgets import QSizePolicy, QStackedWidget, QTabBar, QVBoxLayout,
 from radargui.gui.layout import TIPS, boxed, fill, having, holding
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import LAST, NOW, Plot, SteadyRange
-from radargui.gui.setup.words import limits_of, words_of
+from radargui.gui.setup_words import limits_of, words_of
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space
 from radargui.model.arrays import FloatArray, extremes
 from radargui.model.rounding import COVERAGE
 
-_MOST_BINS = 1500
+_MAX_BINS = 1500
 """Two points each: about the pixels of a wide screen."""
 _LEFT = 58
 """Width of the left axes in pixels (chosen by hand): in less the figures are cut, more is taken from the curves."""
@@ -65,7 +65,7 @@ class TimePlot(Plot):
 
     def draw(self, x: FloatArray, y: FloatArray, u: FloatArray) -> FloatArray:
         """Draw values and standard uncertainties (NaN: without a band), shape (n,); return what to make room for."""
-        kept = extremes(y, -(-y.size // _MOST_BINS))
+        kept = extremes(y, -(-y.size // _MAX_BINS))
         x, y, around = x[kept], y[kept], COVERAGE * u[kept]
         self.curve.setData(x, y)
         self.band_drawn.show_band(x, y - around, y + around)

@@ -10,7 +10,6 @@ import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.gui.background import StartWork
 from radargui.gui.control.state import Feed
 from radargui.gui.layout import Turning, boxed, fill, having, holding
@@ -34,6 +33,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN, with_sign
 from radargui.model.setup import Setup
+from radargui.physics.path_length import MIN_RECEIVERS
 
 if TYPE_CHECKING:
     from radargui.gui.track.space_view import SpaceView
@@ -88,11 +88,11 @@ class Projections(QWidget):
             sphere.show_at(place_mm[across], place_mm[up])
 
 
-_MOST_LIVE_POINTS = 1500
+_MAX_LIVE_POINTS = 1500
 """One each 2.7 ms of `LIVE_S`: 8 mm at the 3.1 m/s of a drop of half a metre."""
 LIVE_S = 4.0
 """Of the live track: a drop of half a metre with its first ten bounces."""
-LEAST_REST_S = 0.25
+MIN_REST_S = 0.25
 """What is quiet for less is a sphere that turns round at the top of a bounce: chosen by hand."""
 HOLD_S = 0.8
 """A result stays so long at least, whatever moves: the hand that puts the sphere back comes a moment later."""
@@ -104,7 +104,7 @@ _SHARES = (67, 33)
 """Of the height against time, and of what stands below it."""
 
 
-TOO_FEW = f"No track: a position needs {LEAST_RECEIVERS} receivers."
+TOO_FEW = f"No track: a position needs {MIN_RECEIVERS} receivers."
 
 
 class TrackPanel(QWidget):
@@ -271,7 +271,7 @@ class TrackPanel(QWidget):
         self._drawn = live.latest
         if live.moving:
             self._moved = self._drawn
-        rests = self._moved is None or self._drawn - self._moved >= feed.samples(LEAST_REST_S)
+        rests = self._moved is None or self._drawn - self._moved >= feed.samples(MIN_REST_S)
         span = live.since(max(0, self._drawn - feed.samples(LIVE_S)))
         held = self.result is not None and (time.monotonic() < self._held_until or not live.moving)
         if held or not span.index.size:
@@ -283,7 +283,7 @@ class TrackPanel(QWidget):
         now = ", ".join(filter(None, said))
         self._title.setText(f"Live track: {now}" if now else "Live track")
         if self.isVisible():
-            rows: FloatArray = thin(np.vstack([span.index[None], span.position_m]), _MOST_LIVE_POINTS)
+            rows: FloatArray = thin(np.vstack([span.index[None], span.position_m]), _MAX_LIVE_POINTS)
             track = live_track((rows[0] - self._drawn) / feed.rate_hz, rows[1:])
             track = self._with_events(track, feed, live)
             self._draw(track)
@@ -301,12 +301,12 @@ class TrackPanel(QWidget):
 
     def _say_why_empty(self) -> None:
         """Say in the empty plot that there will be no track; where there can be one, what to do."""
-        few = self._setup.n_receivers < LEAST_RECEIVERS
+        few = self._setup.n_receivers < MIN_RECEIVERS
         self.curves.height_plot.when_empty = TOO_FEW if few else ""
 
     def _show_colours(self) -> None:
         """Show the colours of the look, and the speed that they reach."""
-        self.speed_bar.show_ends(self._colours.table(), "0", f"{self._colours.most_m_s:g} m/s")
+        self.speed_bar.show_ends(self._colours.table(), "0", f"{self._colours.max_m_s:g} m/s")
 
     def _follow(self) -> None:
         self.curves.follow(self._feed is not None and not self.paused)
@@ -328,7 +328,7 @@ class TrackPanel(QWidget):
 def _why_none(result: RunResult) -> str:
     if result.status == "no_motion":
         return "Nothing moved in this run."
-    if result.setup.n_receivers < LEAST_RECEIVERS:
+    if result.setup.n_receivers < MIN_RECEIVERS:
         return TOO_FEW
     return "No track was found in this run."
 

@@ -8,8 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from radargui.conditioning.conditioned import Conditioned
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.channel_quality import ChannelQuality, UnexplainedStretch
 from radargui.model.finding import Finding
 from radargui.model.front_end import FrontEndPrior
@@ -17,7 +15,9 @@ from radargui.model.recording import Recording
 from radargui.model.result import Bounces, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
+from radargui.physics.path_length import MIN_RECEIVERS
 from radargui.processing.measured_motion import MeasuredMotion
+from radargui.signals.conditioned import Conditioned
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,20 +32,14 @@ class Part:
         Signals of all receivers.
     faults
         Why a receiver is left out, one a receiver; None where it is not.
-    clock
-        That all phases turn too fast or too slow for a fall.
     left_out
         What was left out since no motion explains it; receivers are numbered from 0 among all.
-    further
-        When each other motion of the recording begins and ends, in s: these signals are those of one of several.
     """
 
     whole_setup: Setup
     whole: Conditioned
     faults: tuple[Finding | None, ...]
-    clock: Finding | None = None
     left_out: tuple[UnexplainedStretch, ...] = ()
-    further: tuple[tuple[float, float], ...] = ()
 
     @property
     def receivers(self) -> tuple[int, ...]:
@@ -80,13 +74,13 @@ class Part:
     @property
     def goes_on_without(self) -> bool:
         """Whether there is a track although receivers are left out."""
-        return any(self.faults) and len(self.receivers) >= LEAST_RECEIVERS
+        return any(self.faults) and len(self.receivers) >= MIN_RECEIVERS
 
     @property
     def is_too_small(self) -> bool:
         """Whether faults leave too few receivers for the track that all would have given."""
         # two of three give no track: a run that lost one is refused, one that never had more is not
-        return len(self.receivers) < LEAST_RECEIVERS <= len(self.faults)
+        return len(self.receivers) < MIN_RECEIVERS <= len(self.faults)
 
     @property
     def closed(self) -> Part:

@@ -29,7 +29,7 @@ def _of_all(finding: Finding, receivers: Sequence[int]) -> Finding:
 
 def further_motions(evidence: Evidence) -> Iterator[Finding]:
     """Yield each other motion of a record of which one drop is measured, from its rest."""
-    for begin_s, end_s in evidence.part.further:
+    for begin_s, end_s in evidence.part.whole.further:
         yield warn("further_motion", begin_s=begin_s, end_s=end_s)
 
 
@@ -118,7 +118,7 @@ def falls_otherwise(evidence: Evidence) -> Finding | None:
     """Something falls and bounces, but not with the g of the place."""
     found, there = evidence.bounces.falls_with_m_s2, expected_gravity_m_s2(evidence.setup.site)
     # phases that all turn too fast or too slowly say it already
-    if found is None or evidence.part.clock is not None:
+    if found is None or evidence.part.whole.clock is not None:
         return None
     ratio = found / there
     return warn(

@@ -1,17 +1,13 @@
 """What is wrong with samples, receivers and clock: what was lost, what is no receiver and what a run does without."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from radargui.conditioning.conditioned import Conditioned
-from radargui.conditioning.fall_signs import fall_signs
 from radargui.model.channel_quality import unexplained_of
-from radargui.model.finding import Finding, refuse, warn
+from radargui.model.finding import Finding, warn
 from radargui.model.recording import Recording
-from radargui.model.setup import Setup
 from radargui.processing.checks.evidence import Evidence
 
 
@@ -37,24 +33,6 @@ def samples_lost(recording: Recording) -> Finding | None:
     return warn("samples_lost", lost=sum(gap.count for gap in gaps), gaps=len(gaps)) if gaps else None
 
 
-def wired_wrongly(conditioned: Conditioned, setup: Setup) -> tuple[tuple[Finding | None, ...], Finding | None]:
-    """Return why a receiver is none, one a receiver, with the faults found before; and what is wrong with the clock.
-
-    In a fall that all receivers show none may show that the sphere falls upwards: refused before anything is measured,
-    for three receivers of which one is turned round may still find a motion that fits them.
-    """
-    signs = fall_signs(conditioned, setup)
-    if all(signs.backwards):
-        sign = -setup.radar.phase_sign
-        firsts = (number == 0 for number in range(conditioned.n_receivers))
-        return tuple(refuse("phase_sign_wrong", phase_sign=sign, is_first=first) for first in firsts), None
-    clock = None
-    if signs.times_g is not None:
-        clock = warn("clock_wrong", times_g=signs.times_g, factor=math.sqrt(signs.times_g))
-    found = zip(conditioned.faults, signs.backwards, strict=True)
-    return tuple(fault or (refuse("phase_reversed") if is_turned else None) for fault, is_turned in found), clock
-
-
 def rejected(evidence: Evidence) -> Iterator[Finding]:
     """Receivers that the track needs are none, or were rejected."""
     faults, without = evidence.part.faults, evidence.part.goes_on_without
@@ -73,7 +51,7 @@ def dips_left_out(evidence: Evidence) -> Iterator[Finding]:
 
 def clock_wrong(evidence: Evidence) -> Finding | None:
     """All phases turn as in a fall that is several times too fast or too slow."""
-    return evidence.part.clock
+    return evidence.part.whole.clock
 
 
 def left_out(evidence: Evidence) -> Iterator[Finding]:

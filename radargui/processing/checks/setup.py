@@ -5,17 +5,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from radargui.geometry.path_length import LEAST_RECEIVERS
 from radargui.model.calibrated_setup import edited_since
 from radargui.model.finding import Finding, warn
 from radargui.model.result import Track
 from radargui.model.setup import Setup
+from radargui.physics.path_length import MIN_RECEIVERS
 from radargui.processing.checks.evidence import Evidence
 
 _FARTHEST_M = 10.0
 """From an antenna to the field of view of some 0.3 m: from farther no sphere of some mm is seen, and a laboratory's
 0.5 to 1 m told in centimetres, millimetres or inches lie there."""
-_LEAST_TILT_DEG = 2.0
+_MIN_TILT_DEG = 2.0
 """A laboratory's 30 to 60 degrees are 0.5 to 1.05 in radians; receivers that all stand so close to the z axis tell no
 place."""
 _THINNEST_AIR = 1.0001
@@ -29,7 +29,7 @@ _U_FLOOR_M = 3e-3
 def release_assumed(setup: Setup) -> Finding | None:
     """The release position is left out: only changes of path are measured, and the track is laid there."""
     tracer = setup.tracer
-    if setup.n_receivers < LEAST_RECEIVERS or "release_position_m" in tracer.model_fields_set:
+    if setup.n_receivers < MIN_RECEIVERS or "release_position_m" in tracer.model_fields_set:
         return None
     return warn("release_assumed", place_m=tuple(tracer.release_position_m))
 
@@ -50,7 +50,7 @@ def antenna_far(setup: Setup) -> Finding | None:
 def angles_in_radians(setup: Setup) -> Finding | None:
     """All receivers stand next to the z axis: their angles look like radians."""
     tilts = [one.tilt_deg for one in setup.receiver]
-    if len(tilts) < 2 or not 0.0 < max(tilts) < _LEAST_TILT_DEG:
+    if len(tilts) < 2 or not 0.0 < max(tilts) < _MIN_TILT_DEG:
         return None
     return warn("angles_in_radians", tilts=tuple(tilts), tilt=tilts[0], tilt_deg=math.degrees(tilts[0]))
 

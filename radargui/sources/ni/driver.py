@@ -13,7 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from radargui.model.errors import DeviceError, in_words
-from radargui.model.resources import resource_table
+from radargui.system.resources import resource_table
 
 WORDS = resource_table("ni/errors")
 

@@ -6,12 +6,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from radargui.geometry.path_length import Antennas, path_lengths, place_antennas
 from radargui.model.arrays import ComplexArray, FloatArray, RawArray
 from radargui.model.errors import SetupError, worded
 from radargui.model.recording import Block, Digitisation, Gap, Truth
 from radargui.model.setup import Setup
 from radargui.model.wiring import wiring_steps
+from radargui.physics.path_length import Antennas, path_lengths, place_antennas
 from radargui.sources.contract import SYSTEM_CLOCK, Clock, PacedSource
 from radargui.sources.simulated.noise import Converter, Disturbance, Flicker, TracerMismatch, WhiteNoise, make_mixer
 from radargui.sources.simulated.scene import Scene, minimum_jerk

@@ -23,9 +23,9 @@ from radargui.sources.simulated.noise import Draw, generator
 
 DEFAULT_DROP_M = 0.26
 """Where neither drop height nor floor is given: a fall through the field of view of about 30 cm."""
-_LEAST_DROP_M = 1e-4
+_MIN_DROP_M = 1e-4
 """A release nearer to the floor is a slip in the setup, no fall."""
-_LEAST_NORMAL_Z = 0.2
+_MIN_NORMAL_Z = 0.2
 """Cosine of 78 degrees: what is steeper is a wall, on which no sphere comes to rest."""
 
 
@@ -63,7 +63,7 @@ def contact_plane(setup: Setup) -> Plane:
     """
     release = np.array(setup.tracer.release_position_m)
     tilt, normal = np.radians(setup.simulation.floor_tilt_deg), np.array(setup.floor.normal)
-    if normal[2] < _LEAST_NORMAL_Z:
+    if normal[2] < _MIN_NORMAL_Z:
         raise worded(SetupError, "no_floor", normal=[round(float(part), 3) for part in normal])
     if tilt:
         aside = along_plane(azimuth_direction(setup.simulation.floor_tilt_azimuth_deg), normal)
@@ -75,7 +75,7 @@ def contact_plane(setup: Setup) -> Plane:
     else:
         foot = release - np.array([0.0, 0.0, DEFAULT_DROP_M])
     plane = Plane(normal, float(normal @ foot))
-    if plane.height_m(release) < _LEAST_DROP_M:
+    if plane.height_m(release) < _MIN_DROP_M:
         raise worded(SetupError, "release_below_floor", release_m=release[2], floor_m=foot[2])
     return plane
 

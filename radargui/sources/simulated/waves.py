@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.geometry.path_length import Antennas, mirror
-from radargui.geometry.plate import Plate
-from radargui.geometry.scattering import wall_factor
 from radargui.model import scattering
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.errors import SetupError, worded
 from radargui.model.radar import Walls
 from radargui.model.setup import Setup
+from radargui.physics.path_length import Antennas, mirror
+from radargui.physics.plate import Plate
+from radargui.physics.scattering import wall_factor
 from radargui.sources.simulated.noise import Draw, generator
 from radargui.sources.simulated.scene import Plane, azimuth_direction, contact_plane
 

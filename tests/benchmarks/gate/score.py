@@ -38,9 +38,9 @@ OUTCOMES: tuple[Outcome, ...] = ("right", "told", "wrong cause", "SILENT", "refu
 TRACK_U, VALUE_U = 3.0, 3.3
 SEEN_M_S, NEAR_END_S, SAME_S = 0.15, 0.030, 0.005
 CONVERGED_S, CONVERGED_E, CONVERGED_U = 0.002, 1e-3, 4.0
-LEAST_REST_S = 0.05
+MIN_REST_S = 0.05
 """A shorter rest is no zero of paths."""
-LEAST_U_M = 1e-9
+MIN_U_M = 1e-9
 """Tables are written to the nanometre."""
 
 
@@ -219,7 +219,7 @@ class Score:
 
 
 def _within(error: float | None, times: float, u: float | None) -> bool:
-    return error is not None and u is not None and error <= times * max(u, LEAST_U_M)
+    return error is not None and u is not None and error <= times * max(u, MIN_U_M)
 
 
 def score(truth: SceneTruth, answer: Answer, seconds: float = 0.0, left_out: Sequence[str] = ()) -> Score:
@@ -261,7 +261,7 @@ def _motion(truth: SceneTruth, answer: Answer) -> dict[str, float | None]:
     out |= {
         "track_error_m": float(np.sqrt((error**2).mean())),
         "track_u_m": float(np.sqrt((u**2).mean())),
-        "track_inside_2u": float((np.abs(error) <= 2.0 * np.maximum(u, LEAST_U_M)).mean()),
+        "track_inside_2u": float((np.abs(error) <= 2.0 * np.maximum(u, MIN_U_M)).mean()),
     }
     if truth.position_m is not None and answer.position_m is not None:
         bent = error - error.mean(axis=1, keepdims=True)
@@ -271,7 +271,7 @@ def _motion(truth: SceneTruth, answer: Answer) -> dict[str, float | None]:
 
 def _path_errors(truth: SceneTruth, answer: Answer, place: NDArray[np.intp], held: NDArray[np.bool_]) -> Array:
     """Return the errors of the paths' changes; a piece without a rest has no zero, its mean error is taken off."""
-    resting = truth.index < (truth.start_s if truth.start_s >= LEAST_REST_S else 0.0) * truth.rate_hz
+    resting = truth.index < (truth.start_s if truth.start_s >= MIN_REST_S else 0.0) * truth.rate_hz
     error = answer.path_m[:, place] - truth.path_m
     usable = held & answer.valid[place] & np.isfinite(error).all(axis=0)
     for piece in np.unique(answer.piece[place[usable]]):

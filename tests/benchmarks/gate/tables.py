@@ -24,7 +24,7 @@ Scenes = Sequence[Sequence[Score]]
 """Scores of a population: of each scene one, or those of the drops of each session."""
 SHARP = 1.48
 """Median of |error| is 0.67 u of a normal distribution."""
-LEAST_RIGHT, MOST_SILENT, MOST_ERROR = -0.03, 1, 1.05
+MIN_RIGHT, MAX_SILENT, MAX_ERROR = -0.03, 1, 1.05
 """Not worse: right within 3 points for sure, one silent scene more, medians of errors 5 % larger."""
 
 
@@ -145,9 +145,9 @@ class Comparison:
     @property
     def fails(self) -> tuple[str, ...]:
         """What is worse, or not shown to be not worse; empty where nothing is."""
-        errors = [f"{name}: median" for name, ratio in self.errors.items() if ratio.value > MOST_ERROR]
-        right = ["right"] if not self.right.low > LEAST_RIGHT else []
-        return (*right, *(["SILENT"] if self.more_silent > MOST_SILENT else []), *errors)
+        errors = [f"{name}: median" for name, ratio in self.errors.items() if ratio.value > MAX_ERROR]
+        right = ["right"] if not self.right.low > MIN_RIGHT else []
+        return (*right, *(["SILENT"] if self.more_silent > MAX_SILENT else []), *errors)
 
 
 def compared(new: Scenes, old: Scenes) -> Comparison:

@@ -11,7 +11,7 @@ from radargui.model.result import RunResult
 
 NEAR_M = 0.003
 RIGHT_SHARE = 0.9
-LEAST_RECEIVERS = 3
+MIN_RECEIVERS = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ def judge_drop(drop: Drop, result: RunResult | str, processor_s: float) -> DropJ
     """Return how right a result is."""
     if isinstance(result, str):
         refused = result.startswith("raised")
-        trackable = drop.setup.n_receivers - len(drop.wrong) >= LEAST_RECEIVERS
+        trackable = drop.setup.n_receivers - len(drop.wrong) >= MIN_RECEIVERS
         return DropJudgement(result, "", (), False, refused and not trackable, processor_s)
     channels = () if result.corrected is None else result.corrected.channels
     called_good = tuple(
@@ -54,7 +54,7 @@ def judge_drop(drop: Drop, result: RunResult | str, processor_s: float) -> DropJ
         if receiver < len(channels) and channels[receiver].verdict != "rejected"
     )
     tracked, near = _track_shares(drop, result)
-    trackable = drop.setup.n_receivers - len(drop.wrong) >= LEAST_RECEIVERS
+    trackable = drop.setup.n_receivers - len(drop.wrong) >= MIN_RECEIVERS
     false_track = tracked > 0.0 and (not trackable or near < RIGHT_SHARE * tracked)
     right = near >= RIGHT_SHARE and result.status == "ok" if trackable else tracked == 0.0
     return DropJudgement(result.status, result.reason, called_good, false_track, right, processor_s)

@@ -28,7 +28,7 @@ OFF_SHARE = 0.1
 WRONG_SHARE = 0.05
 JUMP_WAVELENGTHS = 0.5
 RIGHT_SHARE = 0.9
-MOST_VALID = 0.8
+MAX_VALID = 0.8
 """A moment counts as called valid from this share of its samples on: single clipped samples may be left out."""
 EQUAL_ECHO = 0.7
 GAIN_BOUNDS = (0.5, 2.0)
@@ -132,7 +132,7 @@ def _moments(scene: Scene, paths: PathLengths, first: int) -> _Moments:
             continue
         span = slice(moment * step, min((moment + 1) * step + 1, n_samples))
         at = np.flatnonzero(claimed[span]) + span.start
-        if len(at) < MOST_VALID * (span.stop - span.start):
+        if len(at) < MAX_VALID * (span.stop - span.start):
             continue
         valid[moment] = True
         if piece[at[0]] != piece[at[-1]]:

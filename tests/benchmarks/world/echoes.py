@@ -18,7 +18,7 @@ Complex = NDArray[np.complex128]
 
 STEP_M, STEP_S = 5e-4, 2e-3
 """Farthest apart along the way and in time: the wave that is mirrored on both ways turns by 0.4 rad in a step."""
-LEAST_S = 1e-6
+MIN_S = 1e-6
 """Breaks nearer than this are one: in it a sphere moves some micrometres."""
 _DEGREE = 5
 _LOOKED_AT_S = 5e-4
@@ -32,7 +32,7 @@ class EchoesAlong:
         # a channel that is converted later may see some microseconds more
         ends = [-STEP_S]
         for break_s in sorted({*drop.breaks_s, drop.duration_s + STEP_S}):
-            if ends[-1] + LEAST_S < break_s < drop.duration_s + 2.0 * STEP_S:
+            if ends[-1] + MIN_S < break_s < drop.duration_s + 2.0 * STEP_S:
                 ends.append(break_s)
         self._breaks_s = np.array(ends[1:-1])
         self._pieces = [self._between(drop, *span) for span in pairwise(ends)]

@@ -26,7 +26,7 @@ Complex = NDArray[np.complex128]
 
 ORDERS = 8
 """Of the spherical waves: two more change the echo by less than 1e-3 of itself even where the sphere touches."""
-_LEAST_SINE = 1e-7
+_MIN_SINE = 1e-7
 _NEAR_M, _NEAR_STEP_M, _STEP_M = 5e-3, 1e-4, 5e-4
 """The matrices are tabulated in the gap: between sphere and plane they turn by 0.2 rad a step, near it by less."""
 
@@ -69,7 +69,7 @@ def _harmonics(direction: Array, field: Complex, orders: int) -> tuple[Complex, 
     """Return C_lm . field and B_lm . field, shape (orders + 1, 2 orders + 1, n) each."""
     theta = np.arccos(np.clip(direction[2], -1.0, 1.0))
     # straight up and down m P / sin(theta) is a limit
-    theta = np.clip(theta, _LEAST_SINE, np.pi - _LEAST_SINE)
+    theta = np.clip(theta, _MIN_SINE, np.pi - _MIN_SINE)
     phi = np.arctan2(direction[1], direction[0])
     sine, cosine = np.sin(theta), np.cos(theta)
     along = field[0] * cosine * np.cos(phi) + field[1] * cosine * np.sin(phi) - field[2] * sine

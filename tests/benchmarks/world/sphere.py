@@ -114,7 +114,7 @@ class Sphere:
         """
         across = _cross(incoming, outgoing)
         sine = np.linalg.norm(across, axis=0)
-        spare = _cross(incoming, _least_along(incoming))
+        spare = _cross(incoming, _min_along(incoming))
         across = np.where(sine > _PARALLEL, across, spare)
         across = across / np.linalg.norm(across, axis=0)
         s1, s2 = self.amplitudes(np.einsum("in,in->n", incoming, outgoing))
@@ -132,6 +132,6 @@ def _dot(left: Complex, right: Complex) -> Complex:
     return np.einsum("in,in->n", left, right)
 
 
-def _least_along(direction: Array) -> Array:
+def _min_along(direction: Array) -> Array:
     """Return the axis that lies least along each direction, shape (3, n)."""
     return np.eye(3)[np.argmin(np.abs(direction), axis=0)].T

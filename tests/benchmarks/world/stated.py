@@ -22,7 +22,7 @@ STATED: tuple[Stated, ...] = get_args(Stated)
 REFRACTIVE_INDEX = 1.00032
 U_ANGLE_DEG, U_DISTANCE_M, U_RELEASE_M, U_DIAMETER_M = 0.5, 0.003, 0.001, 2e-5
 U_POLARIZATION_DEG, U_FLOOR_TILT_DEG, U_FREQUENCY, U_CLOCK_PPM = 5.0, 0.3, 1e-6, 50.0
-LEAST_SHARE = 0.06
+MIN_SHARE = 0.06
 """A setup file may state no receiver that gets less than 0.05 of the strongest signal; its other values are off too."""
 
 
@@ -122,5 +122,5 @@ def _polarizations_deg(true: TrueValues, off: Callable[[float, float], float]) -
     sphere = Sphere(true.diameter_m / 2.0, true.wavenumber_rad_m)
     while True:
         stated = [replace(one, polarization_deg=off(one.polarization_deg, U_POLARIZATION_DEG)) for one in true.antennas]
-        if min(signal_share(stated[0], one, sphere) for one in stated[1:]) > LEAST_SHARE:
+        if min(signal_share(stated[0], one, sphere) for one in stated[1:]) > MIN_SHARE:
             return [one.polarization_deg for one in stated]

@@ -13,7 +13,7 @@ from benchmarks.world.sphere import Sphere
 
 Tables = dict[str, Any]
 
-LEAST_SHARE = 0.06
+MIN_SHARE = 0.06
 """A setup may state no receiver that gets less than 0.05 of the strongest signal."""
 U_DIAMETER_M, U_CLOCK_PPM, U_G_M_S2 = 2e-5, 50.0, 1e-3
 
@@ -104,7 +104,7 @@ def _turn(tables: Tables, by_deg: float, rng: np.random.Generator, sphere: Spher
             AntennaValues(one.get("tilt_deg", 0.0), one.get("azimuth_deg", 0.0), one["distance_m"], angle)
             for one, angle in zip(antennas, stated, strict=True)
         )
-        if min(signal_share(sender, one, sphere) for one in receivers) > LEAST_SHARE:
+        if min(signal_share(sender, one, sphere) for one in receivers) > MIN_SHARE:
             break
     for one, angle in zip(antennas, stated, strict=True):
         one |= {"polarization_deg": float(angle % 180.0), "u_polarization_deg": by_deg}

@@ -35,10 +35,10 @@ from radargui.files.run_file import read_run, read_run_setup, run_stream
 from radargui.files.run_results import results_are_current, write_results
 from radargui.files.stored_results import read_whole_result
 from radargui.model.errors import RadarGuiError
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup, write_setup
 from radargui.session.session import Session
 from radargui.session.transfer import plan_export
+from radargui.system.resources import default_setup_path
 
 
 @dataclass(frozen=True)

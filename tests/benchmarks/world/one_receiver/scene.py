@@ -38,8 +38,8 @@ CAPTURE = 0.5
 CLIPPED = 0.2
 REST_S = 0.3
 REST_HZ = 2.0
-LEAST_S = 0.3
-LEAST_FRINGES = 5.0
+MIN_S = 0.3
+MIN_FRINGES = 5.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +110,7 @@ def expectation(echo: Echo | None, knowable: BoolArray, wavelength_m: float, rat
         return "refused"
     step = moment_samples(rate_hz)
     spans = [np.ptp(echo.path_m[first * step : last * step]) / wavelength_m for first, last in runs(knowable)]
-    enough = knowable.sum() * MOMENT_S >= LEAST_S and max(spans, default=0.0) >= LEAST_FRINGES
+    enough = knowable.sum() * MOMENT_S >= MIN_S and max(spans, default=0.0) >= MIN_FRINGES
     return "ok" if enough else "either"
 
 

@@ -1,0 +1,1 @@
+"""What the program needs of the computer: its cores, and where its files of words are."""

@@ -231,6 +231,14 @@ def judge(quality: ChannelQuality, noise: float, counted_noise: float, chi_squar
     return None
 
 
+def is_weak(quality: ChannelQuality) -> bool:
+    """Return whether a receiver is hardly heard: by what counts of its noise, or by that of a single sample."""
+    if quality.finding is not None and quality.finding.code == WEAK:
+        return True
+    # amplitude 1, and noise in I as in Q
+    return quality.snr_db is not None and 10.0 ** (-quality.snr_db / 10.0) > 2.0 * LIMITS.good_noise**2
+
+
 def _fringes(phase_rad: FloatArray) -> float:
     """Return the turns of the phase to and fro, noise below a twentieth of a fringe passed over."""
     coarse, _ = _coarse(phase_rad, 2000)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radargui.correction.quality import WEAK
+from radargui.correction.quality import WEAK, is_weak
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.channel_quality import UnexplainedStretch
-from radargui.model.finding import Finding
+from radargui.model.finding import Finding, refuse
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.result import Bounces, CorrectedIQ, Kinematics, PathLengths, Track
 from radargui.model.setup import Setup
@@ -216,17 +216,14 @@ class MeasuredMotion:
 
         A receiver that is hardly heard is rejected for that: whatever else does not fit would need a signal to be told.
         """
+        finding = replace(finding, severity="refuse")
         wrong = np.ones(len(self.corrected.channels), dtype=np.bool_) if receivers is None else receivers
         rows = zip(self.corrected.channels, wrong, strict=True)
         channels = tuple(
-            replace(own, finding=replace(_first_cause(own.finding, finding), severity="refuse")) if is_wrong else own
+            replace(own, finding=refuse(WEAK) if is_weak(own) else finding) if is_wrong else own
             for own, is_wrong in rows
         )
         return replace(self, corrected=replace(self.corrected, channels=channels))
-
-
-def _first_cause(known: Finding | None, finding: Finding) -> Finding:
-    return known if known is not None and known.code == WEAK else finding
 
 
 def nothing_measured(conditioned: Conditioned, method: str) -> MeasuredMotion:

@@ -300,10 +300,10 @@ class AcquisitionSeries:
             self._order.publisher.report(EventKind.WARNING, str(error))
         elif (bounce := found[0]) is not None:
             self._bounce = bounce
-            self._tell(bounce, LIVE)
+            self._report_bounce(bounce, LIVE)
             self._begin_result()
 
-    def _tell(self, bounce: Bounce, how: str) -> None:
+    def _report_bounce(self, bounce: Bounce, how: str) -> None:
         said = f"{how} e = {quantity(bounce.e, bounce.u_stated)}"
         self._order.publisher.report(EventKind.BOUNCE, said, bounce=bounce)
 
@@ -344,7 +344,7 @@ class AcquisitionSeries:
             self._early_results[number] = latest
             is_recorded = number == self._order.publisher.number and self._bounce is not None
             if is_recorded and isinstance(latest, RunResult) and any(one.valid for one in latest.bounces.impacts[:1]):
-                self._tell(latest.bounces.impacts[0], "preliminary")
+                self._report_bounce(latest.bounces.impacts[0], "preliminary")
 
     def _take(self, message: Message) -> None:
         match message:

@@ -94,19 +94,6 @@ def test_a_fit_ends_in_its_minimum_where_functions_hardly_differ() -> None:
     assert ended.log_evidence == pytest.approx(thorough.log_evidence, abs=2e-4)
 
 
-def test_a_circle_is_as_round_however_little_noise_is_beside_what_no_map_follows() -> None:
-    data = circle(7, n=800, sigma=0.002, n_bias=8, n_map=5)
-    wave = 0.2 * np.exp(1.7j * np.linspace(0.0, 40.0, data.i.size))
-    data = replace(data, i=data.i + wave.real, q=data.q + wave.imag)
-    start = np.zeros(data.layout.size)
-    start[CircleLayout.constants] = CircleFit.still(TRUE).theta
-    fits = [fit_circle(data.noisier(times), start, start[CircleLayout.constants]) for times in (8.0, 1.0)]
-    loud, quiet = (np.hypot(*one.point(data.i, data.q, data.bias)) / one.amplitude(data) - 1.0 for one in fits)
-    assert quiet.std() == pytest.approx(loud.std(), rel=0.01)
-    # the misfit is still told in units of the noise
-    assert fits[1].chi_square == pytest.approx(64.0 * fits[0].chi_square, rel=0.01)
-
-
 def test_the_variance_of_a_phase_is_that_of_repeated_noise() -> None:
     fits = [circle(seed, n_bias=0, n_map=0) for seed in range(60)]
     phases, variance = [], None

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
 from scipy.linalg.lapack import dposv, dpotrf, dpotri
 
 from radargui.estimation.adaptive.circle_layout import CIRCLE, CircleLayout, CircleSettings
-from radargui.model.arrays import FloatArray, robust_sd
+from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
 from radargui.model.front_end import point_of, slopes_of_point
 from radargui.signals.ellipse import Ellipse
@@ -45,10 +45,6 @@ class CircleData:
             return self
         return CircleData(*(np.asfortranarray(getattr(self, one.name)[::stride]) for one in fields(self)))
 
-    def noisier(self, scale: float) -> CircleData:
-        """Return the bins as if they had so many times their noise."""
-        return replace(self, sigma_i=scale * self.sigma_i, sigma_q=scale * self.sigma_q)
-
     @property
     def layout(self) -> CircleLayout:
         """Where the unknowns of its circle stand."""
@@ -68,11 +64,9 @@ class CircleFit:
     log_evidence
         Laplace approximation.
     chi_square
-        Mean square of the residuals in standard deviations of the noise, robust.
+        Mean square of the residuals in standard deviations, robust.
     deviation
         Deviation of the prior of each unknown, shape as theta.
-    noise_scale
-        What residuals scatter by, in the noise of the bins, not below one: the bins were weighed by it.
     """
 
     layout: CircleLayout
@@ -81,7 +75,6 @@ class CircleFit:
     log_evidence: float
     chi_square: float
     deviation: FloatArray
-    noise_scale: float = 1.0
 
     @classmethod
     def still(cls, ellipse: Ellipse) -> CircleFit:
@@ -148,14 +141,12 @@ def fit_circle(
     deviation: FloatArray | None = None,
     updates: int | None = None,
     settings: CircleSettings = CIRCLE,
-    noise_scale: float = 1.0,
 ) -> CircleFit:
     """Fit r = |z| / A - 1 - sigma^2 / (2 A^2) by damped Gauss-Newton with robust weights.
 
     z = X + iY with X = I - b_I, Y = ((Q - b_Q) / g - X sin eps) / cos eps. Constants keep near their prior means.
     Coefficients of the maps have the prior N(0, s^2) with s re-estimated (MacKay 1992), so that a map that the data do
-    not need vanishes. What no map follows counts as noise: with it the scale of the residuals is re-estimated, or at a
-    higher sample rate, which has less noise in a bin, all of it would be an outlier and no map too short.
+    not need vanishes.
 
     Parameters
     ----------
@@ -168,11 +159,9 @@ def fit_circle(
     deviation
         Deviations of the priors, as another fit has found them.
     updates
-        How often the deviations and the scale are re-estimated; None: as the settings say.
+        How often the deviations are re-estimated; None: as the settings say.
     settings
         Priors and stops.
-    noise_scale
-        As another fit has found it.
 
     Raises
     ------
@@ -191,20 +180,12 @@ def fit_circle(
         sd = deviation.copy()
     groups = [places for places in (layout.bias, layout.amplitude_map) if places.stop > places.start]
     updates = settings.updates if updates is None else updates
-    fit, at = _minimise(_evaluate(start, data.noisier(noise_scale), settings), mean, sd, settings)
+    fit, at = _minimise(_evaluate(start, data, settings), mean, sd, settings)
     for _ in range(updates if groups else 0):
         for group in groups:
             sd[group] = _updated_deviation(float(sd[group.start]), fit, group, settings)
-        noise_scale = max(1.0, noise_scale * robust_sd(at.residual))
-        fit, at = _minimise(_evaluate(at.theta, data.noisier(noise_scale), settings), mean, sd, settings)
-    # told in units of the noise: who widens by chi-square would do it twice
-    return replace(
-        fit,
-        covariance=fit.covariance / noise_scale**2,
-        log_evidence=fit.log_evidence - at.residual.size * float(np.log(noise_scale)),
-        chi_square=fit.chi_square * noise_scale**2,
-        noise_scale=noise_scale,
-    )
+        fit, at = _minimise(at, mean, sd, settings)
+    return fit
 
 
 def _updated_deviation(sd: float, fit: CircleFit, group: slice, settings: CircleSettings) -> float:

@@ -209,7 +209,7 @@ def refined(binned: BinnedData, one: Round) -> Round:
     data = circle_data(binned, before.value, before.phase_rad, before.place, one.bias, one.amplitude_map)
     # few bins have found the deviations but for what more of them determine
     fits = tuple(
-        fit_circle(own, fit.theta, mean, fit.deviation, updates=1, noise_scale=fit.noise_scale)
+        fit_circle(own, fit.theta, mean, fit.deviation, updates=1)
         for own, fit, mean in zip(data, one.fits, before.prior_mean, strict=True)
     )
     return _round(binned, data, before, _Maps(one.bias, one.amplitude_map, fits), 1)

@@ -25,6 +25,9 @@ ASSUMED = {
     "u_polarization_deg": 5.0,
     "floor.u_tilt_deg": 0.3,
     "u_reflection": 0.05,
+    "floor.u_size_m": 1e-3,
+    "floor.u_azimuth_deg": 3.0,
+    "floor.u_middle_m": 5e-3,
     "u_clock_ppm": 50.0,
     **ASSUMED_AIR,
 }
@@ -198,9 +201,23 @@ def assumed_uncertainties(setup: Setup) -> dict[str, float]:
     of_air = {f"air.{name}": u for name, u in setup.air.assumed.items()}
     floor = setup.floor
     of_floor = {"floor.u_reflection": u_reflection(floor)} if floor.is_stated and floor.u_reflection is None else {}
+    if floor.size_m is not None:
+        given = floor.u_size_m, floor.u_azimuth_deg, floor.u_middle_m
+        named = zip(_OF_EDGES, given, u_of_edges(floor), strict=True)
+        of_floor |= {key: u for key, told, u in named if told is None}
     return {one.u_key: one.u for one in uncertain_inputs(setup) if one.assumed} | of_air | of_floor
 
 
 def u_reflection(floor: Floor) -> float:
     """Return the uncertainty of what a floor is said to reflect."""
     return ASSUMED["u_reflection"] if floor.u_reflection is None else floor.u_reflection
+
+
+_OF_EDGES = ("floor.u_size_m", "floor.u_azimuth_deg", "floor.u_middle_m")
+
+
+def u_of_edges(floor: Floor) -> tuple[float, float, float]:
+    """Return the uncertainties of a plate's sides (m), of its azimuth (degrees) and of its middle's x and y (m)."""
+    given = floor.u_size_m, floor.u_azimuth_deg, floor.u_middle_m
+    size, azimuth, middle = (ASSUMED[key] if u is None else u for key, u in zip(_OF_EDGES, given, strict=True))
+    return size, azimuth, middle

@@ -264,6 +264,12 @@ class Floor(Section):
     backing
         What the plate lies on: air, metal, or the refractive index of something thick (wood 1.5). It decides: acrylic
         of 10 mm reflects 0.12 in the air and 0.96 on metal.
+    size_m, u_size_m
+        Both sides of a plate that ends within 30 cm of the drop, where its edge shows; left out: it goes on.
+    azimuth_deg, u_azimuth_deg
+        Of its first side, from x towards y.
+    middle_m, u_middle_m
+        x and y of its middle; left out: below the release.
     """
 
     height_m: Coordinate | None = None
@@ -275,6 +281,12 @@ class Floor(Section):
     refractive_index: Index | None = None
     thickness_m: Annotated[Real, Field(gt=0.0, le=1.0)] | None = None
     backing: Backing | None = None
+    size_m: tuple[Distance, Distance] | None = None
+    u_size_m: Uncertainty | None = None
+    azimuth_deg: Azimuth = 0.0
+    u_azimuth_deg: AngleUncertainty | None = None
+    middle_m: tuple[Coordinate, Coordinate] | None = None
+    u_middle_m: Uncertainty | None = None
 
     @model_validator(mode="after")
     def _says_in_one_way_what_it_reflects(self) -> Floor:
@@ -289,6 +301,10 @@ class Floor(Section):
             raise ValueError(f"{self._given(alone)}, allowed: together with material or refractive_index")
         if ways and ways[0] != "reflection" and self.material != "steel" and self.thickness_m is None:
             raise ValueError(f"thickness_m left out, allowed: above 0 to 1 beside {self._given(ways[0])}")
+        of_edges = ("u_size_m", "azimuth_deg", "u_azimuth_deg", "middle_m", "u_middle_m")
+        told = next((name for name in of_edges if getattr(self, name) != type(self).model_fields[name].default), None)
+        if told and self.size_m is None:
+            raise ValueError(f"size_m left out, allowed: both sides of the plate beside {told}")
         return self
 
     def _given(self, name: str) -> str:

@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from radargui.model.arrays import ComplexArray, FloatArray
+from radargui.physics.edges import StatedEdges
 from radargui.physics.path_length import mirror
 from radargui.physics.plate import StatedSurface
 
@@ -35,6 +36,8 @@ class MirrorPlane:
         Of the shift: one wavelength at 10 GHz, chosen by hand; a floor is sought just below the lowest place.
     surface
         What the setup says that it reflects; None: nothing.
+    edges
+        Where it ends; None: nowhere that counts.
     """
 
     foot_m: FloatArray
@@ -44,6 +47,7 @@ class MirrorPlane:
     u_tilt_rad: float = 0.03
     u_shift_m: float = 0.03
     surface: StatedSurface | None = None
+    edges: StatedEdges | None = None
 
     @property
     def deviations(self) -> tuple[float, float, float]:
@@ -59,6 +63,14 @@ class MirrorPlane:
         """Return the distances (n,) of places (3, n) from the plane, positive on the tracer's side."""
         foot = self.foot_m + unknown[2] * self.normal
         return np.asarray(self.turned_normal(unknown) @ (place_m - foot[:, None]))
+
+    def height_slope(self, place_m: FloatArray, unknown: FloatArray) -> FloatArray:
+        """Return the slopes of the distances of places (..., 3, n) by the unknowns, shape (..., 3, n)."""
+        turn = self.normal_slope(unknown)
+        away = place_m - (self.foot_m + unknown[2] * self.normal)[:, None]
+        out = np.empty(place_m.shape)
+        out[..., :2, :], out[..., 2, :] = turn @ away, -float(self.turned_normal(unknown) @ self.normal)
+        return out
 
     def turned(self, direction: FloatArray, unknown: FloatArray) -> FloatArray:
         """Return the mirror image of directions, shape (..., 3)."""
@@ -97,16 +109,25 @@ class MirrorPlane:
 
     def _mirrored_slope(self, away: FloatArray, unknown: FloatArray) -> FloatArray:
         """Return d (w - 2 (n.w) n) / d tilts of w (..., 3), shape (..., 2, 3)."""
+        turn, normal = self.normal_slope(unknown), self.turned_normal(unknown)
+        return np.asarray(-2.0 * ((away @ turn.T)[..., None] * normal + (away @ normal)[..., None, None] * turn))
+
+    def normal_slope(self, unknown: FloatArray) -> FloatArray:
+        """Return d n / d tilts, n as `turned_normal` returns it, shape (2, 3)."""
         tangents, normal = _tangents(tuple(self.normal.tolist())), self.turned_normal(unknown)
         along = tangents @ normal
         # n (n0 + tilts) is the length of what was normalised
-        turn = (tangents - along[:, None] * normal) / (normal @ self.normal + along @ unknown[:2])
-        return np.asarray(-2.0 * ((away @ turn.T)[..., None] * normal + (away @ normal)[..., None, None] * turn))
+        return np.asarray((tangents - along[:, None] * normal) / (normal @ self.normal + along @ unknown[:2]))
 
 
 def has_floor(planes: Sequence[MirrorPlane]) -> bool:
     """Return whether the first mirror is a floor; no other is."""
     return bool(planes) and planes[0].name == FLOOR
+
+
+def edges_of(planes: Sequence[MirrorPlane]) -> StatedEdges | None:
+    """Return where the floor among mirrors ends; None where there is none, or none whose edges count."""
+    return planes[0].edges if has_floor(planes) else None
 
 
 def walls_of(planes: tuple[MirrorPlane, ...]) -> tuple[MirrorPlane, ...]:

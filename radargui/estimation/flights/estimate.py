@@ -30,6 +30,7 @@ from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.finding import Finding, refuse
 from radargui.model.setup import Setup
 from radargui.motion.flights import Flights
+from radargui.physics.edges import SIDES
 from radargui.physics.path_length import path_gradient
 from radargui.physics.plate import Plate, changes_faster
 
@@ -54,6 +55,9 @@ class DropSettings:
         How far below the surface that is touched the plane that reflects is expected.
     plate_share
         Of |R| K a (a / (a + gap))^2, what one R for all directions leaves of glass, acrylic and granite, in amplitudes.
+    edges_share
+        What comes over the edges of a plate is known to so much of |R|, near the floor: by so much, in the mean,
+        Kirchhoff's integral over 5 to 15 cm differs from that of its edges alone, which have no corners.
     max_off
         Of ln g and of the quadrature error (rad) that a start may find.
     block_s
@@ -69,6 +73,7 @@ class DropSettings:
     apart_s: float = 0.00015
     plate_m: float = 0.005
     plate_share: float = 0.1
+    edges_share: float = 0.03
     max_off: float = 0.5
     block_s: float = 0.005
 
@@ -337,6 +342,7 @@ def _with_bins(
     bins = bins.weakened(bins.time_s < clear_of_holder_s(setup, flights.onset_s))
     if Plate.of(setup.floor) is None:
         bins = bins.known_to(_of_unknown_plate(model, values, bins.time_s))
+    bins = bins.known_to(_of_edges(model, values, bins.time_s))
     model = model.of_bins(bins, values)
     apart = np.ones(bins.n_bins, dtype=np.bool_)
     half = 0.5 * (bins.last_s - bins.first_s)
@@ -376,6 +382,16 @@ def _of_unknown_plate(model: DropModel, values: Parts, time_s: FloatArray) -> Fl
     reflection = min(float(np.hypot(*values.theta[model.layout.transmitter_reflection])), 1.0)
     near = (sphere.radius_m / (sphere.radius_m + gap_m)) ** 2
     return np.asarray(DROP.plate_share * reflection * sphere.size * near)
+
+
+def _of_edges(model: DropModel, values: Parts, time_s: FloatArray) -> FloatArray:
+    """Return how well what comes over the edges of a plate is known, in amplitudes, of times (n,), shape (n,)."""
+    if not (half_m := values.theta[model.layout.edges][SIDES]).size:
+        return np.zeros(time_s.size)
+    reflection = min(float(np.hypot(*values.theta[model.layout.transmitter_reflection])), 1.0)
+    flights, side_m = Flights.of(values.flights), float(half_m.mean())
+    gap_m = np.maximum(_gap_m(flights, flights.position_m(time_s)[2]), 0.0)
+    return np.asarray(DROP.edges_share * reflection * (side_m / (side_m + gap_m)) ** 2)
 
 
 def _noise_scale(model: DropModel, at: Evaluation) -> FloatArray:

@@ -21,6 +21,7 @@ from radargui.model.assumed import CLOCK, uncertain_inputs
 from radargui.model.gravity import drag_of_sphere, expected_gravity
 from radargui.model.setup import Setup
 from radargui.motion.flights import FlightLayout
+from radargui.physics.edges import StatedEdges
 from radargui.physics.mirrors import FLOOR, MirrorPlane
 from radargui.physics.plate import StatedSurface
 
@@ -127,6 +128,7 @@ def drop_model(
     stated, sphere = known
     n_receivers = stated.n_receivers
     multiplexer = None if signals.before is None else Multiplexer(signals.before, 1.0 / signals.rate_hz)
+    edges = StatedEdges.of(setup)
     layout = make_layout(
         Sizes(
             breaks=0,
@@ -137,15 +139,18 @@ def drop_model(
             drift=0,
             polarization=0 if sphere is None else 1,
             crosstalk=0 if multiplexer is None else 1,
+            edges=0 if edges is None else 1,
         )
     )
     release = np.array(setup.tracer.release_position_m)
     surface = StatedSurface.of(setup)
     foot = np.array([release[0], release[1], floor_m])
-    plane = MirrorPlane(foot, np.array(setup.floor.normal), FLOOR, surface=surface)
+    plane = MirrorPlane(foot, np.array(setup.floor.normal), FLOOR, surface=surface, edges=edges)
     mean, deviation = np.zeros(layout.size), np.zeros(layout.size)
     mean[layout.transmitter_lobe] = PRIOR.lobe_mean
     mean[layout.exchange].reshape(-1, 2)[:] = EXCHANGE
+    if edges is not None:
+        mean[layout.edges], deviation[layout.edges] = edges.values, edges.u
     for own in layout.receivers:
         mean[own.receiver_lobe] = PRIOR.lobe_mean
     if sphere is not None:

@@ -12,6 +12,7 @@ from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.radar import Walls
 from radargui.model.setup import Setup
+from radargui.physics.edges import StatedEdges
 from radargui.physics.path_length import Antennas, place_antennas
 from radargui.physics.plate import StatedSurface
 from radargui.physics.setup_unknowns import SetupUnknowns
@@ -200,6 +201,8 @@ class BinnedData:
         Of a container in the rays; None where none stands there.
     surface
         What the setup says that the floor reflects; None: nothing.
+    edges
+        Where it says that the floor ends; None: nowhere.
     """
 
     bins: Bins
@@ -216,6 +219,7 @@ class BinnedData:
     setup: SetupUnknowns | None = None
     walls: Walls | None = None
     surface: StatedSurface | None = None
+    edges: StatedEdges | None = None
 
     @staticmethod
     def of(bins: Bins, signals: ScaledSignals, setup: Setup) -> BinnedData:
@@ -234,6 +238,7 @@ class BinnedData:
             setup=SetupUnknowns.of(setup),
             walls=setup.container.walls,
             surface=StatedSurface.of(setup),
+            edges=StatedEdges.of(setup),
         )
 
     @property

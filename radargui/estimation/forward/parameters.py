@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from radargui.model.arrays import FloatArray, IntArray
+from radargui.physics.edges import N_EDGES
 
 N_LOBE = 3
 """Functions by which an antenna's lobe changes what comes directly and over a floor, and over each wall (`lobes`)."""
@@ -121,6 +122,7 @@ class Sizes:
     flight: int = 0
     walls: int = 0
     setup: int = 0
+    edges: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +142,9 @@ class Layout:
     exchange
         Real and imaginary part of R for what sphere and floor send to and fro, over T; none without a floor and of a
         point.
+    edges
+        Half of both sides of a plate (m), azimuth of the first (rad), x and y of its middle (m); none of a floor that
+        goes on.
     transmitter_lobe
         The same of the transmitter.
     polarization
@@ -161,6 +166,7 @@ class Layout:
     planes: slice
     transmitter_reflection: slice
     exchange: slice
+    edges: slice
     transmitter_lobe: slice
     polarization: slice
     crosstalk: slice
@@ -229,14 +235,16 @@ def make_layout(sizes: Sizes) -> Layout:
     """Return the layout for these numbers of unknowns."""
     take = _Taken()
     two_a_mirror, lobe_places = 2 * sizes.mirrors, N_LOBE * (1 + sizes.walls)
-    floor = 2 * (sizes.mirrors - sizes.walls) * sizes.polarization
-    shared = (3 * sizes.mirrors, two_a_mirror, floor, lobe_places, sizes.polarization, sizes.crosstalk, sizes.setup)
+    n_floors = sizes.mirrors - sizes.walls
+    exchanged, edges_places = 2 * n_floors * sizes.polarization, N_EDGES * n_floors * sizes.edges
+    of_mirrors = 3 * sizes.mirrors, two_a_mirror, exchanged, edges_places
+    shared = (*of_mirrors, lobe_places, sizes.polarization, sizes.crosstalk, sizes.setup)
     # breaks first: where their number changes all that follows moves by it
     breaks, flight = take(sizes.breaks), take(4 * sizes.flight)
     # shared unknowns stand together: every receiver's data touch them, its own touch no other receiver
-    planes, reflection, exchange, lobe, polarization, crosstalk, setup = (take(count) for count in shared)
+    planes, reflection, exchange, edges, lobe, polarization, crosstalk, setup = (take(count) for count in shared)
     receivers = tuple(_receiver_layout(sizes, take) for _ in range(sizes.receivers))
-    own = planes, reflection, exchange, lobe, polarization, crosstalk, setup
+    own = planes, reflection, exchange, edges, lobe, polarization, crosstalk, setup
     return Layout(breaks, flight, *own, receivers, sizes, take.end)
 
 

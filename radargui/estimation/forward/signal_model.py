@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from radargui.estimation.forward.edges import Edges, edges_at
 from radargui.estimation.forward.lobes import Lobes, lobes_at
-from radargui.estimation.forward.parameters import N_LOBE, Layout, ReceiverLayout
+from radargui.estimation.forward.parameters import N_LOBE, Layout, ReceiverLayout, polarisation_places
 from radargui.estimation.forward.sphere import SphereFactors, SphereFields, point_factors
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.front_end import channel_factors, channels_of
@@ -167,6 +168,8 @@ class Waves:
         What they show at the nodes.
     sphere
         What the sphere scatters to all receivers there; None of a point.
+    edges
+        Of the floor's plate; None of one that goes on.
     """
 
     antenna_m: FloatArray
@@ -177,6 +180,7 @@ class Waves:
     strength: ComplexArray
     lobes: Lobes
     sphere: SphereFields | None
+    edges: Edges | None = None
 
     @property
     def n_ways(self) -> int:
@@ -206,6 +210,7 @@ class Waves:
             strength,
             own,
             self.sphere,
+            None if self.edges is None else self.edges.of(receiver),
         )
 
 
@@ -340,11 +345,15 @@ def waves_at(
     direct *= ways.mean(axis=-2, keepdims=True) / ways
     np.multiply(direct, lobes.of_direct().reshape(shape), out=path[..., 0, 0, :, :, :])
     strength = sphere.mirrored
+    fields = None if moved is None else moved.directions(theta[polarisation_places(layout)])[receiver]
+    edges = edges_at(node_m, antenna_m[..., 0, :], theta, layout, inputs.planes, fields, k)
     if n_ways > 1:
         # the longer way arrives weaker; a lobe changes it with the place
         share = np.exp(lobes.exponents()) * length[..., :1, :] / length[..., 1:, :]
         detour = share * turned(k * (change[..., 1:, :] - change[..., :1, :]))
         detour = detour.reshape(*lead, 2, -1, *node_m.shape[-3:])
+        if edges is not None:
+            detour[..., 0, :, :, :] *= edges.value()[..., None, :, :]
         # over a mirror on the way in and on the way out: phases add, amplitudes multiply (image theory, Balanis 4.7)
         sent, got = detour[..., 0, :, :, :, :], detour[..., 1:, :, :, :, :]
         np.multiply(path[..., :1, 0, :, :, :], sent, out=path[..., 1:, 0, :, :, :])
@@ -352,7 +361,7 @@ def waves_at(
         strength = reflections(theta, layout, own, values)[..., None] * strength
     mean = 0.5 * (path[..., 0, :] + path[..., 1, :])
     length = length.reshape(*lead, 2, -1, *node_m.shape[-3:])
-    return Waves(antenna_m, length, path, mean, sphere.mirrored, strength, lobes, moved)
+    return Waves(antenna_m, length, path, mean, sphere.mirrored, strength, lobes, moved, edges)
 
 
 def _ways(

@@ -140,6 +140,14 @@ def receiver_slopes(
         ]
         put_shared(layout.polarization, changed[0].real[..., None])
         put(own.polarization, changed[1].real[..., None])
+    by_edge_of_place = None
+    if waves.edges is not None:
+        by_edges, by_plane, by_edge_of_place = (
+            np.einsum("...scmn,...skmn->...kcmn", over[..., 1, :, :, :], one).real for one in waves.edges.slopes()
+        )
+        put_shared(layout.edges, np.moveaxis(_mean(by_edges), -3, -1))
+        first = layout.planes.start - shared.start
+        out[..., first : first + 3] += np.moveaxis(_mean(by_plane), -3, -1)
     if excess is not None and layout.sizes.crosstalk:
         put_shared(layout.crosstalk, excess[..., None])
     if layout.sizes.setup:
@@ -152,6 +160,8 @@ def receiver_slopes(
     at_nodes = node_m * pull.sum(axis=(-5, -4))[..., None, :, :, :] - toward.reshape(node_m.shape)
     if by_height is not None:
         at_nodes += by_height
+    if by_edge_of_place is not None:
+        at_nodes += by_edge_of_place
     return ReceiverSlopes(at_nodes, out, n_shared)
 
 

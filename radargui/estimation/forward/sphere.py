@@ -102,7 +102,8 @@ class PolarisedSphere:
                 by_mirrors += [by_log / factor, 1j * by_log / factor]
                 which = np.append(which, [first, first + 1])
         slopes_at = np.array(by_mirrors, complex).reshape(which.size, *basis.shape)
-        return SphereFields(basis, at_rest, slopes_at, which, mirrors[which], height)
+        axes = np.concatenate([self.transmitted[None], self.received])
+        return SphereFields(basis, at_rest, slopes_at, which, mirrors[which], height, axes)
 
     def basis(
         self, place: FloatArray, antennas: Antennas, planes: Sequence[MirrorPlane], unknown: FloatArray
@@ -290,6 +291,8 @@ class SphereFields:
         strength, shape (n, *basis.shape); where these stand among `Layout.mirrors`; and those that it was made at.
     height
         The same of the sphere's height over a floor; None without exchange.
+    axes
+        The antennas' basis directions, the transmitter's first, shape (1 + n_receivers, 2, 3).
     """
 
     basis: ComplexArray
@@ -298,6 +301,15 @@ class SphereFields:
     which: IntArray
     unknown: FloatArray
     height: Height | None
+    axes: FloatArray
+
+    def directions(self, angle_rad: FloatArray) -> FloatArray:
+        """Return the fields' directions at the antennas' angles (1 + n_receivers,): transmitter's, receiver's.
+
+        Shape (n_receivers, 2, 3).
+        """
+        turned = np.array([_weights(angle)[0] @ axes for angle, axes in zip(angle_rad, self.axes, strict=True)])
+        return np.stack([np.broadcast_to(turned[0], turned[1:].shape), turned[1:]], axis=1)
 
     def repeated(self, count: int) -> SphereFields:
         """Return the fields at the bins some times over."""

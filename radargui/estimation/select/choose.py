@@ -326,7 +326,8 @@ class _Selection:
         """Return where the floor is sought for places (3, n)."""
         # the sphere cannot fall through it
         lowest = place[:, int(np.argmin(self.normal @ place))]
-        return MirrorPlane(lowest - depth_m * self.normal, self.normal, FLOOR, surface=self.data.surface)
+        foot, data = lowest - depth_m * self.normal, self.data
+        return MirrorPlane(foot, self.normal, FLOOR, surface=data.surface, edges=data.edges)
 
     def floor_compared_again(self, solution: Solution) -> tuple[Solution, float, tuple[Alternative, ...]]:
         """Return the solution with a floor or without, what the floor gains now, and the other where it is possible.

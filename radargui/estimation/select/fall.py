@@ -151,7 +151,7 @@ class FoundFall:
         names = ["transmitter_lobe", "polarization", "crosstalk"]
         own_names = ["receiver_lobe", "polarization"]
         if n_mirrors:
-            names += ["transmitter_reflection", "exchange"]
+            names += ["transmitter_reflection", "exchange", "edges"]
             own_names += ["receiver_reflection", "double_reflection"]
             # the shift is in the plane's foot
             out[layout.planes.start : layout.planes.start + 2] = was[old.planes.start : old.planes.start + 2]

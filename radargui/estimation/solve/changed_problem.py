@@ -23,7 +23,7 @@ from radargui.estimation.solve.priors import PRIORS, Prior, flight_prior, make_p
 from radargui.estimation.solve.problem import JointProblem, Start, State
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.gravity import UNKNOWN_DRAG
-from radargui.physics.mirrors import MirrorPlane, walls_of
+from radargui.physics.mirrors import MirrorPlane, edges_of, walls_of
 
 # Limits of the jerk's deviation where knots change, m/s^3: new spans start loose enough to follow what the old ones
 # could not, and stiff enough to stay in place. Chosen by hand.
@@ -222,7 +222,9 @@ def mirrors_changed(
     """Return a problem with other mirrors or other functions for the bias, and theta; see `problem_with_mirrors`."""
     old = before.layout
     n_bias = old.sizes.bias if bias is None else bias.size
-    layout = make_layout(replace(old.sizes, mirrors=len(planes), walls=len(walls_of(planes)), bias=n_bias))
+    n_edges = 0 if edges_of(planes) is None else 1
+    n_walls = len(walls_of(planes))
+    layout = make_layout(replace(old.sizes, mirrors=len(planes), walls=n_walls, bias=n_bias, edges=n_edges))
     # maps that explain what a new mirror would hold it down: kept, a wall gained 32 in ln E and 0.47 mm stayed; started
     # at zero it gained 149 and 0.09 mm was left
     fewer, was_planes = len(planes) <= old.sizes.mirrors, before.inputs.planes
@@ -235,7 +237,8 @@ def mirrors_changed(
     # a new mirror starts at nothing, and its evidence counts from there
     new_theta = np.zeros(layout.size)
     lobes = lobe_places(layout)
-    new_theta[lobes], new_theta[layout.exchange] = prior.mean[lobes], prior.mean[layout.exchange]
+    for places in (lobes, layout.exchange, layout.edges):
+        new_theta[places] = prior.mean[places]
     new_theta[target] = theta[source]
     # a plane that was put elsewhere counts from there
     moved = [all(new is not was for was in was_planes) for new in planes]
@@ -282,6 +285,7 @@ def carried_places(old: Layout, new: Layout, *, bias: bool = True, last: bool = 
     pairs += [
         (old.transmitter_reflection, new.transmitter_reflection),
         (old.exchange, new.exchange),
+        (old.edges, new.edges),
         (old.transmitter_lobe, new.transmitter_lobe),
         (old.polarization, new.polarization),
         (old.crosstalk, new.crosstalk),

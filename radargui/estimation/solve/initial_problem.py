@@ -23,7 +23,7 @@ from radargui.estimation.solve.normal import solve_band
 from radargui.estimation.solve.priors import make_prior, with_known_front_ends, with_polarisation
 from radargui.estimation.solve.problem import JointProblem, Start, State
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.physics.mirrors import MirrorPlane, walls_of
+from radargui.physics.mirrors import MirrorPlane, edges_of, walls_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +133,7 @@ def initial_problem(
             polarization=0 if data.sphere is None else 1,
             crosstalk=0 if data.multiplexer is None else 1,
             walls=len(walls_of(planes)),
+            edges=0 if edges_of(planes) is None else 1,
         )
     )
     theta = np.zeros(layout.size)
@@ -142,7 +143,8 @@ def initial_problem(
         theta[own.constants] = values.in_order()
     prior = make_prior(layout, planes, spline.break_s, constants)
     lobes = lobe_places(layout)
-    theta[lobes], theta[layout.exchange] = prior.mean[lobes], prior.mean[layout.exchange]
+    for places in (lobes, layout.exchange, layout.edges):
+        theta[places] = prior.mean[places]
     if known_front_ends is not None:
         prior = with_known_front_ends(prior, layout, known_front_ends)
     if data.sphere is not None:

@@ -18,7 +18,7 @@ from radargui.estimation.forward.sphere import EXCHANGE, U_EXCHANGE, PolarisedSp
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.gravity import TIDES_M_S2, U_ANYWHERE_M_S2, UNKNOWN_DRAG
-from radargui.physics.mirrors import FLOOR, MirrorPlane, has_floor, walls_of
+from radargui.physics.mirrors import FLOOR, MirrorPlane, edges_of, has_floor, walls_of
 from radargui.physics.setup_unknowns import SetupUnknowns
 
 
@@ -178,6 +178,8 @@ def make_prior(
     sd[layout.planes] = [deviation for plane in planes for deviation in plane.deviations]
     for one, value in ((mean, EXCHANGE), (sd, U_EXCHANGE)):
         one[layout.exchange].reshape(-1, 2)[:] = value
+    if edges := edges_of(planes):
+        mean[layout.edges], sd[layout.edges] = edges.values, edges.u
     lobes = lobe_places(layout)
     u_lobes = [settings.u_main_lobe, *[settings.u_wall_lobe] * len(walls_of(planes))]
     # fixed: re-estimated from the samples they ran away with a wall that was wrong (decision 33)

@@ -57,6 +57,7 @@ FLOORS = {
 """Plates in free air by |R| straight down; indices such that |R| is right at 40 degrees too."""
 STEEL = 0.95
 U_REFLECTION, U_INDEX, U_PHASE_CENTRE_M = 0.05, 0.01, 0.005
+U_SIZE_M, U_AZIMUTH_DEG, U_MIDDLE_M = 1e-3, 2.0, 3e-3
 CLEAR_M = 5e-4
 """At least between sphere and holder."""
 STEADY = 0.2
@@ -209,6 +210,8 @@ class Effects:
         elif share:
             stated = share * (1.0 + U_REFLECTION * reflection[0])
             floor |= {"reflection": float(min(stated, 1.0)), "u_reflection": share * U_REFLECTION}
+        if self.plate is not None:
+            floor |= self._edges(room.mirrors[0], off * value.rng("edges stated").standard_normal(5))
         if self.container is not None and room.container is not None:
             setup["container"] = {
                 "wall_m": self.container.wall_m, "refractive_index": self.container.index,
@@ -220,6 +223,20 @@ class Effects:
             index = SPHERES[self.material].index.real
             tracer |= {"refractive_index": index + U_INDEX * float(index_off[0]), "u_refractive_index": off * U_INDEX}
         return setup
+
+    @staticmethod
+    def _edges(floor: Mirror, off: Array) -> Tables:
+        """Return what the setup says of where the floor's plate ends, off by numbers (5,) of its uncertainties."""
+        assert floor.plate is not None
+        along, half_m, middle_m = floor.plate.axes[0], np.array(floor.plate.half_m), floor.plate.centre_m[:2]
+        azimuth_deg = np.degrees(np.arctan2(along[1], along[0])) + U_AZIMUTH_DEG * off[2]
+        told = {
+            "size_m": (2.0 * half_m + U_SIZE_M * off[:2]).tolist(), "azimuth_deg": float(azimuth_deg),
+            "middle_m": (middle_m + U_MIDDLE_M * off[3:]).tolist(),
+        }  # fmt: skip
+        share = float(bool(off.any()))
+        u = {"u_size_m": U_SIZE_M, "u_azimuth_deg": U_AZIMUTH_DEG, "u_middle_m": U_MIDDLE_M}
+        return {**told, **{name: share * each for name, each in u.items()}}
 
 
 NOTHING = Effects()

@@ -143,24 +143,47 @@ class Plate:
     axes: Array
     half_m: tuple[float, float]
 
-    def seen(self, image_m: Array, position_m: Array, normal: Array, wavenumber_rad_m: float) -> Complex:
+    def seen(
+        self, antenna_m: Array, position_m: Array, normal: Array, field: Complex, wavenumber_rad_m: float
+    ) -> Complex:
         """Return the wave over the plate to positions (3, n), over that of an endless surface, shape (n,).
 
-        Kirchhoff's integral about the point of reflection, to second order in the way: along each side a Fresnel
-        integral between its edges (Born & Wolf, section 8.7.3), with the curvature (1 / r + 1 / r') (1 - u^2), u the
-        part of the direction along the side. The mixed term u u' of ways aslant to both sides is left out.
+        Physical optics: a reflection and four edges. An edge that the sphere sees from the side where the reflection
+        lies takes the tail of a Fresnel integral off, of u = sqrt(2 K D / pi), D by which the way over the edge is
+        longer (Born & Wolf, section 11.5); how strong it is follows from Kirchhoff's integral by stationary phase.
+        `field` (3, n), behind the reflection: across an edge it radiates with the cosine of the way up to the sphere.
+        Corners are left out; paraxial integrals, as near a shadow's edge, are wrong by half the wave where the sphere
+        is nearer to the plate than to its edge.
         """
-        way = position_m - image_m[:, None]
-        length = np.linalg.norm(way, axis=0)
-        behind = normal @ (self.centre_m[:, None] - image_m[:, None]) / (normal @ way)
-        behind = np.clip(behind, 1e-6, 1.0 - 1e-6)
-        touched = image_m[:, None] + behind * way - self.centre_m[:, None]
-        curved = 1.0 / (behind * length) + 1.0 / ((1.0 - behind) * length)
-        out = np.ones(length.size, complex)
-        for axis, half in zip(self.axes, self.half_m, strict=True):
-            scale = np.sqrt(wavenumber_rad_m / np.pi * curved * (1.0 - (axis @ way / length) ** 2))
-            place = axis @ touched
-            out *= _fresnel(scale * (half - place)) - _fresnel(scale * (-half - place))
+        up, above = normal @ (position_m - self.centre_m[:, None]), float(normal @ (antenna_m - self.centre_m))
+        there, here = self.axes @ (antenna_m - self.centre_m), self.axes @ (position_m - self.centre_m[:, None])
+        straight = np.sqrt(((here - there[:, None]) ** 2).sum(axis=0) + (up + above) ** 2)
+        legs = above * straight / (up + above), up * straight / (up + above)
+        spot = here + (there[:, None] - here) * up / (up + above)
+        parts = np.abs(self.axes @ field) ** 2
+        across = parts / np.maximum(parts.sum(axis=0), 1e-300)
+        out = np.ones(up.size, complex)
+        for side, half in enumerate(self.half_m):
+            along = here[1 - side] - there[1 - side]
+            total = np.zeros(up.size, complex)
+            for sign in (1.0, -1.0):
+                first, second = sign * half - there[side], sign * half - here[side]
+                rise = np.hypot(first, above), np.hypot(second, up)
+                way = np.hypot(rise[0] + rise[1], along)
+                before, behind = (one * way / (rise[0] + rise[1]) for one in rise)
+                longer = np.maximum(way - straight, 1e-9)
+                # stationary phase: what arrives, over the slope of the phase and the root of its curvature
+                slope = np.maximum(np.abs(first / before + second / behind), 1e-12)
+                bends = (1.0 / before + 1.0 / behind) * (1.0 - (along / way) ** 2)
+                reflects = (1.0 / legs[0] + 1.0 / legs[1]) * (up + above) / straight
+                tail = legs[0] * legs[1] / (before * behind) * reflects / np.sqrt(bends) / slope
+                tail = tail * np.sqrt(2.0 * longer)
+                tail = tail * (across[side] * legs[1] / behind + (1.0 - across[side]) * legs[0] / before)
+                tail = np.where(longer > 1e-8, tail, 1.0)
+                lit = np.where(half - sign * spot[side] >= 0.0, 1.0, -1.0)
+                end = lit * np.sqrt(2.0 * wavenumber_rad_m * longer / np.pi)
+                total += 0.5 * lit + (_fresnel(end) - 0.5 * lit) * tail
+            out *= total
         return out
 
 

@@ -147,7 +147,8 @@ class Room:
             field = mirror.reflected(direction, field, number)
             direction = mirror.mirrored(direction)
         if len(over) == 1 and over[0].plate is not None:
-            field = field * over[0].plate.seen(image, position_m, over[0].normal, self.sphere.wavenumber_rad_m)
+            plate, turns = over[0].plate, self.sphere.wavenumber_rad_m
+            field = field * plate.seen(antenna.position_m, position_m, over[0].normal, field, turns)
         if self.container is not None and (not over or (len(over) == 1 and over[0] is self.mirrors[0])):
             seen_m = position_m
             if over:

@@ -57,9 +57,11 @@ class Edges:
         by_half, by_length = self.over.slopes()
         by_across, by_aside = by_length[..., ACROSS, :], by_length[..., ASIDE, :]
         # where the sides turn one way, places turn the other
-        by_turn = sum(
-            own[..., 0, :] * length[..., 1, :] - own[..., 1, :] * length[..., 0, :]
-            for own, length in ((by_across, self.over.across_m), (by_aside, self.over.aside_m))
+        by_turn = np.add(
+            *(
+                own[..., 0, :] * length[..., 1, :] - own[..., 1, :] * length[..., 0, :]
+                for own, length in ((by_across, self.over.across_m), (by_aside, self.over.aside_m))
+            )
         )
         normal, along = self.plane.turned_normal(self.unknown), self.sides[:, :, None]
         aside = np.array([np.cos(self.azimuth_rad), np.sin(self.azimuth_rad), 0.0])

@@ -246,6 +246,8 @@ def test_a_plastic_sphere_has_an_index_that_can_be_wrong() -> None:
             'floor.backing = "wood", allowed: air, metal, or',
         ),
         ("refractive_index = 2.5\nthickness_m = 0.01\nbacking = 0.5", "floor.backing = 0.5, allowed: air, metal, or"),
+        ("middle_m = [0.0, 0.0]", "floor.size_m left out, allowed: both sides of the plate beside middle_m"),
+        ("size_m = [0.1, -0.1]", "floor.size_m[2] = -0.1, allowed: a number above 0"),
     ],
 )
 def test_what_a_floor_reflects_is_said_in_one_way_and_whole(table: str, line: str) -> None:
@@ -260,3 +262,13 @@ def test_what_a_floor_lies_on_is_a_name_or_an_index_and_its_uncertainty_is_assum
     assert "floor.u_reflection" not in assumed_uncertainties(parse_setup(GOOD))
     told = f"{GOOD}[floor]\nreflection = 0.9\nu_reflection = 0.02\n"
     assert "floor.u_reflection" not in assumed_uncertainties(parse_setup(told))
+
+
+def test_where_a_plate_ends_is_stated_with_uncertainties_that_are_assumed() -> None:
+    setup = parse_setup(f"{GOOD}[floor]\nsize_m = [0.1, 0.08]\nazimuth_deg = 20.0\nu_size_m = 0.002\n")
+    assert parse_setup(dump_setup(setup)) == setup
+    assumed = assumed_uncertainties(setup)
+    assert assumed["floor.u_azimuth_deg"] == 3.0
+    assert assumed["floor.u_middle_m"] == 0.005
+    assert "floor.u_size_m" not in assumed
+    assert "floor.u_middle_m" not in assumed_uncertainties(parse_setup(GOOD))

@@ -215,9 +215,10 @@ class _Followed:
         if impact.power > START.lost:
             self.why = refuse("rebound_unexplained")
             return False
+        if impact.rebound_m_s < START.min_rebound_m_s and len(self.at.values.flights) == _ONE_FLIGHT:
+            impact = self._landing(impact)
+            self.landed_s = impact.time_s if impact.rebound_m_s < START.min_rebound_m_s else None
         if impact.rebound_m_s < START.min_rebound_m_s:
-            if len(self.at.values.flights) == _ONE_FLIGHT:
-                self._land(impact)
             return False
         kept = self.model, self.unknowns, self.at, self.end_s
         before = Flights.of(self.at.values.flights).velocity_at(np.array([impact.time_s - 1e-6]))[:, 0]
@@ -257,12 +258,12 @@ class _Followed:
         begin, length = _last_flight(values)
         return min(START.longest_share * length, self.last_s - begin)
 
-    def _land(self, impact: _Impact) -> None:
-        """End a fall where it lands dead: it shows as lost only some milliseconds later, and these bend it."""
+    def _landing(self, impact: _Impact) -> _Impact:
+        """Return the impact that ends a fall, found anew: a dead one shows as lost late, and what follows bends it."""
         for _ in range(2):
             self._fit(min(self.end_s, impact.time_s - START.landed_early_s))
             impact = self._impact(impact.time_s + START.impact_late_s)
-        self.landed_s = impact.time_s
+        return impact
 
     def next_impact(self) -> _Impact | None:
         """Return the impact where the last flight lands; None where the record ends before a rebound shows."""

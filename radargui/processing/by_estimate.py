@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.correction.quality import LIMITS
+from radargui.correction.quality import LIMITS, OFF_CIRCLE
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import AdaptiveRounds, adaptive_rounds
 from radargui.estimation.doubts import doubt, is_fringe_sure, is_unknown
@@ -283,7 +283,8 @@ def _is_hopeless(estimate: MotionEstimate, adaptive: MeasuredMotion) -> bool:
     signal. A floor can bend circles of level motion by more than they leave of their noise: no such circle says that
     there is no echo.
     """
-    return bool(_strayed(estimate, adaptive).any())
+    is_bent = [one.finding is not None and one.finding.code == OFF_CIRCLE for one in estimate.channels]
+    return bool((_strayed(estimate, adaptive) & ~np.array(is_bent)).any())
 
 
 def _strayed(estimate: MotionEstimate, motion: MeasuredMotion) -> BoolArray:

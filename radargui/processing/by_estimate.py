@@ -145,7 +145,7 @@ def wrong_diameter(stated: MeasuredMotion, other: MeasuredMotion, by_m: float, s
         gain = 0.0 if is_blamed(other, setup) else np.inf
     else:
         gain = 2.0 * (log_evidence(other.estimate.chosen.solution) - log_evidence(stated.estimate.chosen.solution))
-    return wrong_value(DIAMETER, by_m, gain, 0.0, setup, None)
+    return wrong_value(DIAMETER, by_m, gain, 0.0, setup)
 
 
 def measure_by_estimate(

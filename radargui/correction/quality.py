@@ -28,9 +28,8 @@ class Limits:
         a radian the count of fringes is not sure any more.
     good_misfit, max_misfit
         Mean squared residual of an estimate in units of its noise: above 2 more than noise is left, above 10 the model
-        does not describe the scene.
-    max_misfit_circularity
-        Circularity up to which a receiver of large misfit is still usable: there a small mismatch meets little noise.
+        of a joint estimate does not describe the scene. Of a circle it says nothing else than its circularity, but the
+        faster the samples come the more.
     min_valid
         Share of valid samples of a good receiver.
     min_fringes
@@ -46,7 +45,6 @@ class Limits:
     max_circularity: float = 0.35
     good_misfit: float = 2.0
     max_misfit: float = 10.0
-    max_misfit_circularity: float = 0.15
     min_valid: float = 0.9
     min_fringes: float = 1.0
     max_gain: float = 2.0
@@ -56,6 +54,8 @@ class Limits:
 LIMITS = Limits()
 WEAK = "signal_low"
 """Code of the finding that a receiver's noise is what makes it no better than usable."""
+OFF_CIRCLE = "off_circle"
+"""Code of the findings that a receiver's circle is not round."""
 PHASE_OVER_ROUNDNESS = 1.3
 """Phase error over what |z| leaves of its circle: that of a moment is as large, and that at rest, from which all phases
 count, is added to it (laboratory, generic and physical scenes, decision 44)."""
@@ -210,18 +210,16 @@ def judge(quality: ChannelQuality, noise: float, counted_noise: float, chi_squar
         return refuse("noise_too_high", share=counted_noise)
     # not the other way round: an unknown one is no circle
     if not beyond_noise < LIMITS.max_circularity:
-        return refuse("off_circle", share=beyond_noise)
+        return refuse(OFF_CIRCLE, share=beyond_noise)
     gain, angle_deg = quality.gain_ratio or 1.0, quality.quadrature_error_deg or 0.0
     if not 1.0 / LIMITS.max_gain < gain < LIMITS.max_gain or not abs(angle_deg) < LIMITS.max_quadrature_deg:
         return refuse("mixer_impossible", gain_ratio=gain, quadrature_error_deg=angle_deg)
-    if not misfit <= LIMITS.max_misfit and not beyond_noise < LIMITS.max_misfit_circularity:
-        return refuse("signal_not_described")
     if quality.fringes is not None and quality.fringes < LIMITS.min_fringes:
         return warn("motion_below_fringe")
     if quality.fraction_valid is not None and quality.fraction_valid < LIMITS.min_valid:
         return warn("few_samples_valid", share=quality.fraction_valid)
     if beyond_noise > LIMITS.good_circularity:
-        return warn("off_circle", share=beyond_noise)
+        return warn(OFF_CIRCLE, share=beyond_noise)
     if quality.fraction_clipped:
         return warn("some_samples_clipped", share=quality.fraction_clipped)
     if counted_noise > LIMITS.good_noise:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.correction.quality import LIMITS
+from radargui.correction.quality import LIMITS, OFF_CIRCLE
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import AdaptiveRounds, adaptive_rounds
 from radargui.estimation.doubts import doubt, is_fringe_sure, is_unknown
@@ -145,7 +145,7 @@ def wrong_diameter(stated: MeasuredMotion, other: MeasuredMotion, by_m: float, s
         gain = 0.0 if is_blamed(other, setup) else np.inf
     else:
         gain = 2.0 * (log_evidence(other.estimate.chosen.solution) - log_evidence(stated.estimate.chosen.solution))
-    return wrong_value(DIAMETER, by_m, gain, 0.0, setup, None)
+    return wrong_value(DIAMETER, by_m, gain, 0.0, setup)
 
 
 def measure_by_estimate(
@@ -283,7 +283,8 @@ def _is_hopeless(estimate: MotionEstimate, adaptive: MeasuredMotion) -> bool:
     signal. A floor can bend circles of level motion by more than they leave of their noise: no such circle says that
     there is no echo.
     """
-    return bool(_strayed(estimate, adaptive).any())
+    is_bent = [one.finding is not None and one.finding.code == OFF_CIRCLE for one in estimate.channels]
+    return bool((_strayed(estimate, adaptive) & ~np.array(is_bent)).any())
 
 
 def _strayed(estimate: MotionEstimate, motion: MeasuredMotion) -> BoolArray:

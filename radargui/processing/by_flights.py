@@ -71,11 +71,13 @@ class MeasuredDrop:
             for each in (self.estimate.block_chi_square, other.block_chi_square)
         )
         left = beyond / unexplained if unexplained else 0.0
-        if gain < gained_by_polarization(motion):
+        # a wrong angle of an antenna, too, is less so with another size: where a place explains all that bends, the
+        # joint estimate with that size has to tell
+        if motion.flights.is_explained or gain < gained_by_polarization(motion):
             return None
         # what no size changes is something else's: a wall's, which flights do not place
         left = 0.0 if left > UNCHANGED else left
-        return wrong_value(DIAMETER, other.by_m, gain, left, setup, motion.flights.cause)
+        return wrong_value(DIAMETER, other.by_m, gain, left, setup)
 
     @property
     def strong_floor(self) -> Finding | None:

@@ -92,7 +92,7 @@ def setup_outlier(chi_square: SetupChiSquare, keys: Sequence[str], setup: Setup)
     return SetupOutlier(found, _finding(named, found, inputs, others, float(left)))
 
 
-def wrong_value(key: str, by: float, gain: float, left: float, setup: Setup, beside: Finding | None) -> Finding | None:
+def wrong_value(key: str, by: float, gain: float, left: float, setup: Setup) -> Finding | None:
     """Return the finding that one value is wrong, which was tried by estimates of their own; None where it is not.
 
     Parameters
@@ -103,16 +103,13 @@ def wrong_value(key: str, by: float, gain: float, left: float, setup: Setup, bes
         By how much chi-square is less then, and the share of what the signals leave beyond noise that stays.
     setup
         What states it.
-    beside
-        A place that was named already: it stands beside where it explains all of it, too.
     """
     one = next(one for one in uncertain_inputs(setup) if one.key == key)
     stated = one if one.u > 0.0 else replace(one, u=usual_u(one))
     off, min_off = by / stated.u, _MIN_OFF if one.u > 0.0 else _MIN_OFF_EXACT
     if gain < _max_by_chance(1) or abs(off) < min_off or not left < _MAX_LEFT:
         return None
-    others = [str(beside.facts["place"])] if beside is not None and beside.facts["explains"] else []
-    found = _finding(key, {key: off}, {key: stated}, others, left)
+    found = _finding(key, {key: off}, {key: stated}, [], left)
     # its uncertainties are those with the value that is stated
     return found.with_facts(is_counted=False)
 

@@ -53,10 +53,10 @@ def test_a_race_on_other_cores_ends_as_it_does_here(hidden: Solution) -> None:
     starts = starts_at(hidden, 180.0, 182.0, 120.0, 0.0)
     here = race(starts, 2, nothing, (200.0,), same_place)
     first = best_started(starts, 2, nothing)
-    with on_cores(2) as lanes:
+    with on_cores(2) as others:
         # nobody waits for processes to begin
         race(starts, 1, nothing, (1e9,))
-        assert lanes.wait_ready(60.0)
+        assert others.wait_ready(60.0)
         apart = race(starts, 2, nothing, (200.0,), same_place)
         apart_first = best_started(starts, 2, nothing)
     assert [one is None for one in apart] == [one is None for one in here]

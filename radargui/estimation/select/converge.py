@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -109,43 +109,70 @@ def converge(start: Start, rounds: int, round_done: Callable[[], None], settings
     SolveError
         The normal matrix cannot be factored.
     """
-    found = convergence(start, rounds, settings)
-    solution, _ = next(found)
-    for latest, _ in found:
+    now = begun(start, settings)
+    while not now.has_ended(rounds):
+        now = next_round(now)
         round_done()
-        solution = latest
-    return solution
+    return now.solution
 
 
-def convergence(start: Start, rounds: int, settings: RoundSettings = COARSE) -> Iterator[tuple[Solution, float]]:
-    """Yield solution and ln E after the first minimum and after each round, until they settle (see `converge`)."""
-    # priors and minimum by turns: neither is right without the other (MacKay 1992, section 4)
-    evidence = -np.inf
-    known: Known | None
+@dataclass(frozen=True)
+class Converging:
+    """A model on its way.
+
+    Attributes
+    ----------
+    solution, ln_evidence
+        After the last round.
+    settings
+        When the rounds end.
+    rounds
+        How many there were after the first minimum.
+    stands
+        Whether ln E has settled.
+    known
+        What is known of the last state.
+    """
+
+    solution: Solution
+    ln_evidence: float
+    settings: RoundSettings
+    rounds: int = 0
+    stands: bool = False
+    known: Known | None = None
+
+    def has_ended(self, rounds: int) -> bool:
+        """Whether it needs no further round, where about so many are meant (see `converge`)."""
+        enough = self.rounds >= rounds and self.solution.settled
+        return self.stands or enough or self.rounds == 2 * rounds
+
+
+def begun(start: Start, settings: RoundSettings = COARSE) -> Converging:
+    """Return a model at its first minimum."""
     solution, known = minimise_on(start, settings.steps, settings.minimise)
-    yield solution, log_evidence(solution)
-    for number in range(2 * rounds):
-        if number >= rounds and solution.settled:
-            break
-        problem, scale = update_priors(solution), solution.problem.noise_scale
-        # too early it would take for noise what the maps are about to explain
-        if number >= settings.noise_from_round:
-            scale = updated_noise_scale(solution)
-        place, theta = positions_at_bins(solution), solution.state.theta
-        same = np.abs(scale / problem.noise_scale - 1.0).max() < settings.same_scale
-        if not (same and problem.is_mapped(place, theta, settings.same_place_m, settings.same_mirrors)):
-            # maps, range and scattering follow the motion without derivatives of theirs
-            problem, known = replace(problem, noise_scale=scale).at_places(place, theta), None
-        # the same valley: what was too far there is too far here
-        solution, known = minimise_on(
-            Start(problem, solution.state), settings.steps, settings.minimise, solution.damping, known
-        )
-        now = log_evidence(solution)
-        yield solution, now
-        stands = solution.settled and abs(now - evidence) < settings.settled_ln_evidence
-        if number >= settings.min_rounds and stands:
-            break
-        evidence = now
+    return Converging(solution, log_evidence(solution), settings, known=known)
+
+
+def next_round(before: Converging) -> Converging:
+    """Return a model after one more round: maps and priors renewed, and the minimum that they have."""
+    # priors and minimum by turns: neither is right without the other (MacKay 1992, section 4)
+    solution, settings, known = before.solution, before.settings, before.known
+    problem, scale = update_priors(solution), solution.problem.noise_scale
+    # too early it would take for noise what the maps are about to explain
+    if before.rounds >= settings.noise_from_round:
+        scale = updated_noise_scale(solution)
+    place, theta = positions_at_bins(solution), solution.state.theta
+    same = np.abs(scale / problem.noise_scale - 1.0).max() < settings.same_scale
+    if not (same and problem.is_mapped(place, theta, settings.same_place_m, settings.same_mirrors)):
+        # maps, range and scattering follow the motion without derivatives of theirs
+        problem, known = replace(problem, noise_scale=scale).at_places(place, theta), None
+    # the same valley: what was too far there is too far here
+    start = Start(problem, solution.state)
+    solution, known = minimise_on(start, settings.steps, settings.minimise, solution.damping, known)
+    now = log_evidence(solution)
+    settled = solution.settled and abs(now - before.ln_evidence) < settings.settled_ln_evidence
+    stands = settled and before.rounds >= settings.min_rounds
+    return Converging(solution, now, settings, before.rounds + 1, stands, known)
 
 
 def settle_breaks(

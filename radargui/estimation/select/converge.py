@@ -16,12 +16,11 @@ from radargui.estimation.solve.changed_problem import positions_at_bins, problem
 from radargui.estimation.solve.initial_problem import release_times
 from radargui.estimation.solve.minimise import (
     MINIMISE,
-    Known,
     MinimiseSettings,
     Solution,
     local_chi_square,
     log_evidence,
-    minimise_on,
+    minimise,
 )
 from radargui.estimation.solve.prior_deviations import update_priors, updated_noise_scale
 from radargui.estimation.solve.problem import Start
@@ -51,9 +50,6 @@ class RoundSettings:
         How often the body is let bounce on at most.
     no_worse
         Misfits within this factor count as equal: one knot more or less changes as much.
-    same_place_m, same_mirrors, same_scale
-        Maps and noise scales stay as they are, and with them what the data say of the last state, while the motion, the
-        mirrors (metres, radians) and the scales change by less. Maps change over decimetres, by hundredths.
     """
 
     steps: int = 6
@@ -66,9 +62,6 @@ class RoundSettings:
     same_s: float = 0.0015
     cascades: int = 3
     no_worse: float = 1.02
-    same_place_m: float = 1e-4
-    same_mirrors: float = 1e-3
-    same_scale: float = 0.01
 
 
 LAST = RoundSettings(
@@ -80,12 +73,7 @@ LAST = RoundSettings(
 """For the chosen model, which has been converged on fewer bins: its maps have grown. Ended at 0.5, the flights of
 one drop were one fewer than two rounds later; ended at 0.1, g of another hung by 1.6 of its u on the way there, 0.007
 now. Costs one per cent of the time."""
-COARSE = RoundSettings(
-    minimise=MinimiseSettings(close=1.0, nothing=0.25),
-    same_place_m=5e-4,
-    same_mirrors=0.02,
-    same_scale=0.02,
-)
+COARSE = RoundSettings(minimise=MinimiseSettings(close=1.0, nothing=0.25))
 """While models are compared: evidences are told apart by units, and what one round leaves the next one takes."""
 
 
@@ -130,8 +118,6 @@ class Converging:
         How many there were after the first minimum.
     stands
         Whether ln E has settled.
-    known
-        What is known of the last state.
     """
 
     solution: Solution
@@ -139,7 +125,6 @@ class Converging:
     settings: RoundSettings
     rounds: int = 0
     stands: bool = False
-    known: Known | None = None
 
     def has_ended(self, rounds: int) -> bool:
         """Whether it needs no further round, where about so many are meant (see `converge`)."""
@@ -149,30 +134,27 @@ class Converging:
 
 def begun(start: Start, settings: RoundSettings = COARSE) -> Converging:
     """Return a model at its first minimum."""
-    solution, known = minimise_on(start, settings.steps, settings.minimise)
-    return Converging(solution, log_evidence(solution), settings, known=known)
+    solution = minimise(start, settings.steps, settings.minimise)
+    return Converging(solution, log_evidence(solution), settings)
 
 
 def next_round(before: Converging) -> Converging:
     """Return a model after one more round: maps and priors renewed, and the minimum that they have."""
     # priors and minimum by turns: neither is right without the other (MacKay 1992, section 4)
-    solution, settings, known = before.solution, before.settings, before.known
+    solution, settings = before.solution, before.settings
     problem, scale = update_priors(solution), solution.problem.noise_scale
     # too early it would take for noise what the maps are about to explain
     if before.rounds >= settings.noise_from_round:
         scale = updated_noise_scale(solution)
-    place, theta = positions_at_bins(solution), solution.state.theta
-    same = np.abs(scale / problem.noise_scale - 1.0).max() < settings.same_scale
-    if not (same and problem.is_mapped(place, theta, settings.same_place_m, settings.same_mirrors)):
-        # maps, range and scattering follow the motion without derivatives of theirs
-        problem, known = replace(problem, noise_scale=scale).at_places(place, theta), None
+    # maps, range and scattering follow the motion without derivatives of theirs
+    problem = replace(problem, noise_scale=scale).at_places(positions_at_bins(solution), solution.state.theta)
     # the same valley: what was too far there is too far here
     start = Start(problem, solution.state)
-    solution, known = minimise_on(start, settings.steps, settings.minimise, solution.damping, known)
+    solution = minimise(start, settings.steps, settings.minimise, solution.damping)
     now = log_evidence(solution)
     settled = solution.settled and abs(now - before.ln_evidence) < settings.settled_ln_evidence
     stands = settled and before.rounds >= settings.min_rounds
-    return Converging(solution, now, settings, before.rounds + 1, stands, known)
+    return Converging(solution, now, settings, before.rounds + 1, stands)
 
 
 def settle_breaks(

@@ -10,7 +10,7 @@ from scipy.ndimage import maximum_filter1d
 
 from radargui.estimation.select.converge import converge
 from radargui.estimation.select.loose_maps import bias_deviations
-from radargui.estimation.select.race import best_started, last_image, race, same_place
+from radargui.estimation.select.race import best_started, last_image, race
 from radargui.estimation.select.wall_grid import (
     WALLS,
     WallSettings,
@@ -128,7 +128,7 @@ def _search_from(
         # maxima, not the best places: neighbours of one maximum converge to the same wall
         numbers = peaks(gains.reshape(azimuth.size, -1), around=True)[: settings.tried]
         starts = best_started([problem_with_mirrors(base, (*mirrors, planes[k])) for k in numbers], most, round_done)
-        trials = race(starts, settings.rounds, round_done, settings.max_behind, same_place)
+        trials = race(starts, settings.rounds, round_done, settings.max_behind)
         if number == 0:
             # evidence moves while priors are re-estimated: the model without the wall goes through the same rounds, and
             # not in the race, in which its bias maps would lead at first
@@ -154,7 +154,7 @@ def _run_off(search: WallSearch, round_done: Callable[[], None], settings: WallS
         return search
     without = log_evidence(level[0].solution) - level[0].gain
     starts = [Start(one.solution.problem, one.solution.state) for one in level]
-    trials = race(starts, settings.last_rounds, round_done, settings.max_behind, same_place)
+    trials = race(starts, settings.last_rounds, round_done, settings.max_behind)
     return replace(search, tried=search.tried[len(level) :]).with_more(trials, without)
 
 

@@ -32,16 +32,12 @@ class MinimiseSettings:
     max_farther
         Farther from the release than the nearest antenna, a step leads less than so many times as far as the motion
         that it begins from: where it is known at all, it does not double.
-    renews_last
-        Whether the matrix is put together anew after the last step: where solutions are only put in order, that of the
-        step before will do.
     """
 
     close: float = 0.05
     nothing: float = 0.005
     min_flight_s: float = 1e-3
     max_farther: float = 1.5
-    renews_last: bool = True
 
 
 MINIMISE = MinimiseSettings()
@@ -85,14 +81,12 @@ def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE, da
     problem, state = start.problem, start.state
     at, settled = linearise(problem, state), False
     assembled = assemble(problem, state, at)
-    for number in range(steps):
+    for _ in range(steps):
         step, damping = _improve(problem, state, at, assembled, damping, settings)
         if step is None:
             settled = damping <= MAX_DAMPING
             break
         state, at = step.state, step.at
-        if number == steps - 1 and not settings.renews_last:
-            break
         assembled = assemble(problem, state, at)
         # in ln likelihood: less than what any unknown could be told apart by
         settled = step.gained < settings.close

@@ -15,9 +15,9 @@ from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.estimation.select.wall_grid import (
     WALLS,
     DirectWave,
-    OverMirrors,
     evidence_of,
     images_of,
+    scattered_over,
     stiffened,
     upright_planes,
     wall_grid,
@@ -244,7 +244,6 @@ class _LinearisedSearch:
             DirectWave.of(self.at.node_m[:, 2 * n : 2 * n + 2], self.at.waves.of(n), inputs, lobes[[0, 1 + n]])
             for n in range(n_receivers)
         ]
-        self.scattered = OverMirrors(self.at.problem, self.at.theta, self.at.place_m)
 
     def gains(self, planes: list[MirrorPlane]) -> FloatArray:
         """Return the evidence of T and R of each plane, shape (n_planes,)."""
@@ -252,7 +251,8 @@ class _LinearisedSearch:
         n_new = 2 + 2 * at.problem.n_receivers
         slope, a = np.zeros((n_planes, n_new)), np.zeros((n_planes, n_new, n_new))
         to_all = np.zeros((n_planes, n_new, n_shared + len(self.local.inner_slope)))
-        images, scattered = images_of(at.problem.inputs.antennas, planes), self.scattered(planes)
+        images = images_of(at.problem.inputs.antennas, planes)
+        scattered = scattered_over(at.problem, at.theta, at.place_m, planes)
         for n, (part, wave) in enumerate(zip(self.parts, self.waves, strict=True)):
             sphere = None if scattered is None else [leg[:, n] for leg in scattered]
             j = wave.columns((images[0], images[1 + n]), sphere)

@@ -1,8 +1,7 @@
-"""Run alternatives step by step on the cores of this computer, and compare them as they go.
+"""Compute alternatives side by side on the cores of this computer.
 
-The result does not depend on where a step is done: one process does each piece of work from its first step to its last,
-by the same code, with one thread for numerics (decision 0052). Worker processes that leave Ctrl-C to the process that
-began them, and end with it.
+The result does not depend on where one is computed: it is the same code, with one thread for numerics (decision 0052).
+Worker processes that leave Ctrl-C to the process that began them, and end with it.
 
 Limit the linear algebra of this process to one thread while many small matrices are solved.
 """
@@ -17,10 +16,11 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from contextvars import ContextVar
-from multiprocessing.connection import Connection, wait
-from multiprocessing.context import SpawnProcess
-from typing import Any, Generic, TypeVar
+from multiprocessing import connection
+from typing import TypeVar
 
 from threadpoolctl import ThreadpoolController
 
@@ -57,17 +57,15 @@ def begin_worker() -> None:
 
 
 def _end_with(parent: int) -> None:
-    wait([parent])
+    connection.wait([parent])
     # at once, whatever is computed: nobody takes the answer
     os._exit(1)
 
 
 _log = logging.getLogger(__name__)
 
-_Have = TypeVar("_Have")
-_Summary = TypeVar("_Summary")
-Work = Callable[..., Iterator[tuple[_Have, _Summary]]]
-"""What a lane does: a function of a module, whose iterator has something after each step, and tells something of it."""
+_Piece = TypeVar("_Piece")
+_Done = TypeVar("_Done")
 
 _MOST = 4
 """Processes: 80 MB each; with more, the longest alternative sets the time (decision 0052)."""
@@ -75,194 +73,60 @@ _SPARED = 2
 """Cores left to the reader of samples and to the window."""
 _WORTH = 4
 """Pieces of work for which other processes are begun: with or without a floor is decided sooner than they begin."""
-_CLOSE_S = 1.0
-"""Given to a process that was told to end; it is ended then. Chosen by hand."""
-
-
-class Lane(Generic[_Have, _Summary]):
-    """Pieces of work that go step by step in this process.
-
-    Parameters
-    ----------
-    work
-        Function that begins a piece of work, called with its arguments.
-    """
-
-    def __init__(self, work: Work[_Have, _Summary]) -> None:
-        self._work = work
-        self._running: dict[int, Iterator[tuple[_Have, _Summary]]] = {}
-        self._have: dict[int, _Have] = {}
-        self._asked: Sequence[int] = ()
-
-    def begin(self, number: int, *args: object) -> None:
-        """Begin a piece of work; its first step is done when it is asked for."""
-        self._running[number] = self._work(*args)
-
-    def ask(self, numbers: Sequence[int]) -> None:
-        """Start one more step of these pieces; `answer` must follow."""
-        self._asked = numbers
-
-    def answer(self) -> Iterator[tuple[int, _Summary]]:
-        """Yield the reports of the pieces after the step; pieces that have ended are left out."""
-        for number in self._asked:
-            for have, summary in self._running[number]:
-                self._have[number] = have
-                yield number, summary
-                break
-
-    def result(self, number: int) -> _Have:
-        """Return the state of a piece after its last step."""
-        return self._have[number]
-
-    def clear(self) -> None:
-        """Forget all work."""
-        self._running, self._have = {}, {}
-
-
-class _LaneApart(Lane[_Have, _Summary]):
-    """A lane in a process of its own, which begins with it."""
-
-    def __init__(self, work: Work[_Have, _Summary]) -> None:
-        context = multiprocessing.get_context("spawn")
-        self._connection, theirs = context.Pipe()
-        self._process: SpawnProcess = context.Process(
-            target=_serve, args=(theirs, work), name="radargui-lane", daemon=True
-        )
-        self._waits = False
-        try:
-            with workers_ignoring_interrupts():
-                self._process.start()
-        finally:
-            theirs.close()
-
-    @property
-    def pid(self) -> int:
-        """Process identifier."""
-        return self._process.pid or 0
-
-    def is_ready(self, within_s: float = 0.0) -> bool:
-        """Return whether the process has begun, and waits for work, now or within a time."""
-        if not self._waits and self._connection.poll(within_s):
-            self._waits = bool(self._connection.recv())
-        return self._waits
-
-    def begin(self, number: int, *args: object) -> None:
-        self._connection.send(("begin", (number, *args)))
-
-    def ask(self, numbers: Sequence[int]) -> None:
-        self._connection.send(("answer", numbers))
-
-    def answer(self) -> Iterator[tuple[int, _Summary]]:
-        yield from self._received()
-
-    def result(self, number: int) -> _Have:
-        self._connection.send(("result", number))
-        have: _Have = self._received()
-        return have
-
-    def clear(self) -> None:
-        self._connection.send(("clear", None))
-        # what was asked for before is answered before
-        while self._connection.recv() != ("cleared", None):
-            pass
-
-    def close(self) -> None:
-        """End the process; idempotent."""
-        self._connection.close()
-        self._process.join(_CLOSE_S)
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join()
-
-    def _received(self) -> Any:
-        kind, value = self._connection.recv()
-        if kind == "error":
-            raise value
-        return value
-
-
-def _serve(connection: Connection, work: Work[Any, Any]) -> None:
-    """Serve a lane in its process until the other end is closed."""
-    begin_worker()
-    lane = Lane(work)
-    with contextlib.suppress(EOFError, OSError):
-        # said when all that the work imports has been read
-        connection.send(True)
-        while True:
-            kind, value = connection.recv()
-            if kind == "begin":
-                lane.begin(*value)
-            elif kind == "clear":
-                lane.clear()
-                connection.send(("cleared", None))
-            else:
-                connection.send(_answered(lane, kind, value))
-
-
-def _answered(lane: Lane[Any, Any], kind: str, value: Any) -> tuple[str, Any]:
-    try:
-        if kind == "result":
-            return "result", lane.result(value)
-        lane.ask(value)
-        return "answer", list(lane.answer())
-    except Exception as error:  # noqa: BLE001  raised again by who asked
-        return "error", error
 
 
 class Cores:
-    """Lanes on other cores, made when they are first wanted, because each takes a second to begin.
+    """Processes on other cores, begun when they are first wanted, because each takes a second to begin.
 
     Parameters
     ----------
     count
-        Number of lanes; below two all work is done here.
+        Number of processes; below two all work is done here.
     """
 
     def __init__(self, count: int) -> None:
         self.count = count if count > 1 else 0
-        self._lanes: list[_LaneApart[Any, Any]] = []
+        self._pool: ProcessPoolExecutor | None = None
+        self._begun: list[Future[object]] = []
 
-    def lanes(self, work: Work[_Have, _Summary], pieces: int) -> Sequence[Lane[_Have, _Summary]]:
-        """Return lanes for some pieces of work: one here as long as the others are not ready.
+    def map(self, work: Callable[[_Piece], _Done], pieces: Sequence[_Piece]) -> Iterator[_Done]:
+        """Yield what a function of a module makes of each piece, in order.
 
-        Parameters
-        ----------
-        work
-            The same in each call.
-        pieces
-            How many there are: for four the other lanes are begun, for two they are used where they have been.
+        Four pieces begin the other processes. Until these are ready, and once one of them has failed, all is done here.
         """
-        if self.count and not self._lanes and pieces >= _WORTH:
-            try:
-                self._lanes = [_LaneApart(work) for _ in range(self.count)]
-            except OSError:
-                self.give_up()
+        done = 0
         try:
-            ready = [lane for lane in self._lanes if lane.is_ready()] if pieces > 1 else []
-        except (EOFError, OSError):
-            self.give_up()
-            ready = []
-        return ready[:pieces] if len(ready) > 1 else [Lane(work)]
+            if self.count and self._pool is None and len(pieces) >= _WORTH:
+                self._begin(work.__module__)
+            if self._pool is not None and len(pieces) > 1 and self.wait_ready(0.0):
+                for one in self._pool.map(work, pieces):
+                    done += 1
+                    yield one
+        except (BrokenProcessPool, OSError):
+            _log.warning("Alternatives are computed one after the other: another process failed", exc_info=True)
+            self.count = 0
+            self.close()
+        yield from map(work, pieces[done:])
 
     def wait_ready(self, within_s: float) -> bool:
-        """Return whether all lanes that were begun are ready within a time each."""
-        return bool(self._lanes) and all(lane.is_ready(within_s) for lane in self._lanes)
-
-    def processes(self) -> list[int]:
-        """Return the process identifiers of the lanes that were begun."""
-        return [lane.pid for lane in self._lanes]
-
-    def give_up(self) -> None:
-        """Do all work here from now on, because a process could not be started or has ended."""
-        _log.warning("Alternatives are computed one after the other: another process failed", exc_info=True)
-        self.count = 0
-        self.close()
+        """Return whether other processes were begun, and all of them are ready within a time."""
+        return bool(self._begun) and not wait(self._begun, within_s).not_done
 
     def close(self) -> None:
-        """End the other lanes; idempotent."""
-        for lane in self._lanes:
-            lane.close()
-        self._lanes = []
+        """End the other processes; idempotent."""
+        if self._pool is not None:
+            self._pool.shutdown(cancel_futures=True)
+        self._pool, self._begun = None, []
+
+    def _begin(self, module: str) -> None:
+        self._pool = ProcessPoolExecutor(self.count, multiprocessing.get_context("spawn"), begin_worker)
+        with workers_ignoring_interrupts():
+            # each begins a process, and has it read all that the work imports
+            self._begun = [self._pool.submit(_read, module) for _ in range(self.count)]
+
+
+def _read(module: str) -> None:
+    importlib.import_module(module)
 
 
 _NONE = Cores(0)
@@ -270,7 +134,7 @@ _CORES: ContextVar[Cores] = ContextVar("cores", default=_NONE)
 
 
 def cores() -> Cores:
-    """Return the lanes that the work that goes on here may use."""
+    """Return the other cores that the work that goes on here may use."""
     return _CORES.get()
 
 

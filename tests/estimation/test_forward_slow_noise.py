@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from support.small_problem import small_problem
 
-from radargui.estimation.forward.bins import BinnedData, Bins
-from radargui.estimation.forward.slow_noise import Drift, SlowNoiseSettings, measure_drift, strongest
+from radargui.estimation.forward.bins import Bins
+from radargui.estimation.forward.slow_noise import Drift, SlowNoiseSettings, measure_drift
 from radargui.estimation.signals import ScaledSignals
 
 SIGMA, RATE_HZ, BEGIN_S = 0.01, 4000.0, 7.0
@@ -71,19 +68,3 @@ def test_what_a_bin_shows_of_the_noise_that_widens_it_is_what_lies_between_funct
     # of a bin longer than the fastest cycle something is left
     long = drift.widen(bins_of(0.1))
     assert long.expected[0] == pytest.approx((SIGMA**2 + level * np.log(1.5)) / (SIGMA**2 + 12.0 * level))
-
-
-def test_weak_functions_of_slow_noise_widen_the_bins_by_what_they_carry() -> None:
-    made = small_problem(drift=Drift(0.0, 0.45, 8, np.tile(10.0 ** -np.arange(2.0, 6.0, 0.5), (6, 1)), np.zeros(6)))
-    data: BinnedData = replace(made.data, bins=replace(made.data.bins, expected=np.full((6, 250), 0.5)))
-    functions, sigma = data.drift, data.bins.sigma
-    felt = ((functions / sigma[:, :, None]) ** 2).sum(axis=1).max(axis=0)
-    least = float(np.sqrt(felt[2] * felt[3]))
-    few = strongest(data, least)
-    assert few.drift.shape[2] == 3
-    assert few.drift.tolist() == functions[:, :, :3].tolist()
-    left = (functions[:, :, 3:] ** 2).sum(axis=2)
-    assert few.bins.sigma**2 == pytest.approx(sigma**2 + left)
-    # what they carry shows in full, of the rest half
-    assert few.bins.expected == pytest.approx((0.5 * sigma**2 + left) / (sigma**2 + left))
-    assert strongest(data, 0.0) is data

@@ -1,4 +1,4 @@
-"""Alternatives run side by side: who is behind or has met another is given up, wherever the steps are done."""
+"""Alternatives run side by side: who is behind is given up, wherever the steps are done."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 from support.small_problem import WALL_PLANE, small_problem
 
 from radargui.estimation.select.converge import converge
-from radargui.estimation.select.race import best_started, race, same_place
+from radargui.estimation.select.race import best_started, race
 from radargui.estimation.select.wall_grid import upright_planes
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import Solution, log_evidence
@@ -51,13 +51,13 @@ def test_each_round_of_each_alternative_is_counted_once_and_a_cancelled_race_end
 
 def test_a_race_on_other_cores_ends_as_it_does_here(hidden: Solution) -> None:
     starts = starts_at(hidden, 180.0, 182.0, 120.0, 0.0)
-    here = race(starts, 2, nothing, (200.0,), same_place)
+    here = race(starts, 2, nothing, (200.0,))
     first = best_started(starts, 2, nothing)
-    with on_cores(2) as lanes:
+    with on_cores(2) as others:
         # nobody waits for processes to begin
         race(starts, 1, nothing, (1e9,))
-        assert lanes.wait_ready(60.0)
-        apart = race(starts, 2, nothing, (200.0,), same_place)
+        assert others.wait_ready(60.0)
+        apart = race(starts, 2, nothing, (200.0,))
         apart_first = best_started(starts, 2, nothing)
     assert [one is None for one in apart] == [one is None for one in here]
     for one, other in zip([one for one in here if one], [one for one in apart if one], strict=True):

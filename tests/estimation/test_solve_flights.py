@@ -13,7 +13,7 @@ from support.small_problem import BOUNCE_S, FLOOR_PLANE, small_problem
 from radargui.estimation.forward.equation_of_motion import EquationDeviation, EquationRows
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.forward.slow_noise import Drift
-from radargui.estimation.solve.assemble import assemble, sum_data
+from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.changed_problem import problem_with_flights
 from radargui.estimation.solve.minimise import Solution, solved_at
 from radargui.estimation.solve.problem import Start, State
@@ -105,25 +105,3 @@ def test_the_normal_matrix_of_flights_is_that_of_the_dense_jacobian(solution: So
         np.abs((pulls - slope) / np.sqrt(np.diag(hessian))).max()
         < 1e-4 * np.abs(slope / np.sqrt(np.diag(hessian))).max()
     )
-
-
-def test_what_data_say_of_a_state_elsewhere_is_slope_and_matrix_times_the_way(solution: Solution) -> None:
-    problem, state, at = solution.problem, solution.state, solution.at
-    # of the data alone: no equation, no priors
-    free = replace(
-        problem,
-        equation_sd=np.full_like(problem.equation_sd, np.inf),
-        prior=replace(problem.prior, sd=np.full_like(problem.prior.sd, 1e12)),
-    )
-    blocks = assemble(free, state, at)
-    matrix = dense_normal(blocks.normal)
-    rng, sums = np.random.default_rng(5), sum_data(problem, state, at)
-    coefficients = 1e-5 * rng.standard_normal(state.coefficients.shape)
-    theta = 1e-3 * rng.standard_normal(state.theta.size)
-    moved = sums.moved(coefficients, theta)
-    along = matrix @ np.concatenate([coefficients.ravel(), theta])
-    n_motion = coefficients.size
-    change = moved.slope_motion - sums.slope_motion
-    # the coefficient at the start, which is none of the unknowns, comes first
-    assert change[3:] == pytest.approx(along[:n_motion], rel=1e-9, abs=1e-9 * np.abs(along).max())
-    assert moved.slope - sums.slope == pytest.approx(along[n_motion:], rel=1e-9, abs=1e-9 * np.abs(along).max())

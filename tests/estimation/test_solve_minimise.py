@@ -19,7 +19,7 @@ from support.small_problem import (
 )
 
 from radargui.estimation.forward.parameters import lobe_places, polarisation_places
-from radargui.estimation.solve.assemble import assemble, sum_data
+from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.changed_problem import problem_with_flights
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.minimise import (
@@ -31,7 +31,7 @@ from radargui.estimation.solve.minimise import (
     receiver_misfits,
 )
 from radargui.estimation.solve.priors import PRIORS
-from radargui.estimation.solve.problem import Start, State, linearise
+from radargui.estimation.solve.problem import Start, linearise
 
 
 def test_the_truth_is_found_within_its_standard_uncertainties() -> None:
@@ -52,20 +52,6 @@ def test_at_the_minimum_the_slope_is_nothing_against_its_curvature() -> None:
     blocks = assemble(solution.problem, solution.state, solution.at)
     gain = 0.5 * blocks.slope @ solution.normal.solve(blocks.slope)
     assert abs(gain) < 0.1
-
-
-def test_what_data_say_of_a_state_nearby_is_foretold_by_their_matrix() -> None:
-    made = small_problem((FLOOR_PLANE,), reflection=0.1)
-    rng, problem, state = np.random.default_rng(4), made.problem, made.truth
-    sums = sum_data(problem, state, linearise(problem, state))
-    coefficients = 1e-8 * rng.standard_normal(state.coefficients.shape)
-    theta = 1e-7 * rng.standard_normal(state.theta.shape) * np.minimum(problem.prior.sd, 1.0)
-    there = State(state.coefficients + coefficients, state.theta + theta)
-    anew, moved = sum_data(problem, there, linearise(problem, there)), sums.moved(coefficients, theta)
-    for name in ("slope", "slope_motion"):
-        before, found, wanted = (getattr(one, name) for one in (sums, moved, anew))
-        # up to the residuals' second derivatives, which Gauss and Newton leave out
-        assert np.linalg.norm(found - wanted) < 0.1 * np.linalg.norm(wanted - before)
 
 
 def test_evidence_is_laplaces_formula_of_the_dense_matrix_and_what_deviations_are_likely() -> None:

@@ -119,9 +119,7 @@ def test_flights_are_those_of_the_minimum_where_a_solution_is_not_quite_there(
 ) -> None:
     # what the last step has left, 0.0003 in ln L, made 27 of chi-square where the equation that held it was lifted
     solution, normal = drop[1].chosen.solution, np.array([0.0, 0.0, 1.0])
-    exact = minimise(
-        Start(solution.problem, solution.state), 40, MinimiseSettings(close=1e-9, nothing=1e-11, small=0.0)
-    )
+    exact = minimise(Start(solution.problem, solution.state), 40, MinimiseSettings(close=1e-9, nothing=1e-11))
     here, there = (fit_free_flights(MotionPosterior(one, drop[1].onset_s), normal) for one in (solution, exact))
     assert here is not None
     assert there is not None

@@ -56,7 +56,6 @@ def circle_data(
     place: FloatArray,
     bias: PositionBasis | None,
     amplitude_map: PositionBasis | None,
-    stride: int = 1,
 ) -> list[CircleData]:
     """Return each receiver's bins with map functions and the known factor of the amplitude.
 
@@ -70,24 +69,19 @@ def circle_data(
         Phases and places of the preceding round, shapes (n_receivers, n_bins) and (n_dimensions, n_bins).
     bias, amplitude_map
         Functions of the maps; None without maps.
-    stride
-        One of so many bins is used.
     """
-    bins, few = binned.bins, slice(None, None, stride)
-    none = np.zeros((-(-bins.n_bins // stride), 0))
-    # of all bins: the turn within one is seen between its neighbours
-    n_receivers = binned.antennas.n_receivers
-    shape, place = averaging_loss(phase_rad, bins)[:, few], place[:, few]
+    bins, n_receivers = binned.bins, binned.antennas.n_receivers
+    none, shape = np.zeros((bins.n_bins, 0)), averaging_loss(phase_rad, bins)
     if n_receivers >= MIN_RECEIVERS:  # else the position is unknown
         shape = range_factor(place, binned.antennas, binned.release_m) * shape
     at_bias = none if bias is None else np.asfortranarray(bias(place))
     at_amplitude = none if amplitude_map is None else np.asfortranarray(amplitude_map(place))
     return [
         CircleData(
-            i=value[2 * n, few],
-            q=value[2 * n + 1, few],
-            sigma_i=bins.sigma[2 * n, few],
-            sigma_q=bins.sigma[2 * n + 1, few],
+            i=value[2 * n],
+            q=value[2 * n + 1],
+            sigma_i=bins.sigma[2 * n],
+            sigma_q=bins.sigma[2 * n + 1],
             shape=shape[n],
             bias=at_bias,
             amplitude_map=at_amplitude,

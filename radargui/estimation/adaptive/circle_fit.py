@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -38,12 +38,6 @@ class CircleData:
     shape: FloatArray
     bias: FloatArray
     amplitude_map: FloatArray
-
-    def every(self, stride: int) -> CircleData:
-        """Return one of so many bins."""
-        if stride == 1:
-            return self
-        return CircleData(*(np.asfortranarray(getattr(self, one.name)[::stride]) for one in fields(self)))
 
     @property
     def layout(self) -> CircleLayout:

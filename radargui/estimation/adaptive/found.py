@@ -18,9 +18,7 @@ from radargui.estimation.adaptive.rounds import (
     next_round,
     quick_round,
     recounted_round,
-    refined,
     still_round,
-    stride_of,
     timed_round,
 )
 from radargui.estimation.forward.bins import BinnedData, bin_by_fringe
@@ -203,7 +201,7 @@ class AdaptiveRounds:
         if unwound is not None:
             tried.append(unwound)
         if _counts_otherwise(recounted, self.last):
-            tried.append(best_round(self.data, recounted, stride_of(self.data)))
+            tried.append(best_round(self.data, recounted))
         for last in tried:
             if all(_counts_otherwise(last, one.last) for one in counts):
                 counts.append(self._ending_with(last, normal))
@@ -240,7 +238,7 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
         bins = bin_by_fringe(signals, rough.time_s, rough.turns_hz, signals.rest_end_s, impacts)
         data = BinnedData.of(bins, signals, setup)
         if found is not None:
-            counted = best_round(data, moved_round(data, *found), stride_of(data))
+            counted = best_round(data, moved_round(data, *found))
             last = _recounted(data, counted) if number == 1 else counted
             if last is counted:
                 break
@@ -266,7 +264,6 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
         impacts = _impacts(data, last, np.asarray(setup.floor.normal))
         if impacts.size == 0:
             break
-    last = refined(data, last)
     turns = _turns(data, last, np.asarray(setup.floor.normal), impacts) if locates else np.zeros(0)
     return AdaptiveRounds(signals, data, rough, last, impacts, turns)
 
@@ -279,19 +276,17 @@ def _still(data: BinnedData, rough: RoughPhases) -> Round:
 def _from_count(data: BinnedData, rough: RoughPhases, *, quick: bool = False) -> Round:
     """Return the best round with maps, begun from constant ellipses that count the fringes.
 
-    The evidence decides among starts with different counts of fringes. The rounds use few bins; a quick one tries a
-    single length.
+    The evidence decides among starts with different counts of fringes. A quick round tries a single length.
     """
     still = _still(data, rough)
-    first = first_round(data, still, stride_of(data))
+    first = first_round(data, still)
     # few fringes do not hold the circle of the range factor: its centre can run away and lose cycles; and
     # an echo that grows otherwise than by its range leaves the circle of the range factor no centre
-    stride, chosen = stride_of(data), quick_round if quick else best_round
-    timed = timed_round(data, still, stride)
-    tried = [chosen(data, next_round(data, first, START.first_length_m, stride), stride)]
+    timed, chosen = timed_round(data, still), quick_round if quick else best_round
+    tried = [chosen(data, next_round(data, first, START.first_length_m))]
     for other in (timed, still):
         if all(_counts_otherwise(one, other) for one in tried):
-            tried.append(chosen(data, next_round(data, other, START.first_length_m, stride), stride))
+            tried.append(chosen(data, next_round(data, other, START.first_length_m)))
     return max(tried, key=lambda one: one.log_evidence)
 
 
@@ -304,7 +299,7 @@ def _recounted(data: BinnedData, last: Round) -> Round:
     if not _counts_otherwise(other, last):
         return last
     # a lost fringe is a jump of centimetres between two bins
-    return min(last, best_round(data, other, stride_of(data)), key=lambda one: _fastest_m_s(data, one))
+    return min(last, best_round(data, other), key=lambda one: _fastest_m_s(data, one))
 
 
 def _counts_otherwise(one: Round, other: Round) -> bool:

@@ -37,9 +37,6 @@ class MapRoundSettings:
         Added to the normal matrix where an earlier map is projected on new functions, which may hardly differ.
     quick_length_m
         The only length of a round that merely finds the impacts.
-    few_bins, strides
-        Starts and lengths are chosen by at least so many bins; of more bins every fifth, seventh ... is used. These
-        numbers have no factor in common with the bins of a fringe, so that all phases occur.
     """
 
     lengths_m: tuple[float, ...] = (0.06, 0.09, 0.13, 0.20)
@@ -48,8 +45,6 @@ class MapRoundSettings:
     time_functions: int = 16
     min_normal: float = 1e-3
     quick_length_m: float = 0.13
-    few_bins: int = 600
-    strides: tuple[int, ...] = (1, 5, 7, 11, 13, 17, 19, 23, 25, 29)
 
 
 MAP_ROUNDS = MapRoundSettings()
@@ -82,8 +77,8 @@ class Round:
         `CircleLayout`.
     holds_count
         Whether further rounds keep this count of the fringes, however near the signal comes to the centre.
-    made_from, stride
-        The preceding round with maps; one of `stride` bins was fitted.
+    made_from
+        The preceding round, of one with maps.
     fitted_m
         Places at which the maps hold, shape as `place`, if another count of the fringes has moved the places; else
         None.
@@ -101,7 +96,6 @@ class Round:
     prior_mean: FloatArray
     holds_count: bool = False
     made_from: Round | None = None
-    stride: int = 1
     fitted_m: FloatArray | None = None
 
     def mean_centre(self, receiver: int) -> FloatArray:
@@ -165,26 +159,19 @@ def still_round(binned: BinnedData, ellipses: tuple[Ellipse, ...], counted_rad: 
     )
 
 
-def first_round(binned: BinnedData, still: Round, stride: int = 1) -> Round:
+def first_round(binned: BinnedData, still: Round) -> Round:
     """Fit circles whose amplitude follows the range factor alone, starting from still ellipses."""
     data = circle_data(binned, still.value, still.phase_rad, still.place, None, None)
-    return _fit(binned, data, still, [fit.theta for fit in still.fits], stride)
+    return _fit(binned, data, still, [fit.theta for fit in still.fits])
 
 
-def stride_of(binned: BinnedData) -> int:
-    """Return of how many bins one is enough to choose by."""
-    return max(
-        stride for stride in MAP_ROUNDS.strides if stride == 1 or stride * MAP_ROUNDS.few_bins <= binned.bins.n_bins
-    )
-
-
-def timed_round(binned: BinnedData, still: Round, stride: int = 1) -> Round:
+def timed_round(binned: BinnedData, still: Round) -> Round:
     """Fit circles whose amplitude is a smooth function of time, for amplitudes that vary much."""
     functions = _time_functions(binned)
     data = circle_data(binned, still.value, still.phase_rad, still.place, None, None)
     start = [np.concatenate([fit.theta, np.zeros(functions.shape[1])]) for fit in still.fits]
     # bumps over time in the place of a map: places are not known yet
-    return _fit(binned, [replace(own, amplitude_map=functions) for own in data], still, start, stride)
+    return _fit(binned, [replace(own, amplitude_map=functions) for own in data], still, start)
 
 
 def _time_functions(binned: BinnedData) -> FloatArray:
@@ -195,24 +182,10 @@ def _time_functions(binned: BinnedData) -> FloatArray:
     return np.asarray(np.exp(-0.5 * ((np.maximum(time, moving[0])[:, None] - centre) / width) ** 2))
 
 
-def next_round(binned: BinnedData, before: Round, length_m: float, stride: int = 1) -> Round:
-    """Fit circles with maps of correlation length l over the places of the round before, to every so manieth bin."""
+def next_round(binned: BinnedData, before: Round, length_m: float) -> Round:
+    """Fit circles with maps of correlation length l over the places of the round before."""
     before = _at_one_time(binned, before)
-    return _round_of_maps(binned, before, _maps(binned, before, length_m, stride), stride)
-
-
-def refined(binned: BinnedData, one: Round) -> Round:
-    """Return a round with maps fitted to all bins."""
-    before = one.made_from
-    if one.stride == 1 or before is None or one.bias is None or one.amplitude_map is None:
-        return one
-    data = circle_data(binned, before.value, before.phase_rad, before.place, one.bias, one.amplitude_map)
-    # few bins have found the deviations but for what more of them determine
-    fits = tuple(
-        fit_circle(own, fit.theta, mean, fit.deviation, updates=1)
-        for own, fit, mean in zip(data, one.fits, before.prior_mean, strict=True)
-    )
-    return _round(binned, data, before, _Maps(one.bias, one.amplitude_map, fits), 1)
+    return _round_of_maps(binned, before, _maps(binned, before, length_m))
 
 
 def moved_round(binned: BinnedData, one: Round, was_s: FloatArray) -> Round:
@@ -232,26 +205,26 @@ def moved_round(binned: BinnedData, one: Round, was_s: FloatArray) -> Round:
     return replace(one, phase_rad=phase, amplitude=amplitude, place=place, value=binned.bins.value, made_from=None)
 
 
-def quick_round(binned: BinnedData, before: Round, stride: int) -> Round:
+def quick_round(binned: BinnedData, before: Round) -> Round:
     """Fit with one length, good enough to see where the impacts are."""
-    return next_round(binned, before, max(MAP_ROUNDS.quick_length_m, _shortest_m(before)), stride)
+    return next_round(binned, before, max(MAP_ROUNDS.quick_length_m, _shortest_m(before)))
 
 
-def best_round(binned: BinnedData, before: Round, stride: int = 1) -> Round:
+def best_round(binned: BinnedData, before: Round) -> Round:
     """Fit with several lengths and keep the one with the largest evidence, common to the receivers."""
     # shorter ones could follow the wave itself, and leave nothing to the motion
     shortest = _shortest_m(before)
     lengths = MAP_ROUNDS.lengths_m
     tried = [length for length in lengths if length >= shortest] or [max(lengths[-1], shortest)]
     before = _at_one_time(binned, before)
-    best = _maps(binned, before, tried[-1], stride)
+    best = _maps(binned, before, tried[-1])
     # the longest have the fewest functions: where the evidence has begun to fall the others cannot be asked for less
     for length in reversed(tried[:-1]):
-        maps = _maps(binned, before, length, stride)
+        maps = _maps(binned, before, length)
         if maps.log_evidence < best.log_evidence:
             break
         best = maps
-    return _round_of_maps(binned, before, best, stride)
+    return _round_of_maps(binned, before, best)
 
 
 def recounted_round(binned: BinnedData, one: Round) -> Round:
@@ -291,13 +264,13 @@ def _at_one_time(binned: BinnedData, before: Round) -> Round:
     return replace(before, value=at_one_time(binned, phase, before.amplitude, [fit.ellipse for fit in before.fits]))
 
 
-def _maps(binned: BinnedData, before: Round, length_m: float, stride: int) -> _Maps:
+def _maps(binned: BinnedData, before: Round, length_m: float) -> _Maps:
     # the rest would put all functions where the sphere hangs
     visited = before.place[:, ~binned.rest]
     bias, amplitude_map = make_basis(visited, length_m), make_basis(visited, MAP_ROUNDS.amplitude_longer * length_m)
-    data = circle_data(binned, before.value, before.phase_rad, before.place, bias, amplitude_map, stride)
+    data = circle_data(binned, before.value, before.phase_rad, before.place, bias, amplitude_map)
     fitted_m = before.place if before.fitted_m is None else before.fitted_m
-    starts = _carried(before, data, fitted_m[:, ::stride])
+    starts = _carried(before, data, fitted_m)
     if before.bias is None:
         fits = tuple(fit_circle(*own) for own in zip(data, starts, before.prior_mean, strict=True))
     else:
@@ -308,9 +281,9 @@ def _maps(binned: BinnedData, before: Round, length_m: float, stride: int) -> _M
     return _Maps(bias, amplitude_map, fits)
 
 
-def _round_of_maps(binned: BinnedData, before: Round, maps: _Maps, stride: int) -> Round:
+def _round_of_maps(binned: BinnedData, before: Round, maps: _Maps) -> Round:
     data = circle_data(binned, before.value, before.phase_rad, before.place, maps.bias, maps.amplitude_map)
-    return _round(binned, data, before, maps, stride)
+    return _round(binned, data, before, maps)
 
 
 def _carried(before: Round, data: list[CircleData], place: FloatArray) -> list[FloatArray]:
@@ -338,14 +311,13 @@ def _carried(before: Round, data: list[CircleData], place: FloatArray) -> list[F
     return starts
 
 
-def _fit(binned: BinnedData, data: list[CircleData], before: Round, start: list[FloatArray], stride: int = 1) -> Round:
+def _fit(binned: BinnedData, data: list[CircleData], before: Round, start: list[FloatArray]) -> Round:
     """Return the round of circles without maps."""
-    thin = [own.every(stride) for own in data]
-    fits = tuple(fit_circle(*own, updates=0) for own in zip(thin, start, before.prior_mean, strict=True))
-    return _round(binned, data, before, _Maps(None, None, fits), stride)
+    fits = tuple(fit_circle(*own, updates=0) for own in zip(data, start, before.prior_mean, strict=True))
+    return _round(binned, data, before, _Maps(None, None, fits))
 
 
-def _round(binned: BinnedData, data: list[CircleData], before: Round, maps: _Maps, stride: int) -> Round:
+def _round(binned: BinnedData, data: list[CircleData], before: Round, maps: _Maps) -> Round:
     """Return the round of circles, with the phases that all bins have then."""
     fits, prior_mean = maps.fits, before.prior_mean
     phase, at_rest = _phases(
@@ -371,7 +343,6 @@ def _round(binned: BinnedData, data: list[CircleData], before: Round, maps: _Map
         holds_count=before.holds_count,
         # one step back: what comes before that is not needed again
         made_from=None if maps.bias is None else replace(before, made_from=None),
-        stride=stride,
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from radargui.estimation.forward.bins import BinnedData, Bins
+from radargui.estimation.forward.bins import Bins
 from radargui.estimation.signals import ScaledSignals
 from radargui.model.arrays import BoolArray, FloatArray
 
@@ -43,9 +43,6 @@ class SlowNoiseSettings:
     min_variance
         What a function must carry, summed over the bins in units of their variance, to be an unknown: the others say
         5e-5 each in ln E, and 80 functions of half cycles over one record are 50 that differ.
-    compared_variance
-        The same while models are compared: what the others carry counts as white noise there. Half of the unknowns of a
-        drop are such functions, and each costs as much as one that tells models apart (decision 50).
     """
 
     cycles: int = 20
@@ -57,7 +54,6 @@ class SlowNoiseSettings:
     variance_a_bin: float = 12.0
     min_samples: int = 32
     min_variance: float = 1e-4
-    compared_variance: float = 5.0
 
 
 SLOW_NOISE = SlowNoiseSettings()
@@ -122,21 +118,6 @@ class Drift:
         highest = self.count / 4.0 / self.length_s
         seen = bins.sigma**2 + level * np.log(np.maximum(1.0 / (2.0 * _ROOT_12 * bins.node_s * highest + 1e-12), 1.5))
         return replace(bins, sigma=np.sqrt(variance), expected=np.minimum(seen / variance, 1.0))
-
-
-def strongest(data: BinnedData, least: float = SLOW_NOISE.compared_variance) -> BinnedData:
-    """Return the data with the strongest functions of slow noise, the others' variance added to that of the bins."""
-    bins, functions = data.bins, data.drift
-    # uncorrelated: what one makes of all bins together does not depend on the others
-    felt = ((functions / bins.sigma[:, :, None]) ** 2).sum(axis=1).max(axis=0, initial=0.0)
-    kept = int((felt > least).sum())
-    if kept == felt.size:
-        return data
-    left = (functions[:, :, kept:] ** 2).sum(axis=2)
-    variance = bins.sigma**2 + left
-    expected = (bins.sigma**2 * bins.expected + left) / variance
-    bins = replace(bins, sigma=np.sqrt(variance), expected=expected)
-    return replace(data, bins=bins, slow_noise=functions[:, :, :kept])
 
 
 def measure_drift(signals: ScaledSignals, onset_s: float, settings: SlowNoiseSettings = SLOW_NOISE) -> Drift:

@@ -9,7 +9,7 @@ import numpy as np
 
 from radargui.estimation.adaptive.found import AdaptiveRounds
 from radargui.estimation.forward.position_map import make_basis
-from radargui.estimation.forward.slow_noise import Drift, strongest
+from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select.budget import (
     BIN_ROUNDS,
@@ -181,8 +181,7 @@ def choose_model(
     whole, every = selection.whole, (*alternatives, *undecided)
     others = [replace(one, solution=solved_at(with_bins_of(one.solution, whole))) for one in every]
     if not ended_early:
-        fewer = selection.with_all_noise(solution)
-        moved, weight = unseen_mirrors(fewer, normal, settings.temper, selection.foretold)
+        moved, weight = unseen_mirrors(solution, normal, settings.temper, selection.foretold)
         # mirrors that nothing excludes: a question of its own beside others
         among = 1.0 + sum(other.weight for other in others)
         others += [Alternative(replace(solution, state=one), among * weight) for one in moved]
@@ -218,9 +217,8 @@ class _Selection:
         self._misfit: tuple[Solution, FloatArray] | None = None
         bins = drift.widen(found.data.bins)
         self.whole = replace(found.data, bins=bins, slow_noise=drift.uncorrelated(bins))
-        # models are told apart alike by few bins and little slow noise as by all; the chosen one converges on all
-        self.rough = strongest(self.whole)
-        self.data = fewer_bins(self.rough, found.break_s)
+        # models are told apart alike by few bins as by all; the chosen one converges on all
+        self.data = fewer_bins(self.whole, found.break_s)
 
     def converged(self, start: Start, rounds: int, settings: RoundSettings = COARSE) -> Solution:
         """Return the solution after some rounds."""
@@ -252,20 +250,14 @@ class _Selection:
     def misfit(self, solution: Solution) -> FloatArray:
         """Return `misfit_on` all bins, asked several times of one solution."""
         if self._misfit is None or self._misfit[0] is not solution:
-            self._misfit = solution, misfit_on(self.rough, solution)
+            self._misfit = solution, misfit_on(self.whole, solution)
         return self._misfit[1]
 
     def share_left(self, solution: Solution) -> FloatArray:
         """Return the residual that a receiver's misfit is, as a share of its wave, shape (n_receivers,)."""
-        sigma = np.median(self.rough.bins.sigma, axis=1).reshape(-1, 2).mean(axis=1)
+        sigma = np.median(self.whole.bins.sigma, axis=1).reshape(-1, 2).mean(axis=1)
         wave = [np.median(np.abs(signal.direct)) for signal in solution.at.signals]
         return np.asarray(np.sqrt(self.misfit(solution)) * sigma / wave)
-
-    def with_all_noise(self, solution: Solution) -> Solution:
-        """Return a solution on few bins with all functions of slow noise: what the weak ones carry looks like walls."""
-        data = fewer_bins(self.whole, solution.at.spline.break_s)
-        has_all = solution.problem.inputs.drift.shape == data.drift.shape
-        return solution if has_all else solved_at(with_bins_of(solution, data))
 
     def starts(self) -> list[Start]:
         """Return where to begin: without a floor first, then with floors."""
@@ -299,7 +291,7 @@ class _Selection:
         alternatives = self._alternatives(best, self.compared)
         # at a misfit of hundreds a missing break looks like a floor: a dead stop invented one, and 0.8 mm
         blind = self.misfit(best).max() > settings.bad_misfit
-        solution = settle_breaks(self.rough, best, self.normal, self.round_done)
+        solution = settle_breaks(self.whole, best, self.normal, self.round_done)
         if blind or 0.0 < gain < settings.beyond_doubt:
             solution, gain, alternatives = self.floor_compared_again(solution)
         return solution, gain, alternatives
@@ -403,7 +395,7 @@ class _Selection:
             asked = self._asks_for_walls(solution) if number == 0 else misfit_asks
             if not asked and not (number == 0 and solution.problem.inputs.planes):
                 break
-            search = search_wall(solution, self.normal, self.round_done, thorough=asked, seen=self.with_all_noise)
+            search = search_wall(solution, self.normal, self.round_done, thorough=asked)
             sentences.append(_decided("A wall that reflects", search.gain, WALLS.convincing))
             self.foretold = None if search.tried else search.foretold
             if search.gain <= WALLS.convincing:
@@ -421,7 +413,7 @@ class _Selection:
 
     def moved_on(self, search: WallSearch) -> tuple[Solution, list[Alternative]]:
         """Return the best of a search with its breaks settled and its wall moved, and what stays possible."""
-        settled = settle_breaks(self.rough, search.tried[0].solution, self.normal, self.round_done)
+        settled = settle_breaks(self.whole, search.tried[0].solution, self.normal, self.round_done)
         if isinstance(self.found, FoundFall) and search.gain > WALLS.beyond_doubt:
             # flights were never bent by a wall that was missing: it was found where it stands
             return settled, self._weighed(search.tried[1:])
@@ -432,7 +424,7 @@ class _Selection:
         undecided = self._weighed([*left, *(WallTrial(one, log_evidence(one) - ahead) for one in moved)])
         if best is not settled:
             # bounces that a wall out of place hid
-            best = settle_breaks(self.rough, best, self.normal, self.round_done)
+            best = settle_breaks(self.whole, best, self.normal, self.round_done)
         return best, undecided
 
     def _weighed(self, trials: Sequence[WallTrial]) -> list[Alternative]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,12 +16,11 @@ from radargui.estimation.solve.changed_problem import positions_at_bins, problem
 from radargui.estimation.solve.initial_problem import release_times
 from radargui.estimation.solve.minimise import (
     MINIMISE,
-    Known,
     MinimiseSettings,
     Solution,
     local_chi_square,
     log_evidence,
-    minimise_on,
+    minimise,
 )
 from radargui.estimation.solve.prior_deviations import update_priors, updated_noise_scale
 from radargui.estimation.solve.problem import Start
@@ -51,9 +50,6 @@ class RoundSettings:
         How often the body is let bounce on at most.
     no_worse
         Misfits within this factor count as equal: one knot more or less changes as much.
-    same_place_m, same_mirrors, same_scale
-        Maps and noise scales stay as they are, and with them what the data say of the last state, while the motion, the
-        mirrors (metres, radians) and the scales change by less. Maps change over decimetres, by hundredths.
     """
 
     steps: int = 6
@@ -66,9 +62,6 @@ class RoundSettings:
     same_s: float = 0.0015
     cascades: int = 3
     no_worse: float = 1.02
-    same_place_m: float = 1e-4
-    same_mirrors: float = 1e-3
-    same_scale: float = 0.01
 
 
 LAST = RoundSettings(
@@ -80,12 +73,7 @@ LAST = RoundSettings(
 """For the chosen model, which has been converged on fewer bins: its maps have grown. Ended at 0.5, the flights of
 one drop were one fewer than two rounds later; ended at 0.1, g of another hung by 1.6 of its u on the way there, 0.007
 now. Costs one per cent of the time."""
-COARSE = RoundSettings(
-    minimise=MinimiseSettings(close=1.0, nothing=0.25),
-    same_place_m=5e-4,
-    same_mirrors=0.02,
-    same_scale=0.02,
-)
+COARSE = RoundSettings(minimise=MinimiseSettings(close=1.0, nothing=0.25))
 """While models are compared: evidences are told apart by units, and what one round leaves the next one takes."""
 
 
@@ -109,43 +97,64 @@ def converge(start: Start, rounds: int, round_done: Callable[[], None], settings
     SolveError
         The normal matrix cannot be factored.
     """
-    found = convergence(start, rounds, settings)
-    solution, _ = next(found)
-    for latest, _ in found:
+    now = begun(start, settings)
+    while not now.has_ended(rounds):
+        now = next_round(now)
         round_done()
-        solution = latest
-    return solution
+    return now.solution
 
 
-def convergence(start: Start, rounds: int, settings: RoundSettings = COARSE) -> Iterator[tuple[Solution, float]]:
-    """Yield solution and ln E after the first minimum and after each round, until they settle (see `converge`)."""
+@dataclass(frozen=True)
+class Converging:
+    """A model on its way.
+
+    Attributes
+    ----------
+    solution, ln_evidence
+        After the last round.
+    settings
+        When the rounds end.
+    rounds
+        How many there were after the first minimum.
+    stands
+        Whether ln E has settled.
+    """
+
+    solution: Solution
+    ln_evidence: float
+    settings: RoundSettings
+    rounds: int = 0
+    stands: bool = False
+
+    def has_ended(self, rounds: int) -> bool:
+        """Whether it needs no further round, where about so many are meant (see `converge`)."""
+        enough = self.rounds >= rounds and self.solution.settled
+        return self.stands or enough or self.rounds == 2 * rounds
+
+
+def begun(start: Start, settings: RoundSettings = COARSE) -> Converging:
+    """Return a model at its first minimum."""
+    solution = minimise(start, settings.steps, settings.minimise)
+    return Converging(solution, log_evidence(solution), settings)
+
+
+def next_round(before: Converging) -> Converging:
+    """Return a model after one more round: maps and priors renewed, and the minimum that they have."""
     # priors and minimum by turns: neither is right without the other (MacKay 1992, section 4)
-    evidence = -np.inf
-    known: Known | None
-    solution, known = minimise_on(start, settings.steps, settings.minimise)
-    yield solution, log_evidence(solution)
-    for number in range(2 * rounds):
-        if number >= rounds and solution.settled:
-            break
-        problem, scale = update_priors(solution), solution.problem.noise_scale
-        # too early it would take for noise what the maps are about to explain
-        if number >= settings.noise_from_round:
-            scale = updated_noise_scale(solution)
-        place, theta = positions_at_bins(solution), solution.state.theta
-        same = np.abs(scale / problem.noise_scale - 1.0).max() < settings.same_scale
-        if not (same and problem.is_mapped(place, theta, settings.same_place_m, settings.same_mirrors)):
-            # maps, range and scattering follow the motion without derivatives of theirs
-            problem, known = replace(problem, noise_scale=scale).at_places(place, theta), None
-        # the same valley: what was too far there is too far here
-        solution, known = minimise_on(
-            Start(problem, solution.state), settings.steps, settings.minimise, solution.damping, known
-        )
-        now = log_evidence(solution)
-        yield solution, now
-        stands = solution.settled and abs(now - evidence) < settings.settled_ln_evidence
-        if number >= settings.min_rounds and stands:
-            break
-        evidence = now
+    solution, settings = before.solution, before.settings
+    problem, scale = update_priors(solution), solution.problem.noise_scale
+    # too early it would take for noise what the maps are about to explain
+    if before.rounds >= settings.noise_from_round:
+        scale = updated_noise_scale(solution)
+    # maps, range and scattering follow the motion without derivatives of theirs
+    problem = replace(problem, noise_scale=scale).at_places(positions_at_bins(solution), solution.state.theta)
+    # the same valley: what was too far there is too far here
+    start = Start(problem, solution.state)
+    solution = minimise(start, settings.steps, settings.minimise, solution.damping)
+    now = log_evidence(solution)
+    settled = solution.settled and abs(now - before.ln_evidence) < settings.settled_ln_evidence
+    stands = settled and before.rounds >= settings.min_rounds
+    return Converging(solution, now, settings, before.rounds + 1, stands)
 
 
 def settle_breaks(

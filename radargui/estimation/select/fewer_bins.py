@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from radargui.estimation.forward.bins import BINS, BinnedData, Bins
-from radargui.estimation.solve.changed_problem import problem_with_fine_maps, problem_with_slow_noise
+from radargui.estimation.solve.changed_problem import problem_with_fine_maps
 from radargui.estimation.solve.initial_problem import usable_bins
 from radargui.estimation.solve.minimise import Solution, local_chi_square
 from radargui.estimation.solve.problem import Start, linearise
@@ -39,12 +39,12 @@ def with_bins_of(solution: Solution | Start, data: BinnedData) -> Start:
     """Return a solution's state with the bins of other data of the same samples."""
     state, problem = solution.state, solution.problem
     break_s = state.theta[problem.layout.breaks]
-    problem = replace(problem, bins=data.bins, use=usable_bins(data.bins, break_s))
+    inputs = replace(problem.inputs, drift=data.drift)
+    problem = replace(problem, bins=data.bins, use=usable_bins(data.bins, break_s), inputs=inputs)
     spline = problem.spline.with_breaks(break_s)
     # maps, range factor and scattering are evaluated at bins: at the new ones anew
     place = spline.offset(data.bins.time_s, state.coefficients) + problem.inputs.release_m
-    start = problem_with_slow_noise(Start(problem, state), data.drift)
-    return Start(start.problem.at_places(place.T, start.state.theta), start.state)
+    return Start(problem.at_places(place.T, state.theta), state)
 
 
 def in_full(solution: Solution, data: BinnedData) -> Start:

@@ -12,7 +12,6 @@ from radargui.estimation.forward.lobes import axis_of, off_axis, strength_change
 from radargui.estimation.forward.parameters import polarisation_places
 from radargui.estimation.forward.signal_model import ModelInputs, Waves, waves_at
 from radargui.estimation.forward.signal_slopes import receiver_slopes
-from radargui.estimation.forward.thinned import Thinned
 from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.changed_problem import positions_at_bins, stiff_equation_sd
 from radargui.estimation.solve.lobe_prior import main_lobes
@@ -58,9 +57,8 @@ class WallSettings:
         behind.
     level, last_rounds
         Trials less than `level` behind the best in ln E continue for `last_rounds` before one is taken.
-    beyond_doubt, same_m
-        A wall that gains `beyond_doubt` is not searched again before it is moved. Walls whose images are closer than
-        `same_m` count as one: with 1 cm eleven drops had the same tracks, u within 0.6 %, and took up to 14 % longer.
+    beyond_doubt
+        A wall that gains so much is not searched again before it is moved.
     convincing
         Least gain in ln E of a wall that is kept, because many are tried; it includes the cost of the reflection's
         prior.
@@ -89,12 +87,10 @@ class WallSettings:
     level: float = 15.0
     last_rounds: int = 4
     beyond_doubt: float = 50.0
-    same_m: float = 0.02
     convincing: float = 10.0
 
 
 WALLS = WallSettings()
-_THIN = 8  # bins, a third of a fringe: what the sphere scatters over a wall changes over decimetres
 TOGETHER = 20  # places looked at together, which count as a round of convergence: calls cost more than the cache saves
 
 
@@ -165,7 +161,7 @@ class LinearisedSearch:
         self.n_motion = motion.shape[1]
         # once a solution, for hundreds of places
         self.receivers = [_Receiver.of(solution, moved, n) for n in range(problem.n_receivers)]
-        self.scattered = OverMirrors(problem, solution.state.theta, positions_at_bins(solution))
+        self.place_m = positions_at_bins(solution)
 
     def gains(self, planes: list[MirrorPlane]) -> FloatArray:
         """Return g^T A^-1 g / 2 - ln det(A sd^2) / 2, A the Schur complement of T and R, g their slope; (n_planes,)."""
@@ -184,7 +180,7 @@ class LinearisedSearch:
         coupling = np.zeros((self.n_motion + layout.size, n_planes, n_new))
         to_motion, to_global = coupling[: self.n_motion], coupling[self.n_motion :]
         inputs, images = problem.inputs, images_of(problem.inputs.antennas, planes)
-        scattered = self.scattered(planes)
+        scattered = scattered_over(problem, self.solution.state.theta, self.place_m, planes)
         for number, (receiver, own) in enumerate(zip(self.receivers, layout.receivers, strict=True)):
             j = receiver.direct.columns(
                 (images[0], images[1 + number]), None if scattered is None else [leg[:, number] for leg in scattered]
@@ -227,8 +223,12 @@ def evidence_of(slope: FloatArray, a: FloatArray, reflection: float) -> FloatArr
     return np.where(sign > 0.0, gain, -np.inf)
 
 
-class OverMirrors:
-    """The factors M of what the sphere scatters over trial planes, computed at some bins and interpolated linearly.
+def scattered_over(
+    problem: JointProblem, theta: FloatArray, place_m: FloatArray, planes: list[MirrorPlane]
+) -> tuple[ComplexArray, ComplexArray] | None:
+    """Return the factors M of what the sphere scatters over trial planes; None where it counts as a point.
+
+    By the images of transmitter and receivers, (n_planes, n_receivers, n_bins) each.
 
     Parameters
     ----------
@@ -236,20 +236,13 @@ class OverMirrors:
         With its sphere and the antennas' angles.
     place_m
         At the bins, shape (3, n_bins).
+    planes
+        To try.
     """
-
-    def __init__(self, problem: JointProblem, theta: FloatArray, place_m: FloatArray) -> None:
-        self._problem, self._angles = problem, theta[polarisation_places(problem.layout)]
-        self._thinned = Thinned(place_m.shape[1], _THIN)
-        self._place = place_m[:, self._thinned.bins]
-
-    def __call__(self, planes: list[MirrorPlane]) -> tuple[ComplexArray, ComplexArray] | None:
-        """Return M by the images of transmitter and receivers, (n_planes, n_receivers, n_bins); None for a point."""
-        sphere = self._problem.sphere
-        if sphere is None:
-            return None
-        sent, got = sphere.over_mirrors(self._place, self._problem.inputs.antennas, planes, self._angles)
-        return self._thinned(sent), self._thinned(got)
+    if problem.sphere is None:
+        return None
+    angles = theta[polarisation_places(problem.layout)]
+    return problem.sphere.over_mirrors(place_m, problem.inputs.antennas, planes, angles)
 
 
 @dataclass(frozen=True)
@@ -300,7 +293,7 @@ class DirectWave:
         images_m
             Of transmitter and receiver, (n_planes, 3) each.
         scattered
-            What the sphere scatters that way (`OverMirrors`), (n_planes, n_bins) each; None for a point.
+            What the sphere scatters that way (`scattered_over`), (n_planes, n_bins) each; None for a point.
         """
         z = [
             self._over(image, leg) * (1.0 if scattered is None else scattered[leg][:, None])

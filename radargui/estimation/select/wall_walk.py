@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.estimation.select.converge import converge
-from radargui.estimation.select.race import best_started, last_image, race, same_place
+from radargui.estimation.select.race import best_started, last_image, race
 from radargui.estimation.select.wall_grid import WALLS, linearised_gains, upright_planes, wall_grid
 from radargui.estimation.select.walls import (
     bent_by_maps,
@@ -103,7 +103,7 @@ def walked(
         starts = [problem_with_mirrors(best, (*here[:-1], one)) for one in planes]
         if step == 0:
             starts += _elsewhere(best, normal, round_done, settings)
-        more = filter(None, race(starts, WALLS.rounds, round_done, settings.max_behind, same_place))
+        more = filter(None, race(starts, WALLS.rounds, round_done, settings.max_behind))
         found = sorted([*found, *more], key=log_evidence, reverse=True)
         # where it stays it only converges, which needs no turns
         moved = last_image(found[0], middle) - last_image(best, middle)

@@ -10,7 +10,7 @@ from scipy.ndimage import maximum_filter1d
 
 from radargui.estimation.select.converge import converge
 from radargui.estimation.select.loose_maps import bias_deviations
-from radargui.estimation.select.race import best_started, last_image, race, same_place
+from radargui.estimation.select.race import best_started, last_image, race
 from radargui.estimation.select.wall_grid import (
     WALLS,
     WallSettings,
@@ -66,7 +66,6 @@ def search_wall(
     round_done: Callable[[], None],
     *,
     thorough: bool,
-    seen: Callable[[Solution], Solution] = lambda one: one,
     settings: WallSettings = WALLS,
 ) -> WallSearch:
     """Search one more wall over azimuth and distance.
@@ -85,16 +84,14 @@ def search_wall(
         Called once a round; may raise to cancel.
     thorough
         False: converge fewer, and stop after the coarse search unless it finds something.
-    seen
-        Function that makes from a solution the one from which the grid is evaluated.
     settings
         Grid and limits.
     """
-    search = _search_from(solution, normal, round_done, thorough, seen, settings)
+    search = _search_from(solution, normal, round_done, thorough, settings)
     if not search.tried or not bent_by_maps(search.tried[0].solution):
         return search
     # a level motion that maps have bent hides every wall: where the best leaves them loose, from stiff ones too
-    again = _search_from(with_stiff_maps(solution), normal, round_done, thorough, seen, settings)
+    again = _search_from(with_stiff_maps(solution), normal, round_done, thorough, settings)
     without = log_evidence(search.tried[0].solution) - search.gain
     return search.with_more([one.solution for one in again.tried], without)
 
@@ -114,7 +111,6 @@ def _search_from(
     normal: FloatArray,
     round_done: Callable[[], None],
     thorough: bool,
-    seen: Callable[[Solution], Solution],
     settings: WallSettings,
 ) -> WallSearch:
     # distances count from the middle of the motion: there a wall's detour turns as the search believes
@@ -123,7 +119,7 @@ def _search_from(
     base, search, before, without, likeliest = solution, WallSearch(), -np.inf, -np.inf, -np.inf
     for number in range(settings.searches):
         planes = upright_planes(middle, normal, azimuth, distance, settings)
-        gains = linearised_gains(seen(base), planes, round_done, settings)
+        gains = linearised_gains(base, planes, round_done, settings)
         search, likeliest = replace(search, foretold=gains), max(likeliest, float(gains.max()))
         # where no wall stands, none has gained so much more than was foretold
         if likeliest < -settings.convincing:
@@ -132,7 +128,7 @@ def _search_from(
         # maxima, not the best places: neighbours of one maximum converge to the same wall
         numbers = peaks(gains.reshape(azimuth.size, -1), around=True)[: settings.tried]
         starts = best_started([problem_with_mirrors(base, (*mirrors, planes[k])) for k in numbers], most, round_done)
-        trials = race(starts, settings.rounds, round_done, settings.max_behind, same_place)
+        trials = race(starts, settings.rounds, round_done, settings.max_behind)
         if number == 0:
             # evidence moves while priors are re-estimated: the model without the wall goes through the same rounds, and
             # not in the race, in which its bias maps would lead at first
@@ -158,7 +154,7 @@ def _run_off(search: WallSearch, round_done: Callable[[], None], settings: WallS
         return search
     without = log_evidence(level[0].solution) - level[0].gain
     starts = [Start(one.solution.problem, one.solution.state) for one in level]
-    trials = race(starts, settings.last_rounds, round_done, settings.max_behind, same_place)
+    trials = race(starts, settings.last_rounds, round_done, settings.max_behind)
     return replace(search, tried=search.tried[len(level) :]).with_more(trials, without)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -13,7 +12,7 @@ from scipy.sparse import csc_matrix
 from radargui.estimation.forward.signal_model import EVERY, nodes_of
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.forward.stated_floor import stated_term
-from radargui.estimation.solve.normal import WIDTH, FactoredNormal, NormalMatrix, band_times
+from radargui.estimation.solve.normal import WIDTH, FactoredNormal, NormalMatrix
 from radargui.estimation.solve.problem import BINS_TOGETHER, JointProblem, Linearised, State
 from radargui.model.arrays import FloatArray, IntArray, pieces
 from radargui.model.errors import SolveError
@@ -150,15 +149,6 @@ class DataSums:
         self.slope_motion, self.slope = np.zeros(n_motion), np.zeros(n_global)
         # a break acts through the motion alone: its columns are the motion's times dp/dtau
         self.share, self.number = at.spline.break_shares(problem.bins.time_s)
-
-    def moved(self, coefficients: FloatArray, theta: FloatArray) -> DataSums:
-        """Return the sums where the state has moved by so much, (n, 3) and (n_global,), if the model is linear."""
-        motion = np.concatenate([np.zeros(3), coefficients.ravel()])
-        out = copy(self)
-        # of a linear model: slope(x + d) = slope(x) + H d
-        out.slope_motion = self.slope_motion + band_times(self.band, motion) + self.coupling @ theta
-        out.slope = self.slope + self.corner @ theta + self.coupling.T @ motion
-        return out
 
     def add(self, part: slice) -> None:
         """Add some of the bins."""

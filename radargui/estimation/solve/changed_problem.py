@@ -192,24 +192,6 @@ def problem_with_fine_maps(start: Start, place: FloatArray, visited: BoolArray) 
     return Start(finer.at_places(place, theta), State(start.state.coefficients, theta))
 
 
-def problem_with_slow_noise(start: Start, functions: FloatArray) -> Start:
-    """Return a start with functions of slow noise at its bins, (n_channels, n_bins, n), more of the same or fewer."""
-    problem, old, count = start.problem, start.problem.layout, functions.shape[2]
-    problem = replace(problem, inputs=replace(problem.inputs, drift=functions))
-    if count == old.sizes.drift:
-        return Start(problem, start.state)
-    layout = make_layout(replace(old.sizes, drift=count))
-    source, target = carried_places(old, layout)
-    # coefficients are N(0, 1) by themselves
-    theta, mean, sd = np.zeros(layout.size), np.zeros(layout.size), np.ones(layout.size)
-    for new, was in ((theta, start.state.theta), (mean, problem.prior.mean), (sd, problem.prior.sd)):
-        new[target] = was[source]
-    place = np.zeros(old.size, dtype=np.intp)
-    place[source] = target
-    groups = [replace(one, index=place[one.index]) for one in problem.prior.groups]
-    return Start(replace(problem, layout=layout, prior=Prior(mean, sd, groups)), State(start.state.coefficients, theta))
-
-
 def stiff_equation_sd(solution: Solution) -> FloatArray:
     """Return the deviations of the equation's rows while a mirror is sought, (n_rows,): flights do not bend."""
     sd = solution.problem.equation_sd

@@ -9,10 +9,10 @@ from scipy.ndimage import uniform_filter1d
 
 from radargui.estimation.forward.parameters import with_nearest_angles
 from radargui.estimation.forward.stated_floor import stated_term
-from radargui.estimation.solve.assemble import MAX_DAMPING, Assembled, DataSums, assemble, sum_data
+from radargui.estimation.solve.assemble import MAX_DAMPING, Assembled, assemble
 from radargui.estimation.solve.normal import FactoredNormal
 from radargui.estimation.solve.priors import PRIORS
-from radargui.estimation.solve.problem import JointProblem, Linearised, Start, State, linearise, reweighed
+from radargui.estimation.solve.problem import JointProblem, Linearised, Start, State, linearise
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
 
@@ -32,20 +32,12 @@ class MinimiseSettings:
     max_farther
         Farther from the release than the nearest antenna, a step leads less than so many times as far as the motion
         that it begins from: where it is known at all, it does not double.
-    small, left
-        A step that gains less, and leaves about this share of `close` to the next, needs no new normal matrix.
-    renews_last
-        Whether the matrix is put together anew after the last step: where solutions are only put in order, that of the
-        step before will do.
     """
 
     close: float = 0.05
     nothing: float = 0.005
     min_flight_s: float = 1e-3
     max_farther: float = 1.5
-    small: float = 200.0
-    left: float = 0.02
-    renews_last: bool = True
 
 
 MINIMISE = MinimiseSettings()
@@ -71,85 +63,47 @@ def solved_at(start: Start) -> Solution:
     return Solution(start.problem.placed(start.state.theta), start.state, replace(at, waves=None), normal, False)
 
 
-@dataclass(frozen=True)
-class Known:
-    """A problem linearised and summed at a state: what other priors there leave as it is."""
-
-    problem: JointProblem
-    at: Linearised
-    sums: DataSums
-
-
-def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE) -> Solution:
+def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE, damping: int = 0) -> Solution:
     """Take up to `steps` Gauss-Newton steps; stop where a step gains less than `close` in cost.
+
+    Parameters
+    ----------
+    start, steps, settings
+        Where they begin, how many, and when they end.
+    damping
+        Of the first step.
 
     Raises
     ------
     SolveError
         The normal matrix cannot be factored.
     """
-    return minimise_on(start, steps, settings)[0]
-
-
-def minimise_on(
-    start: Start, steps: int, settings: MinimiseSettings, damping: int = 0, known: Known | None = None
-) -> tuple[Solution, Known | None]:
-    """Take steps as `minimise` does, the first so damped, and return what is known at the end too.
-
-    Parameters
-    ----------
-    start, steps, settings
-        As there.
-    damping
-        Of the first step.
-    known
-        Of a problem that differs in its priors alone, at the state of the start.
-    """
     problem, state = start.problem, start.state
-    at = linearise(problem, state) if known is None else reweighed(known.problem, problem, state.theta, known.at)
-    sums = sum_data(problem, state, at) if known is None else known.sums
-    settled = is_stale = False
-    assembled = assemble(problem, state, at, sums)
-    for number in range(steps):
+    at, settled = linearise(problem, state), False
+    assembled = assemble(problem, state, at)
+    for _ in range(steps):
         step, damping = _improve(problem, state, at, assembled, damping, settings)
         if step is None:
             settled = damping <= MAX_DAMPING
             break
-        before, state, at = state, step.state, step.at
-        if step.is_linear(settings):
-            # what was foretold has come: the slope is gone, and the curvature is what it was
-            sums, settled = sums.moved(state.coefficients - before.coefficients, state.theta - before.theta), True
-            break
-        is_stale = number == steps - 1 and not settings.renews_last
-        if is_stale:
-            break
-        sums = sum_data(problem, state, at)
-        assembled = assemble(problem, state, at, sums)
+        state, at = step.state, step.at
+        assembled = assemble(problem, state, at)
         # in ln likelihood: less than what any unknown could be told apart by
         settled = step.gained < settings.close
         if settled:
             break
     # the waves have served: kept with every alternative they would be most of its memory
     problem = problem.placed(state.theta)
-    solution = Solution(problem, state, replace(at, waves=None), assembled.factor(), settled, damping)
-    return solution, None if is_stale else Known(problem, at, sums)
+    return Solution(problem, state, replace(at, waves=None), assembled.factor(), settled, damping)
 
 
 @dataclass(frozen=True)
 class _Step:
-    """Where a step leads, what it gains there in cost, and what it should where the cost is a parabola."""
+    """Where a step leads, and what it gains there in cost."""
 
     state: State
     at: Linearised
     gained: float
-    foretold: float
-    damping: int
-
-    def is_linear(self, settings: MinimiseSettings) -> bool:
-        """Whether the model is as good as linear over the step."""
-        # where the slope is off by a share of itself, its square is what the next step would gain
-        left = (self.gained - self.foretold) ** 2 / max(self.gained, settings.close)
-        return self.damping == 0 and self.gained < settings.small and left < settings.left * settings.close
 
 
 def _improve(
@@ -170,9 +124,8 @@ def _improve(
             trial_at = linearise(problem, trial)
             gained = at.cost - trial_at.cost
             if gained >= 0.0:
-                step = _Step(trial, trial_at, gained, foretold, damping)
                 # what was just refused would be refused again
-                return step, max(damping - 1, 0) if damping == first else damping
+                return _Step(trial, trial_at, gained), max(damping - 1, 0) if damping == first else damping
             # rounding, not curvature: more damping would only shorten the step
             if foretold < settings.close or -gained < settings.close / 5.0:
                 break

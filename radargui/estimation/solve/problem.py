@@ -65,9 +65,6 @@ class JointProblem:
         The tracer and the antennas' polarisation; None where it counts as a point.
     multiplexer
         What the channels may have of each other.
-    mapped_m, mapped_mirrors
-        Places, shape (3, n_bins), and what scattering hangs on (`Layout.mirrors`), for which maps, range factor and
-        scattering are evaluated; None before they are.
     """
 
     bins: Bins
@@ -87,8 +84,6 @@ class JointProblem:
     slow_m_s: float = 0.0
     sphere: PolarisedSphere | None = None
     multiplexer: Multiplexer | None = None
-    mapped_m: FloatArray | None = None
-    mapped_mirrors: FloatArray | None = None
 
     @property
     def drag(self) -> Drag:
@@ -123,16 +118,7 @@ class JointProblem:
             amplitude_map=self.amplitude_basis(place),
             range_factor=placed.on_the_way(place, antennas, release),
         )
-        return replace(self, inputs=inputs, mapped_m=place, mapped_mirrors=mirrors)
-
-    def is_mapped(self, place: FloatArray, theta: FloatArray, within: float, mirrors_within: float) -> bool:
-        """Whether maps are evaluated for nearly these places, (3, n_bins): within m, mirrors within m, rad and of T."""
-        unknown = theta[self.layout.mirrors]
-        # a mirror more or less, and nothing is evaluated for it
-        if self.mapped_m is None or self.mapped_mirrors is None or unknown.shape != self.mapped_mirrors.shape:
-            return False
-        turned = np.abs(unknown - self.mapped_mirrors).max(initial=0.0)
-        return bool(np.abs(place - self.mapped_m).max() < within and turned < mirrors_within)
+        return replace(self, inputs=inputs)
 
 
 @dataclass(frozen=True)
@@ -211,7 +197,8 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
     loss, weight = float((losses @ problem.use).sum()), weight * problem.use / sigma**2
     rows, n_breaks = EquationRows.of(spline, problem.in_flight), spline.break_s.size
     equation = EquationDeviation.of(rows, state.coefficients, theta[layout.flight], problem.slow_m_s, n_breaks)
-    loss += _prior_cost(problem, theta, equation)
+    loss += 0.5 * float((((theta - problem.prior.mean) / problem.prior.sd) ** 2).sum())
+    loss += 0.5 * float(((equation.value / problem.equation_sd[:, None]) ** 2).sum())
     stated = stated_term(theta, layout, problem.inputs)
     loss += 0.0 if stated is None else stated.cost
     return Linearised(loss, residual, weight, signals, node_m, spline, series, motion, equation, excess, waves)
@@ -222,18 +209,6 @@ def huber(residual: FloatArray) -> tuple[FloatArray, FloatArray]:
     size = np.abs(residual)
     near = np.minimum(size, HUBER_SIGMAS)
     return near * (size - 0.5 * near), HUBER_SIGMAS / np.maximum(size, HUBER_SIGMAS)
-
-
-def reweighed(problem: JointProblem, other: JointProblem, theta: FloatArray, at: Linearised) -> Linearised:
-    """Return what another problem, of other priors alone, is at a theta, (n_global,), where one was linearised."""
-    change = _prior_cost(other, theta, at.equation) - _prior_cost(problem, theta, at.equation)
-    return replace(at, cost=at.cost + change)
-
-
-def _prior_cost(problem: JointProblem, theta: FloatArray, equation: EquationDeviation) -> float:
-    prior = problem.prior
-    of_equation = ((equation.value / problem.equation_sd[:, None]) ** 2).sum()
-    return 0.5 * float((((theta - prior.mean) / prior.sd) ** 2).sum()) + 0.5 * float(of_equation)
 
 
 def signals_in_parts(

@@ -1,8 +1,8 @@
 """Drops of ordinary laboratories, as files, through the public door: the rates that a version must keep.
 
 They were drawn once, whatever comes of them: 24 by
-`dev.py bench population -n 24 --hold rate_hz=10000 --seed 1639977985 --write tests/data/population`, and 12 over glass of
-10 and 20 mm and steel, four each, without walls, horns, harmonics, foam and holder, measured by their flights.
+`dev.py bench population -n 24 --hold rate_hz=10000 --seed 1639977985 --write tests/data/population`, and 12 over glass
+of 10 and 20 mm and steel, four each, without walls, horns, harmonics, foam and holder, measured by their flights.
 The first four of those and all of these are looked at in every run of the tests, all with --slow; rates are a
 benchmark's to tell.
 """

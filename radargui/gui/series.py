@@ -48,13 +48,7 @@ _SIGNS = (("●", "o"), ("■", "s"), ("▲", "t1"), ("◆", "d"), ("▼", "t"))
 """In the order of `canvas.MARKS`."""
 _DIGITS = 2
 """Of an uncertainty (GUM, 7.2.6)."""
-_PAGES = {
-    "table": "Statistics",
-    "speeds": "e against …",
-    "spread": "Distribution",
-    "falls": "Falls",
-    "words": "In words",
-}
+_PAGES = ("table", "speeds", "spread", "falls", "words")
 _SPEED = "speed"
 
 
@@ -361,8 +355,6 @@ class SeriesPanel(QWidget):
         self.alone = button("Only this one", lambda: self.show_beside(()))
         top = fill(QHBoxLayout(), (self._title, 1), self.compare, self.alone, margins=(6, 3, 6, 0), spacing=6)
         fill(QVBoxLayout(self), top, (self.pages, 1), spacing=1)
-        # chosen where all views are
-        self.pages.hide_tabs()
         self.pages.currentChanged.connect(self._draw)
         for changed in (runs.model.rowsInserted, runs.model.dataChanged, runs.model.modelReset):
             changed.connect(lambda *_: self.refresh())
@@ -375,7 +367,7 @@ class SeriesPanel(QWidget):
 
     def show_part(self, name: str) -> None:
         """Show one of the pages."""
-        self.pages.setCurrentIndex(list(_PAGES).index(name))
+        self.pages.turn_to(name)
 
     def show_beside(self, sessions: tuple[Path, ...]) -> None:
         """Show these sessions beside the one that is open; none: that one alone."""

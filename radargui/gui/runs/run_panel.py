@@ -188,10 +188,9 @@ class RunPanel(QWidget):
             "spectrum": lambda: SignalView(SpectrumView(theme)),
             "waterfall": lambda: SignalView(WaterfallView(theme)),
         }
-        pages = dict.fromkeys(page for _, page in VIEWS.values())
         later["track"] = make_track
-        self.tabs = Pages({name: name for name in pages}, later, samples=self.samples, series=series)
-        self.tabs.hide_tabs()
+        pages = dict.fromkeys(page for _, page in VIEWS.values())
+        self.tabs = Pages(pages, later, samples=self.samples, series=series)
         self.instant = Instant(theme)
         self.overview = ScrubPlot(theme, self.instant)
         self.view = having(Choice((name, words) for name, (words, _) in VIEWS.items()), accessibleName="View")
@@ -228,7 +227,7 @@ class RunPanel(QWidget):
             show_part(self.chosen)
         for one in (self.overview, self._there):
             one.setVisible(page != "series")
-        self.tabs.setCurrentIndex(list(dict.fromkeys(one for _, one in VIEWS.values())).index(page))
+        self.tabs.turn_to(page)
         self._draw()
 
     def clear(self) -> None:

@@ -12,7 +12,7 @@ from PySide6.QtCore import QMargins, Qt
 from radargui.acquisition.health import Health
 from radargui.acquisition.run_output import Level
 from radargui.gui.control.state import Feed
-from radargui.gui.layout import TIPS, Choice, boxed, button, fill, having, holding, take_out
+from radargui.gui.layout import TIPS, Choice, Pages, boxed, button, fill, having, take_out
 from radargui.gui.plots.envelope import Envelope, look
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import LAST, NOW
@@ -159,7 +159,8 @@ class ScopePanel(QtWidgets.QWidget):
         self._held_at_s = 0.0
         self.time, self.spectrum = TimeView(theme), SpectrumView(theme)
         self.waterfall, self.alignment = WaterfallView(theme), AlignmentView(theme)
-        self._pages = (self.time, self.spectrum, self.waterfall, self.alignment)
+        pages = (self.time, self.spectrum, self.waterfall, self.alignment)
+        self.pages = Pages(VIEWS, {}, **dict(zip(VIEWS, pages, strict=True)))
 
         self.view, self.span, self.band = Choice(VIEWS.items()), Choice(_SPANS, window_s), Choice(_BANDS, BANDS_HZ[1])
         self.let_go = button("Hold anew", self.alignment.bars.let_go)
@@ -178,8 +179,7 @@ class ScopePanel(QtWidgets.QWidget):
         for choice in choices.values():
             # in a narrow dock their words are cut before the plots are
             choice.setMinimumWidth(46)
-        self._stack = holding(QtWidgets.QStackedWidget(), *self._pages)
-        fill(QtWidgets.QVBoxLayout(self), top, self._past, (self._stack, 1))
+        fill(QtWidgets.QVBoxLayout(self), top, self._past, (self.pages, 1))
 
         self.view.currentIndexChanged.connect(self._choose)
         self.pause.toggled.connect(self._pause)
@@ -222,7 +222,7 @@ class ScopePanel(QtWidgets.QWidget):
     def clear(self) -> None:
         """Forget what was shown: it belongs to another session."""
         self._last = None
-        for page in self._pages:
+        for page in self.pages.made.values():
             page.show_nothing()
         self.time.show_levels()
         self._say()
@@ -237,7 +237,7 @@ class ScopePanel(QtWidgets.QWidget):
         shown = self._shown()
         if shown is None or not self.isVisible():
             return
-        page = self._pages[self._stack.currentIndex()]
+        page = self.pages.made[self.pages.shown]
         page.draw(replace(shown, window_s=max(shown.window_s, SPAN_S)) if page is self.alignment else shown)
         self._say()
 
@@ -272,13 +272,8 @@ class ScopePanel(QtWidgets.QWidget):
 
     def _choose(self) -> None:
         name = self.view.currentData()
-        self._stack.setCurrentIndex(self.view.currentIndex())
-        ignored, preferred = QtWidgets.QSizePolicy.Policy.Ignored, QtWidgets.QSizePolicy.Policy.Preferred
-        for page in self._pages:
-            # the room that one view needs is not asked for another
-            policy = preferred if page is self._stack.currentWidget() else ignored
-            page.setSizePolicy(policy, policy)
-        short = name == "time"
+        self.pages.turn_to(name)
+        preferred, short = QtWidgets.QSizePolicy.Policy.Preferred, name == "time"
         self.key.setMinimumWidth(0 if short else 40)
         self.key.setSizePolicy(QtWidgets.QSizePolicy.Policy.Minimum if short else preferred, preferred)
         self.let_go.setVisible(name == "alignment")

@@ -25,7 +25,7 @@ TIPS: dict[str, dict[str, str]] = resource_table("window/tips")
 Edge = Literal["bright-text", "link-visited", "link"]
 """Of a strip: an alarm, something to look at, something that is being done."""
 _Box = TypeVar("_Box", bound=QtWidgets.QBoxLayout)
-_Holder = TypeVar("_Holder", QtWidgets.QStackedWidget, QtWidgets.QSplitter, QtWidgets.QToolBar)
+_Holder = TypeVar("_Holder", QtWidgets.QStackedWidget, QtWidgets.QSplitter)
 _Thing = TypeVar("_Thing")
 
 
@@ -63,7 +63,7 @@ def boxed(box: QtWidgets.QBoxLayout, *parts: Part, **room: Any) -> QtWidgets.QWi
 
 
 def holding(what: _Holder, *widgets: QtWidgets.QWidget) -> _Holder:
-    """Return a stack, a splitter or a bar with widgets in it."""
+    """Return a stack or a splitter with widgets in it."""
     for widget in widgets:
         what.addWidget(widget)
     return what
@@ -142,6 +142,13 @@ def button(
     made = QtWidgets.QPushButton(words, autoDefault=default, default=default)
     made.clicked.connect(does)
     return having(made, toolTip=tip or TIPS["buttons"].get(words, ""))
+
+
+def menu_button(words: str, menu: QtWidgets.QMenu) -> QtWidgets.QToolButton:
+    """Return a button that shows a menu, also by Enter."""
+    made = QtWidgets.QToolButton(popupMode=QtWidgets.QToolButton.ToolButtonPopupMode.InstantPopup)
+    made.clicked.connect(made.showMenu)
+    return having(made, text=words, menu=menu, toolTip=TIPS["buttons"][words])
 
 
 def labelled(words: str, field: QtWidgets.QWidget) -> QtWidgets.QLabel:

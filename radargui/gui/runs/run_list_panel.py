@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,22 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QMargins, QSignalBlocker, QUrl, Signal
 from PySide6.QtGui import QDesktopServices, QResizeEvent
-from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QStackedWidget, QToolBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QMenu, QStackedWidget, QVBoxLayout, QWidget
 
-from radargui.gui.layout import TIPS, OneLine, PlainLabel, button, fill, having, holding, ticking
+from radargui.gui.layout import (
+    TIPS,
+    OneLine,
+    PlainLabel,
+    Turning,
+    boxed,
+    button,
+    fill,
+    having,
+    holding,
+    menu_button,
+    ticking,
+)
+from radargui.gui.mnemonics import letter_menu
 from radargui.gui.panels import Actions
 from radargui.gui.plots.plot import Plot
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
@@ -160,21 +174,25 @@ class RunListPanel(QWidget):
         self.pictures = ThumbnailView(theme, self.table)
         self._looks = holding(QStackedWidget(), self.table, self.pictures)
 
-        self.report = button("Make report", does.report.trigger)
-        self.preview = button("Report…", does.preview.trigger, does.preview.toolTip())
+        menu = having(QMenu(self), toolTipsVisible=True)
+        menu.addAction("Preview…", does.preview.trigger).setToolTip(does.preview.toolTip())
         # where no program opens it, its first page is shown here
-        self.open_report = button("Open report", lambda: self._open(self._report_file, self._preview_instead))
-        self.open_folder = button("Open folder", lambda: self._open(self.folder, self._say_not_opened))
-        self.export = button("Export tables…", does.export.trigger)
+        opens = partial(self._open, lambda: self._report_file, self._preview_instead)
+        shows = partial(self._open, lambda: self.folder, self._say_not_opened)
+        does_of = {"Make report": does.report.trigger, "Open report": opens, "Open folder": shows}
+        does_of["Export tables…"] = does.export.trigger
+        made = [having(menu.addAction(words, one), toolTip=TIPS["buttons"][words]) for words, one in does_of.items()]
+        self.report, self.open_report, self.open_folder, self.export = made
+        menu.aboutToShow.connect(lambda: letter_menu(menu))
+        self._preview = does.preview
         tip = "Runs that do not count: no fall, or rejected (Del); Del takes the chosen one back"
         self.rejected = having(QCheckBox("Show rejected"), toolTip=tip)
         self.rejected.toggled.connect(does.show_rejected.setChecked)
         self.rejected.toggled.connect(self._hide_rows)
         does.show_rejected.toggled.connect(self.rejected.setChecked)
-        # what has no room on a narrow screen is behind an arrow
         turn = button("Table", does.turn_runs.trigger, does.turn_runs.toolTip())
-        buttons = turn, self.preview, self.report, self.open_report, self.open_folder, self.export
-        row = holding(QToolBar(), self.rejected, *buttons)
+        buttons = boxed(QHBoxLayout(), turn, menu_button("Report", menu), 1, margins=(6, 0, 6, 2), spacing=4)
+        row = Turning(scaled_px(_PICTURES), (self.rejected, 0, 0), (buttons, 0, 1))
         # one line, whatever it says: two would push the buttons out of a low panel
         self.series = having(PlainLabel(), contentsMargins=QMargins(6, 0, 6, 0))
         fill(QVBoxLayout(self), (self._looks, 1), self.series, row)
@@ -295,14 +313,15 @@ class RunListPanel(QWidget):
         self.export.setEnabled(self.table.chosen is not None)
 
     @staticmethod
-    def _open(path: Path | None, otherwise: Callable[[], None]) -> None:
+    def _open(which: Callable[[], Path | None], otherwise: Callable[[], None]) -> None:
         """Let a program of this computer open a file or folder; where none does, do something else."""
+        path = which()
         if path is not None and not QDesktopServices.openUrl(QUrl.fromLocalFile(str(path))):
             otherwise()
 
     def _preview_instead(self) -> None:
         self.not_opened.emit(f"reports, its first page is shown instead: {self._report_file}")
-        self.preview.click()
+        self._preview.trigger()
 
     def _say_not_opened(self) -> None:
         self.not_opened.emit(f"folders: {self.folder}")

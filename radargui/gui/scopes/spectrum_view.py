@@ -7,7 +7,7 @@ from itertools import chain
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QRectF
+from PySide6.QtCore import QMargins, QRectF
 from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout
 
 from radargui.acquisition.baseband import Baseband, SpectralLine, Spectrum
@@ -93,8 +93,9 @@ class _OfFrequencies(PerReceiver):
     def __init__(self, theme: Theme, every: int) -> None:
         super().__init__()
         self._theme, self._every = theme, every
-        self.words = QLabel()
-        self.words.setContentsMargins(6, 0, 6, 2)
+        # in a narrow dock their end is told by the tip: the plots would be scrolled for them
+        self.words = having(QLabel(), contentsMargins=QMargins(6, 0, 6, 2))
+        self.words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self._column = fill(QVBoxLayout(self), self.words)
         self.half_band_hz = BANDS_HZ[1]
         self._follower = Follower()
@@ -127,7 +128,6 @@ class SpectrumView(_OfFrequencies):
         super().__init__(theme, every=4)
         self.plots: list[SpectrumPlot] = []
         self.set_receivers(1)  # one plot for all
-        self.words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.spectrum: Spectrum | None = None
         self.show_nothing()
 
@@ -269,7 +269,6 @@ class WaterfallView(_OfFrequencies):
             plot.draw(time_s, frequency, rows, (low, top))
             plot.set_scale(shown.feed.setup.radar.wavelength_m, band.half_band_hz)
         self.plots[-1].setXRange(shown.time_s(shown.end) - shown.window_s, shown.time_s(shown.end), padding=0)
-        self.words.setText(
-            f"Light: {top:z.0f} dB re 1 V, dark: {low:z.0f} dB; lines {plain(2 * band.rate_hz / _SIZE, 2)} Hz apart"
-            " are told apart"
-        )
+        apart = f"lines {plain(2 * band.rate_hz / _SIZE, 2)} Hz apart are told apart"
+        words = f"Light: {top:z.0f} dB re 1 V, dark: {low:z.0f} dB; {apart}"
+        having(self.words, text=words, toolTip=words)

@@ -19,7 +19,7 @@ from radargui.gui.services import Services
 from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme
 from radargui.model.rounding import COVERAGE, UNKNOWN, alone, plain
-from radargui.model.words import counted
+from radargui.model.words import counted, sentence
 from radargui.report.content import with_powers
 from radargui.report.facts import (
     ReportFacts,
@@ -151,7 +151,7 @@ class SpeedView(QWidget):
         every = np.concatenate(groups, axis=1) if groups else np.empty((3, 0))
         found = self._facts.findings.sessions if self._facts else ()
         self.words.setText("; ".join(said_of(self._facts.findings, fit) for fit in self.fits) if self._facts else "")
-        self.plot.write_inside("" if every.size else "no valid impact yet")
+        self.plot.when_empty = "" if every.size else "No valid impact yet."
         if not every.size:
             self.key.show_entries()
             return
@@ -188,9 +188,8 @@ class SpeedView(QWidget):
         covariate = COVARIATES[on]
         self.plot.relabel(covariate.label, e_label([one for _, one in known]) if known else covariate.of)
         self.words.setText("; ".join(f"{label}: {one.words}" if len(found) > 1 else one.words for label, one in found))
-        self.plot.write_inside(
-            "" if known else "; ".join(dict.fromkeys(one.problem for _, one in found)) or "no impact yet"
-        )
+        why = "; ".join(dict.fromkeys(one.problem for _, one in found)) or "no impact yet"
+        self.plot.when_empty = "" if known else sentence(why)
         if not known:
             self.key.show_entries()
             return
@@ -223,7 +222,7 @@ class SpreadView(QWidget):
         self.plot.take_all_out()
         sessions = facts.findings.sessions if facts else ()
         shown = [(number, one.name, one.distribution) for number, one in enumerate(sessions) if one.distribution]
-        self.plot.write_inside("" if shown else "a distribution wants four drops whose e differs")
+        self.plot.when_empty = "" if shown else "A distribution wants four drops whose e differs."
         several = len(sessions) > 1
         self.words.setText("\n".join(f"{name}: {one.words}" if several else one.words for _, name, one in shown))
         if not shown:
@@ -266,7 +265,7 @@ class FallsView(QWidget):
             plot.take_all_out()
         groups = [one.runs for one in facts.sessions] if facts else []
         runs = [run for group in groups for run in group if run.falls is not None]
-        self.fallen.write_inside("" if runs else "no fall was fitted yet")
+        self.fallen.when_empty = "" if runs else "No fall was fitted yet."
         if facts is None or not runs:
             self.key.show_entries()
             return

@@ -269,7 +269,7 @@ def test_window_and_report_count_bounces_from_the_trigger_and_the_table_from_the
     when = result.bounces.impacts[0].time_s
     page = page_of(result, theme)
     assert f"{when - 0.3:.5f}<" in page
-    assert "time after the trigger / s" in page
+    assert "time after the trigger /\u00a0s" in page
     (table,) = (
         block
         for block in run_section(take_facts(result, "run-0001"), setup).blocks

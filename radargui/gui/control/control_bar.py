@@ -327,9 +327,9 @@ class HealthLine(QtWidgets.QWidget):
 def figures(health: Health | None) -> dict[str, tuple[str, bool]]:
     """Return each figure's words and whether it is bad."""
     if health is None:
-        words = ("Rate –", "Lost –", "Backlog –", "Queue –", "Disk –", "Live lag –")
+        words = ("Rate –", "Lost –", "Backlog –", "Queue –", "Live lag –")
         return {name: (text, False) for name, text in zip(TIPS["health"], words, strict=True)}
-    promised, free, left, lag = health.sample_rate_hz, health.disk_free_bytes, health.disk_left_s, health.live_lag_s
+    promised, lag = health.sample_rate_hz, health.live_lag_s
     # the rate means something only while samples come in, and after a first second
     counts = health.state is AcquisitionState.RUNNING and health.samples_read > (promised or 0.0)
     real = health.read_rate_hz if counts else None
@@ -340,13 +340,11 @@ def figures(health: Health | None) -> dict[str, tuple[str, bool]]:
     full = health.writer_queue_samples / max(1, capacity)
     skipped = f", {health.live_skipped_samples} skipped" if health.live_skipped_samples else ""
     rate = UNKNOWN if rate_hz is None else f"{rate_hz / 1e3:.2f} kS/s per channel"
-    disk = UNKNOWN if free is None else f"{free / 1e9:.1f} GB free"
     late = UNKNOWN if lag is None else f"{1e3 * lag:.0f} ms{skipped}"
     return {
         "rate": (f"Rate {rate}", slow),
         "lost": (f"Lost {lost} in {counted(health.gaps, 'gap')}" if lost else "Lost 0", lost > 0),
         "backlog": (f"Backlog {health.backlog_samples}", False),
         "queue": (f"Queue {percent(full)}" if capacity else f"Queue {UNKNOWN}", full > _QUEUE_ALARM),
-        "disk": (f"Disk {disk}", left is not None and left < LOW_S),
         "lag": (f"Live lag {late}", lag is not None and lag > _LAG_ALARM_S),
     }

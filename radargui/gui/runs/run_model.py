@@ -230,7 +230,7 @@ class RunModel(RowModel[RunEntry]):
     """
 
     def __init__(self) -> None:
-        super().__init__(COLUMNS, lambda entry: str(entry.path))
+        super().__init__(COLUMNS, lambda entry: f"{entry.name}: {entry.verdict}\n{entry.path}")
         self.series: Series = series_of([])
 
     def replace_all(self, entries: Iterable[RunEntry]) -> None:

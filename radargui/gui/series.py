@@ -355,8 +355,7 @@ class SeriesPanel(QWidget):
         top = fill(QHBoxLayout(), (self._title, 1), self.compare, self.alone, margins=(6, 3, 6, 0), spacing=6)
         fill(QVBoxLayout(self), top, (self.pages, 1), spacing=1)
         self.pages.currentChanged.connect(self._draw)
-        for changed in (runs.model.rowsInserted, runs.model.dataChanged, runs.model.modelReset):
-            changed.connect(lambda *_: self.refresh())
+        runs.model.altered.connect(self.refresh)
         self.show_facts(None)
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name

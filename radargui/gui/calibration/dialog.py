@@ -210,9 +210,7 @@ class CalibrationController:
         self._found: tuple[Calibration, Setup] | None = None
         self._reading = OneAtATime(self.services.jobs, "what the drops say of the antennas", self.look)
         group.taken.connect(self.take_over)
-        rows = self.runs.model
-        for changed in (rows.modelReset, rows.rowsInserted, rows.dataChanged):
-            changed.connect(self.look)
+        self.runs.model.altered.connect(self.look)
 
     @cached_property
     def dialog(self) -> CalibrationDialog:

@@ -61,8 +61,7 @@ class RunController:
         self._wanted: Path | None = None
         self._reading: Task | None = None
         self.report_preview = ReportPreview(services, self.report)
-        for changed in (runs.model.rowsInserted, runs.model.dataChanged):
-            changed.connect(lambda *_: self.report_preview.refresh())
+        runs.model.altered.connect(self.report_preview.refresh)
         self._late = ticking(self._window, _LATE_MS, run.forget, once=True)
         runs.run_chosen.connect(self._choose)
         runs.not_opened.connect(lambda what: self._board.post("warning", f"No program here shows {what}"))

@@ -71,8 +71,7 @@ class DropsPanel(QWidget):
         change = button("Change", self.change_asked, TIPS["buttons"]["Change the session"])
         foot = fill(QHBoxLayout(), (self.session, 1), change, margins=(6, 0, 2, 0), spacing=6)
         fill(QVBoxLayout(self), having(self.words, contentsMargins=foot.contentsMargins()), (self.plot, 1), foot)
-        for changed in (model.rowsInserted, model.dataChanged, model.modelReset):
-            changed.connect(lambda *_: self.refresh())
+        model.altered.connect(self.refresh)
         self._draw()
 
     def show_session(self, *parts: str) -> None:

@@ -1,5 +1,6 @@
 """What the window does with sessions: browse, open, take the setup of one, keep what is said of it."""
 
+from collections.abc import Mapping
 from concurrent.futures import Future, wait
 from datetime import datetime
 from functools import partial
@@ -52,6 +53,7 @@ def _opened(path: Path, task: Task) -> Session:
     return session
 
 
+_Answer = Literal["new", "add", "correct"]
 _SAVE_DETAILS_MS = 800
 """After the last key (chosen by hand): a shorter wait writes within a word, a longer one loses more at a crash."""
 
@@ -216,17 +218,20 @@ class SessionController(QObject):
             self._typed = None
         return answer != ""
 
-    def ask_where(self, name: str) -> Literal["new", "add", ""]:
+    def ask_where(self, name: str) -> _Answer | Literal[""]:
         """Ask the operator where the next runs go; empty: nowhere, do not record."""
-        box = having(QMessageBox(self.services.parent), windowTitle="RadarGUI")
-        box.setText(f"{name} was opened for review. Where shall the next runs go?")
-        new = box.addButton("New session", QMessageBox.ButtonRole.AcceptRole)
-        add = box.addButton(f"Add to {name}", QMessageBox.ButtonRole.AcceptRole)
-        box.addButton(QMessageBox.StandardButton.Cancel)
-        box.setDefaultButton(new)
+        words = f"{name} was opened for review. Where shall the next runs go?"
+        return self._ask(words, {"new": "New session", "add": f"Add to {name}"})
+
+    def _ask(self, words: str, answers: Mapping[_Answer, str], *, may_begin: bool = True) -> _Answer | Literal[""]:
+        """Ask which of some answers holds; empty: none. Enter gives the first one, where a session may begin."""
+        box = having(QMessageBox(self.services.parent), windowTitle="RadarGUI", text=words)
+        buttons = {name: box.addButton(said, QMessageBox.ButtonRole.AcceptRole) for name, said in answers.items()}
+        buttons["new"].setEnabled(may_begin)
+        cancel = box.addButton(QMessageBox.StandardButton.Cancel)
+        box.setDefaultButton(buttons["new"] if may_begin else cancel)
         box.exec()
-        chosen = box.clickedButton()
-        return "new" if chosen is new else "add" if chosen is add else ""
+        return next((name for name, one in buttons.items() if one is box.clickedButton()), "")
 
     def take_setup(self, path: Path) -> None:
         """Use the settings of a session for the next one."""
@@ -340,21 +345,12 @@ class SessionController(QObject):
             self.panel.set_details(**said | renamed)
         return answer != ""
 
-    def ask_name(self, n_runs: int, known: str, *, may_begin: bool) -> Literal["new", "correct", ""]:
+    def ask_name(self, n_runs: int, known: str, *, may_begin: bool) -> _Answer | Literal[""]:
         """Ask what another sample or target means; empty: the name stays as it was."""
-        box = having(QMessageBox(self.services.parent), windowTitle="RadarGUI")
-        has = "has" if n_runs == 1 else "have"
-        box.setText(
-            f"{counted(n_runs, 'run')} of this session {has} {known}. Does another one come now, or was that wrong?"
-        )
-        new = box.addButton("New session", QMessageBox.ButtonRole.AcceptRole)
-        new.setEnabled(may_begin)
-        correct = box.addButton(f"Correct the name of {counted(n_runs, 'run')}", QMessageBox.ButtonRole.ActionRole)
-        cancel = box.addButton(QMessageBox.StandardButton.Cancel)
-        box.setDefaultButton(new if may_begin else cancel)
-        box.exec()
-        chosen = box.clickedButton()
-        return "new" if chosen is new else "correct" if chosen is correct else ""
+        runs, has = counted(n_runs, "run"), "has" if n_runs == 1 else "have"
+        words = f"{runs} of this session {has} {known}. Does another one come now, or was that wrong?"
+        answers: dict[_Answer, str] = {"new": "New session", "correct": f"Correct the name of {runs}"}
+        return self._ask(words, answers, may_begin=may_begin)
 
     def _save_aside(self) -> None:
         session, panel = self.control.session, self.panel

@@ -188,20 +188,13 @@ class RunController:
         self.report_preview.come_up()
         self.report_preview.show_session(self._session)
 
-    @property
-    def _asked(self) -> RunEntry | None:
-        """The run that something is asked for; where none is chosen, that is said."""
+    def ask_export(self) -> None:
+        """Let the operator choose where the tables go."""
         entry = self.runs.table.chosen
         if entry is None:
             self._board.post("warning", "No run is chosen: choose one in the list of runs.")
-        return entry
-
-    def ask_export(self) -> None:
-        """Let the operator choose where the tables go."""
-        if entry := self._asked:
-            name = QFileDialog.getExistingDirectory(self._window, "Export tables to", str(entry.path.parent))
-            if name:
-                self.export(Path(name))
+        elif name := QFileDialog.getExistingDirectory(self._window, "Export tables to", str(entry.path.parent)):
+            self.export(Path(name))
 
     def export(self, folder: Path) -> None:
         """Write the tables of the chosen run to a new folder in `folder`."""

@@ -9,11 +9,11 @@ from dataclasses import replace
 from PySide6 import QtWidgets
 from PySide6.QtCore import QMargins, Qt
 
+from radargui.acquisition.envelope import Envelope, look
 from radargui.acquisition.health import Health
 from radargui.acquisition.run_output import Level
 from radargui.gui.control.state import Feed
 from radargui.gui.layout import TIPS, Choice, Pages, boxed, button, fill, having, take_out
-from radargui.gui.plots.envelope import Envelope, look
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import LAST, NOW
 from radargui.gui.scopes.alignment_view import SPAN_S, AlignmentView

@@ -10,10 +10,10 @@ import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
+from radargui.acquisition.envelope import thin
 from radargui.gui.background import StartWork
 from radargui.gui.control.state import Feed
 from radargui.gui.layout import Turning, boxed, fill, having, holding
-from radargui.gui.plots.envelope import thin
 from radargui.gui.plots.key import ColourBar
 from radargui.gui.plots.plot import Plot
 from radargui.gui.theme import Theme, even_font, scaled_px

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from radargui.gui.control.state import Feed
-from radargui.gui.setup.geometry_sketch import HALF_FIELD_M
 from radargui.live.track import LiveTrack
 from radargui.model.arrays import FloatArray
 from radargui.model.gravity import expected_gravity_m_s2
@@ -13,7 +12,7 @@ from radargui.model.result import Kinematics, RunResult
 from radargui.model.setup import Setup
 from radargui.motion.impacts import IMPACT_LIMITS, find_impacts
 from radargui.motion.speed import speed_along
-from radargui.physics.path_length import place_antennas
+from radargui.physics.path_length import HALF_FIELD_M, place_antennas
 from radargui.report.curves import take_track
 
 MM = 1000.0  # in a metre

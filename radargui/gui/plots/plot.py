@@ -198,7 +198,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         having(item.getAxis("left"), width=width, tickDensity=density)
         self.setToolTip(TIPS["plots"].get(left) or " against ".join(filter(None, (left, bottom))))
         # below that the words of the axes lie upon another: the panel scrolls instead
-        self.setMinimumSize(scaled_px(80), scaled_px(86 if bottom else 62))
+        self.setMinimumSize(scaled_px(80), scaled_px(86 if bottom else 62 if figures_below else 46))
         # files that are dropped are the window's
         self.setAcceptDrops(False)
         # Tab goes through fields; a plot gets the keys by a click, or by its own key

@@ -375,7 +375,8 @@ class SamplesView(QWidget):
             self.clear()
             bottom = [""] * (count - 1) + ["time after the first sample [s]"]
             self.plots = [
-                Plot(self._theme, words, f"Rx {number} [V]", left_px=_LEFT) for number, words in enumerate(bottom, 1)
+                Plot(self._theme, words, f"Rx {number} [V]", left_px=_LEFT, figures_below=bool(words))
+                for number, words in enumerate(bottom, 1)
             ]
             for plot in self.plots:
                 self._column.addWidget(plot, 1)

@@ -58,7 +58,8 @@ class Scope(Plot):
     def __init__(self, theme: Theme, number: int, *, with_time: bool) -> None:
         self._lost = pg.BarGraphItem(x0=[], x1=[], y0=-_FAR_V, y1=_FAR_V, pen=None)
         self._plain = f"Rx {number} [V]"
-        super().__init__(theme, LAST if with_time else "", self._plain, left_px=50, live=True, density=0.6)
+        axes = (LAST if with_time else "", self._plain)
+        super().__init__(theme, *axes, left_px=50, live=True, density=0.6, figures_below=with_time)
         self._lost.setZValue(-10)
         self.addItem(self._lost, ignoreBounds=True)
         self._curves = (self.fast_line("i", "I"), self.fast_line("q", "Q"))

@@ -10,18 +10,18 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QMargins, QSignalBlocker, QUrl, Signal
 from PySide6.QtGui import QDesktopServices, QResizeEvent
-from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QMenu, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QMenu, QVBoxLayout, QWidget
 
 from radargui.gui.layout import (
     TIPS,
     OneLine,
+    Pages,
     PlainLabel,
     Turning,
     boxed,
     button,
     fill,
     having,
-    holding,
     menu_button,
     ticking,
 )
@@ -171,7 +171,7 @@ class RunListPanel(QWidget):
         for action in (does.reject, does.exclude, does.note_run):
             self.table.addAction(action)
         self.pictures = ThumbnailView(theme, self.table)
-        self._looks = holding(QStackedWidget(), self.table, self.pictures)
+        self._looks = Pages(("table", "pictures"), {}, table=self.table, pictures=self.pictures)
 
         menu = having(QMenu(self), toolTipsVisible=True)
         menu.addAction("Preview…", does.preview.trigger).setToolTip(does.preview.toolTip())
@@ -203,7 +203,7 @@ class RunListPanel(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
         """Show pictures where there is no room for a table."""
         super().resizeEvent(event)
-        self._looks.setCurrentIndex(int(self.width() < scaled_px(_PICTURES)))
+        self._looks.turn_to("pictures" if self.width() < scaled_px(_PICTURES) else "table")
 
     @property
     def counting(self) -> tuple[Path, ...]:

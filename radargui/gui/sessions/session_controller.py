@@ -10,6 +10,7 @@ from typing import Literal
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 
+from radargui.experiment.reporting import report_series
 from radargui.gui.background import Task, Then, Work
 from radargui.gui.control.state import Details
 from radargui.gui.layout import having, ticking
@@ -21,26 +22,10 @@ from radargui.gui.setup.setup_model import SetupFileController, keys_unlike, nam
 from radargui.model.errors import CancelledError, SessionError
 from radargui.model.setup import Setup
 from radargui.model.words import counted
-from radargui.processing.result_of_run import stored_or_computed
 from radargui.session.catalogue import default_index_path
 from radargui.session.info import SessionInfo, read_info
 from radargui.session.lock import Owner, SessionLock, SessionLockedError, owner_of
 from radargui.session.session import Session
-
-
-def _reported_series(sessions: tuple[Path, ...], output: Path, task: Task) -> Path:
-    # matplotlib is loaded only where a report is made
-    from radargui.report.report import study_session, write_series_report
-
-    facts = []
-    for number, path in enumerate(sessions):
-
-        def part(share: float, number: int = number) -> None:
-            task.report((number + share) / (len(sessions) + 1))
-
-        session = Session.open(path, write=False)
-        facts.append(study_session(session, stored_or_computed, part))
-    return write_series_report(facts, output).pdf.parent
 
 
 def _opened(path: Path, task: Task) -> Session:
@@ -196,7 +181,7 @@ class SessionController(QObject):
             board = self.services.board
             self.services.work.start(
                 f"the report of {len(sessions)} sessions",
-                lambda task: _reported_series(sessions, Path(name), task),
+                lambda task: report_series(sessions, Path(name), task.report),
                 lambda made: board.post("info", f"Report of the series written: {made}"),
             )
 

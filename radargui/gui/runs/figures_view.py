@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from html import escape
-from typing import Any
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QShowEvent, QTextOption
@@ -19,6 +18,7 @@ from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
 from radargui.model.rounding import plain
 from radargui.model.setup import Setup
+from radargui.model.setup_error import ChangedSetting
 from radargui.model.uncertainty_budget import SHARES, UncertaintyBudget, budget_rows, variance_shares
 from radargui.report.content import Content, Facts, Grid, templates
 from radargui.report.facts import Glances
@@ -52,7 +52,7 @@ class FiguresView(QTextBrowser):
     Attributes
     ----------
     differences
-        Tells of a setup which values are not those of the window: each key with that of the run and the window's.
+        Tells what a setup has otherwise than the window's.
     """
 
     field_asked = Signal(str)
@@ -63,7 +63,7 @@ class FiguresView(QTextBrowser):
         self.setAccessibleName("Result of the run")
         self._theme = theme
         self._result: RunResult | None = None
-        self.differences: Callable[[Setup], Sequence[tuple[str, Any, Any]]] = lambda _setup: ()
+        self.differences: Callable[[Setup], Sequence[ChangedSetting]] = lambda _setup: ()
         self.notes: tuple[str, ...] = ()
         """How the run was recorded, one line each; written beneath the figures."""
         # no word of a title is broken
@@ -93,11 +93,10 @@ class FiguresView(QTextBrowser):
 
     def _setup_words(self) -> str:
         """Return what of the run's setup is otherwise than in the panels, each with a link to its field, as HTML."""
-        lines = [
-            f'<a href="{LINK}{key}">{escape(called(key))}</a>: {escape(words_of(key).with_unit(was))}'
-            f" (panels: {escape(words_of(key).with_unit(now))})"
-            for key, was, now in (self.differences(self._result.setup) if self._result else ())
-        ]
+        lines = []
+        for one in self.differences(self._result.setup) if self._result else ():
+            was, now = (escape(words_of(one.key).with_unit(value)) for value in (one.before, one.after))
+            lines.append(f'<a href="{LINK}{one.key}">{escape(called(one.key))}</a>: {was} (panels: {now})')
         more = [f"and {len(lines) - _MAX_DIFFERENT} more"] if len(lines) > _MAX_DIFFERENT else []
         return "<br>".join((*lines[:_MAX_DIFFERENT], *more)) or "as in the panels"
 

@@ -18,9 +18,10 @@ from radargui.gui.runs.run_controller import RunController
 from radargui.gui.services import Services
 from radargui.gui.sessions.browser import SessionBrowser
 from radargui.gui.setup.session_panel import SessionPanel
-from radargui.gui.setup.setup_model import SetupFileController, keys_unlike, named
+from radargui.gui.setup.setup_model import SetupFileController, named
 from radargui.model.errors import CancelledError, SessionError
 from radargui.model.setup import Setup
+from radargui.model.setup_error import changed_settings
 from radargui.model.words import counted
 from radargui.session.catalogue import default_index_path
 from radargui.session.info import SessionInfo, read_info
@@ -191,7 +192,7 @@ class SessionController(QObject):
             return False
         session = self.control.session
         if session is not None and session.setup != setup:
-            changed = named(keys_unlike(session.setup, setup))
+            changed = named([one.key for one in changed_settings(session.setup, setup)])
             self.services.board.post("info", f"New session begins: {changed} changed.")
         if session is None or session.read_only or not self.control.is_reviewed or session.setup != setup:
             return True

@@ -10,7 +10,7 @@ from PySide6 import QtWidgets
 from PySide6.QtCore import QMargins, Qt
 
 from radargui.acquisition.envelope import Envelope, look
-from radargui.acquisition.health import Health
+from radargui.acquisition.health import Health, duration
 from radargui.acquisition.run_output import Level
 from radargui.gui.control.state import Feed
 from radargui.gui.layout import TIPS, Choice, Pages, boxed, button, fill, having, take_out
@@ -18,7 +18,7 @@ from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import LAST, NOW
 from radargui.gui.scopes.alignment_view import SPAN_S, AlignmentView
 from radargui.gui.scopes.scope import HELD, GainDialog, LevelBar, Scope
-from radargui.gui.scopes.shown import Shown, ago
+from radargui.gui.scopes.shown import Shown
 from radargui.gui.scopes.spectrum_view import BANDS_HZ, SpectrumView, WaterfallView
 from radargui.gui.theme import Theme
 from radargui.model.arrays import BoolArray, FloatArray
@@ -233,7 +233,7 @@ class ScopePanel(QtWidgets.QWidget):
             self.time.show_levels(health.levels)
         if self._held is not None:
             at = time.strftime("%H:%M:%S", time.localtime(self._held_at_s))
-            self.when.setText(f"paused at {at}, {ago(self._clock() - self._held_at_s)} ago")
+            self.when.setText(f"paused at {at}, {duration(self._clock() - self._held_at_s)} ago")
         shown = self._shown()
         if shown is None or not self.isVisible():
             return

@@ -204,7 +204,6 @@ class CalibrationController:
         self.group, self.calibrate = group, calibrate
         self.runs = sessions.runs
         self.panel, self.model, self.services = sessions.panel, sessions.setup_file.model, sessions.services
-        group.asked.connect(self.begin)
         sessions.browser.calibrate_asked.connect(self.begin_with)
         self.services.control.run_recorded.connect(self._recorded)
         self._found: tuple[Calibration, Setup] | None = None

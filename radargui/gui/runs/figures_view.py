@@ -122,21 +122,32 @@ def page_of(result: RunResult, theme: Theme, letters: int = 66, setup_words: str
     setup_words
         What is said of the run's setup, as HTML; empty: nothing.
     """
-    blocks = run_section(take_facts(result, "", columns=0), result.setup).blocks
+    facts, budget = take_facts(result, "", columns=0), result.uncertainty_budget
+    # what was assumed stands last, with names and units of the fields instead of those of the setup file
+    told = None if budget is None else replace(budget, assumed={})
+    blocks = run_section(replace(facts, uncertainty_budget=told), result.setup).blocks
     shown = [part for one in blocks for part in (one.within(letters) if isinstance(one, Grid) else (one,))]
     # what speaks against the figures stands before them
     first = next((place for place, one in enumerate(shown) if isinstance(one, Facts)), len(shown))
     rows = dict(one.rows) if first < len(shown) and isinstance(one := shown[first], Facts) else {}
     six = {name: rows.pop(name) for name in _SIX if name in rows}
-    stripes = _stripes(result.uncertainty_budget, theme) if result.uncertainty_budget else ()
+    stripes = _stripes(budget, theme) if budget else ()
     above = _written(*shown[:first], Facts.of(six))
     setup = f"<h3>Setup of this run</h3><p>{setup_words}</p>" if setup_words else ""
-    below = _written(Facts.of(rows, "All figures" if rows else ""), *shown[first + 1 :])
+    below = _written(Facts.of(rows, "All figures" if rows else ""), *shown[first + 1 :], *_assumed(budget))
     return "".join((SHEET.format(alarm=theme.colours.alarm), above, *stripes, setup, below))
 
 
 def _written(*blocks: Content) -> str:
     return in_words(templates().get_template("blocks.html").render(blocks=blocks), linked=True)
+
+
+def _assumed(budget: UncertaintyBudget | None) -> Iterator[Facts]:
+    """Yield the table of what was assumed of the setup; none where nothing was."""
+    known = [(called_u(key), words_of_u(key), u) for key, u in (budget.assumed if budget else {}).items()]
+    if known:
+        values = ((name, f"{plain(u, 2, scale=words.scale)}{words.tail}") for name, words, u in known)
+        yield Facts(tuple(values), "Assumed, because the setup does not say")
 
 
 def _stripes(budget: UncertaintyBudget, theme: Theme) -> Iterator[str]:
@@ -165,13 +176,9 @@ class BudgetView(QTextBrowser):
             self.setPlainText("This run has no budget: it needs a track.")
             return
         header, *rows = budget_rows(budget)
-        assumed = [(called_u(key), words_of_u(key), u) for key, u in budget.assumed.items()]
-        values = tuple((name, f"{plain(u, 2, scale=words.scale)}{words.tail}") for name, words, u in assumed)
         said = _written(Grid(header, tuple(rows), "Standard uncertainties", left=(0,)))
-        more = _written(Facts(values, "Assumed, because the setup does not say")) if assumed else ""
-        self.setHtml(
-            SHEET.format(alarm=self._theme.colours.alarm) + said + "".join(_stripes(budget, self._theme)) + more
-        )
+        sheet = SHEET.format(alarm=self._theme.colours.alarm)
+        self.setHtml("".join((sheet, said, *_stripes(budget, self._theme), _written(*_assumed(budget)))))
 
 
 class ReportPreview(Dialog):

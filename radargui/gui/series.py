@@ -163,11 +163,8 @@ class SpeedView(QWidget):
             self.plot.band("fit").show_band(speed, e - fit.prediction(speed), e + fit.prediction(speed))
             self.plot.fast_line("fit", title_of(fit.model), dashed=True).setData(speed, e)
         for number, (speed, e, u) in enumerate(groups):
-            # one line for all bars, which not-a-number breaks: a hundred items would take their time to draw
-            x = np.repeat(speed, 3)
-            bars = np.stack([e - COVERAGE * u, e + COVERAGE * u, np.full_like(e, np.nan)], axis=1).ravel()
             name = found[number].name
-            self.plot.fast_line(role_of(number), f"{name} ± {COVERAGE:g} u").setData(x, bars)
+            self.plot.bars(role_of(number), f"{name} ± {COVERAGE:g} u").show_bars(speed, e, COVERAGE * u)
             self.plot.marker(role_of(number), mark_of(number)[1], 6, name).setData(speed, e)
         low, high = e_span(every)
         n_outside = int(np.count_nonzero((every[1] < low) | (every[1] > high)))
@@ -197,11 +194,9 @@ class SpeedView(QWidget):
         for number, (label, one) in enumerate(known):
             x, e, u = points_of(one)
             ends = np.array([x.min(), x.max()])
-            bars = np.stack([e - COVERAGE * u, e + COVERAGE * u, np.full_like(e, np.nan)], axis=1).ravel()
             self.plot.fast_line("fit", "line", dashed=True).setData(covariate.scale * ends, one.line(ends))
-            self.plot.fast_line(role_of(number), f"{label} ± {COVERAGE:g} u").setData(
-                covariate.scale * np.repeat(x, 3), bars
-            )
+            bars = self.plot.bars(role_of(number), f"{label} ± {COVERAGE:g} u")
+            bars.show_bars(covariate.scale * x, e, COVERAGE * u)
             self.plot.marker(role_of(number), mark_of(number)[1], 6, label).setData(covariate.scale * x, e)
             entries.append((mark_of(number)[0], role_of(number), label if len(known) > 1 else "valid impacts"))
         self.key.show_entries(*entries)

@@ -62,7 +62,7 @@ class DropsPanel(QWidget):
         self.plot = Plot(theme, "", "e", left_px=_LEFT, density=0.6)
         self.plot.setToolTip(TIPS["plots"]["Last drops"])
         self._spread, self._mean = self.plot.band("fit"), self.plot.rule("fit", 0.0, angle=0)
-        self._bars = self.plot.fast_line("text", f"± {COVERAGE:g} u")
+        self._bars = self.plot.bars("text", f"± {COVERAGE:g} u")
         self._counts = self.plot.marker("track", size=8, name="counts")
         self._others = self.plot.marker("mark", symbol="d", size=9, name="preliminary, or left out")
         for dots in (self._counts, self._others):
@@ -95,7 +95,7 @@ class DropsPanel(QWidget):
         self._counts.setData(x[counts], e[counts])
         self._others.setData(x[~counts], e[~counts])
         low, high = e - COVERAGE * u, e + COVERAGE * u
-        self._bars.setData(np.repeat(x, 3), np.stack([low, high, np.full(x.size, np.nan)], axis=1).ravel())
+        self._bars.show_bars(x, e, COVERAGE * u)
         mean, s = series.e.mean, series.e.standard_deviation or 0.0
         self._mean.setVisible(mean is not None)
         ends = np.array([-0.6, max(x.size, 2) - 0.4])

@@ -61,17 +61,14 @@ class SetupModel(QObject):
         """Show the setup of a session, which is not edited; where it is the operator's own nothing changes."""
         self.end_review()
         if setup != self.setup:
-            self._own = self.path, self._saved, self.setup, self._draft
-            self.path, self.reviewed = None, name
-            self._saved, self._of_file, self._draft = setup, setup.model_dump(), plain(setup)
-            self._validate()
+            self._own, self.reviewed = (self.path, self._saved, self.setup, self._draft), name
+            self._begin(None, setup, plain(setup))
 
     def end_review(self) -> None:
         """Show the operator's own setup again, as it was left."""
         if self._own is not None:
-            (self.path, self._saved, _, self._draft), self._own, self.reviewed = self._own, None, ""
-            self._of_file = self._saved.model_dump()
-            self._validate()
+            (path, saved, _, draft), self._own, self.reviewed = self._own, None, ""
+            self._begin(path, saved, draft)
 
     @property
     def own_setup(self) -> Setup:

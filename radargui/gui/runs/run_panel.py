@@ -141,6 +141,7 @@ _MADE_BY: dict[str, Callable[[RunResult], Any]] = {
 }
 """What a page draws, made of a result in the background; the others take the result itself."""
 _NOT_OF_RESULT = ("samples", "series")
+_OF_RESULT = {page for _, page in VIEWS.values()} - set(_NOT_OF_RESULT)
 _OVERVIEW = 8
 """Share of the height that belongs to the whole of the run, in percent."""
 
@@ -181,14 +182,16 @@ class RunPanel(QWidget):
         )
         self._start = start
         self.figures, self.samples = FiguresView(theme), SamplesView(theme)
-        later: dict[str, Callable[[], QWidget]] = {"steps": partial(CorrectionView, theme)}
-        later |= {"phase": partial(PhaseView, theme), "methods": partial(MethodsView, theme, self.methods_asked.emit)}
-        later |= {"planes": partial(PlanesView, theme), "budget": partial(BudgetView, theme)}
-        later |= {
+        later: dict[str, Callable[[], QWidget]] = {
+            "track": make_track,
+            "planes": partial(PlanesView, theme),
+            "steps": partial(CorrectionView, theme),
+            "phase": partial(PhaseView, theme),
             "spectrum": lambda: SignalView(SpectrumView(theme)),
             "waterfall": lambda: SignalView(WaterfallView(theme)),
+            "methods": partial(MethodsView, theme, self.methods_asked.emit),
+            "budget": partial(BudgetView, theme),
         }
-        later["track"] = make_track
         pages = dict.fromkeys(page for _, page in VIEWS.values())
         self.tabs = Pages(pages, later, samples=self.samples, series=series)
         self.instant = Instant(theme)
@@ -275,7 +278,7 @@ class RunPanel(QWidget):
         self.figures.notes = tuple(filter(None, notes))
         self.result, self._made, self._making = result, {}, set()
         self._title.setText(f"{name}, preliminary" if result.preliminary else name)
-        self._stale = {*_pages_of_result(), "overview"}
+        self._stale = {*_OF_RESULT, "overview"}
         self._why = ""
         self._say_why()
         self.figures.show_result(result)
@@ -335,10 +338,6 @@ class RunPanel(QWidget):
         self._there.setText(self.overview.said)
         if place_mm is not None and "track" in self.tabs.made:
             self.tabs.made["track"].show_sphere(place_mm)
-
-
-def _pages_of_result() -> set[str]:
-    return {page for _, page in VIEWS.values()} - set(_NOT_OF_RESULT)
 
 
 class SamplesView(QWidget):

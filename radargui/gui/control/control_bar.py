@@ -8,12 +8,10 @@ from PySide6.QtGui import QAction, QColor, QFont, QFontMetrics, QFontMetricsF, Q
 
 from radargui.acquisition.health import Health, duration
 from radargui.acquisition.run_output import LOW_S
-from radargui.acquisition.run_plan import AcquisitionState
 from radargui.gui.control.state import LARGE_WORDS, AppState
 from radargui.gui.layout import ALARM, TIPS, OneLine, Scroll, fill, having, labelled
 from radargui.gui.theme import Colours, Theme, fitting_font, scaled_font, write
 from radargui.model.rounding import UNKNOWN
-from radargui.model.words import counted, percent
 
 _WORD, _DETAIL = 0.42, 0.5
 """Share of the width that the longest state takes, and size of what stands behind it: two lines beside one word."""
@@ -283,14 +281,6 @@ def _button(action: QAction) -> QtWidgets.QToolButton:
     return having(button, defaultAction=action, font=font, minimumSize=QSize(92, 50))
 
 
-_LAG_ALARM_S = 0.5
-"""From here on a hand sees that the picture comes later."""
-_QUEUE_ALARM = 0.5
-"""Half full: the disk is too slow, and the other half is what is left before samples are lost."""
-_RATE_TOLERANCE = 0.02
-"""The rate is measured over half a second of blocks of 20 ms: it is not known better."""
-
-
 class HealthLine(QtWidgets.QWidget):
     """One label a figure."""
 
@@ -308,11 +298,11 @@ class HealthLine(QtWidgets.QWidget):
 
     def show_health(self, health: Health | None) -> None:
         """Show a snapshot; None: nothing runs."""
-        for name, (text, bad) in figures(health).items():
-            label = self.labels[name]
-            label.setText(text)
+        told = health.figures if health is not None else {}
+        for name, label in self.labels.items():
+            words, bad = told.get(name, ("", False))
             # what the last run says has the room that figures took
-            label.setVisible(health is not None)
+            having(label, text=words, visible=health is not None)
             style = ALARM if bad else ""
             if label.styleSheet() != style:
                 label.setStyleSheet(style)
@@ -322,29 +312,3 @@ class HealthLine(QtWidgets.QWidget):
     def show_run(self, text: str) -> None:
         """Show how the last run was recorded."""
         having(self.run, text=text, toolTip=f"How the last run was recorded. {text}".strip())
-
-
-def figures(health: Health | None) -> dict[str, tuple[str, bool]]:
-    """Return each figure's words and whether it is bad."""
-    if health is None:
-        words = ("Rate –", "Lost –", "Backlog –", "Queue –", "Live lag –")
-        return {name: (text, False) for name, text in zip(TIPS["health"], words, strict=True)}
-    promised, lag = health.sample_rate_hz, health.live_lag_s
-    # the rate means something only while samples come in, and after a first second
-    counts = health.state is AcquisitionState.RUNNING and health.samples_read > (promised or 0.0)
-    real = health.read_rate_hz if counts else None
-    rate_hz = promised if real is None else real
-    slow = promised is not None and real is not None and abs(real - promised) > _RATE_TOLERANCE * promised
-    lost = health.samples_lost + health.samples_not_written
-    capacity = health.writer_queue_capacity_samples
-    full = health.writer_queue_samples / max(1, capacity)
-    skipped = f", {health.live_skipped_samples} skipped" if health.live_skipped_samples else ""
-    rate = UNKNOWN if rate_hz is None else f"{rate_hz / 1e3:.2f} kS/s per channel"
-    late = UNKNOWN if lag is None else f"{1e3 * lag:.0f} ms{skipped}"
-    return {
-        "rate": (f"Rate {rate}", slow),
-        "lost": (f"Lost {lost} in {counted(health.gaps, 'gap')}" if lost else "Lost 0", lost > 0),
-        "backlog": (f"Backlog {health.backlog_samples}", False),
-        "queue": (f"Queue {percent(full)}" if capacity else f"Queue {UNKNOWN}", full > _QUEUE_ALARM),
-        "lag": (f"Live lag {late}", lag is not None and lag > _LAG_ALARM_S),
-    }

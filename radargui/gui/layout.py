@@ -148,7 +148,7 @@ def menu_button(words: str, menu: QtWidgets.QMenu) -> QtWidgets.QToolButton:
     """Return a button that shows a menu, also by Enter."""
     made = QtWidgets.QToolButton(popupMode=QtWidgets.QToolButton.ToolButtonPopupMode.InstantPopup)
     made.clicked.connect(made.showMenu)
-    return having(made, text=words, menu=menu, toolTip=TIPS["buttons"][words])
+    return having(made, text=words, menu=menu, toolTip=TIPS["buttons"].get(words, ""))
 
 
 def labelled(words: str, field: QtWidgets.QWidget) -> QtWidgets.QLabel:

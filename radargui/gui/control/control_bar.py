@@ -9,7 +9,7 @@ from PySide6.QtGui import QAction, QColor, QFont, QFontMetrics, QFontMetricsF, Q
 from radargui.acquisition.health import Health, duration
 from radargui.acquisition.run_output import LOW_S
 from radargui.gui.control.state import LARGE_WORDS, AppState
-from radargui.gui.layout import ALARM, TIPS, OneLine, Scroll, fill, having, labelled
+from radargui.gui.layout import ALARM, TIPS, OneLine, Scroll, fill, having, labelled, menu_button
 from radargui.gui.theme import Colours, Theme, fitting_font, scaled_font, write
 from radargui.model.rounding import UNKNOWN
 
@@ -139,28 +139,20 @@ class ControlBar(QtWidgets.QWidget):
         self.runs = having(count, objectName="runs", accessibleName="Number of runs to record")
         self.runs.setToolTip("How many runs Record takes, one after the other without a hand")
         column = fill(QtWidgets.QVBoxLayout(), 1, labelled("Runs", self.runs), self.runs, 1, spacing=1)
-        self.state, self.disk, self.sound = StateView(theme), DiskLight(theme), SoundButton(sounds)
+        self.state, self.disk, self._sounds = StateView(theme), DiskLight(theme), sounds
+        menu = QtWidgets.QMenu(self)
+        menu.addActions(list(sounds))
+        self.sound = having(menu_button("♪", menu), autoRaise=True, sizePolicy=_WIDE)
         self.buttons = [_button(action) for action in actions]
         lights = fill(QtWidgets.QVBoxLayout(), 1, self.sound, self.disk, 1, spacing=1)
         row = QtWidgets.QHBoxLayout(self)
         fill(row, tabs, *self.buttons, column, (self.state, 1), lights, margins=(6, 1, 6, 1), spacing=6)
 
-
-class SoundButton(QtWidgets.QToolButton):
-    """Offers the sounds, and shows whether one is on."""
-
-    def __init__(self, sounds: Sequence[QAction]) -> None:
-        super().__init__(popupMode=self.ToolButtonPopupMode.InstantPopup, autoRaise=True)
-        self._sounds = sounds
-        having(self, text="♪", menu=QtWidgets.QMenu(self), sizePolicy=_WIDE).menu().addActions(list(sounds))
-        # Enter clicks what has the keys
-        self.clicked.connect(self.showMenu)
-
     def show_sounds(self, words: str) -> None:
-        """Show which are on, in words and by a stroke through the sign where none is."""
+        """Show which sounds are on, in words and by a stroke through the sign where none is."""
         off = not any(one.isChecked() for one in self._sounds)
         font = having(scaled_font(QtWidgets.QApplication.font(), 1.3), strikeOut=off)
-        having(self, font=font, toolTip=words, accessibleName=words)
+        having(self.sound, font=font, toolTip=words, accessibleName=words)
 
 
 _DISK_LOW_S = 7200.0

@@ -165,7 +165,8 @@ class ScopePanel(QtWidgets.QWidget):
         self.view, self.span, self.band = Choice(VIEWS.items()), Choice(_SPANS, window_s), Choice(_BANDS, BANDS_HZ[1])
         self.let_go = button("Hold anew", self.alignment.bars.let_go)
         self.pause = QtWidgets.QCheckBox("Pause")
-        self.key = Key(theme, *IQ_KEY)
+        self.key = having(Key(theme, *IQ_KEY), minimumWidth=0)
+        self.key.setSizePolicy(QtWidgets.QSizePolicy.Policy.Minimum, QtWidgets.QSizePolicy.Policy.Preferred)
         parts = (self.view, self.span, self.band, self.let_go, self.pause, 1, self.key)
         top = fill(QtWidgets.QHBoxLayout(), *parts, margins=(6, 4, 6, 0), spacing=6)
 
@@ -273,21 +274,14 @@ class ScopePanel(QtWidgets.QWidget):
     def _choose(self) -> None:
         name = self.view.currentData()
         self.pages.turn_to(name)
-        preferred, short = QtWidgets.QSizePolicy.Policy.Preferred, name == "time"
-        self.key.setMinimumWidth(0 if short else 40)
-        self.key.setSizePolicy(QtWidgets.QSizePolicy.Policy.Minimum if short else preferred, preferred)
         self.let_go.setVisible(name == "alignment")
         self.band.setVisible(name in ("spectrum", "waterfall"))
         self.span.setVisible(name != "alignment")
-        self.key.setVisible(name in ("time", "spectrum"))
+        self.key.setVisible(name == "time")
         self._renew()
 
     def _say(self) -> None:
-        if self.view.currentData() == "spectrum":
-            receivers = (("▬", f"receivers.{number}", f"Rx {number + 1}") for number in range(len(self.time.scopes)))
-            self.key.show_entries(*receivers)
-        else:
-            self.key.show_entries(*IQ_KEY, *([_LOST] if self.time.any_lost else []))
+        self.key.show_entries(*IQ_KEY, *([_LOST] if self.time.any_lost else []))
 
     def _renew(self) -> None:
         """Draw anew: with another window, of another acquisition, after a pause."""

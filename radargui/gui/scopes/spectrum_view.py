@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout
 
 from radargui.acquisition.baseband import Baseband, SpectralLine, Spectrum
 from radargui.gui.layout import fill, having, take_out
+from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import LAST, PerReceiver, Plot
 from radargui.gui.scopes.shown import Follower, Shown
 from radargui.gui.theme import Theme
@@ -127,6 +128,8 @@ class SpectrumView(_OfFrequencies):
         # eight spectra a second are read well, and cost little
         super().__init__(theme, every=4)
         self.plots: list[SpectrumPlot] = []
+        self.key = Key(theme)
+        self._column.insertWidget(0, self.key)
         self.set_receivers(1)  # one plot for all
         self.spectrum: Spectrum | None = None
         self.show_nothing()
@@ -134,7 +137,7 @@ class SpectrumView(_OfFrequencies):
     def make_plots(self, count: int) -> None:
         """Make the plot."""
         self.plots = [SpectrumPlot(self._theme) for _ in range(count)]
-        self._column.insertWidget(0, self.plots[0], 1)
+        self._column.insertWidget(1, self.plots[0], 1)
 
     def show_nothing(self) -> None:
         """Forget what was shown."""
@@ -151,7 +154,9 @@ class SpectrumView(_OfFrequencies):
         if not self._drawn or self._drawn[0] is not band:
             self.plots[0].set_scale(shown.feed.setup.radar.wavelength_m, band.half_band_hz)
         self._drawn, self.spectrum = (band, band.end), spectrum
-        mains = [spectrum.mains(receiver) for receiver in range(len(spectrum.amplitude_v))]
+        receivers = range(len(spectrum.amplitude_v))
+        self.key.show_entries(*(("▬", f"receivers.{n}", f"Rx {n + 1}") for n in receivers))
+        mains = [spectrum.mains(receiver) for receiver in receivers]
         self.plots[0].draw(spectrum, list(chain(*mains)))
         lines = [self._line(shown, spectrum, receiver, own) for receiver, own in enumerate(mains)]
         said = (
@@ -270,6 +275,6 @@ class WaterfallView(_OfFrequencies):
             plot.draw(time_s, frequency, rows, (low, top))
             plot.set_scale(shown.feed.setup.radar.wavelength_m, band.half_band_hz)
         self.plots[-1].setXRange(shown.time_s(shown.end) - shown.window_s, shown.time_s(shown.end), padding=0)
-        apart = f"lines {plain(2 * band.rate_hz / _SIZE, 2)} Hz apart are told apart"
+        apart = f"tells lines {plain(2 * band.rate_hz / _SIZE, 2)} Hz apart"
         words = f"Light: {top:z.0f} dB re 1 V, dark: {low:z.0f} dB; {apart}"
         having(self.words, text=words, toolTip=words)

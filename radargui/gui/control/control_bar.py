@@ -290,9 +290,9 @@ class HealthLine(QtWidgets.QWidget):
 
     def show_health(self, health: Health | None) -> None:
         """Show a snapshot; None: nothing runs."""
-        told = health.figures if health is not None else {}
+        figures = health.figures if health is not None else {}
         for name, label in self.labels.items():
-            words, bad = told.get(name, ("", False))
+            words, bad = figures.get(name, ("", False))
             # what the last run says has the room that figures took
             having(label, text=words, visible=health is not None)
             style = ALARM if bad else ""

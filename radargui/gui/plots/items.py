@@ -25,7 +25,7 @@ class LiveCurve(pg.PlotCurveItem):  # type: ignore[misc] # pyqtgraph has no type
         return QRectF(super().boundingRect() if view is None else view.viewRect())
 
 
-class Bars(LiveCurve):
+class ErrorBars(LiveCurve):
     """Bars about points: one line for all, which NaN breaks; a hundred items would take their time to draw."""
 
     def show_bars(self, x: FloatArray, y: FloatArray, half: FloatArray) -> None:

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QApplication, QGraphicsItem, QMenu, QWidget
 
 from radargui.gui.layout import TIPS, follow, having
 from radargui.gui.mnemonics import letter_menu
-from radargui.gui.plots.items import Axis, Band, Bars, Dot, LiveCurve, Symbols
+from radargui.gui.plots.items import Axis, Band, Dot, ErrorBars, LiveCurve, Symbols
 from radargui.gui.plots.tools import Cursors, picture_of, table_of, unit_of
 from radargui.gui.plots.view import View
 from radargui.gui.theme import LIGHT, Colours, Theme, inside_pt, scaled_px
@@ -386,9 +386,9 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         """Add an empty curve for live data: no decimation of its own, NaN breaks the line."""
         return self._add(LiveCurve(connect="finite"), role, name, dashed=dashed)
 
-    def bars(self, role: str, name: str) -> Bars:
+    def bars(self, role: str, name: str) -> ErrorBars:
         """Add bars about points."""
-        return self._add(Bars(connect="finite"), role, name)
+        return self._add(ErrorBars(connect="finite"), role, name)
 
     def dot(self, role: str, size: int = 7) -> Dot:
         """Add one point that moves, shown nowhere at first; it is no data and not copied as such."""

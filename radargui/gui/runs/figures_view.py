@@ -124,8 +124,8 @@ def page_of(result: RunResult, theme: Theme, letters: int = 66, setup_words: str
     """
     facts, budget = take_facts(result, "", columns=0), result.uncertainty_budget
     # what was assumed stands last, with names and units of the fields instead of those of the setup file
-    told = None if budget is None else replace(budget, assumed={})
-    blocks = run_section(replace(facts, uncertainty_budget=told), result.setup).blocks
+    stated = None if budget is None else replace(budget, assumed={})
+    blocks = run_section(replace(facts, uncertainty_budget=stated), result.setup).blocks
     shown = [part for one in blocks for part in (one.within(letters) if isinstance(one, Grid) else (one,))]
     # what speaks against the figures stands before them
     first = next((place for place, one in enumerate(shown) if isinstance(one, Facts)), len(shown))

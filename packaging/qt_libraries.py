@@ -10,7 +10,7 @@ from pathlib import Path
 
 sys.path.insert(1, str(Path(__file__).resolve().parent.parent))
 
-from radargui.gui.qt_libraries import OFFSCREEN, WINDOW, advice, has_display, missing
+from radargui.system.qt_libraries import OFFSCREEN, WINDOW, advice, has_display, missing
 
 __all__ = ["OFFSCREEN", "WINDOW", "ensure", "has_display", "install"]
 

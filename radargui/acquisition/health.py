@@ -12,8 +12,15 @@ from radargui.acquisition.run_plan import AcquisitionState, Ending
 from radargui.acquisition.stream import Peaks, Stream
 from radargui.model.errors import RadarGuiError
 from radargui.model.recording import Digitisation
-from radargui.model.words import percent
+from radargui.model.words import counted, percent
 from radargui.signals.noise import MIN_SAMPLES, white_noise_v
+
+_LAG_ALARM_S = 0.5
+"""From here on a hand sees that the picture comes later."""
+_QUEUE_ALARM = 0.5
+"""Half full: the disk is too slow, and the other half is what is left before samples are lost."""
+_RATE_TOLERANCE = 0.02
+"""The rate is measured over half a second of blocks of 20 ms: it is not known better."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,22 +120,46 @@ class Health:
         """Whether less than ten minutes can still be recorded."""
         return self.disk_left_s is not None and self.disk_left_s < LOW_S
 
+    @property
+    def figures(self) -> dict[str, tuple[str, bool]]:
+        """Rate, losses, backlog, queue and lag, by name: in words, empty where there are none, and whether that is bad.
+
+        The rate can be bad only while samples come in, and after a first second.
+        """
+        promised, real, lag = self.sample_rate_hz, self.read_rate_hz, self.live_lag_s
+        slow = promised is not None and real is not None and abs(real - promised) > _RATE_TOLERANCE * promised
+        counts = self.state is AcquisitionState.RUNNING and self.samples_read > (promised or 0.0)
+        capacity = self.writer_queue_capacity_samples
+        full = self.writer_queue_samples / max(1, capacity)
+        gaps = f" in {counted(self.gaps, 'gap')}" if self.gaps else ""
+        late = "" if lag is None else f"live {1e3 * lag:.0f} ms behind"
+        lost = (
+            f"{self.samples_lost} lost{gaps}" if self.samples_lost else "none lost",
+            f"{self.samples_not_written} not written" if self.samples_not_written else "",
+        )
+        skipped = f"live skipped {self.live_skipped_samples}" if self.live_skipped_samples else ""
+        return {
+            "rate": ("" if real is None else f"{real / 1e3:.1f} kS/s", slow and counts),
+            "lost": (_joined(*lost), self.samples_lost + self.samples_not_written > 0),
+            "backlog": (f"backlog {self.backlog_samples}" if self.backlog_samples else "", False),
+            "queue": (f"writer queue {percent(full)}" if capacity else "", full > _QUEUE_ALARM),
+            "lag": (_joined(late, skipped), lag is not None and lag > _LAG_ALARM_S),
+        }
+
     def line(self) -> str:
         """Return the snapshot as one line for the operator."""
-        capacity, low = self.writer_queue_capacity_samples, "LOW DISK: " if self.disk_is_low else ""
+        low = "LOW DISK: " if self.disk_is_low else ""
         parts = (
             f"{self.samples_read} samples",
-            "" if self.read_rate_hz is None else f"{self.read_rate_hz / 1e3:.1f} kS/s",
-            f"{self.samples_lost} lost" if self.samples_lost else "none lost",
-            f"{self.samples_not_written} not written" if self.samples_not_written else "",
-            f"backlog {self.backlog_samples}" if self.backlog_samples else "",
-            f"writer queue {percent(self.writer_queue_samples / capacity)}" if capacity else "",
-            "" if self.live_lag_s is None else f"live {1e3 * self.live_lag_s:.0f} ms behind",
-            f"live skipped {self.live_skipped_samples}" if self.live_skipped_samples else "",
+            *(words for words, _ in self.figures.values()),
             f"clipping: {' '.join(self.clipped)}" if self.clipped else "",
             "" if self.disk_left_s is None else f"{low}disk for {duration(self.disk_left_s)}",
         )
-        return ". ".join(filter(None, (", ".join(filter(None, parts)), self.hardly_seen.rstrip("."))))
+        return ". ".join(filter(None, (_joined(*parts), self.hardly_seen.rstrip("."))))
+
+
+def _joined(*parts: str) -> str:
+    return ", ".join(filter(None, parts))
 
 
 def hardly_seen(why: str) -> str:

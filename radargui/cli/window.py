@@ -23,7 +23,7 @@ def open_window(path: Path | None = None, run: Callable[..., int] | None = None)
     RadarGuiError
         There is no display, or a system library that Qt loads is missing.
     """
-    from radargui.gui.qt_libraries import OFFSCREEN, WINDOW, advice, has_display, missing
+    from radargui.system.qt_libraries import OFFSCREEN, WINDOW, advice, has_display, missing
 
     if not has_display() and "QT_QPA_PLATFORM" not in os.environ:
         raise worded(RadarGuiError, "no_display")

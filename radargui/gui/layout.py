@@ -25,7 +25,7 @@ TIPS: dict[str, dict[str, str]] = resource_table("window/tips")
 Edge = Literal["bright-text", "link-visited", "link"]
 """Of a strip: an alarm, something to look at, something that is being done."""
 _Box = TypeVar("_Box", bound=QtWidgets.QBoxLayout)
-_Holder = TypeVar("_Holder", QtWidgets.QStackedWidget, QtWidgets.QSplitter, QtWidgets.QToolBar)
+_Holder = TypeVar("_Holder", QtWidgets.QStackedWidget, QtWidgets.QSplitter)
 _Thing = TypeVar("_Thing")
 
 
@@ -63,19 +63,19 @@ def boxed(box: QtWidgets.QBoxLayout, *parts: Part, **room: Any) -> QtWidgets.QWi
 
 
 def holding(what: _Holder, *widgets: QtWidgets.QWidget) -> _Holder:
-    """Return a stack, a splitter or a bar with widgets in it."""
+    """Return a stack or a splitter with widgets in it."""
     for widget in widgets:
         what.addWidget(widget)
     return what
 
 
-class Pages(QtWidgets.QTabWidget):
-    """Pages under titles; some are made when they are first looked at: the window starts sooner without them.
+class Pages(QtWidgets.QStackedWidget):
+    """Pages of which one is shown; some are made when they are first looked at: the window starts sooner without them.
 
     Parameters
     ----------
-    titles
-        What stands on the tab of each page, by its name.
+    names
+        Of the pages, in their order.
     later
         Makes each of those that come later.
     made
@@ -87,13 +87,10 @@ class Pages(QtWidgets.QTabWidget):
         Those that there are, by name.
     """
 
-    def __init__(
-        self, titles: Mapping[str, str], later: Mapping[str, Callable[[], QtWidgets.QWidget]], **made: Any
-    ) -> None:
-        super().__init__(documentMode=True)
-        self._names, self._later, self.made = tuple(titles), later, made
-        for name, title in titles.items():
-            self.addTab(made.get(name) or QtWidgets.QWidget(), title)
+    def __init__(self, names: Iterable[str], later: Mapping[str, Callable[[], QtWidgets.QWidget]], **made: Any) -> None:
+        super().__init__()
+        self._names, self._later, self.made = tuple(names), later, made
+        holding(self, *(made.get(name) or QtWidgets.QWidget() for name in self._names))
         self.currentChanged.connect(self._ask_for_room)
         self._ask_for_room()
 
@@ -106,25 +103,25 @@ class Pages(QtWidgets.QTabWidget):
                 page.setSizePolicy(needs, needs)
         self.updateGeometry()
 
-    def hide_tabs(self) -> None:
-        """Let the page be chosen elsewhere alone; Tab would stop at the hidden tabs else."""
-        self.tabBar().hide()
-        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-
     @property
     def shown(self) -> str:
         """Name of the page in front."""
         return self._names[self.currentIndex()]
+
+    def turn_to(self, name: str) -> None:
+        """Show a page."""
+        self.page(name)
+        self.setCurrentIndex(self._names.index(name))
 
     def page(self, name: str) -> Any:
         """Return a page, which is made where it was not there."""
         if name not in self.made:
             self.made[name] = self._later[name]()
             shown, place = self.currentIndex(), self._names.index(name)
-            title = self.tabText(place)
             with QSignalBlocker(self):
-                self.removeTab(place)
-                self.insertTab(place, self.made[name], title)
+                if (empty := self.widget(place)) is not None:
+                    self.removeWidget(empty)
+                self.insertWidget(place, self.made[name])
                 self.setCurrentIndex(shown)
             self._ask_for_room()
         return self.made[name]
@@ -145,6 +142,13 @@ def button(
     made = QtWidgets.QPushButton(words, autoDefault=default, default=default)
     made.clicked.connect(does)
     return having(made, toolTip=tip or TIPS["buttons"].get(words, ""))
+
+
+def menu_button(words: str, menu: QtWidgets.QMenu) -> QtWidgets.QToolButton:
+    """Return a button that shows a menu, also by Enter."""
+    made = QtWidgets.QToolButton(popupMode=QtWidgets.QToolButton.ToolButtonPopupMode.InstantPopup)
+    made.clicked.connect(made.showMenu)
+    return having(made, text=words, menu=menu, toolTip=TIPS["buttons"].get(words, ""))
 
 
 def labelled(words: str, field: QtWidgets.QWidget) -> QtWidgets.QLabel:

@@ -1,7 +1,6 @@
 """The log as it is written: what the log file gets, filtered and searched; and what is copied for a bug report."""
 
 import logging
-import re
 from collections import deque
 from functools import partial
 from itertools import count
@@ -15,8 +14,7 @@ from radargui.gui.layout import Choice, PlainLabel, button, fill, having, labell
 from radargui.gui.services import Services
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.theme import even_font
-from radargui.model.setup import dump_setup
-from radargui.session.about import about_lines
+from radargui.session.about import report_text
 from radargui.system.resources import LOG_FORMAT, log_path
 
 MAX_ENTRIES = 5000
@@ -26,9 +24,6 @@ COPIED_ENTRIES = 200
 _LOOK_MS = 250
 """Chosen by hand: seldom enough to write many entries at once, often enough to follow what one does."""
 _LEVELS = ((logging.DEBUG, "Everything"), (logging.WARNING, "Warnings and errors"), (logging.ERROR, "Errors only"))
-_NAME = r"[^\\/\s:;\"'<>|]+"
-_FOLDERS = re.compile(rf"(?<![\w.>…/\\])(?!//)(?:~|[A-Za-z]:)?[\\/]+(?:{_NAME}(?: {_NAME})*[\\/]+)+(?={_NAME})")
-"""The folders of an absolute path; its last name stays."""
 
 
 class LogKeeper(logging.Handler):
@@ -129,7 +124,7 @@ class LogWindow(Dialog):
         setup = self._model.setup
         entries = [text for *_, text in list(self.keeper.entries)[-COPIED_ENTRIES:]]
         private = {str(Path.home()): "~", str(self._services.settings.path("data_folder") or ""): "…"}
-        work = partial(report_text, partial(about_lines, setup), entries, dump_setup(setup), private)
+        work = partial(report_text, setup, entries, private)
 
         def copied(text: str) -> None:
             QGuiApplication.clipboard().setText(text)
@@ -141,31 +136,3 @@ class LogWindow(Dialog):
             self._services.board.post("info", said)
 
         self._services.jobs.start("the facts for a bug report", work, copied)
-
-
-def report_text(about: partial[tuple[str, ...]], entries: list[str], setup: str, private: dict[str, str]) -> str:
-    """Return the text of a bug report.
-
-    Parameters
-    ----------
-    about
-        Tells versions and system.
-    entries
-        Of the log.
-    setup
-        As in its file.
-    private
-        Folders that are nobody's business, and what stands for them.
-    """
-    parts = (("RadarGUI and this computer", "\n".join(about())), ("Log", "\n".join(entries) or "(empty)"))
-    text = "\n".join(f"--- {title} ---\n{part.strip()}\n" for title, part in (*parts, ("Setup", setup)))
-    return without_folders(text, private)
-
-
-def without_folders(text: str, private: dict[str, str]) -> str:
-    """Return a text in which paths have lost their folders: names of people and projects stand there."""
-    # the longest first: one may lie in another; a text may have backslashes doubled
-    for folder in sorted(filter(None, private), key=len, reverse=True):
-        for written in {folder, folder.replace("\\", "\\\\"), folder.replace("\\", "/")}:
-            text = text.replace(written, private[folder])
-    return _FOLDERS.sub("…/", text)

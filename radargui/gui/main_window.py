@@ -338,7 +338,7 @@ class MainWindow(QMainWindow):
         now = self.situation.now
         self.bar.state.show_state(now.word, now.detail, now.role, now.badge)
         self.health.show_run(now.footer)
-        self.bar.sound.show_sounds(now.sound)
+        self.bar.show_sounds(now.sound)
         self.runs.show_series(now.series)
         self._write_title()
 

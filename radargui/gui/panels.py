@@ -184,6 +184,8 @@ class Panels(QtWidgets.QMainWindow):
     ----------
     tabs
         Of the workspaces; the window's strip shows them.
+    workspace
+        Name of the one that is shown.
     """
 
     leaving = Signal()
@@ -202,7 +204,7 @@ class Panels(QtWidgets.QMainWindow):
             self.docks[name] = dock
             self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, dock)
         self._layouts: dict[str, QByteArray] = {}
-        self._shown = ""
+        self.workspace = ""
         self.tabs = having(QtWidgets.QTabBar(drawBase=False, expanding=False), accessibleName="Workspaces")
         for number, one in enumerate(WORKSPACES.values(), 1):
             self.tabs.setTabToolTip(self.tabs.addTab(one.title), f"{one.title} (Ctrl+{number})")
@@ -216,23 +218,18 @@ class Panels(QtWidgets.QMainWindow):
             return ""
         return next((name for name, panel in self.held.items() if panel is focus or panel.isAncestorOf(focus)), "")
 
-    @property
-    def workspace(self) -> str:
-        """Name of the workspace that is shown."""
-        return self._shown
-
     def work_in(self, name: str) -> None:
         """Show a workspace as it was left; the keys stay where they are as long as that is seen."""
-        if name == self._shown:
+        if name == self.workspace:
             return
         self.leaving.emit()
         had_keys = self.focusWidget()
-        if self._shown:
-            self._layouts[self._shown] = self.saveState(LAYOUT_VERSION)
+        if self.workspace:
+            self._layouts[self.workspace] = self.saveState(LAYOUT_VERSION)
         for bar in self._bars:
             # Qt makes new ones for a layout that comes again, and forgets to take the old ones away
             bar.hide()
-        self._shown = name
+        self.workspace = name
         self.tabs.setCurrentIndex(list(WORKSPACES).index(name))
         if name not in self._layouts or not self.restoreState(self._layouts[name], LAYOUT_VERSION):
             self._arrange()
@@ -249,8 +246,8 @@ class Panels(QtWidgets.QMainWindow):
 
     def _arrange(self) -> None:
         """Put the panels of the workspace where they stand at first, and the others away."""
-        workspace, docks = WORKSPACES[self._shown], self.docks
-        whole = _arrangement(self._shown, narrow=self.width() < scaled_px(_NARROW))
+        workspace, docks = WORKSPACES[self.workspace], self.docks
+        whole = _arrangement(self.workspace, narrow=self.width() < scaled_px(_NARROW))
         for dock in docks.values():
             dock.setFloating(False)
             self.removeDockWidget(dock)
@@ -321,13 +318,13 @@ class Panels(QtWidgets.QMainWindow):
 
     def _go_where(self, name: str) -> None:
         """Show the workspace of a panel, unless the panel can be had in this one."""
-        here = WORKSPACES[self._shown]
+        here = WORKSPACES[self.workspace]
         if name not in (*here.own, *here.guests) and self.docks[name].isHidden():
             self.work_in(next(where for where, one in WORKSPACES.items() if name in one.own))
 
     def way_to(self, name: str) -> tuple[QWidget, QRect]:
         """Return what leads to a panel that is not seen: the tab of its workspace, or its own, and where that is."""
-        here = WORKSPACES[self._shown]
+        here = WORKSPACES[self.workspace]
         if name in (*here.own, *here.guests):
             for bar in self._bars:
                 for place in range(bar.count()):
@@ -384,14 +381,14 @@ class Panels(QtWidgets.QMainWindow):
         self.resize(window.size())
         kept = {name: settings.blob(f"layout/{name}") for name in WORKSPACES}
         self._layouts = {name: layout for name, layout in kept.items() if not layout.isEmpty()}
-        self._shown = ""
+        self.workspace = ""
         self.work_in("measure" if ready else "prepare")
         settings.restore_sizes(window)
 
     def remember(self, settings: Settings) -> None:
         """Keep the layouts of all workspaces."""
         self.leaving.emit()
-        for name, layout in (self._layouts | {self._shown: self.saveState(LAYOUT_VERSION)}).items():
+        for name, layout in (self._layouts | {self.workspace: self.saveState(LAYOUT_VERSION)}).items():
             settings.put(f"layout/{name}", layout)
 
 

@@ -19,7 +19,7 @@ from radargui.gui.services import Services
 from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme
 from radargui.model.rounding import COVERAGE, UNKNOWN, alone, plain
-from radargui.model.words import counted
+from radargui.model.words import counted, sentence
 from radargui.report.content import with_powers
 from radargui.report.facts import (
     ReportFacts,
@@ -48,13 +48,7 @@ _SIGNS = (("●", "o"), ("■", "s"), ("▲", "t1"), ("◆", "d"), ("▼", "t"))
 """In the order of `canvas.MARKS`."""
 _DIGITS = 2
 """Of an uncertainty (GUM, 7.2.6)."""
-_PAGES = {
-    "table": "Statistics",
-    "speeds": "e against …",
-    "spread": "Distribution",
-    "falls": "Falls",
-    "words": "In words",
-}
+_PAGES = ("table", "speeds", "spread", "falls", "words")
 _SPEED = "speed"
 
 
@@ -157,7 +151,7 @@ class SpeedView(QWidget):
         every = np.concatenate(groups, axis=1) if groups else np.empty((3, 0))
         found = self._facts.findings.sessions if self._facts else ()
         self.words.setText("; ".join(said_of(self._facts.findings, fit) for fit in self.fits) if self._facts else "")
-        self.plot.write_inside("" if every.size else "no valid impact yet")
+        self.plot.when_empty = "" if every.size else "No valid impact yet."
         if not every.size:
             self.key.show_entries()
             return
@@ -169,11 +163,8 @@ class SpeedView(QWidget):
             self.plot.band("fit").show_band(speed, e - fit.prediction(speed), e + fit.prediction(speed))
             self.plot.fast_line("fit", title_of(fit.model), dashed=True).setData(speed, e)
         for number, (speed, e, u) in enumerate(groups):
-            # one line for all bars, which not-a-number breaks: a hundred items would take their time to draw
-            x = np.repeat(speed, 3)
-            bars = np.stack([e - COVERAGE * u, e + COVERAGE * u, np.full_like(e, np.nan)], axis=1).ravel()
             name = found[number].name
-            self.plot.fast_line(role_of(number), f"{name} ± {COVERAGE:g} u").setData(x, bars)
+            self.plot.bars(role_of(number), f"{name} ± {COVERAGE:g} u").show_bars(speed, e, COVERAGE * u)
             self.plot.marker(role_of(number), mark_of(number)[1], 6, name).setData(speed, e)
         low, high = e_span(every)
         n_outside = int(np.count_nonzero((every[1] < low) | (every[1] > high)))
@@ -194,9 +185,8 @@ class SpeedView(QWidget):
         covariate = COVARIATES[on]
         self.plot.relabel(covariate.label, e_label([one for _, one in known]) if known else covariate.of)
         self.words.setText("; ".join(f"{label}: {one.words}" if len(found) > 1 else one.words for label, one in found))
-        self.plot.write_inside(
-            "" if known else "; ".join(dict.fromkeys(one.problem for _, one in found)) or "no impact yet"
-        )
+        why = "; ".join(dict.fromkeys(one.problem for _, one in found)) or "no impact yet"
+        self.plot.when_empty = "" if known else sentence(why)
         if not known:
             self.key.show_entries()
             return
@@ -204,11 +194,9 @@ class SpeedView(QWidget):
         for number, (label, one) in enumerate(known):
             x, e, u = points_of(one)
             ends = np.array([x.min(), x.max()])
-            bars = np.stack([e - COVERAGE * u, e + COVERAGE * u, np.full_like(e, np.nan)], axis=1).ravel()
             self.plot.fast_line("fit", "line", dashed=True).setData(covariate.scale * ends, one.line(ends))
-            self.plot.fast_line(role_of(number), f"{label} ± {COVERAGE:g} u").setData(
-                covariate.scale * np.repeat(x, 3), bars
-            )
+            bars = self.plot.bars(role_of(number), f"{label} ± {COVERAGE:g} u")
+            bars.show_bars(covariate.scale * x, e, COVERAGE * u)
             self.plot.marker(role_of(number), mark_of(number)[1], 6, label).setData(covariate.scale * x, e)
             entries.append((mark_of(number)[0], role_of(number), label if len(known) > 1 else "valid impacts"))
         self.key.show_entries(*entries)
@@ -229,7 +217,7 @@ class SpreadView(QWidget):
         self.plot.take_all_out()
         sessions = facts.findings.sessions if facts else ()
         shown = [(number, one.name, one.distribution) for number, one in enumerate(sessions) if one.distribution]
-        self.plot.write_inside("" if shown else "a distribution wants four drops whose e differs")
+        self.plot.when_empty = "" if shown else "A distribution wants four drops whose e differs."
         several = len(sessions) > 1
         self.words.setText("\n".join(f"{name}: {one.words}" if several else one.words for _, name, one in shown))
         if not shown:
@@ -272,7 +260,7 @@ class FallsView(QWidget):
             plot.take_all_out()
         groups = [one.runs for one in facts.sessions] if facts else []
         runs = [run for group in groups for run in group if run.falls is not None]
-        self.fallen.write_inside("" if runs else "no fall was fitted yet")
+        self.fallen.when_empty = "" if runs else "No fall was fitted yet."
         if facts is None or not runs:
             self.key.show_entries()
             return
@@ -361,11 +349,8 @@ class SeriesPanel(QWidget):
         self.alone = button("Only this one", lambda: self.show_beside(()))
         top = fill(QHBoxLayout(), (self._title, 1), self.compare, self.alone, margins=(6, 3, 6, 0), spacing=6)
         fill(QVBoxLayout(self), top, (self.pages, 1), spacing=1)
-        # chosen where all views are
-        self.pages.hide_tabs()
         self.pages.currentChanged.connect(self._draw)
-        for changed in (runs.model.rowsInserted, runs.model.dataChanged, runs.model.modelReset):
-            changed.connect(lambda *_: self.refresh())
+        runs.model.altered.connect(self.refresh)
         self.show_facts(None)
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
@@ -375,7 +360,7 @@ class SeriesPanel(QWidget):
 
     def show_part(self, name: str) -> None:
         """Show one of the pages."""
-        self.pages.setCurrentIndex(list(_PAGES).index(name))
+        self.pages.turn_to(name)
 
     def show_beside(self, sessions: tuple[Path, ...]) -> None:
         """Show these sessions beside the one that is open; none: that one alone."""

@@ -12,6 +12,8 @@ import numpy as np
 from radargui.model.arrays import FloatArray, IntArray, pieces
 from radargui.model.setup import Setup
 
+HALF_FIELD_M = 0.15
+"""Half an edge of the field of view, 30 x 30 x 30 cm round the origin."""
 MIN_RECEIVERS = 3
 """Path lengths that a position in space needs."""
 LARGE_CONDITION = 20.0

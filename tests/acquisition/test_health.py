@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -107,6 +108,16 @@ def test_the_line_names_what_is_wrong_and_only_that() -> None:
         disk_left_s=600.0,
     )
     assert ill.line() == "5 samples, 2 lost, 3 not written, writer queue 25 %, live skipped 9, disk for 10 min"
+
+
+def test_what_is_bad_is_told_by_name() -> None:
+    well = Health(AcquisitionState.RUNNING, 1000.0, 990.0, samples_read=2000, live_lag_s=0.4)
+    assert not any(bad for _, bad in well.figures.values())
+    queue = {"writer_queue_samples": 3, "writer_queue_capacity_samples": 4}
+    ill = replace(well, read_rate_hz=970.0, samples_lost=2, gaps=1, live_lag_s=0.6, **queue)
+    assert [name for name, (_, bad) in ill.figures.items() if bad] == ["rate", "lost", "queue", "lag"]
+    assert ill.figures["lost"] == ("2 lost in 1 gap", True)
+    assert not replace(ill, samples_read=500).figures["rate"][1], "in its first second a rate means nothing"
 
 
 def test_the_line_says_last_why_a_fall_may_not_start_the_run() -> None:

@@ -14,7 +14,7 @@ from radargui import __version__
 from radargui.cli.app import app
 from radargui.cli.console import make_output_safe
 from radargui.cli.window import open_window
-from radargui.gui.qt_libraries import advice, missing
+from radargui.system.qt_libraries import advice, missing
 
 
 def test_the_version_is_told(command: Command) -> None:

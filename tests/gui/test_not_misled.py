@@ -96,11 +96,11 @@ def test_where_no_program_opens_a_report_its_first_page_is_shown(
     monkeypatch.setattr("PySide6.QtGui.QDesktopServices.openUrl", lambda _url: False)
     window.sessions.open(path)
     wait_for(lambda: window.runs.open_report.isEnabled())
-    window.runs.open_report.click()
+    window.runs.open_report.trigger()
     preview = window.run_controller.report_preview
     wait_for(lambda: preview.isVisible() and "run-0001" in preview.page.toPlainText())
     assert "No program here shows reports, its first page is shown instead" in window.board.notices[0].text
-    window.runs.open_folder.click()
+    window.runs.open_folder.trigger()
     assert str(path) in window.board.notices[0].text
 
 

@@ -18,7 +18,7 @@ HEAVY = (
     "radargui.experiment.finished.process",
     "radargui.acquisition.health.white_noise_v",
     "radargui.gui.setup.uncertainty_map.map_of",
-    "radargui.gui.log_window.about_lines",
+    "radargui.session.about.about_lines",
     "radargui.session.session.Session.new_run",
 )
 """What computes, or waits for a disk, a device or a driver."""

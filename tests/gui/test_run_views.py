@@ -269,7 +269,7 @@ def test_window_and_report_count_bounces_from_the_trigger_and_the_table_from_the
     when = result.bounces.impacts[0].time_s
     page = page_of(result, theme)
     assert f"{when - 0.3:.5f}<" in page
-    assert "time after the trigger / s" in page
+    assert "time after the trigger /\u00a0s" in page
     (table,) = (
         block
         for block in run_section(take_facts(result, "run-0001"), setup).blocks
@@ -292,3 +292,12 @@ def test_a_page_needs_no_more_room_than_its_own(panel: RunPanel) -> None:
         assert panel.minimumSizeHint().height() >= panel.tabs.page(name).minimumSizeHint().height()
     before, after = heights["phase"]
     assert before == after < heights["steps"][0]
+
+
+def test_what_was_assumed_stands_in_the_units_of_the_fields(theme: Theme) -> None:
+    result = drop_result(rate_hz=2000.0)
+    assert result.uncertainty_budget is not None
+    budget = replace(result.uncertainty_budget, assumed={"receiver[1].u_distance_m": 0.003})
+    page = page_of(replace(result, uncertainty_budget=budget), theme)
+    assert "Receiver 1: Distance ±</th><td>3.0 mm<" in page
+    assert page.count("Assumed, because the setup does not say") == 1

@@ -19,7 +19,6 @@ from support.small_setups import quick_setup
 from radargui.gui.main_window import MainWindow
 from radargui.gui.plots.plot import Plot
 from radargui.gui.scopes.scope import Gain, GainDialog
-from radargui.gui.scopes.shown import ago
 from radargui.model.arrays import RawArray
 from radargui.model.setup import write_setup
 
@@ -361,11 +360,6 @@ def test_the_widest_band_of_the_waterfall_has_room_for_its_figures(
     assert axis.width() >= metrics.horizontalAdvance("-10000") + metrics.height()
     assert "-0 dB" not in view.words.text()
     live.scopes.band.setCurrentIndex(1)
-
-
-@pytest.mark.parametrize(("seconds", "words"), [(0.4, "0 s"), (59.9, "59 s"), (185, "3 min 5 s"), (7800, "2 h 10 min")])
-def test_a_span_of_time_is_said_shortly(seconds: float, words: str) -> None:
-    assert ago(seconds) == words
 
 
 def test_scopes_share_one_time_base(live: MainWindow) -> None:

@@ -376,9 +376,9 @@ def test_an_empty_series_says_what_to_wait_for(window: MainWindow, wait_for: Any
     idle(window, wait_for)
     assert window.series._title.text() == "No session"
     window.series.pages.setCurrentWidget(window.series.pages.page("speeds"))
-    assert window.series.pages.page("speeds").plot._inside_text == "no valid impact yet"
+    assert window.series.pages.page("speeds").plot.when_empty == "No valid impact yet."
     window.series.pages.setCurrentWidget(window.series.pages.page("falls"))
-    assert window.series.pages.page("falls").fallen._inside_text == "no fall was fitted yet"
+    assert window.series.pages.page("falls").fallen.when_empty == "No fall was fitted yet."
 
 
 def test_the_distribution_and_what_e_depends_on_are_those_of_the_report(

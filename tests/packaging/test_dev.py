@@ -53,7 +53,7 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     return seen
 
 
-SHARED = "radargui.gui.qt_libraries"
+SHARED = "radargui.system.qt_libraries"
 SCRIPTS = (*(PACKAGING / f"{name}.py" for name in MODULES), ROOT.joinpath(*SHARED.split(".")).with_suffix(".py"))
 
 

@@ -204,15 +204,12 @@ class CalibrationController:
         self.group, self.calibrate = group, calibrate
         self.runs = sessions.runs
         self.panel, self.model, self.services = sessions.panel, sessions.setup_file.model, sessions.services
-        group.asked.connect(self.begin)
         sessions.browser.calibrate_asked.connect(self.begin_with)
         self.services.control.run_recorded.connect(self._recorded)
         self._found: tuple[Calibration, Setup] | None = None
         self._reading = OneAtATime(self.services.jobs, "what the drops say of the antennas", self.look)
         group.taken.connect(self.take_over)
-        rows = self.runs.model
-        for changed in (rows.modelReset, rows.rowsInserted, rows.dataChanged):
-            changed.connect(self.look)
+        self.runs.model.altered.connect(self.look)
 
     @cached_property
     def dialog(self) -> CalibrationDialog:

@@ -8,12 +8,10 @@ from PySide6.QtGui import QAction, QColor, QFont, QFontMetrics, QFontMetricsF, Q
 
 from radargui.acquisition.health import Health, duration
 from radargui.acquisition.run_output import LOW_S
-from radargui.acquisition.run_plan import AcquisitionState
 from radargui.gui.control.state import LARGE_WORDS, AppState
-from radargui.gui.layout import ALARM, TIPS, OneLine, Scroll, fill, having, labelled
+from radargui.gui.layout import ALARM, TIPS, OneLine, Scroll, fill, having, labelled, menu_button
 from radargui.gui.theme import Colours, Theme, fitting_font, scaled_font, write
 from radargui.model.rounding import UNKNOWN
-from radargui.model.words import counted, percent
 
 _WORD, _DETAIL = 0.42, 0.5
 """Share of the width that the longest state takes, and size of what stands behind it: two lines beside one word."""
@@ -141,28 +139,20 @@ class ControlBar(QtWidgets.QWidget):
         self.runs = having(count, objectName="runs", accessibleName="Number of runs to record")
         self.runs.setToolTip("How many runs Record takes, one after the other without a hand")
         column = fill(QtWidgets.QVBoxLayout(), 1, labelled("Runs", self.runs), self.runs, 1, spacing=1)
-        self.state, self.disk, self.sound = StateView(theme), DiskLight(theme), SoundButton(sounds)
+        self.state, self.disk, self._sounds = StateView(theme), DiskLight(theme), sounds
+        menu = QtWidgets.QMenu(self)
+        menu.addActions(list(sounds))
+        self.sound = having(menu_button("♪", menu), autoRaise=True, sizePolicy=_WIDE)
         self.buttons = [_button(action) for action in actions]
         lights = fill(QtWidgets.QVBoxLayout(), 1, self.sound, self.disk, 1, spacing=1)
         row = QtWidgets.QHBoxLayout(self)
         fill(row, tabs, *self.buttons, column, (self.state, 1), lights, margins=(6, 1, 6, 1), spacing=6)
 
-
-class SoundButton(QtWidgets.QToolButton):
-    """Offers the sounds, and shows whether one is on."""
-
-    def __init__(self, sounds: Sequence[QAction]) -> None:
-        super().__init__(popupMode=self.ToolButtonPopupMode.InstantPopup, autoRaise=True)
-        self._sounds = sounds
-        having(self, text="♪", menu=QtWidgets.QMenu(self), sizePolicy=_WIDE).menu().addActions(list(sounds))
-        # Enter clicks what has the keys
-        self.clicked.connect(self.showMenu)
-
     def show_sounds(self, words: str) -> None:
-        """Show which are on, in words and by a stroke through the sign where none is."""
+        """Show which sounds are on, in words and by a stroke through the sign where none is."""
         off = not any(one.isChecked() for one in self._sounds)
         font = having(scaled_font(QtWidgets.QApplication.font(), 1.3), strikeOut=off)
-        having(self, font=font, toolTip=words, accessibleName=words)
+        having(self.sound, font=font, toolTip=words, accessibleName=words)
 
 
 _DISK_LOW_S = 7200.0
@@ -283,14 +273,6 @@ def _button(action: QAction) -> QtWidgets.QToolButton:
     return having(button, defaultAction=action, font=font, minimumSize=QSize(92, 50))
 
 
-_LAG_ALARM_S = 0.5
-"""From here on a hand sees that the picture comes later."""
-_QUEUE_ALARM = 0.5
-"""Half full: the disk is too slow, and the other half is what is left before samples are lost."""
-_RATE_TOLERANCE = 0.02
-"""The rate is measured over half a second of blocks of 20 ms: it is not known better."""
-
-
 class HealthLine(QtWidgets.QWidget):
     """One label a figure."""
 
@@ -308,11 +290,11 @@ class HealthLine(QtWidgets.QWidget):
 
     def show_health(self, health: Health | None) -> None:
         """Show a snapshot; None: nothing runs."""
-        for name, (text, bad) in figures(health).items():
-            label = self.labels[name]
-            label.setText(text)
+        figures = health.figures if health is not None else {}
+        for name, label in self.labels.items():
+            words, bad = figures.get(name, ("", False))
             # what the last run says has the room that figures took
-            label.setVisible(health is not None)
+            having(label, text=words, visible=health is not None)
             style = ALARM if bad else ""
             if label.styleSheet() != style:
                 label.setStyleSheet(style)
@@ -322,31 +304,3 @@ class HealthLine(QtWidgets.QWidget):
     def show_run(self, text: str) -> None:
         """Show how the last run was recorded."""
         having(self.run, text=text, toolTip=f"How the last run was recorded. {text}".strip())
-
-
-def figures(health: Health | None) -> dict[str, tuple[str, bool]]:
-    """Return each figure's words and whether it is bad."""
-    if health is None:
-        words = ("Rate –", "Lost –", "Backlog –", "Queue –", "Disk –", "Live lag –")
-        return {name: (text, False) for name, text in zip(TIPS["health"], words, strict=True)}
-    promised, free, left, lag = health.sample_rate_hz, health.disk_free_bytes, health.disk_left_s, health.live_lag_s
-    # the rate means something only while samples come in, and after a first second
-    counts = health.state is AcquisitionState.RUNNING and health.samples_read > (promised or 0.0)
-    real = health.read_rate_hz if counts else None
-    rate_hz = promised if real is None else real
-    slow = promised is not None and real is not None and abs(real - promised) > _RATE_TOLERANCE * promised
-    lost = health.samples_lost + health.samples_not_written
-    capacity = health.writer_queue_capacity_samples
-    full = health.writer_queue_samples / max(1, capacity)
-    skipped = f", {health.live_skipped_samples} skipped" if health.live_skipped_samples else ""
-    rate = UNKNOWN if rate_hz is None else f"{rate_hz / 1e3:.2f} kS/s per channel"
-    disk = UNKNOWN if free is None else f"{free / 1e9:.1f} GB free"
-    late = UNKNOWN if lag is None else f"{1e3 * lag:.0f} ms{skipped}"
-    return {
-        "rate": (f"Rate {rate}", slow),
-        "lost": (f"Lost {lost} in {counted(health.gaps, 'gap')}" if lost else "Lost 0", lost > 0),
-        "backlog": (f"Backlog {health.backlog_samples}", False),
-        "queue": (f"Queue {percent(full)}" if capacity else f"Queue {UNKNOWN}", full > _QUEUE_ALARM),
-        "disk": (f"Disk {disk}", left is not None and left < LOW_S),
-        "lag": (f"Live lag {late}", lag is not None and lag > _LAG_ALARM_S),
-    }

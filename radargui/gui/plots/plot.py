@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QApplication, QGraphicsItem, QMenu, QWidget
 
 from radargui.gui.layout import TIPS, follow, having
 from radargui.gui.mnemonics import letter_menu
-from radargui.gui.plots.items import Axis, Band, Dot, LiveCurve, Symbols
+from radargui.gui.plots.items import Axis, Band, Dot, ErrorBars, LiveCurve, Symbols
 from radargui.gui.plots.tools import Cursors, picture_of, table_of, unit_of
 from radargui.gui.plots.view import View
 from radargui.gui.theme import LIGHT, Colours, Theme, inside_pt, scaled_px
@@ -198,7 +198,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         having(item.getAxis("left"), width=width, tickDensity=density)
         self.setToolTip(TIPS["plots"].get(left) or " against ".join(filter(None, (left, bottom))))
         # below that the words of the axes lie upon another: the panel scrolls instead
-        self.setMinimumSize(scaled_px(80), scaled_px(86 if bottom else 62))
+        self.setMinimumSize(scaled_px(80), scaled_px(86 if bottom else 62 if figures_below else 46))
         # files that are dropped are the window's
         self.setAcceptDrops(False)
         # Tab goes through fields; a plot gets the keys by a click, or by its own key
@@ -385,6 +385,10 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
     def fast_line(self, role: str, name: str = "", *, dashed: bool = False) -> pg.PlotCurveItem:
         """Add an empty curve for live data: no decimation of its own, NaN breaks the line."""
         return self._add(LiveCurve(connect="finite"), role, name, dashed=dashed)
+
+    def bars(self, role: str, name: str) -> ErrorBars:
+        """Add bars about points."""
+        return self._add(ErrorBars(connect="finite"), role, name)
 
     def dot(self, role: str, size: int = 7) -> Dot:
         """Add one point that moves, shown nowhere at first; it is no data and not copied as such."""

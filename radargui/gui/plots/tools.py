@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from html import escape
 from itertools import zip_longest
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyqtgraph as pg
@@ -22,6 +22,9 @@ from radargui.gui.plots.view import View
 from radargui.gui.theme import inside_pt
 from radargui.model.arrays import FloatArray
 from radargui.model.rounding import UNKNOWN
+
+if TYPE_CHECKING:
+    from radargui.gui.plots.plot import Plot
 
 _UNIT = re.compile(r"\[([^\]]+)\]")
 _REACH_PX = 12.0
@@ -40,28 +43,6 @@ def unit_of(words: str) -> str:
     return found[1] if found else ""
 
 
-class Readable(Protocol):
-    """A plot as its cursors read it."""
-
-    def colour(self, role: str) -> str:
-        """Return the colour of a role now."""
-
-    def words(self, axis: str) -> str:
-        """Return the words of the `left` or `bottom` axis."""
-
-    def curves(self) -> list[pg.GraphicsObject]:
-        """Return what is drawn from points."""
-
-    def points_of(self, item: pg.GraphicsObject) -> tuple[FloatArray, FloatArray]:
-        """Return the points of a curve as they are drawn, on the axes."""
-
-    def value_of(self, item: pg.GraphicsObject | None, y: float) -> float:
-        """Return the value that a place on the left axis stands for, on a curve or beside all."""
-
-    def also(self, value: float, axis: str = "bottom") -> str:
-        """Return what else a value of an axis means."""
-
-
 class Cursors:
     """Crosses A and B that the mouse or the keys move; near a curve they stand on its samples.
 
@@ -73,7 +54,7 @@ class Cursors:
         Of which it is the view; its axes give the units, and `value_of` the value of a curve that is drawn scaled.
     """
 
-    def __init__(self, view: View, plot: Readable) -> None:
+    def __init__(self, view: View, plot: Plot) -> None:
         self._view, self._plot = view, plot
         self._on: list[pg.GraphicsObject | None] = [None, None]
         self._chosen = 0

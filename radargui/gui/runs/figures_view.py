@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from html import escape
-from typing import Any
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QShowEvent, QTextOption
@@ -19,6 +18,7 @@ from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
 from radargui.model.rounding import plain
 from radargui.model.setup import Setup
+from radargui.model.setup_error import ChangedSetting
 from radargui.model.uncertainty_budget import SHARES, UncertaintyBudget, budget_rows, variance_shares
 from radargui.report.content import Content, Facts, Grid, templates
 from radargui.report.facts import Glances
@@ -52,7 +52,7 @@ class FiguresView(QTextBrowser):
     Attributes
     ----------
     differences
-        Tells of a setup which values are not those of the window: each key with that of the run and the window's.
+        Tells what a setup has otherwise than the window's.
     """
 
     field_asked = Signal(str)
@@ -63,7 +63,7 @@ class FiguresView(QTextBrowser):
         self.setAccessibleName("Result of the run")
         self._theme = theme
         self._result: RunResult | None = None
-        self.differences: Callable[[Setup], Sequence[tuple[str, Any, Any]]] = lambda _setup: ()
+        self.differences: Callable[[Setup], Sequence[ChangedSetting]] = lambda _setup: ()
         self.notes: tuple[str, ...] = ()
         """How the run was recorded, one line each; written beneath the figures."""
         # no word of a title is broken
@@ -93,11 +93,10 @@ class FiguresView(QTextBrowser):
 
     def _setup_words(self) -> str:
         """Return what of the run's setup is otherwise than in the panels, each with a link to its field, as HTML."""
-        lines = [
-            f'<a href="{LINK}{key}">{escape(called(key))}</a>: {escape(words_of(key).with_unit(was))}'
-            f" (panels: {escape(words_of(key).with_unit(now))})"
-            for key, was, now in (self.differences(self._result.setup) if self._result else ())
-        ]
+        lines = []
+        for one in self.differences(self._result.setup) if self._result else ():
+            was, now = (escape(words_of(one.key).with_unit(value)) for value in (one.before, one.after))
+            lines.append(f'<a href="{LINK}{one.key}">{escape(called(one.key))}</a>: {was} (panels: {now})')
         more = [f"and {len(lines) - _MAX_DIFFERENT} more"] if len(lines) > _MAX_DIFFERENT else []
         return "<br>".join((*lines[:_MAX_DIFFERENT], *more)) or "as in the panels"
 
@@ -123,21 +122,32 @@ def page_of(result: RunResult, theme: Theme, letters: int = 66, setup_words: str
     setup_words
         What is said of the run's setup, as HTML; empty: nothing.
     """
-    blocks = run_section(take_facts(result, "", columns=0), result.setup).blocks
+    facts, budget = take_facts(result, "", columns=0), result.uncertainty_budget
+    # what was assumed stands last, with names and units of the fields instead of those of the setup file
+    stated = None if budget is None else replace(budget, assumed={})
+    blocks = run_section(replace(facts, uncertainty_budget=stated), result.setup).blocks
     shown = [part for one in blocks for part in (one.within(letters) if isinstance(one, Grid) else (one,))]
     # what speaks against the figures stands before them
     first = next((place for place, one in enumerate(shown) if isinstance(one, Facts)), len(shown))
     rows = dict(one.rows) if first < len(shown) and isinstance(one := shown[first], Facts) else {}
     six = {name: rows.pop(name) for name in _SIX if name in rows}
-    stripes = _stripes(result.uncertainty_budget, theme) if result.uncertainty_budget else ()
+    stripes = _stripes(budget, theme) if budget else ()
     above = _written(*shown[:first], Facts.of(six))
     setup = f"<h3>Setup of this run</h3><p>{setup_words}</p>" if setup_words else ""
-    below = _written(Facts.of(rows, "All figures" if rows else ""), *shown[first + 1 :])
+    below = _written(Facts.of(rows, "All figures" if rows else ""), *shown[first + 1 :], *_assumed(budget))
     return "".join((SHEET.format(alarm=theme.colours.alarm), above, *stripes, setup, below))
 
 
 def _written(*blocks: Content) -> str:
     return in_words(templates().get_template("blocks.html").render(blocks=blocks), linked=True)
+
+
+def _assumed(budget: UncertaintyBudget | None) -> Iterator[Facts]:
+    """Yield the table of what was assumed of the setup; none where nothing was."""
+    known = [(called_u(key), words_of_u(key), u) for key, u in (budget.assumed if budget else {}).items()]
+    if known:
+        values = ((name, f"{plain(u, 2, scale=words.scale)}{words.tail}") for name, words, u in known)
+        yield Facts(tuple(values), "Assumed, because the setup does not say")
 
 
 def _stripes(budget: UncertaintyBudget, theme: Theme) -> Iterator[str]:
@@ -166,13 +176,9 @@ class BudgetView(QTextBrowser):
             self.setPlainText("This run has no budget: it needs a track.")
             return
         header, *rows = budget_rows(budget)
-        assumed = [(called_u(key), words_of_u(key), u) for key, u in budget.assumed.items()]
-        values = tuple((name, f"{plain(u, 2, scale=words.scale)}{words.tail}") for name, words, u in assumed)
         said = _written(Grid(header, tuple(rows), "Standard uncertainties", left=(0,)))
-        more = _written(Facts(values, "Assumed, because the setup does not say")) if assumed else ""
-        self.setHtml(
-            SHEET.format(alarm=self._theme.colours.alarm) + said + "".join(_stripes(budget, self._theme)) + more
-        )
+        sheet = SHEET.format(alarm=self._theme.colours.alarm)
+        self.setHtml("".join((sheet, said, *_stripes(budget, self._theme), _written(*_assumed(budget)))))
 
 
 class ReportPreview(Dialog):

@@ -11,14 +11,12 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QFileDialog
 
-from radargui import __version__
 from radargui.acquisition.run_plan import Ending
 from radargui.experiment.compare import OverlaidMethod, compute_methods, overlaid
 from radargui.experiment.event import RecordedRun
-from radargui.experiment.reprocess import compute_later, own_setup
+from radargui.experiment.reporting import report_session, setup_of
 from radargui.files.overview import read_overview
 from radargui.files.run_card import RunCard, summarise
-from radargui.files.stored_results import read_stored_results
 from radargui.gui.background import Task
 from radargui.gui.control.state import RunWord
 from radargui.gui.layout import ticking
@@ -29,12 +27,11 @@ from radargui.gui.runs.run_panel import SCREEN_COLUMNS, RunPanel
 from radargui.gui.runs.thumbnails import entry_of, thumbnail_of
 from radargui.gui.services import Services
 from radargui.gui.track.track_panel import TrackPanel
-from radargui.model.errors import CancelledError, FileError
+from radargui.model.errors import CancelledError
 from radargui.model.result import RunResult
-from radargui.model.setup import Setup
 from radargui.model.words import sentence
 from radargui.processing.process import STOPPED
-from radargui.processing.result_of_run import result_of_run, setup_of_result, stored_result
+from radargui.processing.result_of_run import result_of_run
 from radargui.session.info import REPORT_FOLDER
 from radargui.session.session import Session
 
@@ -61,8 +58,7 @@ class RunController:
         self._wanted: Path | None = None
         self._reading: Task | None = None
         self.report_preview = ReportPreview(services, self.report)
-        for changed in (runs.model.rowsInserted, runs.model.dataChanged):
-            changed.connect(lambda *_: self.report_preview.refresh())
+        runs.model.altered.connect(self.report_preview.refresh)
         self._late = ticking(self._window, _LATE_MS, run.forget, once=True)
         runs.run_chosen.connect(self._choose)
         runs.not_opened.connect(lambda what: self._board.post("warning", f"No program here shows {what}"))
@@ -182,27 +178,23 @@ class RunController:
             self.runs.show_report()
             self._board.post_error(error)
 
-        self._work.start("the report", partial(_report_session, session), written, failed, self.runs.show_report)
+        def work(task: Task) -> WrittenReport:
+            return report_session(session, task.report)
+
+        self._work.start("the report", work, written, failed, self.runs.show_report)
 
     def preview(self) -> None:
         """Show the report's first page as it would be now, and follow the runs."""
         self.report_preview.come_up()
         self.report_preview.show_session(self._session)
 
-    @property
-    def _asked(self) -> RunEntry | None:
-        """The run that something is asked for; where none is chosen, that is said."""
+    def ask_export(self) -> None:
+        """Let the operator choose where the tables go."""
         entry = self.runs.table.chosen
         if entry is None:
             self._board.post("warning", "No run is chosen: choose one in the list of runs.")
-        return entry
-
-    def ask_export(self) -> None:
-        """Let the operator choose where the tables go."""
-        if entry := self._asked:
-            name = QFileDialog.getExistingDirectory(self._window, "Export tables to", str(entry.path.parent))
-            if name:
-                self.export(Path(name))
+        elif name := QFileDialog.getExistingDirectory(self._window, "Export tables to", str(entry.path.parent)):
+            self.export(Path(name))
 
     def export(self, folder: Path) -> None:
         """Write the tables of the chosen run to a new folder in `folder`."""
@@ -321,33 +313,7 @@ def _is_being_computed(result: RunResult) -> bool:
 def _result_of(
     path: Path, progress: Callable[[float], None], on_preliminary: Callable[[RunResult], None] | None = None
 ) -> RunResult:
-    return result_of_run(path, _setup_of(path), progress, on_preliminary)
-
-
-def _setup_of(path: Path) -> Setup:
-    """Return what the stored results were made with, so that they are shown; else what the run was recorded with."""
-    return setup_of_result(path) or own_setup(path)
-
-
-def _report_session(session: Session, task: Task) -> WrittenReport:
-    # matplotlib is loaded only where a report is made
-    from radargui.report.report import write_report
-
-    missing = [path for path in session.run_paths() if not _is_computed(path)]
-    share = len(missing) / (len(missing) + 1)
-    # in a process of its own: the window has to be drawn meanwhile
-    if missing:
-        compute_later(missing, lambda done: task.report(share * done), _setup_of)
-    return write_report(session, stored_result, progress=lambda done: task.report(share + (1.0 - share) * done))
-
-
-def _is_computed(path: Path) -> bool:
-    try:
-        stored = read_stored_results(path)
-    except FileError:
-        # the report says why
-        return True
-    return bool(stored) and stored[-1].is_present and stored[-1].version == __version__
+    return result_of_run(path, setup_of(path), progress, on_preliminary)
 
 
 def _free_folder(parent: Path, name: str) -> Path:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,22 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QMargins, QSignalBlocker, QUrl, Signal
 from PySide6.QtGui import QDesktopServices, QResizeEvent
-from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QStackedWidget, QToolBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QMenu, QVBoxLayout, QWidget
 
-from radargui.gui.layout import TIPS, OneLine, PlainLabel, button, fill, having, holding, ticking
+from radargui.gui.layout import (
+    TIPS,
+    OneLine,
+    Pages,
+    PlainLabel,
+    Turning,
+    boxed,
+    button,
+    fill,
+    having,
+    menu_button,
+    ticking,
+)
+from radargui.gui.mnemonics import letter_menu
 from radargui.gui.panels import Actions
 from radargui.gui.plots.plot import Plot
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
@@ -48,7 +62,7 @@ class DropsPanel(QWidget):
         self.plot = Plot(theme, "", "e", left_px=_LEFT, density=0.6)
         self.plot.setToolTip(TIPS["plots"]["Last drops"])
         self._spread, self._mean = self.plot.band("fit"), self.plot.rule("fit", 0.0, angle=0)
-        self._bars = self.plot.fast_line("text", f"± {COVERAGE:g} u")
+        self._bars = self.plot.bars("text", f"± {COVERAGE:g} u")
         self._counts = self.plot.marker("track", size=8, name="counts")
         self._others = self.plot.marker("mark", symbol="d", size=9, name="preliminary, or left out")
         for dots in (self._counts, self._others):
@@ -57,8 +71,7 @@ class DropsPanel(QWidget):
         change = button("Change", self.change_asked, TIPS["buttons"]["Change the session"])
         foot = fill(QHBoxLayout(), (self.session, 1), change, margins=(6, 0, 2, 0), spacing=6)
         fill(QVBoxLayout(self), having(self.words, contentsMargins=foot.contentsMargins()), (self.plot, 1), foot)
-        for changed in (model.rowsInserted, model.dataChanged, model.modelReset):
-            changed.connect(lambda *_: self.refresh())
+        model.altered.connect(self.refresh)
         self._draw()
 
     def show_session(self, *parts: str) -> None:
@@ -82,7 +95,7 @@ class DropsPanel(QWidget):
         self._counts.setData(x[counts], e[counts])
         self._others.setData(x[~counts], e[~counts])
         low, high = e - COVERAGE * u, e + COVERAGE * u
-        self._bars.setData(np.repeat(x, 3), np.stack([low, high, np.full(x.size, np.nan)], axis=1).ravel())
+        self._bars.show_bars(x, e, COVERAGE * u)
         mean, s = series.e.mean, series.e.standard_deviation or 0.0
         self._mean.setVisible(mean is not None)
         ends = np.array([-0.6, max(x.size, 2) - 0.4])
@@ -158,23 +171,27 @@ class RunListPanel(QWidget):
         for action in (does.reject, does.exclude, does.note_run):
             self.table.addAction(action)
         self.pictures = ThumbnailView(theme, self.table)
-        self._looks = holding(QStackedWidget(), self.table, self.pictures)
+        self._looks = Pages(("table", "pictures"), {}, table=self.table, pictures=self.pictures)
 
-        self.report = button("Make report", does.report.trigger)
-        self.preview = button("Report…", does.preview.trigger, does.preview.toolTip())
+        menu = having(QMenu(self), toolTipsVisible=True)
+        menu.addAction("Preview…", does.preview.trigger).setToolTip(does.preview.toolTip())
         # where no program opens it, its first page is shown here
-        self.open_report = button("Open report", lambda: self._open(self._report_file, self._preview_instead))
-        self.open_folder = button("Open folder", lambda: self._open(self.folder, self._say_not_opened))
-        self.export = button("Export tables…", does.export.trigger)
+        opens = partial(self._open, lambda: self._report_file, self._preview_instead)
+        shows = partial(self._open, lambda: self.folder, self._say_not_opened)
+        does_of = {"Make report": does.report.trigger, "Open report": opens, "Open folder": shows}
+        does_of["Export tables…"] = does.export.trigger
+        made = [having(menu.addAction(words, one), toolTip=TIPS["buttons"][words]) for words, one in does_of.items()]
+        self.report, self.open_report, self.open_folder, self.export = made
+        menu.aboutToShow.connect(lambda: letter_menu(menu))
+        self._preview = does.preview
         tip = "Runs that do not count: no fall, or rejected (Del); Del takes the chosen one back"
         self.rejected = having(QCheckBox("Show rejected"), toolTip=tip)
         self.rejected.toggled.connect(does.show_rejected.setChecked)
         self.rejected.toggled.connect(self._hide_rows)
         does.show_rejected.toggled.connect(self.rejected.setChecked)
-        # what has no room on a narrow screen is behind an arrow
         turn = button("Table", does.turn_runs.trigger, does.turn_runs.toolTip())
-        buttons = turn, self.preview, self.report, self.open_report, self.open_folder, self.export
-        row = holding(QToolBar(), self.rejected, *buttons)
+        buttons = boxed(QHBoxLayout(), turn, menu_button("Report", menu), 1, margins=(6, 0, 6, 2), spacing=4)
+        row = Turning(scaled_px(_PICTURES), (self.rejected, 0, 0), (buttons, 0, 1))
         # one line, whatever it says: two would push the buttons out of a low panel
         self.series = having(PlainLabel(), contentsMargins=QMargins(6, 0, 6, 0))
         fill(QVBoxLayout(self), (self._looks, 1), self.series, row)
@@ -186,7 +203,7 @@ class RunListPanel(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
         """Show pictures where there is no room for a table."""
         super().resizeEvent(event)
-        self._looks.setCurrentIndex(int(self.width() < scaled_px(_PICTURES)))
+        self._looks.turn_to("pictures" if self.width() < scaled_px(_PICTURES) else "table")
 
     @property
     def counting(self) -> tuple[Path, ...]:
@@ -295,14 +312,15 @@ class RunListPanel(QWidget):
         self.export.setEnabled(self.table.chosen is not None)
 
     @staticmethod
-    def _open(path: Path | None, otherwise: Callable[[], None]) -> None:
+    def _open(which: Callable[[], Path | None], otherwise: Callable[[], None]) -> None:
         """Let a program of this computer open a file or folder; where none does, do something else."""
+        path = which()
         if path is not None and not QDesktopServices.openUrl(QUrl.fromLocalFile(str(path))):
             otherwise()
 
     def _preview_instead(self) -> None:
         self.not_opened.emit(f"reports, its first page is shown instead: {self._report_file}")
-        self.preview.click()
+        self._preview.trigger()
 
     def _say_not_opened(self) -> None:
         self.not_opened.emit(f"folders: {self.folder}")

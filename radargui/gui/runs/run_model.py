@@ -9,7 +9,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QModelIndex, Qt
+from PySide6.QtCore import QModelIndex, Qt, Signal
 from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QApplication
 
@@ -229,8 +229,11 @@ class RunModel(RowModel[RunEntry]):
         The statistics of the drops that count.
     """
 
+    altered = Signal()
+    """Runs came, went, or are known better."""
+
     def __init__(self) -> None:
-        super().__init__(COLUMNS, lambda entry: str(entry.path))
+        super().__init__(COLUMNS, lambda entry: f"{entry.name}: {entry.verdict}\n{entry.path}")
         self.series: Series = series_of([])
 
     def replace_all(self, entries: Iterable[RunEntry]) -> None:
@@ -266,6 +269,7 @@ class RunModel(RowModel[RunEntry]):
                 self.entries[row] = replace(one, label=numbered[0], left_out=numbered[1])
         if self.entries:
             self.dataChanged.emit(self.index(0, 0), self.index(len(self.entries) - 1, len(COLUMNS) - 1))
+        self.altered.emit()
 
     def is_overtaken(self, path: Path) -> bool:
         """Return whether a later run that counts has its result already: quick results do not come in order."""

@@ -141,6 +141,7 @@ _MADE_BY: dict[str, Callable[[RunResult], Any]] = {
 }
 """What a page draws, made of a result in the background; the others take the result itself."""
 _NOT_OF_RESULT = ("samples", "series")
+_OF_RESULT = {page for _, page in VIEWS.values()} - set(_NOT_OF_RESULT)
 _OVERVIEW = 8
 """Share of the height that belongs to the whole of the run, in percent."""
 
@@ -181,17 +182,18 @@ class RunPanel(QWidget):
         )
         self._start = start
         self.figures, self.samples = FiguresView(theme), SamplesView(theme)
-        later: dict[str, Callable[[], QWidget]] = {"steps": partial(CorrectionView, theme)}
-        later |= {"phase": partial(PhaseView, theme), "methods": partial(MethodsView, theme, self.methods_asked.emit)}
-        later |= {"planes": partial(PlanesView, theme), "budget": partial(BudgetView, theme)}
-        later |= {
+        later: dict[str, Callable[[], QWidget]] = {
+            "track": make_track,
+            "planes": partial(PlanesView, theme),
+            "steps": partial(CorrectionView, theme),
+            "phase": partial(PhaseView, theme),
             "spectrum": lambda: SignalView(SpectrumView(theme)),
             "waterfall": lambda: SignalView(WaterfallView(theme)),
+            "methods": partial(MethodsView, theme, self.methods_asked.emit),
+            "budget": partial(BudgetView, theme),
         }
         pages = dict.fromkeys(page for _, page in VIEWS.values())
-        later["track"] = make_track
-        self.tabs = Pages({name: name for name in pages}, later, samples=self.samples, series=series)
-        self.tabs.hide_tabs()
+        self.tabs = Pages(pages, later, samples=self.samples, series=series)
         self.instant = Instant(theme)
         self.overview = ScrubPlot(theme, self.instant)
         self.view = having(Choice((name, words) for name, (words, _) in VIEWS.items()), accessibleName="View")
@@ -228,7 +230,7 @@ class RunPanel(QWidget):
             show_part(self.chosen)
         for one in (self.overview, self._there):
             one.setVisible(page != "series")
-        self.tabs.setCurrentIndex(list(dict.fromkeys(one for _, one in VIEWS.values())).index(page))
+        self.tabs.turn_to(page)
         self._draw()
 
     def clear(self) -> None:
@@ -276,7 +278,7 @@ class RunPanel(QWidget):
         self.figures.notes = tuple(filter(None, notes))
         self.result, self._made, self._making = result, {}, set()
         self._title.setText(f"{name}, preliminary" if result.preliminary else name)
-        self._stale = {*_pages_of_result(), "overview"}
+        self._stale = {*_OF_RESULT, "overview"}
         self._why = ""
         self._say_why()
         self.figures.show_result(result)
@@ -338,10 +340,6 @@ class RunPanel(QWidget):
             self.tabs.made["track"].show_sphere(place_mm)
 
 
-def _pages_of_result() -> set[str]:
-    return {page for _, page in VIEWS.values()} - set(_NOT_OF_RESULT)
-
-
 class SamplesView(QWidget):
     """All samples at a glance, there before anything is processed: one plot a receiver, time from the first sample."""
 
@@ -376,7 +374,8 @@ class SamplesView(QWidget):
             self.clear()
             bottom = [""] * (count - 1) + ["time after the first sample [s]"]
             self.plots = [
-                Plot(self._theme, words, f"Rx {number} [V]", left_px=_LEFT) for number, words in enumerate(bottom, 1)
+                Plot(self._theme, words, f"Rx {number} [V]", left_px=_LEFT, figures_below=bool(words))
+                for number, words in enumerate(bottom, 1)
             ]
             for plot in self.plots:
                 self._column.addWidget(plot, 1)

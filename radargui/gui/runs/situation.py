@@ -145,9 +145,7 @@ class SituationModel(QObject):
         self._failure = self.hardly_seen = self.sound = ""
         # of many runs that are listed one after the other once
         self._soon = ticking(self, 0, self.look, once=True)
-        model = runs.model
-        for changed in (model.rowsInserted, model.dataChanged, model.modelReset):
-            changed.connect(lambda *_: self._soon.start())
+        runs.model.altered.connect(self._soon.start)
         runs.table.selectionModel().selectionChanged.connect(lambda *_: self._soon.start())
         control = self.control
         control.state_changed.connect(self.look)

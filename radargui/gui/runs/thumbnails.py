@@ -4,7 +4,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QItemSelectionModel, QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QItemSelectionModel, QMargins, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QListView, QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
@@ -56,7 +56,7 @@ class ThumbnailView(QListView):
         self.setItemDelegate(_Painter(theme, self))
         having(self, viewMode=self.ViewMode.IconMode, movement=self.Movement.Static, resizeMode=self.ResizeMode.Adjust)
         having(self, uniformItemSizes=True, selectionMode=self.SelectionMode.NoSelection)
-        having(self, minimumHeight=scaled_px(_HEIGHT) + 2 * _GAP, accessibleName="Height against time of each run")
+        self.setAccessibleName("Height against time of each run")
         self.setModel(runs.model() if isinstance(runs, RowTable) else runs)
         if isinstance(runs, RowTable):
             self.setSelectionModel(runs.selectionModel())
@@ -68,6 +68,10 @@ class ThumbnailView(QListView):
             select = QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel.SelectionFlag.Rows
             self.activated.connect(lambda index: self.selectionModel().select(index, select))
             self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+
+    def minimumSizeHint(self) -> QSize:  # noqa: N802 - Qt's name
+        """Return room for one picture."""
+        return QSize(scaled_px(_WIDTH), scaled_px(_HEIGHT)).grownBy(QMargins(_GAP, _GAP, _GAP, _GAP))
 
 
 class _Painter(QStyledItemDelegate):

@@ -5,9 +5,9 @@ from PySide6.QtCore import QMargins, QSize
 from PySide6.QtGui import QFont, QFontMetricsF, QResizeEvent
 from PySide6.QtWidgets import QGridLayout
 
+from radargui.acquisition.envelope import thin
 from radargui.gui.control.state import Feed
 from radargui.gui.layout import having, take_out
-from radargui.gui.plots.envelope import thin
 from radargui.gui.plots.plot import PerReceiver, Plot
 from radargui.gui.theme import Theme, inside_pt, scaled_px
 from radargui.model.arrays import FloatArray

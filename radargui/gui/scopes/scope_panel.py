@@ -9,16 +9,16 @@ from dataclasses import replace
 from PySide6 import QtWidgets
 from PySide6.QtCore import QMargins, Qt
 
-from radargui.acquisition.health import Health
+from radargui.acquisition.envelope import Envelope, look
+from radargui.acquisition.health import Health, duration
 from radargui.acquisition.run_output import Level
 from radargui.gui.control.state import Feed
-from radargui.gui.layout import TIPS, Choice, boxed, button, fill, having, holding, take_out
-from radargui.gui.plots.envelope import Envelope, look
+from radargui.gui.layout import TIPS, Choice, Pages, boxed, button, fill, having, take_out
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import LAST, NOW
 from radargui.gui.scopes.alignment_view import SPAN_S, AlignmentView
 from radargui.gui.scopes.scope import HELD, GainDialog, LevelBar, Scope
-from radargui.gui.scopes.shown import Shown, ago
+from radargui.gui.scopes.shown import Shown
 from radargui.gui.scopes.spectrum_view import BANDS_HZ, SpectrumView, WaterfallView
 from radargui.gui.theme import Theme
 from radargui.model.arrays import BoolArray, FloatArray
@@ -159,12 +159,14 @@ class ScopePanel(QtWidgets.QWidget):
         self._held_at_s = 0.0
         self.time, self.spectrum = TimeView(theme), SpectrumView(theme)
         self.waterfall, self.alignment = WaterfallView(theme), AlignmentView(theme)
-        self._pages = (self.time, self.spectrum, self.waterfall, self.alignment)
+        pages = (self.time, self.spectrum, self.waterfall, self.alignment)
+        self.pages = Pages(VIEWS, {}, **dict(zip(VIEWS, pages, strict=True)))
 
         self.view, self.span, self.band = Choice(VIEWS.items()), Choice(_SPANS, window_s), Choice(_BANDS, BANDS_HZ[1])
         self.let_go = button("Hold anew", self.alignment.bars.let_go)
         self.pause = QtWidgets.QCheckBox("Pause")
-        self.key = Key(theme, *IQ_KEY)
+        self.key = having(Key(theme, *IQ_KEY), minimumWidth=0)
+        self.key.setSizePolicy(QtWidgets.QSizePolicy.Policy.Minimum, QtWidgets.QSizePolicy.Policy.Preferred)
         parts = (self.view, self.span, self.band, self.let_go, self.pause, 1, self.key)
         top = fill(QtWidgets.QHBoxLayout(), *parts, margins=(6, 4, 6, 0), spacing=6)
 
@@ -178,8 +180,7 @@ class ScopePanel(QtWidgets.QWidget):
         for choice in choices.values():
             # in a narrow dock their words are cut before the plots are
             choice.setMinimumWidth(46)
-        self._stack = holding(QtWidgets.QStackedWidget(), *self._pages)
-        fill(QtWidgets.QVBoxLayout(self), top, self._past, (self._stack, 1))
+        fill(QtWidgets.QVBoxLayout(self), top, self._past, (self.pages, 1))
 
         self.view.currentIndexChanged.connect(self._choose)
         self.pause.toggled.connect(self._pause)
@@ -222,7 +223,7 @@ class ScopePanel(QtWidgets.QWidget):
     def clear(self) -> None:
         """Forget what was shown: it belongs to another session."""
         self._last = None
-        for page in self._pages:
+        for page in self.pages.made.values():
             page.show_nothing()
         self.time.show_levels()
         self._say()
@@ -233,11 +234,11 @@ class ScopePanel(QtWidgets.QWidget):
             self.time.show_levels(health.levels)
         if self._held is not None:
             at = time.strftime("%H:%M:%S", time.localtime(self._held_at_s))
-            self.when.setText(f"paused at {at}, {ago(self._clock() - self._held_at_s)} ago")
+            self.when.setText(f"paused at {at}, {duration(self._clock() - self._held_at_s)} ago")
         shown = self._shown()
         if shown is None or not self.isVisible():
             return
-        page = self._pages[self._stack.currentIndex()]
+        page = self.pages.made[self.pages.shown]
         page.draw(replace(shown, window_s=max(shown.window_s, SPAN_S)) if page is self.alignment else shown)
         self._say()
 
@@ -272,27 +273,15 @@ class ScopePanel(QtWidgets.QWidget):
 
     def _choose(self) -> None:
         name = self.view.currentData()
-        self._stack.setCurrentIndex(self.view.currentIndex())
-        ignored, preferred = QtWidgets.QSizePolicy.Policy.Ignored, QtWidgets.QSizePolicy.Policy.Preferred
-        for page in self._pages:
-            # the room that one view needs is not asked for another
-            policy = preferred if page is self._stack.currentWidget() else ignored
-            page.setSizePolicy(policy, policy)
-        short = name == "time"
-        self.key.setMinimumWidth(0 if short else 40)
-        self.key.setSizePolicy(QtWidgets.QSizePolicy.Policy.Minimum if short else preferred, preferred)
+        self.pages.turn_to(name)
         self.let_go.setVisible(name == "alignment")
         self.band.setVisible(name in ("spectrum", "waterfall"))
         self.span.setVisible(name != "alignment")
-        self.key.setVisible(name in ("time", "spectrum"))
+        self.key.setVisible(name == "time")
         self._renew()
 
     def _say(self) -> None:
-        if self.view.currentData() == "spectrum":
-            receivers = (("▬", f"receivers.{number}", f"Rx {number + 1}") for number in range(len(self.time.scopes)))
-            self.key.show_entries(*receivers)
-        else:
-            self.key.show_entries(*IQ_KEY, *([_LOST] if self.time.any_lost else []))
+        self.key.show_entries(*IQ_KEY, *([_LOST] if self.time.any_lost else []))
 
     def _renew(self) -> None:
         """Draw anew: with another window, of another acquisition, after a pause."""

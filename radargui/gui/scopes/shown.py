@@ -63,10 +63,3 @@ class Follower:
             self.band = Baseband(shown.feed.ring, shown.feed.rate_hz, half_band_hz, shown.window_s, sign)
         self.band.pull(shown.end)
         return self.band
-
-
-def ago(seconds: float) -> str:
-    """Return a span of time in words of which nobody needs more: 12 s, 3 min 5 s, 2 h 10 min."""
-    minutes, rest = divmod(max(0, int(seconds)), 60)
-    hours, beyond = divmod(minutes, 60)
-    return f"{hours} h {beyond} min" if hours else f"{minutes} min {rest} s" if minutes else f"{rest} s"

@@ -7,11 +7,12 @@ from itertools import chain
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QRectF
+from PySide6.QtCore import QMargins, QRectF
 from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout
 
 from radargui.acquisition.baseband import Baseband, SpectralLine, Spectrum
 from radargui.gui.layout import fill, having, take_out
+from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import LAST, PerReceiver, Plot
 from radargui.gui.scopes.shown import Follower, Shown
 from radargui.gui.theme import Theme
@@ -93,8 +94,9 @@ class _OfFrequencies(PerReceiver):
     def __init__(self, theme: Theme, every: int) -> None:
         super().__init__()
         self._theme, self._every = theme, every
-        self.words = QLabel()
-        self.words.setContentsMargins(6, 0, 6, 2)
+        # in a narrow dock their end is told by the tip: the plots would be scrolled for them
+        self.words = having(QLabel(), contentsMargins=QMargins(6, 0, 6, 2))
+        self.words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self._column = fill(QVBoxLayout(self), self.words)
         self.half_band_hz = BANDS_HZ[1]
         self._follower = Follower()
@@ -126,15 +128,16 @@ class SpectrumView(_OfFrequencies):
         # eight spectra a second are read well, and cost little
         super().__init__(theme, every=4)
         self.plots: list[SpectrumPlot] = []
+        self.key = Key(theme)
+        self._column.insertWidget(0, self.key)
         self.set_receivers(1)  # one plot for all
-        self.words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.spectrum: Spectrum | None = None
         self.show_nothing()
 
     def make_plots(self, count: int) -> None:
         """Make the plot."""
         self.plots = [SpectrumPlot(self._theme) for _ in range(count)]
-        self._column.insertWidget(0, self.plots[0], 1)
+        self._column.insertWidget(1, self.plots[0], 1)
 
     def show_nothing(self) -> None:
         """Forget what was shown."""
@@ -151,7 +154,9 @@ class SpectrumView(_OfFrequencies):
         if not self._drawn or self._drawn[0] is not band:
             self.plots[0].set_scale(shown.feed.setup.radar.wavelength_m, band.half_band_hz)
         self._drawn, self.spectrum = (band, band.end), spectrum
-        mains = [spectrum.mains(receiver) for receiver in range(len(spectrum.amplitude_v))]
+        receivers = range(len(spectrum.amplitude_v))
+        self.key.show_entries(*(("▬", f"receivers.{n}", f"Rx {n + 1}") for n in receivers))
+        mains = [spectrum.mains(receiver) for receiver in receivers]
         self.plots[0].draw(spectrum, list(chain(*mains)))
         lines = [self._line(shown, spectrum, receiver, own) for receiver, own in enumerate(mains)]
         said = (
@@ -196,7 +201,8 @@ class Waterfall(_FrequencyPlot):
         self._picture.setColorMap("viridis")
         self._level: FloatArray = np.empty((0, 0))
         self._axes: tuple[FloatArray, FloatArray] = (np.empty(0), np.empty(0))
-        super().__init__(theme, LAST if with_time else "", f"Rx {number} [Hz]", left_px=70, live=True, density=0.6)
+        axes = (LAST if with_time else "", f"Rx {number} [Hz]")
+        super().__init__(theme, *axes, left_px=70, live=True, density=0.6, figures_below=with_time)
         self.addItem(self._picture, ignoreBounds=True)
         self.setXRange(-3.0, 0.0, padding=0)
         self.setYRange(-BANDS_HZ[1], BANDS_HZ[1], padding=0)
@@ -269,7 +275,6 @@ class WaterfallView(_OfFrequencies):
             plot.draw(time_s, frequency, rows, (low, top))
             plot.set_scale(shown.feed.setup.radar.wavelength_m, band.half_band_hz)
         self.plots[-1].setXRange(shown.time_s(shown.end) - shown.window_s, shown.time_s(shown.end), padding=0)
-        self.words.setText(
-            f"Light: {top:z.0f} dB re 1 V, dark: {low:z.0f} dB; lines {plain(2 * band.rate_hz / _SIZE, 2)} Hz apart"
-            " are told apart"
-        )
+        apart = f"tells lines {plain(2 * band.rate_hz / _SIZE, 2)} Hz apart"
+        words = f"Light: {top:z.0f} dB re 1 V, dark: {low:z.0f} dB; {apart}"
+        having(self.words, text=words, toolTip=words)

@@ -17,13 +17,13 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLineEdit, QSplitter, QV
 from radargui.gui.background import OneAtATime, Task
 from radargui.gui.bubble import FaultBubble
 from radargui.gui.layout import FRAMED, TIPS, PlainLabel, button, fill, having, labelled, ticking
-from radargui.gui.runs.run_model import COLUMNS as RUN_COLUMNS, RunEntry
+from radargui.gui.runs.run_model import RunEntry, RunModel
 from radargui.gui.runs.thumbnails import ThumbnailView, entry_of
 from radargui.gui.services import Services
 from radargui.gui.table import RowModel, RowTable
 from radargui.model.calibrated_setup import calibration_words
 from radargui.model.words import counted, percent, written_time
-from radargui.restitution.series import drop_labels, series_of
+from radargui.restitution.series import series_of
 from radargui.session.catalogue import Catalogue, Query, SessionSummary
 from radargui.session.info import read_info
 from radargui.session.lock import owner_of
@@ -58,10 +58,8 @@ def look_at(session: Path) -> tuple[tuple[RunEntry, ...], str, str]:
     """Return the runs of a session, some milliseconds each, its calibration, and who writes to it now; else empty."""
     owner, info = owner_of(session), read_info(session)
     busy = f"{owner} writes to it" if owner is not None and not owner.is_me else ""
-    entries = [replace(entry_of(path), rejected=info.rejected.get(path.name)) for path in run_paths(session)]
-    labels = drop_labels((entry.name, entry.origin, entry.is_drop) for entry in entries)
-    labelled = tuple(replace(entry, label=labels[entry.name]) for entry in entries)
-    return labelled, calibration_words(info.setup), busy
+    runs = tuple(replace(entry_of(path), rejected=info.rejected.get(path.name)) for path in run_paths(session))
+    return runs, calibration_words(info.setup), busy
 
 
 _WAIT_MS = 250
@@ -169,7 +167,7 @@ class SessionBrowser(QWidget):
         self.table = RowTable(self.model, "sessions.list", many=True)
         self.words = PlainLabel()
         self.details = PlainLabel()
-        self.runs = RowModel[RunEntry](RUN_COLUMNS, lambda run: f"{run.name}: {run.verdict}")
+        self.runs = RunModel()
         self.thumbnails = ThumbnailView(services.theme, self.runs)
         self.review = button("Open for review", lambda: self._ask(self.open_asked))
         self.take_setup = button("Set up as in this session", lambda: self._ask(self.setup_asked))

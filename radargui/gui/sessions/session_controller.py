@@ -1,5 +1,6 @@
 """What the window does with sessions: browse, open, take the setup of one, keep what is said of it."""
 
+from collections.abc import Mapping
 from concurrent.futures import Future, wait
 from datetime import datetime
 from functools import partial
@@ -9,6 +10,7 @@ from typing import Literal
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 
+from radargui.experiment.reporting import report_series
 from radargui.gui.background import Task, Then, Work
 from radargui.gui.control.state import Details
 from radargui.gui.layout import having, ticking
@@ -16,30 +18,15 @@ from radargui.gui.runs.run_controller import RunController
 from radargui.gui.services import Services
 from radargui.gui.sessions.browser import SessionBrowser
 from radargui.gui.setup.session_panel import SessionPanel
-from radargui.gui.setup.setup_model import SetupFileController, keys_unlike, named
+from radargui.gui.setup.setup_model import SetupFileController, named
 from radargui.model.errors import CancelledError, SessionError
 from radargui.model.setup import Setup
+from radargui.model.setup_error import changed_settings
 from radargui.model.words import counted
-from radargui.processing.result_of_run import stored_or_computed
 from radargui.session.catalogue import default_index_path
 from radargui.session.info import SessionInfo, read_info
 from radargui.session.lock import Owner, SessionLock, SessionLockedError, owner_of
 from radargui.session.session import Session
-
-
-def _reported_series(sessions: tuple[Path, ...], output: Path, task: Task) -> Path:
-    # matplotlib is loaded only where a report is made
-    from radargui.report.report import study_session, write_series_report
-
-    facts = []
-    for number, path in enumerate(sessions):
-
-        def part(share: float, number: int = number) -> None:
-            task.report((number + share) / (len(sessions) + 1))
-
-        session = Session.open(path, write=False)
-        facts.append(study_session(session, stored_or_computed, part))
-    return write_series_report(facts, output).pdf.parent
 
 
 def _opened(path: Path, task: Task) -> Session:
@@ -52,6 +39,7 @@ def _opened(path: Path, task: Task) -> Session:
     return session
 
 
+_Answer = Literal["new", "add", "correct"]
 _SAVE_DETAILS_MS = 800
 """After the last key (chosen by hand): a shorter wait writes within a word, a longer one loses more at a crash."""
 
@@ -194,7 +182,7 @@ class SessionController(QObject):
             board = self.services.board
             self.services.work.start(
                 f"the report of {len(sessions)} sessions",
-                lambda task: _reported_series(sessions, Path(name), task),
+                lambda task: report_series(sessions, Path(name), task.report),
                 lambda made: board.post("info", f"Report of the series written: {made}"),
             )
 
@@ -204,7 +192,7 @@ class SessionController(QObject):
             return False
         session = self.control.session
         if session is not None and session.setup != setup:
-            changed = named(keys_unlike(session.setup, setup))
+            changed = named([one.key for one in changed_settings(session.setup, setup)])
             self.services.board.post("info", f"New session begins: {changed} changed.")
         if session is None or session.read_only or not self.control.is_reviewed or session.setup != setup:
             return True
@@ -216,17 +204,20 @@ class SessionController(QObject):
             self._typed = None
         return answer != ""
 
-    def ask_where(self, name: str) -> Literal["new", "add", ""]:
+    def ask_where(self, name: str) -> _Answer | Literal[""]:
         """Ask the operator where the next runs go; empty: nowhere, do not record."""
-        box = having(QMessageBox(self.services.parent), windowTitle="RadarGUI")
-        box.setText(f"{name} was opened for review. Where shall the next runs go?")
-        new = box.addButton("New session", QMessageBox.ButtonRole.AcceptRole)
-        add = box.addButton(f"Add to {name}", QMessageBox.ButtonRole.AcceptRole)
-        box.addButton(QMessageBox.StandardButton.Cancel)
-        box.setDefaultButton(new)
+        words = f"{name} was opened for review. Where shall the next runs go?"
+        return self._ask(words, {"new": "New session", "add": f"Add to {name}"})
+
+    def _ask(self, words: str, answers: Mapping[_Answer, str], *, may_begin: bool = True) -> _Answer | Literal[""]:
+        """Ask which of some answers holds; empty: none. Enter gives the first one, where a session may begin."""
+        box = having(QMessageBox(self.services.parent), windowTitle="RadarGUI", text=words)
+        buttons = {name: box.addButton(said, QMessageBox.ButtonRole.AcceptRole) for name, said in answers.items()}
+        buttons["new"].setEnabled(may_begin)
+        cancel = box.addButton(QMessageBox.StandardButton.Cancel)
+        box.setDefaultButton(buttons["new"] if may_begin else cancel)
         box.exec()
-        chosen = box.clickedButton()
-        return "new" if chosen is new else "add" if chosen is add else ""
+        return next((name for name, one in buttons.items() if one is box.clickedButton()), "")
 
     def take_setup(self, path: Path) -> None:
         """Use the settings of a session for the next one."""
@@ -340,21 +331,12 @@ class SessionController(QObject):
             self.panel.set_details(**said | renamed)
         return answer != ""
 
-    def ask_name(self, n_runs: int, known: str, *, may_begin: bool) -> Literal["new", "correct", ""]:
+    def ask_name(self, n_runs: int, known: str, *, may_begin: bool) -> _Answer | Literal[""]:
         """Ask what another sample or target means; empty: the name stays as it was."""
-        box = having(QMessageBox(self.services.parent), windowTitle="RadarGUI")
-        has = "has" if n_runs == 1 else "have"
-        box.setText(
-            f"{counted(n_runs, 'run')} of this session {has} {known}. Does another one come now, or was that wrong?"
-        )
-        new = box.addButton("New session", QMessageBox.ButtonRole.AcceptRole)
-        new.setEnabled(may_begin)
-        correct = box.addButton(f"Correct the name of {counted(n_runs, 'run')}", QMessageBox.ButtonRole.ActionRole)
-        cancel = box.addButton(QMessageBox.StandardButton.Cancel)
-        box.setDefaultButton(new if may_begin else cancel)
-        box.exec()
-        chosen = box.clickedButton()
-        return "new" if chosen is new else "correct" if chosen is correct else ""
+        runs, has = counted(n_runs, "run"), "has" if n_runs == 1 else "have"
+        words = f"{runs} of this session {has} {known}. Does another one come now, or was that wrong?"
+        answers: dict[_Answer, str] = {"new": "New session", "correct": f"Correct the name of {runs}"}
+        return self._ask(words, answers, may_begin=may_begin)
 
     def _save_aside(self) -> None:
         session, panel = self.control.session, self.panel

@@ -76,7 +76,8 @@ class AntennaPanel(FormPanel):
         super().__init__(model, does.take_over.trigger)
         self.map = UncertaintyMapView(model, jobs, theme)
         self.only_shows = (self.map,)
-        self.table, self.matrix, self.calibration = ReceiverTable(model), TMatrixView(model), CalibrationGroup(model)
+        self.table, self.matrix = ReceiverTable(model), TMatrixView(model)
+        self.calibration = CalibrationGroup(model, does)
         wave, tracer, site, air = (SetupForm(name, model) for name in ("wave", "tracer", "site", "air"))
         container = SetupForm("container", model)
         self._place = wave.rows
@@ -154,12 +155,11 @@ class TMatrixView(ModelGroup):
 class CalibrationGroup(ModelGroup):
     """Beside the antennas: which calibration they have, what is wrong with it, and the way to another."""
 
-    asked, taken = Signal(), Signal()
-    found = Signal(object)
+    taken, found = Signal(), Signal(object)
 
-    def __init__(self, model: SetupModel) -> None:
+    def __init__(self, model: SetupModel, does: Actions) -> None:
         self.words, self.checked, self.fault = PlainLabel(), Answer(), FaultText()
-        self.begin = button("Calibrate the antennas…", lambda: self.asked.emit())
+        self.begin = button("Calibrate the antennas…", does.calibrate.trigger)
         self.take_over = button("Take over", lambda: self.taken.emit())
         self.take_over.setToolTip(
             "Write what the drops say into the setup, and keep it as a calibration; Undo all changes takes it back"

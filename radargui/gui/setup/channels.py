@@ -4,9 +4,7 @@ import math
 from datetime import datetime
 from functools import partial
 
-from PySide6.QtCore import QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
 
 from radargui.acquisition.health import ChannelFacts, channel_facts, snr_db
 from radargui.gui.control.state import AppState, Feed
@@ -15,7 +13,7 @@ from radargui.gui.panels import Actions
 from radargui.gui.scopes.scope import LevelBar
 from radargui.gui.services import Services
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.theme import Theme, write
+from radargui.gui.theme import Theme
 from radargui.model.rounding import with_sign
 from radargui.model.words import percent
 
@@ -25,8 +23,6 @@ _LOOK_MS = 200
 """Chosen by hand: a reading takes up to so much longer than `MOMENT_S`."""
 _EVERY = 5
 """Looks from one reading to the next while samples come in: once a second can be read."""
-_BAR_PX = 6
-"""Height of the bar between its two lines of words (chosen by hand)."""
 
 
 class ChannelBar(LevelBar):
@@ -40,12 +36,11 @@ class ChannelBar(LevelBar):
         What is shown; None: nothing is known.
     """
 
+    n_lines = 2
+
     def __init__(self, theme: Theme, name: str, wired_to: str, full_scale_v: float) -> None:
-        self.wired_to, self.words = wired_to, ("", "")
         super().__init__(theme, name, name[0].lower(), full_scale_v)
-        having(self, minimumSize=self.size(), maximumSize=QWidget().maximumSize())
-        self.setFixedHeight(2 * self.fontMetrics().height() + _BAR_PX + 2)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.wired_to = wired_to
         self.show_facts(None)
 
     def show_facts(self, facts: ChannelFacts | None, ratio_db: float = math.nan) -> None:
@@ -61,22 +56,9 @@ class ChannelBar(LevelBar):
             ratio = "" if math.isnan(ratio_db) else f"SNR {ratio_db:.0f} dB"
             drift = "" if math.isnan(facts.drift_v) else f"drift {with_sign(1e3 * facts.drift_v, 1)} mV"
             rest = ", ".join(filter(None, (ratio, noise, drift)))
-        self.words = f"{self.name} {self.wired_to}: {'CLIPS ' * self.clipping}{level}", rest
-        whole = ", ".join(filter(None, self.words))
-        having(self, accessibleName=whole, toolTip=f"{whole}\n{TIPS['plots']['Channels']}").update()
-
-    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
-        """Draw the words, the bar between them."""
-        colours, room = self._theme.colours, QRectF(self.rect()).adjusted(4.0, 1.0, -4.0, -1.0)
-        alarm, line = colours.alarm if self.clipping else "", float(self.fontMetrics().height())
-        painter, left = QPainter(self), int(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
-        for top, words, colour in ((0.0, self.words[0], alarm or colours.text), (line + _BAR_PX, *self.words[1:], "")):
-            fitting = self.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, int(room.width()))
-            write(painter, room.adjusted(0.0, top, 0.0, 0.0), fitting, colour or colours.faint, left)
-        bar = QRectF(room.left(), room.top() + line, room.width(), _BAR_PX)
-        painter.fillRect(bar, QColor(colours.raised))
-        bar.setWidth(min(1.0, self._share) * bar.width())
-        painter.fillRect(bar, QColor(alarm or colours.role(self._role)))
+        first = f"{self.name} {self.wired_to}: {'CLIPS ' * self.clipping}{level}"
+        whole = ", ".join(filter(None, (first, rest)))
+        self.say(f"{whole}\n{TIPS['plots']['Channels']}", first, rest)
 
 
 class ChannelPanel(QWidget):

@@ -20,10 +20,8 @@ from radargui.model.calibration import Calibration
 from radargui.model.rounding import UNKNOWN, concise, with_sign
 from radargui.model.scattering import received_direction, transmitted_direction
 from radargui.model.setup import Setup
-from radargui.physics.path_length import place_antennas
+from radargui.physics.path_length import HALF_FIELD_M, place_antennas
 
-HALF_FIELD_M = 0.15
-"""The field of view, 30 x 30 x 30 cm round the origin (DESIGN: the physics in one page)."""
 _STROKE_M = 0.09
 """Half of a polarisation's stroke: long enough to show its direction at a third of a panel's width."""
 _LEAST = 110

@@ -25,11 +25,12 @@ from radargui.gui.layout import (
 from radargui.gui.panels import Actions
 from radargui.gui.services import Services
 from radargui.gui.setup.fields import FormPanel, ModelGroup, SetupForm
-from radargui.gui.setup.setup_model import MAX_NAMED, SetupModel
+from radargui.gui.setup.setup_model import MAX_NAMED, SetupModel, named
 from radargui.gui.setup_words import FORMS, called, in_words
 from radargui.model.errors import DeviceError
 from radargui.model.plugins import plugins
 from radargui.model.setup import MEASURING, Setup
+from radargui.model.setup_error import changed_settings
 from radargui.model.words import counted, percent
 from radargui.sources.factory import SourceKind
 from radargui.sources.ni.checks import check_rate, rate_limit_hz, rate_sentence
@@ -123,10 +124,10 @@ class ReplayForm(Group):
         self._compare()
 
     def _compare(self) -> None:
-        keys = [] if self._own is None else self._model.unlike(self._own)
-        keys = [key for key in keys if re.split(r"[.\[]", key)[0] in MEASURING]
-        named = ", ".join(map(called, keys[:MAX_NAMED])) + (" …" if len(keys) > MAX_NAMED else ".")
-        self.other.setText(f"This recording was made with another setup, and is computed with the one here: {named}")
+        changed = () if self._own is None else changed_settings(self._own, self._model.setup)
+        keys = [one.key for one in changed if re.split(r"[.\[]", one.key)[0] in MEASURING]
+        other = "This recording was made with another setup, and is computed with the one here"
+        self.other.setText(f"{other}: {named(keys)}{'' if len(keys) > MAX_NAMED else '.'}")
         for part in (self.other, self.take_own):
             part.setVisible(bool(keys))
         # what was edited and stands in no file would be lost

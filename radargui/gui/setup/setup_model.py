@@ -16,7 +16,7 @@ from radargui.gui.setup_words import called, entries_of, faults_of, parts_of
 from radargui.model.errors import RadarGuiError, SetupError
 from radargui.model.radar import MAX_RECEIVERS, Radar
 from radargui.model.setup import Setup, dump_setup, parse_setup, plain, read_setup, write_setup
-from radargui.model.setup_error import flattened
+from radargui.model.setup_error import ChangedSetting, changed_settings, flattened
 from radargui.model.words import counted
 from radargui.system.resources import default_setup_path, shipped_setups
 
@@ -61,17 +61,14 @@ class SetupModel(QObject):
         """Show the setup of a session, which is not edited; where it is the operator's own nothing changes."""
         self.end_review()
         if setup != self.setup:
-            self._own = self.path, self._saved, self.setup, self._draft
-            self.path, self.reviewed = None, name
-            self._saved, self._of_file, self._draft = setup, setup.model_dump(), plain(setup)
-            self._validate()
+            self._own, self.reviewed = (self.path, self._saved, self.setup, self._draft), name
+            self._begin(None, setup, plain(setup))
 
     def end_review(self) -> None:
         """Show the operator's own setup again, as it was left."""
         if self._own is not None:
-            (self.path, self._saved, _, self._draft), self._own, self.reviewed = self._own, None, ""
-            self._of_file = self._saved.model_dump()
-            self._validate()
+            (path, saved, _, draft), self._own, self.reviewed = self._own, None, ""
+            self._begin(path, saved, draft)
 
     @property
     def own_setup(self) -> Setup:
@@ -113,13 +110,16 @@ class SetupModel(QObject):
         """Keys whose values are others now than at the last run, with those of then; empty before the first run."""
         if self._of_last_run is None or not self.valid or self.reviewed:
             return {}
-        return _changes(self._of_last_run.model_dump(), self.setup.model_dump())
+        return {one.key: one.before for one in changed_settings(self._of_last_run, self.setup)}
 
     @property
     def unsaved(self) -> tuple[str, ...]:
         """Keys whose values are not those of the file, of the operator's own setup."""
         saved, draft = (self._saved, self._draft) if self._own is None else (self._own[1], self._own[3])
-        return tuple(_changes(plain(saved), draft))
+        before, now = (dict(flattened(one, every=True)) for one in (plain(saved), draft))
+        # of a calibration its file is named, not each covariance
+        keys = (key for key in before | now if not key.startswith("calibration.content"))
+        return tuple(key for key in keys if before.get(key) != now.get(key))
 
     def fault_of(self, key: str) -> str:
         """Return what is wrong with a value, in the words and the unit of its field; empty where nothing is."""
@@ -138,16 +138,9 @@ class SetupModel(QObject):
         own, saved = (dict(flattened(one, every=True)) for one in (self.value(key), self.saved_value(key)))
         return own != saved
 
-    def unlike(self, other: Setup) -> list[str]:
-        """Return the keys whose values are not those of another setup."""
-        return list(keys_unlike(other, self.setup))
-
-    def differences(self, other: Setup) -> list[tuple[str, Any, Any]]:
-        """Return the keys whose values are not those of the operator's own setup: with the other's, and his."""
-        own = dict(flattened(self.own_setup.model_dump(), every=True))
-        return [
-            (key, was, own.get(key)) for key, was in _changes(other.model_dump(), self.own_setup.model_dump()).items()
-        ]
+    def differences(self, other: Setup) -> tuple[ChangedSetting, ...]:
+        """Return what another setup has otherwise than the operator's own one."""
+        return changed_settings(other, self.own_setup)
 
     def undo(self, key: str) -> None:
         """Take back a value that was changed since the file was read or saved."""
@@ -295,19 +288,6 @@ def _found(tables: Any, key: str) -> Any:
     except (KeyError, IndexError, TypeError):
         return None
     return tables
-
-
-def keys_unlike(one: Setup, other: Setup) -> tuple[str, ...]:
-    """Return the keys whose values are not the same in two setups."""
-    return tuple(_changes(one.model_dump(), other.model_dump()))
-
-
-def _changes(tables: Any, others: Any) -> dict[str, Any]:
-    """Return the keys whose values differ, with those of the first tables."""
-    before, now = (dict(flattened(one, every=True)) for one in (tables, others))
-    # of a calibration its file is named, not each covariance
-    keys = (key for key in before | now if not key.startswith("calibration.content"))
-    return {key: before.get(key) for key in keys if before.get(key) != now.get(key)}
 
 
 FILTER = "Setup files (*.toml);;All files (*)"

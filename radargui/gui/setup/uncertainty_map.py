@@ -1,6 +1,5 @@
 """The map of the position uncertainty to expect over the field of view, computed beside the drawing thread."""
 
-from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
@@ -13,15 +12,12 @@ from radargui.gui.background import Jobs
 from radargui.gui.layout import TIPS, Group, PlainLabel, boxed, having, ticking
 from radargui.gui.plots.key import ColourBar
 from radargui.gui.plots.plot import Plot
-from radargui.gui.setup.geometry_sketch import HALF_FIELD_M
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.theme import Theme
-from radargui.model.arrays import FloatArray
 from radargui.model.setup import Setup
-from radargui.processing.expected_uncertainty import expected_uncertainty
+from radargui.physics.path_length import HALF_FIELD_M
+from radargui.processing.expected_uncertainty import POINTS, UncertaintyMap, map_of
 
-POINTS = 25
-"""Along each edge: a place every 12.5 mm, between which u changes by a twentieth."""
 _CALM_MS = 150
 """After the last key: longer than from key to key, shorter than a look from the field to the map."""
 _FIELD_MM = QRectF(*(2 * [-1e3 * HALF_FIELD_M]), *(2 * [2e3 * HALF_FIELD_M]))
@@ -31,41 +27,6 @@ _COLOURS = "cividis"
 _LEFT = 48
 """Width of the left axes in pixels (chosen by hand): in less the figures are cut, more is taken from the curves."""
 _PLANES = (("z [mm]", "y = 0"), ("y [mm]", "z = 0"))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class UncertaintyMap:
-    """Two planes through the field of view.
-
-    Attributes
-    ----------
-    planes_mm
-        Root mean square of u over x, y and z, shape (2, n, n): from the side (x, z) and from above (x, y).
-    release_mm, largest_share
-        At the release, and what it comes from most.
-    """
-
-    planes_mm: FloatArray
-    release_mm: float
-    largest_share: str
-
-
-def map_of(setup: Setup, snr_db: float) -> UncertaintyMap | None:
-    """Return the map of a setup; None where fewer than three receivers tell no place."""
-    edge = np.linspace(-HALF_FIELD_M, HALF_FIELD_M, POINTS)
-    places = np.zeros((3, 2, POINTS, POINTS))
-    # across x in both planes; upwards z from the side, y from above
-    places[0], places[2, 0], places[1, 1] = edge[:, None], edge, edge
-    release = np.array(setup.tracer.release_position_m)[:, None]
-    # two places to tell the release's own budget: one alone has no spacing
-    at_release = expected_uncertainty(np.repeat(release, 2, axis=1), setup, snr_db)
-    found = expected_uncertainty(places.reshape(3, -1), setup, snr_db)
-    if found is None or at_release is None:
-        return None
-    u_mm = 1e3 * np.sqrt((found[0] ** 2).mean(axis=0)).reshape(2, POINTS, POINTS)
-    line = at_release[1].position_m
-    shares = {"noise": line.statistical, "antennas, release and wave": line.calibration, "the sphere": line.sphere}
-    return UncertaintyMap(u_mm, 1e3 * (line.combined or np.nan), max(shares, key=lambda one: shares[one] or 0.0))
 
 
 class UncertaintyMapView(Group):

@@ -4,16 +4,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from radargui.gui.control.state import Feed
-from radargui.gui.setup.geometry_sketch import HALF_FIELD_M
-from radargui.live.track import LiveTrack
 from radargui.model.arrays import FloatArray
 from radargui.model.gravity import expected_gravity_m_s2
 from radargui.model.result import Kinematics, RunResult
 from radargui.model.setup import Setup
-from radargui.motion.impacts import IMPACT_LIMITS, find_impacts
 from radargui.motion.speed import speed_along
-from radargui.physics.path_length import place_antennas
+from radargui.physics.path_length import HALF_FIELD_M, place_antennas
 from radargui.report.curves import take_track
 
 MM = 1000.0  # in a metre
@@ -123,52 +119,6 @@ class ShownTrack:
 
 NO_TRACK = ShownTrack(np.empty(0), np.empty((3, 0)))
 """Of no points: what is drawn where there is none."""
-
-
-_LOOK_S = 0.2
-"""From one look for impacts to the next: a mark that comes so late comes at once for the eye."""
-_AGAIN_S, _LATEST_S = 0.1, 1.0
-"""Looked at once more each time: an impact is told from both sides of it; the most, the first fringes come late."""
-_STEP_S = 0.001
-"""Between heights that are looked at: finer ones take time, and show nothing that is seen."""
-_U_M = 1e-4
-"""Of live heights (see `experiment.live_bounce`)."""
-
-
-class LiveImpacts:
-    """The impacts of the live trail, found as it comes; for the eye, no coefficient rests on them.
-
-    Attributes
-    ----------
-    found
-        Sample index and place in mm of each one found, shape (4, n).
-    """
-
-    def __init__(self) -> None:
-        self.found: FloatArray = np.empty((4, 0))
-        self._due = self._begin = 0
-
-    def look(self, live: LiveTrack, feed: Feed, gravity_m_s2: float) -> None:
-        """Look for new ones in the newest of a track; most times nothing is done."""
-        latest = live.latest
-        if latest < self._due:
-            return
-        self._due = latest + feed.samples(_LOOK_S)
-        span = live.since(max(self._begin, latest - feed.samples(_LATEST_S)))
-        if span.index.size < 2:
-            return
-        step = max(1, round(_STEP_S / (span.time_s[1] - span.time_s[0])))
-        time_s, places = span.time_s[::step], span.position_m[:, ::step]
-        # nothing moves, or nobody knows where: then no mark comes, and the next look begins where this one did
-        known = np.flatnonzero(np.isfinite(places[2]))
-        if known.size:
-            self._begin = int(span.index[step * known[-1]]) - feed.samples(_AGAIN_S)
-        for at_s in find_impacts(time_s, places[2], np.full(time_s.size, _U_M), gravity_m_s2):
-            index = at_s * feed.rate_hz
-            # each is looked at some times
-            if not self.found.size or index > self.found[0, -1] + feed.samples(IMPACT_LIMITS.apart_s):
-                place = places[:, np.searchsorted(time_s, at_s)] * MM
-                self.found = np.column_stack([self.found, [index, *place]])
 
 
 def live_track(time_s: FloatArray, position_m: FloatArray) -> ShownTrack:

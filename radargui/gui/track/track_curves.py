@@ -12,7 +12,7 @@ from radargui.gui.layout import TIPS, boxed, fill, having, holding
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import LAST, NOW, Plot, SteadyRange
 from radargui.gui.setup_words import limits_of, words_of
-from radargui.gui.theme import Theme
+from radargui.gui.theme import Theme, scaled_font
 from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space
 from radargui.model.arrays import FloatArray, extremes
 from radargui.model.rounding import COVERAGE
@@ -194,9 +194,10 @@ class TrackCurves(QWidget):
         self.trigger.sigPositionChanged.connect(self._say_level)
         self.trigger.sigPositionChangeFinished.connect(lambda: self.level_set.emit(LEVEL_KEY, self.level))
         self.tabs = having(QTabBar(drawBase=False, expanding=False), accessibleName="Curve below the height")
-        self.tabs.setUsesScrollButtons(True)
+        # so that those of a result fit beside the projections on a screen of 1366 pixels
+        having(self.tabs, usesScrollButtons=True, font=scaled_font(self.tabs.font(), 0.9))
         for number, name in enumerate(_LABELS):
-            self.tabs.addTab(name.capitalize() if len(name) > 1 else f"{name} ± {COVERAGE:g} u")
+            self.tabs.addTab(name.capitalize() if len(name) > 1 else name)
             self.tabs.setTabData(number, name)
             self.tabs.setTabToolTip(number, TIPS["curves"][name])
         self.tabs.currentChanged.connect(self._choose)

@@ -10,16 +10,16 @@ import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
+from radargui.acquisition.envelope import thin
 from radargui.gui.background import StartWork
 from radargui.gui.control.state import Feed
 from radargui.gui.layout import Turning, boxed, fill, having, holding
-from radargui.gui.plots.envelope import thin
 from radargui.gui.plots.key import ColourBar
 from radargui.gui.plots.plot import Plot
 from radargui.gui.theme import Theme, even_font, scaled_px
 from radargui.gui.track.shown_track import (
+    MM,
     NO_TRACK,
-    LiveImpacts,
     ShownTrack,
     Space,
     live_track,
@@ -28,6 +28,7 @@ from radargui.gui.track.shown_track import (
 )
 from radargui.gui.track.speed_colours import SpeedColours, SpeedTrail
 from radargui.gui.track.track_curves import Detail, TrackCurves
+from radargui.live.impacts import LiveImpacts
 from radargui.live.track import LiveTrack
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
@@ -129,7 +130,7 @@ class TrackPanel(QWidget):
         self._feed: Feed | None = None
         self._drawn = -1
         self._moved: int | None = None
-        self._impacts = LiveImpacts()
+        self._impacts = LiveImpacts(1.0)
         self.shown: ShownTrack | None = None
         self.result: RunResult | None = None
         self._held_until = 0.0
@@ -220,8 +221,9 @@ class TrackPanel(QWidget):
 
     def show_feed(self, feed: Feed | None) -> None:
         """Follow another acquisition; None keeps what is shown."""
-        self._feed, self._drawn, self._moved, self._impacts = feed, -1, None, LiveImpacts()
+        self._feed, self._drawn, self._moved = feed, -1, None
         if feed is not None:
+            self._impacts = LiveImpacts(feed.rate_hz)
             self.show_setup(feed.setup)
         self._follow()
 
@@ -292,12 +294,12 @@ class TrackPanel(QWidget):
 
     def _with_events(self, track: ShownTrack, feed: Feed, live: LiveTrack) -> ShownTrack:
         """Return the trail with what is drawn beside its places: impacts, and what the trigger saw."""
-        self._impacts.look(live, feed, self._space.gravity_m_s2)
+        self._impacts.look(live, self._space.gravity_m_s2)
         first = self._drawn - feed.samples(LIVE_S)
         seen = self._impacts.found[:, self._impacts.found[0] >= first]
         index, shaking = live.shaken_since(first)
         at_s, looked_s = ((one - self._drawn) / feed.rate_hz for one in (seen[0], index))
-        return replace(track, impact_time_s=at_s, impact_mm=seen[1:], shaken=np.stack([looked_s, shaking]))
+        return replace(track, impact_time_s=at_s, impact_mm=MM * seen[1:], shaken=np.stack([looked_s, shaking]))
 
     def _say_why_empty(self) -> None:
         """Say in the empty plot that there will be no track; where there can be one, what to do."""

@@ -204,7 +204,7 @@ def assumed_uncertainties(setup: Setup) -> dict[str, float]:
     if floor.size_m is not None:
         given = floor.u_size_m, floor.u_azimuth_deg, floor.u_middle_m
         named = zip(_OF_EDGES, given, u_of_edges(floor), strict=True)
-        of_floor |= {key: u for key, told, u in named if told is None}
+        of_floor |= {key: u for key, stated, u in named if stated is None}
     return {one.u_key: one.u for one in uncertain_inputs(setup) if one.assumed} | of_air | of_floor
 
 

@@ -302,9 +302,9 @@ class Floor(Section):
         if ways and ways[0] != "reflection" and self.material != "steel" and self.thickness_m is None:
             raise ValueError(f"thickness_m left out, allowed: above 0 to 1 beside {self._given(ways[0])}")
         of_edges = ("u_size_m", "azimuth_deg", "u_azimuth_deg", "middle_m", "u_middle_m")
-        told = next((name for name in of_edges if getattr(self, name) != type(self).model_fields[name].default), None)
-        if told and self.size_m is None:
-            raise ValueError(f"size_m left out, allowed: both sides of the plate beside {told}")
+        alone = next((name for name in of_edges if getattr(self, name) != type(self).model_fields[name].default), None)
+        if alone and self.size_m is None:
+            raise ValueError(f"size_m left out, allowed: both sides of the plate beside {alone}")
         return self
 
     def _given(self, name: str) -> str:

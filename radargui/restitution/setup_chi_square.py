@@ -111,7 +111,10 @@ class SetupChiSquare:
         """
         own = self._freed(wrong)
         away = self.least(wrong)[0] - at if wrong.any() else np.zeros_like(at)
-        return np.asarray(np.linalg.inv(self.cost + np.diag(own)) + np.outer(away, away))
+        matrix = self.cost + np.diag(own)
+        # one input may be known 10^4 times as well as another: rounding parts both triangles by more than that leaves
+        root = np.linalg.inv(np.linalg.cholesky(0.5 * (matrix + matrix.T)))
+        return np.asarray(root.T @ root + np.outer(away, away))
 
     def without_g(self, expected_m_s2: float) -> SetupChiSquare:
         """Return chi-square of the flights alone, which know nothing of what g is expected to be."""

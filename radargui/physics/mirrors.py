@@ -59,15 +59,17 @@ class MirrorPlane:
         normal = self.turned_normal(unknown)
         return mirror(point_m, normal, float(normal @ (self.foot_m + unknown[2] * self.normal)))
 
+    def shifted_foot(self, unknown: FloatArray) -> FloatArray:
+        """Return a point on the plane with its shift, shape (3,)."""
+        return np.asarray(self.foot_m + unknown[2] * self.normal)
+
     def height(self, place_m: FloatArray, unknown: FloatArray) -> FloatArray:
-        """Return the distances (n,) of places (3, n) from the plane, positive on the tracer's side."""
-        foot = self.foot_m + unknown[2] * self.normal
-        return np.asarray(self.turned_normal(unknown) @ (place_m - foot[:, None]))
+        """Return the distances (..., n) of places (..., 3, n) from the plane, positive on the tracer's side."""
+        return np.asarray(self.turned_normal(unknown) @ (place_m - self.shifted_foot(unknown)[:, None]))
 
     def height_slope(self, place_m: FloatArray, unknown: FloatArray) -> FloatArray:
         """Return the slopes of the distances of places (..., 3, n) by the unknowns, shape (..., 3, n)."""
-        turn = self.normal_slope(unknown)
-        away = place_m - (self.foot_m + unknown[2] * self.normal)[:, None]
+        turn, away = self.normal_slope(unknown), place_m - self.shifted_foot(unknown)[:, None]
         out = np.empty(place_m.shape)
         out[..., :2, :], out[..., 2, :] = turn @ away, -float(self.turned_normal(unknown) @ self.normal)
         return out

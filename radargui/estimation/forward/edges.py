@@ -57,12 +57,7 @@ class Edges:
         by_half, by_length = self.over.slopes()
         by_across, by_aside = by_length[..., ACROSS, :], by_length[..., ASIDE, :]
         # where the sides turn one way, places turn the other
-        by_turn = np.add(
-            *(
-                own[..., 0, :] * length[..., 1, :] - own[..., 1, :] * length[..., 0, :]
-                for own, length in ((by_across, self.over.across_m), (by_aside, self.over.aside_m))
-            )
-        )
+        by_turn = _crossed(by_across, self.over.across_m) + _crossed(by_aside, self.over.aside_m)
         normal, along = self.plane.turned_normal(self.unknown), self.sides[:, :, None]
         aside = np.array([np.cos(self.azimuth_rad), np.sin(self.azimuth_rad), 0.0])
         leans = float(normal @ aside)
@@ -79,7 +74,7 @@ class Edges:
         by_antenna = np.swapaxes(by_antenna, -1, -2)[..., None]
         by_plane = by_length[..., HEIGHT, None, :] * by_sphere + by_length[..., ANTENNA, None, :] * by_antenna
         turn = self.plane.normal_slope(self.unknown)
-        foot_m = self.plane.foot_m + self.unknown[2] * self.plane.normal
+        foot_m = self.plane.shifted_foot(self.unknown)
         # how far the middle rises where the plane leans, and with the plane
         rises = np.append(-turn @ (self.middle_m - foot_m), float(normal @ self.plane.normal)) / normal[2]
         by_plane -= rises[:, None] * (by_aside * self.sides[:, 2, None]).sum(axis=-2)[..., None, :]
@@ -122,13 +117,13 @@ def edges_at(
     place = node_m.mean(axis=-3).reshape(*node_m.shape[:-3], -1)
     plane, unknown = planes[0], layout.plane_unknowns(theta)[0]
     normal, azimuth_rad = plane.turned_normal(unknown), float(values[AZIMUTH])
-    sides, foot_m = sides_of(normal, azimuth_rad), plane.foot_m + unknown[2] * plane.normal
+    sides, foot_m = sides_of(normal, azimuth_rad), plane.shifted_foot(unknown)
     middle_m = np.array([*values[MIDDLE], 0.0])
     middle_m[2] = normal @ (foot_m - middle_m) / normal[2]
     across = (sides @ place)[..., None, :, :] - (ends_m @ sides.T)[..., None]
     aside = np.broadcast_to((sides @ (place - middle_m[:, None]))[..., None, :, :], across.shape)
-    height = np.broadcast_to(_heights(plane, place, unknown)[..., None, :], (*across.shape[:-2], across.shape[-1]))
-    antenna = _heights(plane, np.swapaxes(ends_m, -1, -2), unknown)[..., None]
+    height = np.broadcast_to(plane.height(place, unknown)[..., None, :], (*across.shape[:-2], across.shape[-1]))
+    antenna = plane.height(np.swapaxes(ends_m, -1, -2), unknown)[..., None]
     over = OverPlate(height, antenna, across, aside, values[SIDES], _power(sides, fields, ends_m.shape), wavenumber)
     return Edges(over, plane, unknown, azimuth_rad, sides, middle_m, ends_m, place)
 
@@ -141,12 +136,11 @@ def _power(sides: FloatArray, fields: FloatArray | None, shape: tuple[int, ...])
     return np.asarray(parts / parts.sum(axis=-1, keepdims=True))
 
 
+def _crossed(slopes: ComplexArray, lengths: FloatArray) -> ComplexArray:
+    """Return what turns lengths along both sides, (..., 2, n), changes by these slopes, shape (..., n)."""
+    return np.asarray(slopes[..., 0, :] * lengths[..., 1, :] - slopes[..., 1, :] * lengths[..., 0, :])
+
+
 def _at_nodes(values: ComplexArray) -> ComplexArray:
     """Return values (..., 2 n_bins) as (..., 2 nodes, n_bins)."""
     return values.reshape(*values.shape[:-1], 2, -1)
-
-
-def _heights(plane: MirrorPlane, place_m: FloatArray, unknown: FloatArray) -> FloatArray:
-    """Return how high places (..., 3, n) are over a plane, shape (..., n)."""
-    foot_m = plane.foot_m + unknown[2] * plane.normal
-    return np.asarray(plane.turned_normal(unknown) @ (place_m - foot_m[:, None]))

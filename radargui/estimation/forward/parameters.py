@@ -108,7 +108,7 @@ class Sizes:
     """Numbers of breaks, mirrors, receivers, functions of a bias and an amplitude map, of slow noise; angles, kappa.
 
     `flight` is 1 where something flies; `walls` is how many of the mirrors are no floor; `setup` how many values of the
-    setup are unknown.
+    setup are unknown; `edges` is 1 where the floor is a plate whose edges are.
     """
 
     breaks: int

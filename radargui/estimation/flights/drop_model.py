@@ -29,6 +29,7 @@ from radargui.estimation.forward.signal_model import (
     waves_at,
 )
 from radargui.estimation.forward.signal_slopes import receiver_slopes, setup_slopes
+from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
 from radargui.motion.flights import Flights
@@ -89,6 +90,10 @@ class DropModel:
         Deviations of what else reflects and of an uneven floor, in each receiver, shape (n_receivers, 2).
     turn
         Phase (rad) at which each receiver's amplitude was, which tells a change of it from a change of phase.
+    drift
+        Of the channels as their rest shows it; a start looks at too little of the record for it.
+    slow
+        Functions of time at the bins that carry it, with coefficients N(0, 1), shape (n_channels, n_bins, n_slow).
     """
 
     bins: Bins
@@ -110,6 +115,8 @@ class DropModel:
     min_sigma: float
     turn: FloatArray
     scattered: FloatArray
+    drift: Drift
+    slow: FloatArray
 
     @property
     def linear_deviations(self) -> FloatArray:
@@ -185,8 +192,10 @@ class DropModel:
         none = np.zeros((bins.n_bins, 0))
         drift = np.zeros((self.delay_s.size, bins.n_bins, 0))
         inputs = replace(self.inputs, bias=none, amplitude_map=none, drift=drift)
-        heights = self.heights_m if foretold else None
-        return replace(self, bins=bins, used=np.ones(bins.n_bins, np.bool_), inputs=inputs).renewed(values, heights)
+        heights, slow = self.heights_m if foretold else None, self.drift.uncorrelated(bins)
+        linear = replace(self.linear, n_slow=slow.shape[2])
+        used = np.ones(bins.n_bins, np.bool_)
+        return replace(self, bins=bins, used=used, inputs=inputs, linear=linear, slow=slow).renewed(values, heights)
 
     def with_flight(self, values: Parts, impact_s: float, velocity_m_s: FloatArray) -> tuple[DropModel, Parts]:
         """Return it and the values with one more flight after an impact, about which the prior says little."""
@@ -376,8 +385,8 @@ def basis_of(model: DropModel, waves: Waves, theta: FloatArray) -> FloatArray:
     along = field * np.exp(1j * model.turn)[:, None, None]
     for function in functions[1:]:
         columns += [function * along.real, -function * along.imag]
-    offsets, uneven = model.linear.offsets, model.linear.uneven
-    out = np.zeros((n_receivers, 2, n_bins, uneven.stop))
+    offsets, uneven, slow = model.linear.offsets, model.linear.uneven, model.linear.slow
+    out = np.zeros((n_receivers, 2, n_bins, slow.stop))
     for number, column in enumerate(columns):
         out[..., number] = column
     out[:, 0, :, offsets.start : offsets.stop : 2] = functions.T
@@ -392,7 +401,12 @@ def basis_of(model: DropModel, waves: Waves, theta: FloatArray) -> FloatArray:
         every = waves.strength[..., None, :] * waves.mean
         ways = np.stack([every[:, 1, 0], every[:, 0, 1], every[:, 1, 1]], axis=-1)[..., None]
         changed = (ways * model.of_floor.T[:, None]).reshape(*ways.shape[:3], -1)
-        out[..., uneven.start :: 2], out[..., uneven.start + 1 :: 2] = changed.real, -changed.imag
+        out[..., uneven.start : uneven.stop : 2] = changed.real
+        out[..., uneven.start + 1 : uneven.stop : 2] = -changed.imag
+    if n_slow := model.linear.n_slow:
+        drifts = model.slow.reshape(n_receivers, 2, n_bins, n_slow)
+        out[:, 0, :, slow.start : slow.start + n_slow] = drifts[:, 0]
+        out[:, 1, :, slow.start + n_slow :] = drifts[:, 1]
     return out
 
 
@@ -417,7 +431,8 @@ def wave_gain(model: DropModel, at: Evaluation) -> ComplexArray:
         out = np.empty((model.n_receivers, 2, 2, 1, 1, n_bins), complex)
         out[:] = (pairs[:, :1] + changes)[:, None, None, None, None]
         if n_floor := model.linear.n_floor:
-            floor = pairs[:, model.linear.uneven.start // 2 :].reshape(len(pairs), 3, n_floor)
+            uneven = model.linear.uneven
+            floor = pairs[:, uneven.start // 2 : uneven.stop // 2].reshape(len(pairs), 3, n_floor)
             by_way = floor @ model.of_floor
             for number, (sent, got) in enumerate(((1, 0), (0, 1), (1, 1))):
                 out[:, sent, got, 0, 0] += by_way[:, number]

@@ -22,6 +22,7 @@ from radargui.estimation.flights.prior import drop_model, flights_prior
 from radargui.estimation.flights.setup_unknowns import StatedSetup, setup_unknowns
 from radargui.estimation.flights.start import START, DropStart, followed_until, start_drop
 from radargui.estimation.forward.bins import BinSettings, bin_by_fringe, clear_of_holder_s, pool
+from radargui.estimation.forward.slow_noise import Drift, measure_drift
 from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere, supposed_spheres
 from radargui.estimation.forward.stated_floor import begun_as_stated
 from radargui.estimation.hardware import LogFrontEnd
@@ -225,9 +226,9 @@ def estimate_drop(
         return refuse("receivers_backwards", receivers=" and ".join(map(str, backwards)))
     stated, sphere = known
     spheres = [None, *supposed_spheres(setup)] if sphere is None else [sphere]
-    first = []
+    drift, first = measure_drift(signals, signals.rest_end_s), []
     for one in spheres:
-        model, values = _begun(start, signals, setup, (stated, one), front_ends)
+        model, values = _begun(start, signals, setup, (stated, one), front_ends, drift)
         model, values = _with_bins(model, values, signals, setup, start.end_s, DROP.first_apart_s)
         model = replace(model, min_sigma=DROP.first_sigma)
         first.append(minimise(model, model.unknowns(values), rounds=2, steps=6, min_gain=1.0, watch=watch))
@@ -282,6 +283,7 @@ def _begun(
     setup: Setup,
     known: tuple[StatedSetup, PolarisedSphere | None],
     front_ends: Sequence[LogFrontEnd] | None,
+    drift: Drift,
 ) -> tuple[DropModel, Parts]:
     """Return the whole model with what the start says of flights, floor and front ends."""
     flights = start.flights
@@ -291,7 +293,7 @@ def _begun(
     # of a plate that is stated what is touched reflects
     surface -= 0.0 if Plate.of(setup.floor) is not None else DROP.plate_m
     prior = start.model.mean.flights, start.model.deviation.flights
-    model = drop_model(signals, setup, start.model.bins, prior, surface, known, _whole(setup), front_ends)
+    model = drop_model(signals, setup, start.model.bins, prior, surface, known, _whole(setup), front_ends, drift)
     own, image = _own_and_image(start)
     together = own + image.conj()
     front_end = (own[:, 0] - image[:, 0].conj()) / together[:, 0]
@@ -338,7 +340,7 @@ def _with_bins(
     turns = echo_turns_hz(model, values, signals.time_s)
     bins = bin_by_fringe(signals, signals.time_s, turns, flights.onset_s - 0.02, flights.impact_s, DROP.bins)
     inside = (bins.time_s > flights.onset_s - DROP.rest_s) & (bins.time_s < followed_until(end_s, values))
-    bins = bins.of(np.flatnonzero(inside))
+    bins = model.drift.widen(bins.of(np.flatnonzero(inside)))
     bins = bins.weakened(bins.time_s < clear_of_holder_s(setup, flights.onset_s))
     if Plate.of(setup.floor) is None:
         bins = bins.known_to(_of_unknown_plate(model, values, bins.time_s))

@@ -37,6 +37,8 @@ class LinearPart:
         Functions of the height for each way over the floor: a small plate, or one whose R changes with the angle.
     n_aside
         `ASIDE` where these ways change with x and y too, else 0.
+    n_slow
+        Functions of time of each channel, which carry the drift that its rest shows.
     """
 
     free_ways: bool
@@ -51,6 +53,7 @@ class LinearPart:
     u_scattered: float = 0.03
     n_uneven: int = 0
     n_aside: int = 0
+    n_slow: int = 0
 
     @property
     def n_waves(self) -> int:
@@ -73,7 +76,8 @@ class LinearPart:
         waves, changes = np.zeros(self.n_waves), np.repeat(np.arange(self.n_functions) >= self.n_lobe, 2)
         offsets = np.repeat([0, 1], [2, 2 * self.n_functions])
         floor = np.full(6 * self.n_floor, 2)
-        return np.concatenate([waves, changes, offsets, np.zeros(self.n_harmonics), floor]).astype(np.intp)
+        rest = np.zeros(self.n_harmonics), floor, np.zeros(2 * self.n_slow)
+        return np.concatenate([waves, changes, offsets, *rest]).astype(np.intp)
 
     @property
     def offsets(self) -> slice:
@@ -87,6 +91,11 @@ class LinearPart:
         first = self.offsets.stop + self.n_harmonics
         return slice(first, first + 6 * self.n_floor)
 
+    @property
+    def slow(self) -> slice:
+        """Where the functions of time stand, those of I before those of Q."""
+        return slice(self.uneven.stop, self.uneven.stop + 2 * self.n_slow)
+
     def deviations(self, scattered: FloatArray) -> FloatArray:
         """Return the prior deviations of the columns, (n_receivers, n_columns), of `scattered`, (n_receivers, 2)."""
         ways = [self.u_amplitude] * 2 + [self.u_way] * 6
@@ -94,6 +103,6 @@ class LinearPart:
         images = [self.u_amplitude] * 2 + [self.u_image * self.u_way] * 6
         waves = ways + images if self.free_ways else [self.u_amplitude] * 2
         rest = [self.u_lobe] * (2 * self.n_functions) + [self.u_offset] * 2 + [1.0] * (2 * self.n_functions)
-        rest += [self.u_harmonic] * self.n_harmonics + [1.0] * (6 * self.n_floor)
+        rest += [self.u_harmonic] * self.n_harmonics + [1.0] * (6 * self.n_floor + 2 * self.n_slow)
         shared = np.concatenate([np.ones((len(scattered), 1)), scattered], axis=1)[:, self.group]
         return np.where(self.group > 0, shared, np.array(waves + rest))

@@ -13,6 +13,7 @@ from radargui.estimation.flights.setup_unknowns import StatedSetup
 from radargui.estimation.forward.bins import Bins, Multiplexer
 from radargui.estimation.forward.parameters import Sizes, make_layout
 from radargui.estimation.forward.signal_model import ModelInputs
+from radargui.estimation.forward.slow_noise import NO_DRIFT, Drift
 from radargui.estimation.forward.sphere import EXCHANGE, U_EXCHANGE, PolarisedSphere
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.signals import ScaledSignals
@@ -103,6 +104,7 @@ def drop_model(
     known: tuple[StatedSetup, PolarisedSphere | None],
     linear: LinearPart,
     front_ends: Sequence[LogFrontEnd] | None = None,
+    drift: Drift = NO_DRIFT,
 ) -> DropModel:
     """Return the model of a drop with the floor's surface at a height.
 
@@ -124,6 +126,8 @@ def drop_model(
         What is linear: a start's, or all of the forward model.
     front_ends
         What earlier runs say, one a receiver.
+    drift
+        Of the channels.
     """
     stated, sphere = known
     n_receivers = stated.n_receivers
@@ -215,5 +219,7 @@ def drop_model(
         0.0,
         np.zeros(n_receivers),
         np.full((n_receivers, 2), linear.u_scattered),
+        drift,
+        np.zeros((2 * n_receivers, bins.n_bins, 0)),
     )
     return model.renewed(values)

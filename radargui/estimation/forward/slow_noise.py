@@ -95,6 +95,8 @@ class Drift:
         The same Gaussian process as `functions` with `sd`, by its uncorrelated parts (Karhunen-Loeve); those that no
         bin would feel are left out.
         """
+        if self.count == 0:
+            return np.zeros((len(bins.sigma), bins.n_bins, 0))
         functions, out, n = self.functions(bins.time_s), [], 0
         for sd, sigma in zip(self.sd, bins.sigma, strict=True):
             prior = functions * sd
@@ -118,6 +120,10 @@ class Drift:
         highest = self.count / 4.0 / self.length_s
         seen = bins.sigma**2 + level * np.log(np.maximum(1.0 / (2.0 * _ROOT_12 * bins.node_s * highest + 1e-12), 1.5))
         return replace(bins, sigma=np.sqrt(variance), expected=np.minimum(seen / variance, 1.0))
+
+
+NO_DRIFT = Drift(0.0, 1.0, 0, np.zeros((0, 0)), np.zeros(0))
+"""Where nothing is asked of it."""
 
 
 def measure_drift(signals: ScaledSignals, onset_s: float, settings: SlowNoiseSettings = SLOW_NOISE) -> Drift:

@@ -141,7 +141,7 @@ def with_setup_known(
         return estimate
     posterior = chosen.setup.with_others(others)
     by, was = posterior.mean - chosen.setup.mean, chosen.solution
-    moved = converge(with_setup_moved(was, unknowns, by), 2, lambda: None, LAST)
+    moved = converge(with_setup_moved(was, unknowns, by), 4, lambda: None, LAST)
     alternatives = []
     for one in chosen.alternatives:
         if one.solution.normal is was.normal:

@@ -94,6 +94,14 @@ def test_a_drop_is_measured_with_antennas_off_by_their_u(usual: tuple[Population
     _assert_right_in_g(record, result)
 
 
+def test_offsets_that_drift_through_a_drop_are_no_misfit_of_its_flights() -> None:
+    record, setup = _scene(floor=0.3, drift=0.3)
+    result = process(record.recording, setup)
+    _assert_right(record, result)
+    assert result.findings == ()
+    assert result.bounces.impacts[0].e == pytest.approx(record.impacts[0][3], rel=1e-3)
+
+
 def test_air_that_brakes_a_small_light_sphere_neither_bends_its_flights_nor_moves_e() -> None:
     record, setup = _scene(
         floor=0.1, exchange=False, exact=True, diameter_m=0.005, density_kg_m3=1100.0, density_told=True

@@ -42,12 +42,13 @@ OPTIONS = (
     "exact", "told", "diameter_m", "density_kg_m3", "density_told", "gravity_m_s2", "site", "height_m", "release_m",
     "e", "scatter", "kick_m_s", "tilt_deg", "snr_db", "rate_hz", "multiplexed", "skew_s", "skew_in_file", "crosstalk",
     "amplitude_v", "floor", "walls", "wall", "wall_distance_m", "rest_s", "u_angle_deg", "u_distance_m",
-    "u_polarization_deg", "u_release_m", "release_scatter", "lateral_m_s", "friction",
+    "u_polarization_deg", "u_release_m", "release_scatter", "lateral_m_s", "friction", "drift",
 )  # fmt: skip
 """Values to hold, units in their names; `exact`: the setup is the truth; `told`: polarisations are stated; `floor`:
 |R|, 0 of none; `walls`: how many; `wall`: share of the field that one sends back to the centre, the lobes counted;
 `site`, `density_told`: whether the setup states g and the sphere's density; `release_scatter`: over `u_release_m`.
-Only where held: `lateral_m_s`, with which the sphere is let go in a drawn direction, and Coulomb's `friction`."""
+Only where held: `lateral_m_s`, with which the sphere is let go in a drawn direction, Coulomb's `friction`, and `drift`
+of the offsets over the record, in amplitudes."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,7 @@ def draw_drop(value: Draws, u: Uncertainties, name: str, number: int, effects: E
         body=body,
         drop=_fall(each, body, floor, release, height_m),
         mixers=effects.mixers(draw_mixers(value)),
-        noise=Noise(10.0 ** (-snr_db / 20.0) / np.sqrt(2.0)),
+        noise=Noise(10.0 ** (-snr_db / 20.0) / np.sqrt(2.0), drift=value("drift", lambda _: 0.0)),
         converter=converter,
         phase_sign=phase_sign,
         phases_rad=tuple(value.rng("phases").uniform(0.0, 2.0 * np.pi, N_RECEIVERS)),

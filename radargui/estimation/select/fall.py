@@ -17,6 +17,7 @@ from radargui.estimation.signals import ScaledSignals
 from radargui.estimation.solve.changed_problem import problem_with_flights
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.minimise import solved_at
+from radargui.estimation.solve.priors import PRIORS
 from radargui.estimation.solve.problem import Start, State
 from radargui.model.arrays import FloatArray
 from radargui.model.setup import Setup
@@ -111,7 +112,8 @@ class FoundFall:
         start = initial_problem(data, motion, self._constants(), planes, length_m, known)
         carried = self._carried(start.problem.layout, start.state.theta, n_mirrors=len(planes))
         start = Start(start.problem.at_places(place, carried), State(start.state.coefficients, carried))
-        flying = problem_with_flights(solved_at(start))
+        # flights have put antennas and floor right already: what bends now would stand for maps that are still flat
+        flying = problem_with_flights(solved_at(start), PRIORS.off_flight_m_s2)
         if flying is None:
             return start
         layout, theta, stated = flying.problem.layout, flying.state.theta.copy(), self.estimate.model.setup

@@ -77,8 +77,11 @@ def problem_with_breaks(solution: Solution, motion: SplineMotion) -> Start:
     return Start(changed, State(motion.coefficients, np.concatenate([spline.break_s, solution.state.theta[others]])))
 
 
-def problem_with_flights(solution: Solution) -> Start | None:
-    """Return a solution's problem with the equation of free flight where it flies; None where nothing does."""
+def problem_with_flights(solution: Solution, off_m_s2: float | None = None) -> Start | None:
+    """Return a solution's problem with the equation of free flight where it flies; None where nothing does.
+
+    Its deviation begins at `off_m_s2`; None: as far off as the motion is.
+    """
     problem, theta = solution.problem, solution.state.theta
     motion = SplineMotion(solution.at.spline, solution.state.coefficients)
     in_flight = spans_in_flight(motion, problem.released_s, problem.gravity_m_s2)
@@ -100,10 +103,11 @@ def problem_with_flights(solution: Solution) -> Start | None:
     place[source] = target
     groups = [replace(group, index=place[group.index]) for group in problem.prior.groups]
     jerk_sd = np.exp(_log_jerk_sd(solution)[1])
-    # antennas that are off bend it by more than a wall: held straight at once, signals lead it astray
     drag, n_breaks = UNKNOWN_DRAG if unknowns is None else unknowns.drag, motion.spline.break_s.size
-    bent = EquationDeviation.of(rows, motion.coefficients, mean[layout.flight], drag.slow_m_s, n_breaks)
-    off_m_s2 = max(_OFF_GRAVITY_M_S2, float(np.sqrt((bent.value[rows.is_flight] ** 2).mean())))
+    if off_m_s2 is None:
+        # antennas that are off bend it by more than a wall: held straight at once, signals lead it astray
+        bent = EquationDeviation.of(rows, motion.coefficients, mean[layout.flight], drag.slow_m_s, n_breaks)
+        off_m_s2 = max(_OFF_GRAVITY_M_S2, float(np.sqrt((bent.value[rows.is_flight] ** 2).mean())))
     changed = replace(
         problem,
         spline=motion.spline,

@@ -112,7 +112,7 @@ def main() -> int:
 
 def take(window: MainWindow, clock: HeldClock, data: Path) -> Iterator[tuple[str, QImage]]:
     """Drive the window to the states that the pictures show, and yield each with its name."""
-    window.setup_model.assign("simulation.lateral_speed_m_s", 0.04)
+    window.setup_model.assign("simulation.lateral_speed_m_s", 0.02)
     # long enough for the rate in the health line to forget that the clock was held
     window.setup_model.assign("simulation.rest_s", REST_S)
     wait(lambda: window.opengl_answer != "")

@@ -17,7 +17,7 @@ from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.published import ChannelSteps, PublishedSteps
 from radargui.model.arrays import FloatArray, IntArray, extremes
 from radargui.model.front_end import with_phase_sign
-from radargui.model.result import FreeFall, RunResult, Segment
+from radargui.model.result import FreeFall, RunResult
 from radargui.model.rounding import COVERAGE, alone
 
 COLUMNS = 500
@@ -88,6 +88,8 @@ _FALL_COLUMNS = 40
 """Of the way fallen, two points each (chosen by hand): a parabola has no more to show, and a series draws one a run."""
 _FITTED = 4000
 """Samples that offset and circle are fitted to (chosen by hand): white noise of 1 % leaves 0.02 % of uncertainty."""
+_ALONG = 4
+"""How often offset and circle are fitted along an amplitude that the place changes: the third moves no volt by 1 %."""
 _TRACK_POINTS = 1500
 """Of the track in squares of 36 mm (chosen by hand): fewer cut the corners at the bounces."""
 
@@ -122,8 +124,8 @@ class CircleCurves:
         Of the joint estimate and the flights their model (method 1), mirrors included; of the adaptive one offset and
         circle at the phase found, by least squares over the motion.
     rest
-        Signal less that: of the joint estimate noise and what the model lacks, in mean amplitudes; of the adaptive one
-        also what changes with position (amplitude, floor and walls that reflect).
+        Signal less that: of the joint estimate and the flights noise and what the model lacks; of the adaptive one also
+        what changes with position (amplitude, floor and walls that reflect).
     kind
         "model" or "circle".
     """
@@ -393,28 +395,31 @@ class _Taker:
         corrected, segment = self.result.corrected, self.result.segment
         if corrected is None or corrected.steps or segment is None:
             return ()
-        turn = np.stack([np.ones_like(phase), np.cos(phase), np.sin(phase)], axis=1)
-        # corrected IQ of a model of all channels is its unit circle plus what the samples add to it (method 4)
-        added = iq.T - turn[:, 1:] if corrected.method in ("joint", "flights") else None
-        return tuple(
-            self._circle(f"{part}{row + 1}", self.volts[2 * row + number], turn, added, segment)
-            for number, part in enumerate("IQ")
-        )
-
-    def _circle(
-        self, name: str, volts: FloatArray, turn: FloatArray, added: FloatArray | None, segment: Segment
-    ) -> CircleCurves:
-        kind = "circle" if added is None else "model"
-        known = np.isfinite(turn).all(axis=1) & np.isfinite(volts)
+        volts, turn = self.volts[2 * row : 2 * row + 2], np.stack([np.cos(phase), np.sin(phase)], axis=1)
+        names, is_model = [f"{part}{row + 1}" for part in "IQ"], corrected.method in ("joint", "flights")
+        kind = "model" if is_model else "circle"
+        known = np.isfinite(turn).all(axis=1) & np.isfinite(volts).all(axis=0)
         known[: segment.first - self.first] = known[segment.last - self.first :] = False
-        if np.count_nonzero(known) < turn.shape[1]:
-            return CircleCurves(name, self._curve(volts), EMPTY, EMPTY, kind)
-        # three numbers need no more than some thousand of samples
+        if np.count_nonzero(known) < 1 + turn.shape[1]:
+            return tuple(
+                CircleCurves(name, self._curve(one), EMPTY, EMPTY, kind) for name, one in zip(names, volts, strict=True)
+            )
+        # three numbers a channel need no more than some thousand of samples
         used = np.flatnonzero(known)[:: max(1, np.count_nonzero(known) // _FITTED)]
-        found = np.linalg.lstsq(turn[used], volts[used])[0]
-        # what is linear in the unit circle is linear in what is added to it
-        rest = volts - turn @ found if added is None else added @ found[1:]
-        return CircleCurves(name, self._curve(volts), self._of_pieces(volts - rest), self._of_pieces(rest), kind)
+        strength = np.ones((phase.size, 1))
+        for _ in range(_ALONG if is_model else 1):
+            columns = np.concatenate([np.ones_like(strength), strength * turn], axis=1)
+            found = np.linalg.lstsq(columns[used], volts.T[used])[0]
+            if is_model:
+                # the corrected IQ counts in amplitudes of the place: far from the antennas a volt is more of them
+                wave = np.linalg.norm(volts.T - found[0], axis=1) / np.linalg.norm(iq.T @ found[1:], axis=1)
+                strength = wave[:, None]
+        # that of a model of all channels is its unit circle plus what the samples add to it (method 4)
+        rest = strength * ((iq.T - turn) @ found[1:]) if is_model else volts.T - columns @ found
+        return tuple(
+            CircleCurves(name, self._curve(one), self._of_pieces(one - own), self._of_pieces(own), kind)
+            for name, one, own in zip(names, volts, rest.T, strict=True)
+        )
 
     def _steps(self, row: int) -> tuple[StepCurves, ...]:
         corrected = self.result.corrected

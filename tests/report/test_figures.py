@@ -240,6 +240,31 @@ def test_the_joint_estimate_shows_its_model_and_what_the_samples_add_to_it() -> 
         assert in_i.fitted.largest == pytest.approx(in_i.signal.largest, abs=0.03)
 
 
+def test_what_the_model_leaves_is_in_volts_wherever_the_sphere_is() -> None:
+    result = drop_result(rate_hz=5000.0)
+    assert result.corrected is not None
+    assert result.paths is not None
+    assert result.segment is not None
+    first, last = result.segment.first, result.segment.last
+    phase, generator = result.paths.phase_rad, np.random.default_rng(7)
+    amplitude_v = np.interp(np.arange(phase.shape[1]), [first, last], [1.0, 0.25])
+    left_v = 0.01 * generator.standard_normal((2, *phase.shape))
+    i_v, q_v = amplitude_v * np.cos(phase) + left_v[0] + 0.3, amplitude_v * np.sin(phase) + left_v[1] - 0.2
+    raw = np.stack([i_v, q_v], axis=1).reshape(-1, phase.shape[1])
+    i, q = np.cos(phase) + left_v[0] / amplitude_v, np.sin(phase) + left_v[1] / amplitude_v
+    assert result.recording is not None
+    digitised = replace(result.recording, raw=raw)
+    made = replace(result.corrected, method="joint", steps=(), i=i, q=q)
+    curves = take_curves(replace(result, recording=digitised, corrected=made), COMPACT)
+    assert curves is not None
+    for receiver in curves.receivers:
+        for one in receiver.circles:
+            late = one.rest.x > np.quantile(one.rest.x, 0.8)
+            # extremes of some tens of samples: two to three deviations
+            assert 0.015 < np.abs(one.rest.y[late]).mean() < 0.03
+            assert np.abs(one.rest.y[late]).mean() == pytest.approx(np.abs(one.rest.y[~late]).mean(), rel=0.2)
+
+
 def compared(n: int) -> ReportFacts:
     """Return so many sessions of one drop each, with names as sessions have them."""
     sessions = []

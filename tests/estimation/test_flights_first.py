@@ -226,6 +226,14 @@ def test_a_dip_is_seen_in_what_the_flights_leave() -> None:
     assert last == pytest.approx(begin_s + 0.01, abs=0.015)
 
 
+@pytest.mark.slow
+def test_a_rebound_that_is_none_ends_what_is_followed() -> None:
+    # nothing falls here: what looked like a rebound goes down once it is fitted
+    scene = draw("motions", 2344935333, 1, {})
+    record, (setup, _) = scene.record(), setup_of_version(scene.setup)
+    assert process(record.recording, setup).status == "ok"
+
+
 def test_a_receiver_that_turns_backwards_is_named() -> None:
     record, setup = _scene(floor=0.1, exact=True)
     raw = record.recording.raw.copy()

@@ -233,6 +233,9 @@ class _Followed:
             one = self.model.of_bins(part, values, foretold=True)
             _, own = with_last_flight(one, one.unknowns(values), self.at.coefficients)
             values = own.values
+        if not _rebounds(values):
+            self.model, self.unknowns, self.at, self.end_s = kept
+            return False
         begin = _last_flight(values)[0]
         end = begin + self._flown(values)
         if number <= START.fully_fitted:
@@ -241,9 +244,8 @@ class _Followed:
             self.model = self.model.of_bins(part_of(self.bins, begin - START.beside_s, end), values, foretold=True)
             self.unknowns, self.end_s = self.model.unknowns(values), end
             self.at = evaluate(self.model, self.unknowns, coefficients=self.at.coefficients)
-        begin, length = _last_flight(self.at.values)
-        since = self.model.bins.time_s > begin
-        if 0.5 * length * self.at.values.flights[4] < START.min_rebound_m_s or not since.any():
+        since = self.model.bins.time_s > _last_flight(self.at.values)[0]
+        if not _rebounds(self.at.values) or not since.any():
             self.model, self.unknowns, self.at, self.end_s = kept
             return False
         if _power(self.at)[since].mean() > START.lost:
@@ -321,6 +323,12 @@ def _last_flight(values: Parts) -> tuple[float, float]:
     """Return when the last flight begins, and how long it lasts until it is as high again."""
     flights = Flights.of(values.flights)
     return float(flights.begin_s[-1]), 2.0 * float(flights.velocity_m_s[-1, 2]) / flights.g_m_s2
+
+
+def _rebounds(values: Parts) -> bool:
+    """Return whether the last flight leaves the floor faster than what is followed at least."""
+    flights = Flights.of(values.flights)
+    return bool(flights.velocity_m_s[-1, 2] > START.min_rebound_m_s)
 
 
 def _power(at: Evaluation) -> FloatArray:

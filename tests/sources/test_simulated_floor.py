@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from benchmarks.world.exchange import Exchange, incident, radiated, sum_of
 from benchmarks.world.mirror import Conductor, Mirror, Plate, Slab
-from benchmarks.world.sphere import coefficients
 from support.changed import changed
 from support.simulated_recording import simulate_recording
 from support.simulated_setup import perfect_setup, simulated_setup
@@ -26,7 +25,19 @@ UP = np.array([0.0, 0.0, 1.0])
 FLOOR_M, WAVENUMBER = -0.15, 2.0 * np.pi * 10e9 / 299_792_458.0
 STEEL, GLASS = {"material": "steel"}, {"material": "glass", "thickness_m": 0.01}
 OF_STEEL = Conductor(UP, FLOOR_M)
-OF_GLASS = Slab(UP, FLOOR_M, permittivity=PLATES["glass"] ** 2, thickness_m=0.01, wavenumber_rad_m=WAVENUMBER)
+
+
+def glass(plate: Plate | None = None) -> Slab:
+    """Return the generator's floor of 10 mm of glass."""
+    return Slab(
+        UP, FLOOR_M, plate=plate, permittivity=PLATES["glass"] ** 2, thickness_m=0.01, wavenumber_rad_m=WAVENUMBER
+    )
+
+
+def sides(azimuth_deg: float) -> np.ndarray:
+    """Return unit vectors along the sides of a level plate, shape (2, 3)."""
+    along = np.array([np.cos(np.radians(azimuth_deg)), np.sin(np.radians(azimuth_deg)), 0.0])
+    return np.array([along, np.cross(UP, along)])
 
 
 def over(floor: dict[str, Any], *, diameter_m: float = 0.01, polarization_deg: float | None = 25.0, **kw: Any) -> Setup:
@@ -81,7 +92,7 @@ def by_hand(setup: Setup, place: np.ndarray, floor: Mirror, *, exchange: bool = 
     if exchange:
         radius_m = sphere.radius_m
         layers = floor.over_conductor if isinstance(floor, Slab) else None
-        series, straight = coefficients(WAVENUMBER * radius_m), floor.straight_down()
+        series, straight = (sphere.electric, sphere.magnetic), floor.straight_down()
         bodies = Exchange(radius_m, series, straight, WAVENUMBER, float(place[2].max()) - FLOOR_M, layers=layers)
         waves = sum_of(incident(*one) for one in arriving)
         out += bodies.received(
@@ -124,11 +135,78 @@ def test_over_steel_a_sphere_that_hangs_near_the_floor_is_heard_as_the_check_val
     np.testing.assert_allclose(np.abs(factor), modulus, atol=0.02)
 
 
-@pytest.mark.parametrize(("stated", "floor"), [(STEEL, OF_STEEL), (GLASS, OF_GLASS)])
+@pytest.mark.parametrize(
+    ("stated", "floor", "index"), [(STEEL, OF_STEEL, None), (GLASS, glass(), None), (STEEL, OF_STEEL, 2.5)]
+)
 def test_over_a_stated_floor_the_signal_is_that_of_the_generators_two_bodies(
-    stated: dict[str, Any], floor: Mirror
+    stated: dict[str, Any], floor: Mirror, index: float | None
 ) -> None:
-    setup, place = over(stated), above([0.5, 3.0, 12.0], aside_m=0.01)
+    setup, place = changed(over(stated), tracer={"refractive_index": index}), above([0.5, 3.0, 12.0], aside_m=0.01)
     found, scale = received(setup, place), at_release(setup)
     np.testing.assert_allclose(found, by_hand(setup, place, floor) / scale, atol=0.01)
     assert np.abs(found - by_hand(setup, place, floor, exchange=False) / scale).max() > 0.1
+
+
+@pytest.mark.parametrize("stated", [STEEL, GLASS, {"reflection": 0.6}])
+def test_samples_along_a_drop_are_those_of_each_place_by_itself(stated: dict[str, Any]) -> None:
+    setup = over(stated, lateral_speed_m_s=0.05, kick_m_s=0.03, restitution=0.5, floor_tilt_deg=0.5, rest_s=0.01)
+    radar, first_s = SimulatedRadar(setup), float(Scene(setup).trajectory.impact_time_s[0]) + 0.01
+    first = round(first_s * 10000.0)
+    for begin, step in ((0, 71), (first - 40, 2), (first + 40, 97)):
+        samples = radar.samples(begin, 40 * step)[:, ::step]
+        expected = received(setup, radar.truth(begin, 40 * step).position_m[:, ::step])
+        np.testing.assert_allclose(samples[::2] + 1j * samples[1::2], expected, atol=2e-4)
+
+
+@pytest.mark.parametrize("polarization_deg", [25.0, None])
+def test_what_the_simulation_says_itself_of_the_bottom_goes_before_the_floor_that_is_stated(
+    polarization_deg: float | None,
+) -> None:
+    place = above([1.0, 5.0, 100.0])
+    own = over({}, reflection=0.3, polarization_deg=polarization_deg)
+    stated = over(STEEL, reflection=0.3, polarization_deg=polarization_deg)
+    np.testing.assert_array_equal(received(own, place), received(stated, place))
+
+
+def test_over_a_plate_that_ends_the_signal_is_that_of_the_generators_edges() -> None:
+    place = above([1.0, 4.0, 12.0], aside_m=0.004)
+    size = {"size_m": [0.10, 0.08], "azimuth_deg": 20.0, "middle_m": [0.002, -0.003]}
+    plate = Plate(np.array([0.002, -0.003, FLOOR_M]), sides(20.0), (0.05, 0.04))
+    for stated, floor in ((STEEL, Conductor(UP, FLOOR_M, plate=plate)), (GLASS, glass(plate))):
+        setup = over({**stated, **size})
+        found, scale = received(setup, place), at_release(setup)
+        np.testing.assert_allclose(found, by_hand(setup, place, floor) / scale, atol=0.01)
+        assert np.abs(received(over(stated), place) - found).max() > 0.1
+
+
+@pytest.mark.parametrize(("stated", "reflection"), [(STEEL, None), ({"reflection": 0.5}, None), ({}, 0.3)])
+def test_beyond_the_edge_of_a_plate_the_wave_over_the_floor_fades(
+    stated: dict[str, Any], reflection: float | None
+) -> None:
+    # above the middle, and beside the plate
+    place, size = np.array([[0.0, 0.0], [0.0, 0.35], [FLOOR_M + 0.006, FLOOR_M + 0.02]]), {"size_m": [0.2, 0.2]}
+    ends, endless, bare = (
+        received(over(one, polarization_deg=None, reflection=by), place)
+        for one, by in (({**stated, **size}, reflection), (stated, reflection), (stated, 0.0))
+    )
+    share = np.abs(ends - bare) / np.abs(endless - bare)
+    assert (np.abs(share[:, 0] - 1.0) < 0.25).all()
+    assert (share[:, 1] < 0.25).all()
+
+
+def test_a_drop_over_stated_steel_is_measured_within_its_uncertainty() -> None:
+    setup = simulated_setup(
+        floor={"height_m": FLOOR_M + 0.005, **STEEL}, daq={"rate_hz": 8000.0}, snr_db=36.0, restitution=0.6,
+        rest_s=0.3, settle_s=0.2, bias=0.0, amplitude_variation=0.0, drag_per_m=0.0042, drag_slow_m_s=0.42,
+    )  # fmt: skip
+    setup = changed(setup, transmitter={"polarization_deg": 0.0}, processing={"correction": "flights"})
+    result = process(simulate_recording(setup)[0], setup)
+    assert result.status == "ok"
+    assert result.quality is not None
+    assert result.quality.method == "flights"
+    assert result.warnings == ()
+    impacts = [one for one in result.bounces.impacts[:3] if one.valid]
+    assert len(impacts) >= 2
+    for one in impacts:
+        assert abs(one.e - 0.6) < 2.0 * one.u_e_combined
+    assert impacts[0].u_e_combined < 1e-3

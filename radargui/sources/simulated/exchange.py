@@ -6,6 +6,7 @@ from math import factorial
 
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
+from scipy.sparse import csr_array
 
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.scattering import MieSphere, unit_vectors
@@ -79,11 +80,11 @@ class Exchange:
 _NEAR_M, _GROWTH, _FAR_M = 2e-4, 0.1, 2e-3
 """Steps of the table at the floor, by how much of the height they grow, and at most."""
 _DEGREE = 5
-_ASIDE = 1e-4
-"""Of the exchange, by which polynomials along the floor may be off."""
+_ASIDE, _MOST_ASIDE = 1e-4, 9
+"""Of the exchange, by which polynomials along the floor may be off, and their nodes at most."""
 
 
-class ExchangeTable(Exchange):
+class ExchangeTable:
     """`Exchange` looked up: a sample of its own costs half a millisecond.
 
     A spline over the height, in which what turns as the way to the image and back is taken off, and polynomials along
@@ -98,36 +99,42 @@ class ExchangeTable(Exchange):
     """
 
     def __init__(self, exchange: Exchange, place_m: FloatArray) -> None:
-        self.__dict__.update(exchange.__dict__)
-        self._sides = sides_of(self.floor.normal, 0.0)
-        aside = self._sides @ place_m
-        nearest_m = float(np.linalg.norm(self.ends_m[:, 0, :, None] - place_m, axis=1).min())
-        orders = n_orders(self.sphere.size)
-        self._nodes = [_nodes(float(one.min()), float(one.max()), orders / nearest_m) for one in aside]
-        height = self.height_m(place_m)
-        heights = _heights(float(height.min()), float(height.max()), self.sphere.radius_m)
+        floor, sphere = exchange.floor, exchange.sphere
+        self._exchange, self._sides = exchange, sides_of(floor.normal, 0.0)
+        nearest_m = float(np.linalg.norm(exchange.ends_m[:, 0, :, None] - place_m, axis=1).min())
+        turns_rad_m = n_orders(sphere.size) / nearest_m
+        self._nodes = [_nodes(float(one.min()), float(one.max()), turns_rad_m) for one in self._sides @ place_m]
+        height_m = exchange.height_m(place_m)
+        heights = _heights(float(height_m.min()), float(height_m.max()), sphere.radius_m)
         u, v, over = (one.ravel() for one in np.meshgrid(*self._nodes, heights, indexing="ij"))
-        foot_m = self.floor.distance_m * self.floor.normal
-        grid = foot_m[:, None] + self._sides.T @ np.array([u, v]) + self.floor.normal[:, None] * over
-        values = self.of_receivers(grid) * np.exp(-2j * self._wavenumber * over)
-        # of each receiver, over the height: nodes along the floor, ways and fields
+        grid_m = self._sides.T @ np.array([u, v]) + floor.normal[:, None] * (floor.distance_m + over)
+        values = exchange.of_receivers(grid_m) / self._turned(over)
         self._shape = values.shape[1:-1]
-        by_height = np.moveaxis(values.reshape(len(values), -1, u.size // heights.size, heights.size), 3, 1)
-        by_height = np.ascontiguousarray(by_height.swapaxes(2, 3))
-        self._splines: list[BSpline] = [make_interp_spline(heights, one.view(float), k=_DEGREE) for one in by_height]
-
-    @property
-    def _wavenumber(self) -> float:
-        return 2.0 * np.pi / self.sphere.wavelength_m
+        # of each receiver, over the height: nodes along the floor, ways and fields
+        over_height = values.reshape(len(values), -1, u.size // heights.size, heights.size).transpose(3, 0, 2, 1)
+        spline: BSpline = make_interp_spline(heights, over_height, k=_DEGREE)
+        self._knots = spline.t
+        # nodes along the floor first, those of the spline within
+        by_node = spline.c.transpose(1, 2, 0, 3)
+        self._coefficients = by_node.reshape(len(values), -1, by_node.shape[-1]).copy().view(float)
 
     def received(self, receiver: int, position_m: FloatArray) -> ComplexArray:
-        """Return what is exchanged at places (3, n) as one receiver gets it, looked up."""
-        height, (u, v) = self.height_m(position_m), self._sides @ position_m
-        shares = _shares(self._nodes[0], u)[:, :, None] * _shares(self._nodes[1], v)[:, None]
-        values = self._splines[receiver](height)
-        found = np.einsum("nk,nkc->nc", shares.reshape(height.size, -1), values).view(complex).T
-        found = found * np.exp(2j * self._wavenumber * height)
-        return np.asarray(found.reshape(*self._shape, height.size))
+        """Return what `Exchange.received` does."""
+        height_m, (u, v) = self._exchange.height_m(position_m), self._sides @ position_m
+        aside = (_shares(self._nodes[0], u)[:, :, None] * _shares(self._nodes[1], v)[:, None]).reshape(u.size, -1)
+        within = np.clip(height_m, self._knots[0], self._knots[-1])
+        over_height = BSpline.design_matrix(within, self._knots, _DEGREE)
+        # one row of a sparse matrix for each place: a spline of hundreds of columns takes several times as long
+        n_heights, n_aside = over_height.shape[1], aside.shape[1]
+        columns = over_height.indices.reshape(u.size, 1, -1) + n_heights * np.arange(n_aside)[:, None]
+        shares = aside[:, :, None] * over_height.data.reshape(u.size, 1, -1)
+        begins = columns[0].size * np.arange(u.size + 1)
+        rows = csr_array((shares.ravel(), columns.ravel(), begins), (u.size, n_aside * n_heights))
+        found = (rows @ self._coefficients[receiver]).view(complex).T
+        return np.multiply(found, self._turned(height_m), order="C").reshape(*self._shape, u.size)
+
+    def _turned(self, height_m: FloatArray) -> ComplexArray:
+        return np.asarray(np.exp(4j * np.pi / self._exchange.sphere.wavelength_m * height_m))
 
 
 def _heights(lowest_m: float, highest_m: float, radius_m: float) -> FloatArray:
@@ -142,7 +149,7 @@ def _nodes(lowest_m: float, highest_m: float, turns_rad_m: float) -> FloatArray:
     """Return the fewest Chebyshev nodes with which what turns so fast along the floor is right."""
     half, count = 0.5 * (highest_m - lowest_m), 1
     # remainder of interpolation at these nodes
-    while (turns_rad_m * half) ** count / (2.0 ** (count - 1) * factorial(count)) > _ASIDE:
+    while (turns_rad_m * half) ** count / (2.0 ** (count - 1) * factorial(count)) > _ASIDE and count < _MOST_ASIDE:
         count += 1
     return np.asarray(lowest_m + half * (1.0 - np.cos(np.pi * (np.arange(count) + 0.5) / count)))
 

@@ -99,9 +99,9 @@ class Antenna:
         """Directions of the fields (3,) that `over_plate` gives shares of: its own, over a dielectric the normal."""
         if self.field is None:
             return ()
-        plate = None if self.mirror is None else self.mirror.plate
-        is_turned = self.mirror is not None and plate is not None and plate.index is not None
-        return (self.field, self.mirror.normal) if is_turned and self.mirror is not None else (self.field,)
+        if self.mirror is None or self.mirror.plate is None or self.mirror.plate.index is None:
+            return (self.field,)
+        return self.field, self.mirror.normal
 
     def gain(self, position_m: FloatArray) -> FloatArray:
         """Return the gain of its lobe towards positions (3, n), shape (n,)."""
@@ -152,8 +152,8 @@ class SceneWaves:
 
     Z_i = a (sum of waves of the transmitter and its images) (sum of waves of receiver i and its images): by image
     theory the product holds the direct path, one reflection on either leg, and one on both (coefficient squared). A
-    metal sphere gives each of these pairs a factor of its own, f = e_b . E(image a -> sphere -> image b) (Mie), to which
-    what it exchanges with a floor that the setup states adds, on the direct ways and those over the floor.
+    metal sphere gives each of these pairs a factor of its own, f = e_b . E(image a -> sphere -> image b) (Mie). What it
+    exchanges with a floor that the setup states adds to f, on the direct ways and those over the floor.
 
     Parameters
     ----------
@@ -184,20 +184,20 @@ class SceneWaves:
         self._receivers = receivers
         self._wavelength_m = wavelength_m
         self._sphere = sphere
-        self._exchange: Exchange | None = None
+        self.exchange: Exchange | ExchangeTable | None = None
         place = reference_m[:, None]
         direct, n = [transmitters[0].wave(place, wavelength_m)], len(receivers)
         # the direct path alone is amplitude 1 at the reference: reflections are a ripple about it
         self._scale = [1.0] * n
         self._scale = [float(1.0 / abs(self.received(number, place, direct, 1)[0])) for number in range(n)]
-        self._exchange = exchange
+        self.exchange = exchange
 
     def along(self, place_m: FloatArray) -> SceneWaves:
         """Return them for a sphere that stays among places (3, n): what it exchanges with the floor is looked up."""
-        if self._exchange is None:
+        if not isinstance(self.exchange, Exchange):
             return self
         out = copy(self)
-        out._exchange = ExchangeTable(self._exchange, place_m)
+        out.exchange = ExchangeTable(self.exchange, place_m)
         return out
 
     def at_tracer(self, position_m: FloatArray) -> list[ComplexArray]:
@@ -217,7 +217,7 @@ class SceneWaves:
             (source, one, *source.over_plate(position_m, self._wavelength_m))
             for source, one in zip(self._transmitters, at_tracer, strict=False)
         ]
-        exchanged = None if self._exchange is None else self._exchange.received(receiver, position_m)
+        exchanged = None if self.exchange is None else self.exchange.received(receiver, position_m)
         for way_out, antenna in enumerate(self._receivers[receiver][:n_images]):
             wave = antenna.wave(position_m, self._wavelength_m)
             lit, answers = antenna.over_plate(position_m, self._wavelength_m)
@@ -398,14 +398,14 @@ def make_waves(setup: Setup, antennas: Antennas) -> SceneWaves:
     exchange = None
     if sphere is not None and reflectors and reflectors[0].is_stated:
         ends = [antennas_of[:N_WAYS] for antennas_of in (transmitters, *receivers)]
-        exchange = exchange_of(sphere, reflectors[0], ends)
+        exchange = _exchange_of(sphere, reflectors[0], ends)
     return SceneWaves(transmitters, receivers, setup.radar.wavelength_m, reference, sphere, exchange)
 
 
-def exchange_of(sphere: scattering.MieSphere, bottom: Reflector, ends: Sequence[tuple[Antenna, ...]]) -> Exchange:
+def _exchange_of(sphere: scattering.MieSphere, bottom: Reflector, ends: Sequence[tuple[Antenna, ...]]) -> Exchange:
     """Return what a sphere exchanges with the bottom, between antennas and their images in it, the transmitter's first.
 
-    An antenna of which the bottom makes no second field sends none.
+    An antenna that has one field fewer than others sends none in its place.
     """
     n_fields = max(len(antenna.fields) for pair in ends for antenna in pair)
     fields = np.zeros((len(ends), N_WAYS, n_fields, 3))

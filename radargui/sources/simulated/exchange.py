@@ -49,14 +49,14 @@ class Exchange:
 
     def height_m(self, position_m: FloatArray) -> FloatArray:
         """Return the heights (n,) of places (3, n) over the floor; one that cuts the sphere counts as touched."""
-        return np.maximum(self.floor.height_m(position_m), self.sphere.radius_m)
+        return np.asarray(np.maximum(self.floor.height_m(position_m), self.sphere.radius_m))
 
     def received(self, receiver: int, position_m: FloatArray) -> ComplexArray:
         """Return what is exchanged at places (3, n) as one receiver gets it, in units of the scattered field.
 
         Shape (2 ways in, 2 ways out, n_fields, n_fields, n).
         """
-        return self.of_receivers(position_m, slice(receiver, receiver + 1))[0]
+        return np.asarray(self.of_receivers(position_m, slice(receiver, receiver + 1))[0])
 
     def of_receivers(self, position_m: FloatArray, receivers: slice = slice(None)) -> ComplexArray:
         """Return what `received` does of several receivers, their number first."""
@@ -131,7 +131,8 @@ class ExchangeTable:
         begins = columns[0].size * np.arange(u.size + 1)
         rows = csr_array((shares.ravel(), columns.ravel(), begins), (u.size, n_aside * n_heights))
         found = (rows @ self._coefficients[receiver]).view(complex).T
-        return np.multiply(found, self._turned(height_m), order="C").reshape(*self._shape, u.size)
+        turned = np.multiply(found, self._turned(height_m), order="C")
+        return np.asarray(turned.reshape(*self._shape, u.size))
 
     def _turned(self, height_m: FloatArray) -> ComplexArray:
         return np.asarray(np.exp(4j * np.pi / self._exchange.sphere.wavelength_m * height_m))
